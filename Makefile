@@ -1,0 +1,42 @@
+# make demo   run the first example against the virtual robot and draw its timing chart
+# make test   run all tests
+# make lint   check format, types, the portability of the ST, and that generated files are current
+# make docs   write the generated pages and the README's output blocks anew
+# Each does its own set-up in .venv. It takes PYTHON=... where python3 is older than 3.10.
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+DEMO := plc/examples/01_power_up
+
+.PHONY: demo test lint docs clean
+
+demo: $(READY)
+	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
+	  --scan 10ms --for 5s --trace out/demo/trace.jsonl --chart out/demo/chart.svg \
+	  --vcd out/demo/wave.vcd
+
+test: $(READY)
+	@$(BIN)/python -m pytest -n auto --dist worksteal
+
+lint: $(READY)
+	$(BIN)/ruff check harness tests
+	$(BIN)/ruff format --check harness tests
+	$(BIN)/mypy
+	$(BIN)/rcx check --lint plc
+	$(BIN)/python -m rcx_harness.docs --check
+
+docs: $(READY)
+	$(BIN)/python -m rcx_harness.docs
+
+clean:
+	rm -rf .venv out
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	  { echo "Python 3.10 or newer is needed: make $(MAKECMDGOALS) PYTHON=/path/to/python3.12"; exit 2; }
+	@echo "Setting up .venv (once; about a minute) ..."
+	@$(PYTHON) -m venv .venv || \
+	  { echo "Python's venv module is needed (Debian and Ubuntu: python3-venv)"; exit 2; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@

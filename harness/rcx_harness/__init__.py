@@ -1,0 +1,22 @@
+"""Compile the RCX3 function blocks and run them against a virtual robot controller."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rcx_harness.cell import Cell, CellTimeout
+    from rcx_harness.errors import InputError
+    from rcx_harness.robot import RobotConfig
+
+__all__ = ["Cell", "CellTimeout", "InputError", "RobotConfig"]
+
+_HOME = {"Cell": "cell", "CellTimeout": "cell", "InputError": "errors", "RobotConfig": "robot"}
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: one part of the package does not load all others."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,0 +1,91 @@
+"""The interface of an engine: a compiled program that can be scanned, read and written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from rcx_harness.engine.types import Type
+
+__all__ = ["Located", "Program", "Value"]
+
+#: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
+#: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
+#: for several dimensions), structures dicts by field name.
+Value = Any
+
+
+@dataclass(frozen=True)
+class Located:
+    """A directly represented variable: its address (`%QW3`), path and type."""
+
+    address: str
+    path: str
+    type: Type
+
+
+@runtime_checkable
+class Program(Protocol):
+    """One running instance of a compiled program; instances never share state.
+
+    Paths start with the name of a program instance (`Main.Robot.SO.SO02_ServoOn`,
+    `Main.Area[3]`, `Main.Grid[1,2]`); names are compared without case. Where there is only
+    one program instance, `Main` and the program's type name are accepted for it too.
+    """
+
+    engine: str
+    """`"matiec"` or `"builtin"`."""
+    tick_us: int | None
+    """Greatest common divisor of the task intervals; None without a CONFIGURATION."""
+
+    def scan(self, now_us: int) -> None:
+        """Run one base tick at PLC time `now_us`: every task that is due, in priority order.
+
+        A task of interval k x `tick_us` runs in every k-th scan, from the first on. Time seen by
+        TON, TOF and TP is `now_us`, whatever the configured intervals say.
+        """
+
+    def read(self, path: str) -> Value:
+        """Value at `path`.
+
+        Raises:
+            InputError: no such path (names near it are given), or an index out of range.
+        """
+
+    def write(self, path: str, value: Value) -> None:
+        """Set `path`, whole or in part (a dict may name some fields of a structure).
+
+        Raises:
+            InputError: no such path, wrong type, or a value out of the type's range.
+        """
+
+    def read_bytes(self, path: str) -> bytes:
+        """An array of BYTE or WORD (little endian) as bytes; the fast way to a process image."""
+
+    def write_bytes(self, path: str, data: bytes) -> None:
+        """Set the first `len(data)` bytes of an array of BYTE or WORD (little endian)."""
+
+    def type_of(self, path: str) -> Type:
+        """Type of the variable at `path`."""
+
+    def instances(self) -> Mapping[str, Type]:
+        """The program instances by name, each with its BlockType."""
+
+    def walk(self) -> Iterator[tuple[str, Type]]:
+        """Every variable below the program instances, parents before children.
+
+        Arrays are given whole, not per element; the elements of structures and blocks are given.
+        """
+
+    def located(self) -> list[Located]:
+        """Directly represented variables in order of declaration."""
+
+    def snapshot(self) -> object:
+        """The whole state, as a value that `restore` of the same program takes back."""
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a state that `snapshot` gave."""
+
+    def close(self) -> None:
+        """Free what the instance holds; it is not used afterwards."""
