@@ -1,0 +1,14 @@
+"""The virtual controller as an EtherNet/IP adapter, and a scanner to exchange its areas.
+
+cpppo holds the adapter's objects; `objects` alone imports it, in the adapter's own process.
+"""
+
+from __future__ import annotations
+
+from rcx_harness.enip.adapter import Adapter
+from rcx_harness.enip.client import Client
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.lockstep import LockstepLink
+
+__all__ = ["Adapter", "CipError", "Client", "EnipError", "Identity", "LockstepLink"]

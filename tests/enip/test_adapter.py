@@ -1,0 +1,236 @@
+"""The adapter's process: what it serves, and that nothing of it stays behind."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from multiprocessing.shared_memory import SharedMemory
+from typing import Any
+
+import pytest
+
+from rcx_harness.enip import Adapter, CipError, Client, EnipError, Identity
+from rcx_harness.errors import InputError
+
+
+@pytest.fixture
+def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
+    """Every process started during the test."""
+    started: list[subprocess.Popen[str]] = []
+    popen = subprocess.Popen
+
+    def recording(*args: Any, **kwargs: Any) -> subprocess.Popen[str]:
+        started.append(popen(*args, **kwargs))
+        return started[-1]
+
+    monkeypatch.setattr("rcx_harness.enip.adapter.subprocess.Popen", recording)
+    yield started
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of all shared memory created during the test."""
+    names: list[str] = []
+
+    class Recording(SharedMemory):
+        def __init__(self, *args: Any, **kwargs: Any) -> None:
+            super().__init__(*args, **kwargs)
+            names.append(self.name)
+
+    monkeypatch.setattr("rcx_harness.enip.adapter.SharedMemory", Recording)
+    return names
+
+
+def is_gone(name: str) -> bool:
+    """Whether no shared memory has this name."""
+    try:
+        SharedMemory(name).close()
+    except FileNotFoundError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize("size", [48, 256])
+def test_both_images_have_the_size_of_the_areas(size: int) -> None:
+    """48 bytes each way, 256 with the word extension.
+
+    Source: manual chapter 1, 4.1 and 4.2
+    """
+    image = bytes((7 * k + 1) % 256 for k in range(size))
+    with Adapter(size) as adapter, Client(*adapter.address) as master:
+        assert master.get_attribute(4, 100, 4) == size.to_bytes(2, "little")
+        assert master.get_attribute(4, 150, 4) == size.to_bytes(2, "little")
+        assert master.get_assembly(100) == adapter.read_to_robot() == bytes(size)
+
+        adapter.write_to_master(image)
+        assert master.get_assembly(100) == image
+        assert adapter.read_to_robot() == bytes(size)
+
+        master.set_assembly(150, image[::-1])
+        assert adapter.read_to_robot() == image[::-1]
+        assert master.get_assembly(100) == image
+
+
+@pytest.mark.parametrize("size", [0, 47, 49, 255, 512])
+def test_another_size_is_bad_input(size: int) -> None:
+    with pytest.raises(InputError, match=f"{size} bytes"):
+        Adapter(size)
+
+
+def test_the_frames_on_the_wire() -> None:
+    """One exchange byte by byte: register, set assembly 150, read assembly 100, take leave."""
+    with Adapter(48) as adapter, socket.create_connection(adapter.address, 10) as wire:
+        adapter.write_to_master(bytes(range(48)))
+        answers = wire.makefile("rb")
+        context = "0102030405060708"
+
+        wire.sendall(bytes.fromhex(f"6500 0400 00000000 00000000 {context} 00000000 0100 0000"))
+        assert answers.read(28) == bytes.fromhex(
+            f"6500 0400 01000000 00000000 {context} 00000000 0100 0000"
+        )
+
+        head = f"00000000 {context} 00000000 00000000 0000 0200 0000 0000 B200"
+        written = "55" * 48
+        wire.sendall(bytes.fromhex(f"6F00 4800 01000000 {head} 3800 1003 2004 2496 3003 {written}"))
+        assert answers.read(44) == bytes.fromhex(f"6F00 1400 01000000 {head} 0400 9000 0000")
+        assert adapter.read_to_robot() == b"\x55" * 48
+
+        wire.sendall(bytes.fromhex(f"6F00 1800 01000000 {head} 0800 0E03 2004 2464 3003"))
+        assert answers.read(92) == bytes.fromhex(
+            f"6F00 4400 01000000 {head} 3400 8E00 0000 {bytes(range(48)).hex()}"
+        )
+
+        wire.sendall(bytes.fromhex(f"6600 0000 01000000 00000000 {context} 00000000"))
+        assert answers.read(1) == b""
+
+
+def test_list_identity_names_the_address_it_was_reached_at() -> None:
+    with Adapter() as adapter, socket.create_connection(adapter.address, 10) as wire:
+        wire.sendall(bytes.fromhex("6300 0000") + bytes(20))
+        answer = wire.makefile("rb").read(24 + 8 + 16)
+        assert answer[32:40] == bytes.fromhex("0002") + adapter.address[1].to_bytes(
+            2, "big"
+        ) + bytes([127, 0, 0, 1])
+
+
+def test_the_identity_can_be_chosen() -> None:
+    identity = Identity(1, 12, 3, 4, 5, 0x06070809, "another device")
+    with Adapter(48, identity) as adapter, Client(*adapter.address) as master:
+        values = master.request(0x01, bytes.fromhex("2001 2401"))
+    assert values == bytes.fromhex("0100 0C00 0300 0405 3000 09080706 0E") + b"another device"
+
+
+def test_a_refused_request_leaves_the_session_as_it_was() -> None:
+    with Adapter() as adapter, Client(*adapter.address) as master:
+        for image, status in ((bytes(47), 0x13), (bytes(49), 0x15)):
+            with pytest.raises(CipError) as refusal:
+                master.set_assembly(150, image)
+            assert refusal.value.status == status
+        with pytest.raises(CipError, match="attribute not settable"):
+            master.set_assembly(100, bytes(48))
+        with pytest.raises(CipError, match="service not supported"):
+            master.request(0x4C, bytes.fromhex("2004 2464"))
+        assert master.get_assembly(100) == bytes(48)
+
+
+def test_several_scanners_see_one_device() -> None:
+    with Adapter() as adapter, Client(*adapter.address) as reader:
+        for number in range(1, 4):
+            with Client(*adapter.address) as writer:
+                writer.set_assembly(150, bytes([number]) * 48)
+                assert reader.get_assembly(150) == bytes([number]) * 48
+        assert reader.get_assembly(150) == b"\x03" * 48, "a scanner's leave changes nothing"
+
+
+def test_two_adapters_share_nothing() -> None:
+    with (
+        Adapter(48) as one,
+        Adapter(256) as other,
+        Client(*one.address) as to_one,
+        Client(*other.address) as to_other,
+    ):
+        to_one.set_assembly(150, b"\x01" * 48)
+        to_other.set_assembly(150, b"\x02" * 256)
+        one.write_to_master(b"\x03" * 48)
+        assert to_other.get_assembly(100) == bytes(256)
+        assert one.read_to_robot() == b"\x01" * 48
+        assert other.read_to_robot() == b"\x02" * 256
+
+
+def test_stopping_leaves_no_process_and_no_memory(
+    processes: list[subprocess.Popen[str]], memories: list[str]
+) -> None:
+    adapter = Adapter()
+    assert processes[0].poll() is None
+    assert all(is_gone(name) for name in memories), "the name is taken back once both have it"
+    adapter.close()
+    adapter.close()
+    assert len(memories) == 1
+    assert [process.returncode for process in processes] == [0]
+    with pytest.raises(EnipError, match="no connection"):
+        Client(*adapter.address)
+
+
+def test_a_port_in_use_is_reported_and_leaves_nothing(
+    processes: list[subprocess.Popen[str]], memories: list[str]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(EnipError, match=rf"cannot listen on 127\.0\.0\.1:{port}.*free port"):
+            Adapter(port=port)
+    assert len(processes) == len(memories) == 1
+    assert processes[0].returncode == 0
+    assert is_gone(memories[0])
+
+
+@pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70000), ("not..a.name", 0)])
+def test_an_address_that_is_none_is_reported(host: str, port: int) -> None:
+    with pytest.raises(EnipError, match=rf"cannot listen on {host}:{port}"):
+        Adapter(host=host, port=port)
+
+
+def test_a_process_that_cannot_start_is_reported(
+    monkeypatch: pytest.MonkeyPatch, memories: list[str]
+) -> None:
+    monkeypatch.setattr("rcx_harness.enip.adapter._MODULE", "rcx_harness.enip.no_such_module")
+    with pytest.raises(EnipError, match="ended at once, exit code 1"):
+        Adapter()
+    assert is_gone(memories[0])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]]) -> None:
+    with Adapter() as adapter, Client(*adapter.address) as master:
+        processes[0].send_signal(signal.SIGINT)
+        assert master.get_assembly(100) == bytes(48)
+    assert processes[0].returncode == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_the_adapter_ends_when_its_parent_is_killed() -> None:
+    """The parent's standard error is open as long as one of the two lives."""
+    program = (
+        "from rcx_harness.enip import Adapter\n"
+        "adapter = Adapter()\n"
+        "print(adapter.address[1], flush=True)\n"
+        "input()\n"
+    )
+    pipe = subprocess.PIPE
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as parent:
+        assert parent.stdout is not None
+        port = int(parent.stdout.readline())
+        with Client("127.0.0.1", port) as master:
+            assert master.get_assembly(100) == bytes(48)
+            parent.kill()
+            _, complaints = parent.communicate(timeout=30)
+    assert complaints == ""
+    with pytest.raises(EnipError, match="no connection"):
+        Client("127.0.0.1", port)

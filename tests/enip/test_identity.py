@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.enip import Identity
+from rcx_harness.errors import InputError
+
+
+def test_the_device_type_is_the_manuals() -> None:
+    """Generic device, 43.
+
+    Source: manual chapter 5, 4
+    """
+    assert Identity().device_type == 43
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"vendor": 0x10000},
+        {"device_type": -1},
+        {"product_code": 0x10000},
+        {"major_revision": 128},
+        {"minor_revision": 256},
+        {"serial_number": 0x1_0000_0000},
+        {"product_name": "x" * 33},
+        {"product_name": "naïve"},
+    ],
+)
+def test_what_the_attributes_cannot_carry_is_refused_by_name(wrong: dict[str, Any]) -> None:
+    (name,) = wrong
+    with pytest.raises(InputError, match=name):
+        Identity(**wrong)
+
+
+def test_the_greatest_values_are_accepted() -> None:
+    Identity(0xFFFF, 0xFFFF, 0xFFFF, 127, 255, 0xFFFFFFFF, "x" * 32)

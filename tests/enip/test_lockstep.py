@@ -1,0 +1,69 @@
+"""EtherNet/IP in lock-step is the same network as none at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rcx_harness.enip import LockstepLink
+from rcx_harness.errors import InputError
+from rcx_harness.link import DirectLink, Link
+
+
+@pytest.fixture(scope="module", params=[48, 256])
+def lockstep(request: pytest.FixtureRequest) -> Iterator[LockstepLink]:
+    link = LockstepLink(request.param)
+    yield link
+    link.close()
+
+
+def play(link: Link, calls: list[tuple[str, int]]) -> list[bytes]:
+    """Every image read, after images of zeros; a call's number becomes an image of its own."""
+    seen = []
+    for call, number in [("scanner_write", 0), ("robot_write", 0), *calls]:
+        if call.endswith("write"):
+            image = (number * 0x0101).to_bytes(4, "little") * (link.size // 4)
+            getattr(link, call)(image[:-1] + bytes([number % 251]))
+        else:
+            seen.append(getattr(link, call)())
+    return seen
+
+
+CALLS = st.tuples(
+    st.sampled_from(["scanner_write", "scanner_read", "robot_read", "robot_write"]),
+    st.integers(0, 0xFFFF),
+)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(calls=st.lists(CALLS, max_size=40))
+def test_every_call_sees_what_it_would_see_without_a_network(
+    lockstep: LockstepLink, calls: list[tuple[str, int]]
+) -> None:
+    assert play(lockstep, calls) == play(DirectLink(lockstep.size), calls)
+
+
+def test_it_is_a_link_of_the_given_size(lockstep: LockstepLink) -> None:
+    assert isinstance(lockstep, Link)
+    assert lockstep.name == "enip"
+    assert len(lockstep.scanner_read()) == len(lockstep.robot_read()) == lockstep.size
+
+
+def test_a_new_link_starts_with_zeros() -> None:
+    link = LockstepLink()
+    assert link.scanner_read() == link.robot_read() == bytes(48)
+    link.close()
+
+
+def test_a_wrong_size_is_bad_input() -> None:
+    with pytest.raises(InputError, match="64 bytes"):
+        LockstepLink(64)
+
+
+def test_closing_twice_does_no_harm() -> None:
+    link = LockstepLink()
+    link.close()
+    link.close()

@@ -1,0 +1,187 @@
+"""CIP requests to the device's objects, and their replies, as bytes.
+
+Request: service, path size in words, path, data. Reply: service + 0x80, 0, status, 0, data.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.enip import Identity
+from rcx_harness.enip.objects import ObjectModel
+from rcx_harness.enip.router import Router
+
+NAME = b"RCX3 virtual controller".hex()
+ATTRIBUTES_1_TO_7 = f"7C02 2B00 0500 0101 3000 01000000 17{NAME}"
+
+
+def test_identity_gives_all_its_attributes(device: Any) -> None:
+    """Vendor 636, device type 43, product code 5, revision 1.1, status, serial number, name.
+
+    Source: manual chapter 5, 4 (device type)
+    """
+    assert device.ask("0102 2001 2401") == bytes.fromhex(f"8100 0000 {ATTRIBUTES_1_TO_7}")
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value"),
+    [
+        ("01", "7C02"),
+        ("02", "2B00"),
+        ("03", "0500"),
+        ("04", "0101"),
+        ("05", "3000"),
+        ("06", "01000000"),
+        ("07", f"17{NAME}"),
+        ("08", "03"),
+    ],
+)
+def test_identity_gives_each_attribute(device: Any, attribute: str, value: str) -> None:
+    assert device.ask(f"0E03 2001 2401 30{attribute}") == bytes.fromhex(f"8E00 0000 {value}")
+
+
+def test_a_list_of_attributes_is_answered_with_a_status_for_each(device: Any) -> None:
+    """Number of attributes, then for each its number, status and value; the list has a failure."""
+    assert device.ask("0302 2001 2401 0300 0100 6300 0800") == bytes.fromhex(
+        "8300 0A00 0300 0100 0000 7C02 6300 1400 0800 0000 03"
+    )
+    assert device.ask("0302 2001 2401 0100 0200") == bytes.fromhex("8300 0000 0100 0200 0000 2B00")
+
+
+@pytest.mark.parametrize(
+    ("request_", "status"),
+    [
+        ("0302 2001 2401", 0x13),
+        ("0302 2001 2401 01", 0x13),
+        ("0302 2001 2401 0200 0100", 0x13),
+        ("0302 2001 2401 0100 0100 0200", 0x15),
+    ],
+)
+def test_a_list_of_another_length_than_it_says_is_refused(
+    device: Any, request_: str, status: int
+) -> None:
+    assert device.ask(request_) == bytes([0x83, 0, status, 0])
+
+
+def test_the_master_reads_what_the_robot_has_written(device: Any) -> None:
+    """Assembly 100 carries 48 bytes from the robot to the master.
+
+    Source: manual chapter 1, 4.1
+    """
+    device.to_master[:] = bytes(range(48))
+    assert device.ask("0E03 2004 2464 3003") == bytes.fromhex("8E000000") + bytes(range(48))
+
+
+def test_the_robot_finds_what_the_master_has_written(device: Any) -> None:
+    """Assembly 150 carries 48 bytes from the master to the robot.
+
+    Source: manual chapter 1, 4.1
+    """
+    image = bytes(range(100, 148))
+    assert device.ask("1003 2004 2496 3003" + image.hex()) == bytes.fromhex("9000 0000")
+    assert bytes(device.to_robot) == image
+    assert device.ask("0E03 2004 2496 3003") == bytes.fromhex("8E000000") + image
+    assert bytes(device.to_master) == bytes(48)
+
+
+@pytest.mark.parametrize("instance", ["64", "96"])
+def test_an_assembly_knows_its_size(device: Any, instance: str) -> None:
+    assert device.ask(f"0E03 2004 24{instance} 3004") == bytes.fromhex("8E00 0000 3000")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "04 2100 0400 2464 3004",  # class, 16 bit
+        "04 2004 2500 6400 3004",  # instance, 16 bit
+        "04 2004 2464 3100 0400",  # attribute, 16 bit
+        "03 2004 2C64 3004",  # a connection point is an instance
+        "08 3404 0000 0000 0000 0000 2004 2464 3004",  # a key that takes any device
+    ],
+)
+def test_a_path_may_be_written_in_other_ways(device: Any, path: str) -> None:
+    assert device.ask(f"0E{path}") == bytes.fromhex("8E00 0000 3000")
+
+
+@pytest.mark.parametrize(
+    ("key", "status"),
+    [
+        ("7C02 2B00 0500 01 01", 0x00),
+        ("7C02 0000 0000 01 00", 0x00),
+        ("7C02 2B00 0500 81 00", 0x00),  # compatible with revision 1, any minor
+        ("7D02 2B00 0500 01 01", 0x25),
+        ("7C02 2C00 0500 01 01", 0x25),
+        ("7C02 2B00 0600 01 01", 0x25),
+        ("7C02 2B00 0500 02 01", 0x25),
+        ("7C02 2B00 0500 01 02", 0x25),
+        ("7C02 2B00 0500 81 02", 0x25),  # compatible, but a newer minor revision is asked for
+    ],
+)
+def test_an_electronic_key_must_fit_the_identity(device: Any, key: str, status: int) -> None:
+    reply = device.ask(f"0E08 3404 {key} 2004 2464 3004")
+    assert reply[:4] == bytes([0x8E, 0, status, 0])
+
+
+@pytest.mark.parametrize(("major", "status"), [("81", 0x00), ("01", 0x25)])
+def test_a_newer_device_fits_a_key_that_asks_for_a_compatible_one(major: str, status: int) -> None:
+    identity = Identity(minor_revision=3)
+    router = Router(ObjectModel(memoryview(bytes(48)), memoryview(bytes(48)), identity), identity)
+    reply = router.answer(bytes.fromhex(f"0E08 3404 7C02 2B00 0500 {major} 02 2004 2464 3004"))
+    assert reply[:4] == bytes([0x8E, 0, status, 0])
+
+
+@pytest.mark.parametrize(
+    ("what", "attribute", "value"),
+    [
+        ("revision of the Assembly class", "01", "0200"),
+        ("its greatest instance", "02", "9600"),
+        ("its number of instances", "03", "0200"),
+    ],
+)
+def test_class_attributes(device: Any, what: str, attribute: str, value: str) -> None:
+    assert device.ask(f"0E03 2004 2400 30{attribute}") == bytes.fromhex(f"8E00 0000 {value}"), what
+
+
+@pytest.mark.parametrize(
+    ("why", "request_", "status"),
+    [
+        ("class unknown", "0E03 2005 2401 3001", 0x05),
+        ("instance unknown", "0E03 2004 2465 3003", 0x05),
+        ("no class in the path", "0E02 2464 3003", 0x05),
+        ("no path", "0E00", 0x05),
+        ("attribute unknown", "0E03 2004 2464 3005", 0x14),
+        ("attribute 0", "0E03 2004 2464 3000", 0x14),
+        ("no attribute in the path", "0E02 2004 2464", 0x14),
+        ("attribute unknown, to be set", "1003 2004 2496 3007 00", 0x14),
+        ("service unknown", "4C03 2004 2464 3003", 0x08),
+        ("service unknown, on the router", "4C02 2002 2401", 0x08),
+        ("reset of the identity", "0502 2001 2401", 0x08),
+        ("an assembly has no Get_Attributes_All", "0102 2004 2464", 0x08),
+        ("class unknown and service unknown", "4C02 2005 2401", 0x05),
+        ("path longer than the request", "0E04 2004 2464 3003", 0x04),
+        ("symbolic segment", "0E03 9104 41424344", 0x04),
+        ("port segment", "0E03 0100 2004 2464", 0x04),
+        ("instance given twice", "0E04 2004 2464 2464 3003", 0x04),
+        ("16-bit segment cut off", "0E03 2004 2464 3100", 0x04),
+        ("key cut off", "0E02 3404 7C02", 0x04),
+        ("key of another format", "0E08 3405 0000 0000 0000 0000 2004 2464 3004", 0x04),
+        ("key behind the class", "0E06 2004 3404 0000 0000 0000 0000", 0x04),
+        ("Get with data", "0E03 2004 2464 3003 00", 0x15),
+        ("Get_Attributes_All with data", "0102 2001 2401 00", 0x15),
+        ("assembly 100 is the robot's", "1003 2004 2464 3003" + "00" * 48, 0x0E),
+        ("the size is fixed", "1003 2004 2496 3004 3000", 0x0E),
+        ("the identity is fixed", "1003 2001 2401 3001 0100", 0x0E),
+        ("47 bytes", "1003 2004 2496 3003" + "11" * 47, 0x13),
+        ("49 bytes", "1003 2004 2496 3003" + "11" * 49, 0x15),
+        ("no bytes", "1003 2004 2496 3003", 0x13),
+    ],
+)
+def test_a_refused_request_gets_its_status_and_changes_nothing(
+    device: Any, why: str, request_: str, status: int
+) -> None:
+    service = bytes.fromhex(request_)[0]
+    assert device.ask(request_) == bytes([service | 0x80, 0, status, 0]), why
+    assert bytes(device.to_master) == bytes(48)
+    assert bytes(device.to_robot) == bytes(48)

@@ -1,0 +1,187 @@
+"""The encapsulation layer, frame by frame: what is sent and what must come back, as bytes.
+
+Layout of a frame: command, length, session, status, sender context, options, data.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.enip.session import Session
+
+CONTEXT = "A1A2A3A4A5A6A7A8"
+REGISTER = bytes.fromhex(f"6500 0400 00000000 00000000 {CONTEXT} 00000000 0100 0000")
+REGISTERED = bytes.fromhex(f"6500 0400 01000000 00000000 {CONTEXT} 00000000 0100 0000")
+# Interface 0, time-out 0, two items: null address; unconnected data: service 0x0E, path of three
+# words to class 4, instance 100, attribute 4.
+GET_SIZE_DATA = "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004"
+GET_SIZE = bytes.fromhex(f"6F00 1800 01000000 00000000 {CONTEXT} 00000000 {GET_SIZE_DATA}")
+SIZE_IS_48 = bytes.fromhex(
+    f"6F00 1600 01000000 00000000 {CONTEXT} 00000000"
+    "00000000 0000 0200 0000 0000 B200 0600 8E00 0000 3000"
+)
+
+
+def frame(
+    command: str, data: str = "", session: int = 1, status: int = 0, options: int = 0
+) -> bytes:
+    """A request with CONTEXT as sender context."""
+    content = bytes.fromhex(data)
+    numbers = session.to_bytes(4, "little") + status.to_bytes(4, "little")
+    header = bytes.fromhex(command) + len(content).to_bytes(2, "little") + numbers
+    return header + bytes.fromhex(CONTEXT) + options.to_bytes(4, "little") + content
+
+
+def refused(command: str, status: int, session: int = 1) -> bytes:
+    """The answer that carries nothing but an encapsulation status."""
+    return frame(command, session=session, status=status)
+
+
+def test_a_session_is_registered_and_the_senders_context_comes_back(session: Session) -> None:
+    assert session.receive(REGISTER) == REGISTERED
+
+
+def test_a_request_within_the_session_is_answered(registered: Session) -> None:
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+def test_two_connections_have_two_session_handles(registered: Session, device: Any) -> None:
+    second = device.connect()
+    assert second.receive(REGISTER)[4:8] == bytes.fromhex("02000000")
+
+
+def test_a_session_handle_is_valid_on_its_own_connection_only(
+    registered: Session, device: Any
+) -> None:
+    second = device.connect()
+    assert second.receive(REGISTER)
+    assert second.receive(GET_SIZE) == refused("6F00", 0x64)
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+def test_a_second_registration_on_one_connection_is_an_invalid_command(registered: Session) -> None:
+    assert registered.receive(frame("6500", "01000000")) == refused("6500", 0x01)
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+@pytest.mark.parametrize("data", ["0200 0000", "0000 0000", "0100 0100"])
+def test_another_protocol_version_or_option_is_refused_with_the_one_supported(
+    session: Session, data: str
+) -> None:
+    assert session.receive(frame("6500", data, session=0)) == frame(
+        "6500", "0100 0000", session=0, status=0x69
+    )
+    assert session.receive(REGISTER) == REGISTERED
+
+
+@pytest.mark.parametrize("data", ["", "0100", "0100 0000 00"])
+def test_a_registration_of_another_length_is_refused(session: Session, data: str) -> None:
+    assert session.receive(frame("6500", data, session=0)) == refused("6500", 0x65, session=0)
+
+
+def test_a_request_before_the_registration_has_no_valid_session(session: Session) -> None:
+    assert session.receive(frame("6F00", GET_SIZE_DATA, session=0)) == refused(
+        "6F00", 0x64, session=0
+    )
+    assert session.receive(GET_SIZE) == refused("6F00", 0x64)
+
+
+@pytest.mark.parametrize("command", ["0100", "7000", "7200", "FFFF"])
+def test_an_unknown_command_is_answered_and_the_session_goes_on(
+    registered: Session, command: str
+) -> None:
+    assert registered.receive(frame(command)) == refused(command, 0x01)
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "",  # nothing
+        "00000000 0000",  # no items
+        "00000000 0000 0000",  # no item
+        "00000000 0000 0100 0000 0000",  # no data item
+        "01000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # not the CIP interface
+        "00000000 0000 0200 0000 0000 B200 0900 0E03 2004 2464 3004",  # item longer than the frame
+        "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004 00",  # a byte too many
+        "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004",  # an item too few
+        "00000000 0000 0200 A100 0400 01000000 B100 0800 0E03 2004 2464 3004",  # connected
+        "00000000 0000 0200 0000 0200 0000 B200 0800 0E03 2004 2464 3004",  # null with an address
+        "00000000 0000 0200 0000 0000 B200 0100 0E",  # half a CIP request
+    ],
+)
+def test_data_that_is_no_unconnected_message_is_refused(registered: Session, data: str) -> None:
+    assert registered.receive(frame("6F00", data)) == refused("6F00", 0x03)
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+def test_socket_addresses_behind_the_message_are_allowed(registered: Session) -> None:
+    data = (
+        "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004"
+        "0180 1000 0002 08AE 00000000 0000000000000000"
+    )
+    assert registered.receive(frame("6F00", data)) == SIZE_IS_48
+
+
+@pytest.mark.parametrize("data", ["", "00", "DEADBEEF"])
+def test_nop_is_never_answered(registered: Session, data: str) -> None:
+    assert registered.receive(frame("0000", data)) == b""
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+def test_requests_with_options_or_a_status_are_discarded(registered: Session) -> None:
+    assert registered.receive(frame("6F00", GET_SIZE_DATA, options=1)) == b""
+    assert registered.receive(frame("6F00", GET_SIZE_DATA, status=1)) == b""
+    assert registered.receive(GET_SIZE) == SIZE_IS_48
+
+
+def test_frames_that_arrive_byte_by_byte_are_put_together(session: Session) -> None:
+    answers = [session.receive(bytes([byte])) for byte in REGISTER + GET_SIZE]
+    whole = {27: REGISTERED, 28 + 47: SIZE_IS_48}
+    assert answers == [whole.get(index, b"") for index in range(28 + 48)]
+
+
+def test_frames_that_arrive_together_are_answered_in_order(session: Session) -> None:
+    head = GET_SIZE[:30]
+    assert session.receive(REGISTER + GET_SIZE + head) == REGISTERED + SIZE_IS_48
+    assert session.receive(GET_SIZE[30:]) == SIZE_IS_48
+
+
+def test_unregistering_ends_the_connection_without_an_answer(registered: Session) -> None:
+    assert registered.receive(frame("6600") + GET_SIZE) == b""
+    assert registered.ended
+
+
+def test_unregistering_another_session_is_refused(registered: Session) -> None:
+    assert registered.receive(frame("6600", session=2)) == refused("6600", 0x64, session=2)
+    assert not registered.ended
+
+
+def test_list_identity_needs_no_session(session: Session) -> None:
+    """The item: type 0x0C, length 57, version, socket address, attributes 1 to 8.
+
+    Vendor 636 (0x027C), device type 43 (0x2B), product code 5, revision 1.1, status 0x0030,
+    serial number 1, a name of 23 letters, state 3.
+
+    Source: manual chapter 5, 4 (device type)
+    """
+    name = b"RCX3 virtual controller".hex()
+    assert session.receive(frame("6300", session=0)) == frame(
+        "6300",
+        "0100 0C00 3900 0100 0002AF12C0A800020000000000000000"
+        f"7C02 2B00 0500 01 01 3000 01000000 17{name} 03",
+        session=0,
+    )
+
+
+def test_list_services_offers_cip_over_tcp(session: Session) -> None:
+    name = b"Communications\0\0".hex()
+    assert session.receive(frame("0400", session=0)) == frame(
+        "0400", f"0100 0001 1400 0100 2000 {name}", session=0
+    )
+
+
+def test_list_interfaces_has_none(session: Session) -> None:
+    assert session.receive(frame("6400", session=0)) == frame("6400", "0000", session=0)
