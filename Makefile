@@ -13,7 +13,7 @@ DEMO := plc/examples/01_power_up
 
 demo: $(READY)
 	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
-	  --scan 10ms --for 5s --trace out/demo/trace.jsonl --chart out/demo/chart.svg \
+	  --scan 10ms --for 3s --show --trace out/demo/trace.jsonl --chart out/demo/chart.svg \
 	  --vcd out/demo/wave.vcd
 
 test: $(READY)

@@ -1,0 +1,17 @@
+"""The virtual controller: signals, handshake, commands, motion, alarms. It knows no network."""
+
+from rcx_harness.robot.config import Axis, Point, RobotConfig, RobotProgram
+from rcx_harness.robot.controller import CYCLE_US, Controller
+from rcx_harness.robot.events import EVENTS
+from rcx_harness.robot.findings import Violation
+
+__all__ = [
+    "CYCLE_US",
+    "EVENTS",
+    "Axis",
+    "Controller",
+    "Point",
+    "RobotConfig",
+    "RobotProgram",
+    "Violation",
+]

@@ -1,0 +1,126 @@
+"""The two areas as bytes: dedicated bits by name, words, and outputs that a test holds."""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterable, Sequence
+
+from rcx_harness.errors import InputError
+from rcx_harness.spec import Signal, signals
+
+__all__ = [
+    "DEDICATED",
+    "INPUTS",
+    "OUTPUTS",
+    "RESERVED",
+    "WORDS_AT_REST",
+    "Overlay",
+    "build_area",
+    "dedicated_word",
+    "input_words",
+    "mask_of",
+    "reserved_bytes_of",
+]
+
+_WORDS = struct.Struct("<16H")
+_BITS_AT = 32
+
+#: Words m to m+30 in the command ready status.
+WORDS_AT_REST = (0,) * 16
+
+
+def mask_of(signal: Signal) -> int:
+    """Its bit in the 16 bit word made of bytes 32 (low) and 33 (high)."""
+    return 1 << (signal.bit + 8 * (signal.byte - _BITS_AT))
+
+
+#: Dedicated inputs and outputs by short name (`SI00`), as masks of the dedicated word.
+INPUTS = {signal.short: mask_of(signal) for signal in signals().input}
+OUTPUTS = {signal.short: mask_of(signal) for signal in signals().output}
+#: All dedicated inputs, and the reserved bits beside them.
+DEDICATED = sum(INPUTS.values())
+RESERVED = 0xFFFF & ~DEDICATED
+
+
+def input_words(area: bytes) -> tuple[int, ...]:
+    """Words n to n+30."""
+    return _WORDS.unpack_from(area)
+
+
+def dedicated_word(area: bytes) -> int:
+    """Bytes 32 and 33 as one word."""
+    return area[_BITS_AT] | area[_BITS_AT + 1] << 8
+
+
+def reserved_bytes_of(area: bytes) -> bytes:
+    """The bytes that are reserved altogether."""
+    return bytes(area[at] for at in signals().reserved_bytes)
+
+
+def build_area(size: int, words: Sequence[int], on: Iterable[str]) -> bytearray:
+    """An output area: words m to m+30, and the dedicated outputs that are ON by short name."""
+    area = bytearray(size)
+    _WORDS.pack_into(area, 0, *words)
+    bits = 0
+    for name in on:
+        bits |= OUTPUTS[name]
+    area[_BITS_AT] = bits & 0xFF
+    area[_BITS_AT + 1] = bits >> 8
+    return area
+
+
+class Overlay:
+    """Outputs that a test holds or forces: bytes masks laid over the area."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._parts: dict[str, list[tuple[int, int, int]]] = {}
+
+    def set(self, name: str, value: int) -> None:
+        """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits.
+
+        Raises:
+            InputError: no such output, or the value does not fit.
+        """
+        spans = self._locate(name)
+        if spans[0][1] != 0xFF:
+            if value not in (0, 1):
+                raise InputError(f"{name} is a bit and cannot be {value}")
+            at, mask = spans[0]
+            self._parts[name] = [(at, mask, mask * value)]
+            return
+        if not 0 <= value <= 0xFFFF:
+            raise InputError(f"{name} is a word and cannot be {value}")
+        first = spans[0][0]
+        self._parts[name] = [(first, 0xFF, value & 0xFF), (first + 1, 0xFF, value >> 8)]
+
+    def freeze(self, name: str, area: bytes) -> None:
+        """Hold an output at what it is in `area`; `Status` holds the response words, too."""
+        self._parts[name] = [(at, mask, area[at] & mask) for at, mask in self._locate(name)]
+
+    def remove(self, name: str) -> None:
+        """Let go of an output; nothing happens if it was not held."""
+        self._locate(name)
+        self._parts.pop(name, None)
+
+    def apply(self, area: bytearray) -> None:
+        """Lay the held outputs over `area`."""
+        for parts in self._parts.values():
+            for at, mask, value in parts:
+                area[at] = area[at] & ~mask | value
+
+    def _locate(self, name: str) -> list[tuple[int, int]]:
+        if name == "Status":
+            return [(at, 0xFF) for at in range(_BITS_AT)]
+        word = re.fullmatch(r"SOW\(?(\d+)\)?", name)
+        if word and 2 * int(word[1]) + 1 < self._size:
+            return [(2 * int(word[1]), 0xFF), (2 * int(word[1]) + 1, 0xFF)]
+        bit = re.fullmatch(r"SO\(?(1?[0-7])([0-7])\)?(_\w+)?", name)
+        if bit and int(bit[1]) >= 2:
+            # Ports are counted in octal: SO7 is followed by SO10 (manual chapter 1, 4.1).
+            return [(_BITS_AT + int(bit[1], 8), 1 << int(bit[2]))]
+        signal = signals().find(name)
+        if signal not in signals().output:
+            raise InputError(f"{name} is an input of the controller", hint="outputs can be held")
+        return [(signal.byte, 1 << signal.bit)]

@@ -1,0 +1,10 @@
+"""What the remote commands do: one module per category of the guide.
+
+A module registers its commands by code; the format of their telegrams is in
+spec/remote_commands.toml and checked before they are called. A new module is imported here.
+"""
+
+from rcx_harness.robot.commands import data, movement, points, utility  # noqa: F401  (register)
+from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, start
+
+__all__ = ["Call", "CommandError", "Execution", "Response", "start"]

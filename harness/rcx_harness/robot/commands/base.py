@@ -1,0 +1,110 @@
+"""How a remote command is written: a function that acts at once, or a class that takes time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from rcx_harness.robot.machine import Machine
+from rcx_harness.spec import FieldValue
+
+__all__ = ["Call", "CommandError", "Execution", "Response", "act", "last", "start"]
+
+#: Response fields by their names in remote_commands.toml.
+Response = Mapping[str, FieldValue]
+
+
+class CommandError(Exception):
+    """The command ends abnormally with the alarm of that number (`"12.600"`)."""
+
+    def __init__(self, number: str) -> None:
+        self.number = number
+        super().__init__(number)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A command as the master gave it: code without R, robot 1 to 4, and the fields."""
+
+    code: int
+    robot: int
+    values: Mapping[str, Any]
+
+
+class Execution(Protocol):
+    """A command under way."""
+
+    stoppable: bool
+    """The status reset command ends it (continuous output), which is then no mistake."""
+
+    def step(self, machine: Machine) -> Response | None:
+        """Go on in this cycle; the response once it has ended normally, else None.
+
+        Raises:
+            CommandError: it ends abnormally.
+        """
+
+    def interim(self, machine: Machine) -> Response:
+        """What is shown together with status 0x0100."""
+
+
+_Action = Callable[[Machine, Call], Response]
+_Starter = Callable[[Machine, Call], Execution]
+_S = TypeVar("_S", bound=_Starter)
+
+_ACTIONS: dict[int, _Action] = {}
+_STARTERS: dict[int, _Starter] = {}
+
+
+def act(*codes: int) -> Callable[[_Action], _Action]:
+    """Register a function that does the whole command when its `command_delay` is over."""
+
+    def register(function: _Action) -> _Action:
+        _ACTIONS.update(dict.fromkeys(codes, function))
+        return function
+
+    return register
+
+
+def last(*codes: int) -> Callable[[_S], _S]:
+    """Register a class, or a function that gives an Execution, for a command that takes time."""
+
+    def register(starter: _S) -> _S:
+        _STARTERS.update(dict.fromkeys(codes, starter))
+        return starter
+
+    return register
+
+
+def start(machine: Machine, call: Call) -> Execution:
+    """Begin a command.
+
+    Raises:
+        CommandError: it cannot be executed, or has no effect in this controller yet.
+    """
+    if call.code in _STARTERS:
+        return _STARTERS[call.code](machine, call)
+    if call.code in _ACTIONS:
+        return Action(machine, call)
+    raise CommandError(machine.config.undefined_code_alarm)
+
+
+class Action:
+    """A command that acts once, `command_delay` after it was taken."""
+
+    stoppable = False
+
+    def __init__(self, machine: Machine, call: Call) -> None:
+        self._call = call
+        self._due_us = machine.now_us + machine.draw_us("command_delay")
+
+    def step(self, machine: Machine) -> Response | None:
+        """Act when it is time."""
+        if machine.now_us < self._due_us:
+            return None
+        return _ACTIONS[self._call.code](machine, self._call)
+
+    def interim(self, machine: Machine) -> Response:
+        """Nothing is shown before the end."""
+        return {}

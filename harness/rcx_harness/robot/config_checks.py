@@ -1,0 +1,126 @@
+"""What the value of a configuration key may be."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+from rcx_harness.errors import InputError
+
+__all__ = ["alarm_code", "check_value"]
+
+_CHOICES = {
+    "size": (48, 256),
+    "parallel_io": ("none", "valid", "invalid"),
+    "skip_run_status": ("never", "short", "always"),
+    "changed_command_status": ("run", "ready"),
+}
+_RANGES = {
+    "robot": (1, 4),
+    "auto_speed": (1, 100),
+    "program_speed": (1, 100),
+    "host_version": (0, 0xFFFF),
+    "host_revision": (0, 0xFFFF),
+    "fpga_version": (0, 0xFFFF),
+    "driver_version": (0, 0xFFFF),
+}
+_POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
+_INT32 = (-(2**31), 2**31 - 1)
+
+
+def check_value(key: str, declared: str, value: Any) -> None:
+    """Refuse a value that the key cannot have.
+
+    Args:
+        key: Name of the key, for the message and the key's own limits.
+        declared: The field's annotation, as written.
+        value: The value.
+
+    Raises:
+        InputError: with what is allowed as the hint; the key is in single quotes.
+    """
+    if key in _CHOICES:
+        choices = _CHOICES[key]
+        right = value in choices and type(value) is type(choices[0])
+        _expect(right, key, value, " or ".join(map(str, choices)))
+    elif declared == "Delay":
+        _check_delay(key, value)
+    elif declared == "bool":
+        _expect(isinstance(value, bool), key, value, "true or false")
+    elif declared == "int":
+        low, high = _RANGES.get(key, _INT32)
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        _expect(whole and low <= value <= high, key, value, f"{low} to {high}")
+    elif declared == "float":
+        _check_number(key, value)
+    elif key.endswith(("_alarm", "_alarms")):
+        for number in (value,) if isinstance(value, str) else value:
+            if number != "" or key != "power_on_alarm":
+                alarm_code(number, key)
+    elif declared == "str":
+        _expect(isinstance(value, str), key, value, "a text")
+    elif key == "axes":
+        _check_axes(value)
+    elif key == "programs":
+        _expect(len(value) > 0, key, value, "at least one program")
+    elif key.startswith("points"):
+        for number, point in value.items():
+            _check_point(number, point)
+
+
+def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
+    """Group and category of an alarm number.
+
+    Raises:
+        InputError: not a number as `"12.600"`.
+    """
+    match = re.fullmatch(r"(\d{1,5})\.(\d{1,5})", number) if isinstance(number, str) else None
+    code = (int(match[1]), int(match[2])) if match else (-1, -1)
+    fits = all(0 <= part <= 0xFFFF for part in code)
+    _expect(fits, key, number, 'group and category as "12.600"')
+    return code
+
+
+def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
+    if not condition:
+        raise InputError(f"'{key}' cannot be {value!r}", hint=f"it may be {allowed}")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _check_delay(key: str, value: Any) -> None:
+    pair = value if isinstance(value, tuple) else (value, value)
+    right = len(pair) == 2 and all(map(_is_number, pair)) and 0 <= pair[0] <= pair[1]
+    _expect(right, key, value, "milliseconds, or [shortest, longest]")
+
+
+def _check_number(key: str, value: Any) -> None:
+    if key in _POSITIVE or key == "duration":
+        _expect(_is_number(value) and value > 0, key, value, "a number above 0")
+    else:
+        _expect(_is_number(value) and value >= 0, key, value, "a number from 0 on")
+
+
+def _check_axes(axes: Any) -> None:
+    for robot in {axis.robot for axis in axes} | {1}:
+        count = sum(axis.robot == robot for axis in axes)
+        _expect(1 <= count <= 6, "axes", count, f"1 to 6 for robot {robot}")
+    for axis in axes:
+        for name in _POSITIVE:
+            _check_number(name, getattr(axis, name))
+        _expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
+        _expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
+
+
+def _check_point(number: int, point: Any) -> None:
+    key = f"points.{number}"
+    _expect(0 <= number <= 29999, key, number, "0 to 29999")
+    _expect(len(point.data) == 6, key, point.data, "six numbers")
+    for value in point.data:
+        _expect(_INT32[0] <= value <= _INT32[1], key, value, "32 bit numbers")
+    _expect(point.hand in (0, 1, 2), key, point.hand, "hand 0, 1 or 2")
+    for turn in (point.arm1, point.arm2):
+        _expect(turn in (-1, 0, 1), key, turn, "arm rotation -1, 0 or 1")

@@ -1,0 +1,238 @@
+"""The virtual controller: bytes in, bytes out, one call per 5 ms controller cycle."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot.alarms import AlarmList
+from rcx_harness.robot.area import Overlay, build_area, input_words
+from rcx_harness.robot.config import Point, RobotConfig
+from rcx_harness.robot.dedicated import DedicatedInputs
+from rcx_harness.robot.events import happen
+from rcx_harness.robot.findings import Findings, Violation
+from rcx_harness.robot.handshake import Handshake
+from rcx_harness.robot.machine import Machine, ProgramState
+
+__all__ = ["CYCLE_US", "Controller"]
+
+#: The controller's I/O update interval (manual chapter 5, 4) [us].
+CYCLE_US = 5000
+
+_REQUESTS = {
+    "SI01": Machine.request_servo_on,
+    "SI12": Machine.request_program_start,
+    "SI14": Machine.request_origin,
+    "SI15": Machine.request_program_reset,
+    "SI16": Machine.request_alarm_reset,
+    "SI17": Machine.request_origin,
+}
+
+
+class _State:
+    """All that changes, so that one copy of it is a snapshot."""
+
+    def __init__(self, config: RobotConfig, seed: int) -> None:
+        self.machine = Machine(config, seed)
+        self.findings = Findings()
+        self.overlay = Overlay(config.size)
+        self.now_us = 0
+        self.forget_master()
+
+    def forget_master(self) -> None:
+        """As after power-on: nothing is known of the master."""
+        config = self.machine.config
+        self.inputs = DedicatedInputs(config, self.findings)
+        self.handshake = Handshake(config, self.findings)
+        self.was_connected: bool | None = None  # None: not looked at since power-on
+        self.seen: bytes | None = None
+        self.area = bytes(config.size)
+        self.wake_us: int | None = 0  # when the next cycle has work to do, whatever the master does
+
+
+class Controller:
+    """A robot controller with its EtherNet/IP areas, without the network.
+
+    Args:
+        config: Its properties; the defaults are a four-axis robot with 48 bytes.
+        seed: Decides all delays that are given as a range.
+
+    The same calls always give the same bytes.
+    """
+
+    def __init__(self, config: RobotConfig | None = None, seed: int = 0) -> None:
+        self.config = config or RobotConfig()
+        self._state = _State(self.config, seed)
+
+    def cycle(self, now_us: int, si: bytes | None) -> bytes:
+        """Do one controller cycle.
+
+        Args:
+            now_us: Time of the cycle, later than that of the one before [us].
+            si: The area that the master sends (n to n + size - 1); None without a connection.
+
+        Returns:
+            The controller's area (m to m + size - 1).
+
+        Raises:
+            InputError: `si` is not as long as the area.
+        """
+        state = self._state
+        state.now_us = now_us
+        if si == state.seen and (state.wake_us is None or now_us < state.wake_us):
+            return state.area
+        if si is not None and len(si) != self.config.size:
+            message = f"the area has {self.config.size} bytes, not {len(si)}"
+            raise InputError(message, hint="set the same size at master and robot")
+        machine = state.machine
+        machine.now_us = now_us
+        was_booted = machine.booted
+        if machine.booted:
+            self._take_inputs(si)
+        if machine.powered:
+            machine.advance(now_us)
+        if si is not None and machine.booted and was_booted:
+            state.handshake.step(machine, input_words(si))
+        state.seen = None if si is None else bytes(si)
+        state.wake_us = now_us if machine.booted != was_booted else self._next_due_us()
+        state.area = self._build_area()
+        return state.area
+
+    @property
+    def positions(self) -> list[int]:
+        """Current position of every axis [pulses]; may be set."""
+        return self._state.machine.positions
+
+    @property
+    def points(self) -> dict[int, Point]:
+        """The points by number; may be set."""
+        return self._state.machine.points
+
+    @property
+    def alarms(self) -> AlarmList:
+        """Active alarms and history."""
+        return self._state.machine.alarms
+
+    @property
+    def program(self) -> ProgramState:
+        """State of the main program."""
+        return self._state.machine.program
+
+    @property
+    def machine(self) -> Machine:
+        """The whole state behind the areas."""
+        return self._state.machine
+
+    @property
+    def commands_executed(self) -> int:
+        """Remote commands that came to a normal or abnormal end since power-on."""
+        return self._state.handshake.executed
+
+    @property
+    def violations(self) -> list[Violation]:
+        """All that the master has done against the manual."""
+        return self._state.findings.every
+
+    def drain_violations(self) -> list[Violation]:
+        """The violations that are new since the last call."""
+        return self._state.findings.drain()
+
+    def inject(self, event: str, **args: Any) -> None:
+        """Let something happen before the next cycle; see EVENTS.
+
+        Raises:
+            InputError: unknown event or arguments (near names are given).
+        """
+        state = self._state
+        state.machine.now_us = state.now_us
+        was_powered = state.machine.powered
+        happen(state.machine, event, args)
+        if event == "power_cycle":
+            state.machine.power_on()
+        if event == "power_cycle" or was_powered != state.machine.powered:
+            state.forget_master()
+        state.wake_us = 0
+
+    def hold(self, name: str) -> None:
+        """Freeze an output (`SO02`, `SOW(2)`, or `Status` with its response) as it is now."""
+        self._state.overlay.freeze(name, self._state.area)
+
+    def force(self, name: str, value: int) -> None:
+        """Show `value` at an output whatever its state; `Status` alone, without the response."""
+        self._state.overlay.set("SOW(0)" if name == "Status" else name, value)
+        self._state.wake_us = 0
+
+    def release(self, name: str) -> None:
+        """End `hold` or `force`."""
+        for one in ("Status", "SOW(0)") if name == "Status" else (name,):
+            self._state.overlay.remove(one)
+        self._state.wake_us = 0
+
+    def snapshot(self) -> object:
+        """The whole state, as a value that `restore` takes back."""
+        return copy.deepcopy(self._state)
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a state that `snapshot` gave; it can be used again."""
+        if not isinstance(snapshot, _State) or snapshot.machine.config != self.config:
+            raise InputError("this is not a snapshot of such a controller")
+        self._state = copy.deepcopy(snapshot)
+
+    def _take_inputs(self, si: bytes | None) -> None:
+        """Levels and edges of the dedicated inputs; or what their absence means."""
+        state, machine = self._state, self._state.machine
+        if si is None:
+            if state.was_connected is not False:
+                machine.lose_link(in_operation=bool(state.was_connected))
+                state.inputs.disconnect()
+                state.handshake.disconnect(machine)
+                state.was_connected = False
+            return
+        if not state.was_connected:
+            machine.regain_link()
+            state.was_connected = True
+        edges = state.inputs.take(state.now_us, si)
+        disabled = machine.inputs_disabled
+        if not disabled or self.config.safety_keeps_stops:
+            machine.si00 = state.inputs.is_on("SI00")
+            machine.si06 = state.inputs.is_on("SI06")
+        machine.si10 = state.inputs.is_on("SI10") and not disabled
+        if not disabled:
+            for name in sorted(edges & _REQUESTS.keys()):
+                _REQUESTS[name](machine)
+
+    def _next_due_us(self) -> int | None:
+        state = self._state
+        due = (
+            state.machine.next_due_us(),
+            state.inputs.next_due_us(),
+            state.handshake.next_due_us(state.now_us),
+        )
+        return min((time for time in due if time is not None), default=None)
+
+    def _build_area(self) -> bytes:
+        state = self._state
+        if not state.machine.booted:
+            return bytes(self.config.size)
+        area = build_area(self.config.size, state.handshake.shown, self._outputs_on())
+        state.overlay.apply(area)
+        return bytes(area)
+
+    def _outputs_on(self) -> Iterator[str]:
+        machine = self._state.machine
+        states = {
+            "SO00": machine.emergency,
+            "SO01": True,
+            "SO02": machine.servo_on,
+            "SO03": machine.alarms.serious,
+            "SO04": machine.mp_ready,
+            "SO10": machine.auto_mode,
+            "SO11": machine.origin_complete,
+            "SO12": machine.sequence_running,
+            "SO13": machine.program.running,
+            "SO14": machine.program.is_reset,
+            "SO15": machine.alarms.warning,
+        }
+        return (name for name, on in states.items() if on)

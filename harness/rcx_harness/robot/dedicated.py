@@ -1,0 +1,133 @@
+"""The dedicated inputs as the controller takes them: edges, levels and the 100 ms between changes.
+
+`actual` is what the last exchange showed, `taken` what the controller has recognised of it.
+"""
+
+from __future__ import annotations
+
+from rcx_harness.robot.area import DEDICATED, INPUTS, RESERVED, dedicated_word, reserved_bytes_of
+from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.findings import Findings
+from rcx_harness.spec import Signal, signals
+from rcx_harness.units import format_us
+
+__all__ = ["DedicatedInputs"]
+
+_STOPS = INPUTS["SI00"] | INPUTS["SI06"]
+_BY_MASK: dict[int, Signal] = {INPUTS[signal.short]: signal for signal in signals().input}
+
+
+class DedicatedInputs:
+    """Bytes n+32, n+33 and the reserved bytes, exchange by exchange."""
+
+    def __init__(self, config: RobotConfig, findings: Findings) -> None:
+        self._interval_us = round(config.min_interval * 1000)
+        self._late_levels = config.late_levels
+        self._recovery_edges = config.recovery_edges
+        self._findings = findings
+        self._actual = 0
+        self._taken = 0
+        self._reserved: tuple[int, bytes] = (0, bytes(len(signals().reserved_bytes)))
+        self._changed_us: int | None = None
+        self._last_change = ""
+        self._connected = False
+
+    def disconnect(self) -> None:
+        """There is no connection: nothing is known of the inputs any more."""
+        self._connected = False
+
+    def take(self, now_us: int, area: bytes) -> set[str]:
+        """Look at the inputs of one exchange.
+
+        Returns:
+            Short names (`SI01`) of the inputs whose OFF to ON edge was recognised.
+        """
+        self._check_reserved(now_us, area)
+        now = dedicated_word(area) & DEDICATED
+        if not self._connected:
+            return self._connect(now)
+        changed = now ^ self._actual
+        rising = 0
+        if changed:
+            rising = self._change(now_us, changed, now)
+        elif self._unsettled and self._settled_at() <= now_us:
+            self._taken = now
+        return {signal.short for mask, signal in _BY_MASK.items() if rising & mask}
+
+    def is_on(self, short: str) -> bool:
+        """The level of an input as the controller has taken it."""
+        return bool(self._taken & INPUTS[short])
+
+    def next_due_us(self) -> int | None:
+        """When a level that was not recognised at its change is taken after all."""
+        return self._settled_at() if self._connected and self._unsettled else None
+
+    @property
+    def _unsettled(self) -> bool:
+        return self._late_levels and self._taken != self._actual
+
+    def _settled_at(self) -> int:
+        return (self._changed_us or 0) + self._interval_us
+
+    def _connect(self, now: int) -> set[str]:
+        """The first image of a connection: levels only, and no change by the master."""
+        self._connected = True
+        self._actual = self._taken = now
+        self._changed_us = None
+        if not self._recovery_edges:
+            return set()
+        return {signal.short for mask, signal in _BY_MASK.items() if now & mask}
+
+    def _change(self, now_us: int, changed: int, now: int) -> int:
+        """Take a change, or not; the mask of recognised OFF to ON edges."""
+        before = self._actual
+        self._actual = now
+        stops = changed & before & _STOPS  # switched off: always taken at once
+        others = changed & ~stops
+        self._taken &= ~stops
+        rising = 0
+        if others:
+            reason = self._refusal(now_us, changed, others)
+            if reason:
+                self._findings.add(now_us, "interval", f"{_describe(others, now)} {reason}")
+            else:
+                rising = others & now & ~self._taken
+                self._taken = self._taken & ~others | now & others
+        self._changed_us = now_us
+        self._last_change = _describe(changed, now)
+        return rising
+
+    def _refusal(self, now_us: int, changed: int, others: int) -> str:
+        """Why `others` of the `changed` inputs are not recognised; empty if they are."""
+        least = f"at least {format_us(self._interval_us)} are needed; not recognised"
+        if self._interval_us and changed.bit_count() > 1:
+            if others == changed:
+                return f"in the same exchange, {least}"
+            partner = _describe(changed & ~others, 0)
+            return f"in the same exchange as {partner}, {least}"
+        if self._changed_us is not None and now_us - self._changed_us < self._interval_us:
+            passed = format_us(now_us - self._changed_us)
+            return f"{passed} after {self._last_change}, {least}"
+        return ""
+
+    def _check_reserved(self, now_us: int, area: bytes) -> None:
+        reserved = (dedicated_word(area) & RESERVED, reserved_bytes_of(area))
+        if reserved == self._reserved:
+            return
+        self._reserved = reserved
+        bits, others = reserved
+        if bits or any(others):
+            where = [f"n+{32 + bit // 8} bit {bit % 8}" for bit in range(16) if bits >> bit & 1]
+            pairs = zip(signals().reserved_bytes, others, strict=True)
+            where += [f"n+{at} = 0x{value:02X}" for at, value in pairs if value]
+            text = f"the master writes to the reserved area: {', '.join(where)}"
+            self._findings.add(now_us, "reserved", text)
+
+
+def _describe(mask: int, now: int) -> str:
+    """`SI(01) Servo ON input ON`, joined by `and` where several changed."""
+    return " and ".join(
+        f"{signal.signal} {signal.title} {'ON' if now & bit else 'OFF'}"
+        for bit, signal in _BY_MASK.items()
+        if mask & bit
+    )

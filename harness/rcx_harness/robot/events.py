@@ -1,0 +1,78 @@
+"""What can happen to the controller besides its inputs: the events of a stimulus."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from difflib import get_close_matches
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot.config_checks import alarm_code
+from rcx_harness.robot.machine import Machine
+
+__all__ = ["EVENTS", "happen"]
+
+
+def _alarm(machine: Machine, group: int, category: int) -> None:
+    number = f"{group}.{category}"
+    alarm_code(number)
+    machine.raise_alarm(number)
+
+
+def _set(name: str, value: bool) -> Callable[[Machine], None]:
+    return lambda machine: setattr(machine, name, value)
+
+
+def _warning(value: bool) -> Callable[[Machine], None]:
+    return lambda machine: setattr(machine.alarms, "warning", value)
+
+
+_ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
+    "emergency_stop": (
+        "press an emergency stop of the robot (SAFETY connector or programming box)",
+        _set("hard_wired_stop", True),
+    ),
+    "emergency_stop_release": ("release that emergency stop", _set("hard_wired_stop", False)),
+    "power_off": ("switch the controller off", Machine.power_off),
+    "power_on": ("switch the controller on", Machine.power_on),
+    "power_cycle": ("switch the controller off and on", Machine.power_off),
+    "alarm": ("raise an alarm: group = 12, category = 600", _alarm),
+    "warning": ("a warning comes (SO(15))", _warning(True)),
+    "warning_clear": ("the warning goes", _warning(False)),
+    "pendant_on": ("the programming box takes control authority", _set("pendant_authority", True)),
+    "pendant_off": ("the programming box gives it back", _set("pendant_authority", False)),
+    "manual_mode": ("select MANUAL mode", lambda machine: machine.set_auto_mode(False)),
+    "auto_mode": ("select AUTO mode", lambda machine: machine.set_auto_mode(True)),
+    "safety_on": (
+        "a safety setting disables dedicated inputs and commands",
+        _set("inputs_disabled", True),
+    ),
+    "safety_off": ("that safety setting ends", _set("inputs_disabled", False)),
+    "parallel_stop": ("DI06 of the parallel I/O board turns OFF", _set("parallel_stop", False)),
+    "parallel_stop_release": ("DI06 turns ON", _set("parallel_stop", True)),
+    "program_end": ("the robot program comes to its end", Machine.end_program),
+}
+
+#: The events by name, each with what it does.
+EVENTS: dict[str, str] = {name: text for name, (text, _) in _ACTIONS.items()}
+
+
+def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
+    """Let `event` happen.
+
+    Raises:
+        InputError: unknown event, or arguments that it does not take.
+    """
+    if event not in _ACTIONS:
+        near = get_close_matches(event, _ACTIONS)
+        hint = f"did you mean {' or '.join(near)}" if near else "see rcx run --help"
+        raise InputError(f"unknown robot event {event!r}", hint=hint)
+    action = _ACTIONS[event][1]
+    takes = list(inspect.signature(action).parameters)[1:]
+    if sorted(args) != sorted(takes):
+        wanted = ", ".join(takes) or "nothing"
+        raise InputError(f"event {event!r} takes {wanted}, not {', '.join(args) or 'nothing'}")
+    if any(isinstance(value, bool) or not isinstance(value, int) for value in args.values()):
+        raise InputError(f"event {event!r} takes whole numbers")
+    action(machine, **args)

@@ -1,0 +1,34 @@
+"""What the master did against the manual, as the controller sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Findings", "Violation"]
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A broken rule: when [us], which (an id of rules.RULES), and one clear sentence."""
+
+    t_us: int
+    rule: str
+    text: str
+
+
+class Findings:
+    """All violations in order of time; `drain` gives each one once."""
+
+    def __init__(self) -> None:
+        self.every: list[Violation] = []
+        self._drained = 0
+
+    def add(self, t_us: int, rule: str, text: str) -> None:
+        """Record a violation."""
+        self.every.append(Violation(t_us, rule, text))
+
+    def drain(self) -> list[Violation]:
+        """Those that are new since the last call."""
+        new = self.every[self._drained :]
+        self._drained = len(self.every)
+        return new

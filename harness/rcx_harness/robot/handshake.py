@@ -1,0 +1,222 @@
+"""The remote-command handshake (guide, chapters 1 and 2), one step per controller cycle."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from rcx_harness.robot.area import WORDS_AT_REST
+from rcx_harness.robot.commands import Call, CommandError, Execution, Response, start
+from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.config_checks import alarm_code
+from rcx_harness.robot.findings import Findings
+from rcx_harness.robot.machine import Machine
+from rcx_harness.spec import Command, commands
+
+__all__ = ["Handshake", "Phase", "Words"]
+
+Words = tuple[int, ...]
+
+READY, RUN, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
+
+
+class Phase(Enum):
+    """Where the handshake stands."""
+
+    READY = "ready for a command"
+    ACCEPTING = "a command was seen and is not yet begun"
+    RUNNING = "a command is executed"
+    ABANDONED = "a command is executed whose status is not reflected any more"
+    ENDED = "an end status is shown"
+    CLEARING = "the status reset command was seen, the status is not yet 0x0000"
+
+
+class Handshake:
+    """Words n to n+30 in, words m to m+30 out.
+
+    Attributes:
+        phase: Where it stands.
+        executed: How many commands have come to an end that was shown.
+    """
+
+    def __init__(self, config: RobotConfig, findings: Findings) -> None:
+        self._config = config
+        self._findings = findings
+        self.phase = Phase.READY
+        self.executed = 0
+        self._shown: Words = WORDS_AT_REST
+        self._taken: Words = WORDS_AT_REST
+        self._due_us = 0
+        self._execution: Execution | None = None
+        self._failure = ""
+        self._blocked = False  # a code stands there that must go back to 0x0000 first
+        self._reported = 0  # the code that was last found to be set too early
+
+    @property
+    def shown(self) -> Words:
+        """Words m to m+30."""
+        return self._shown
+
+    def next_due_us(self, now_us: int) -> int | None:
+        """When it goes on by itself; None if only the master can bring it on."""
+        if self.phase in (Phase.ACCEPTING, Phase.CLEARING):
+            return self._due_us
+        return now_us if self.phase in (Phase.RUNNING, Phase.ABANDONED) else None
+
+    def step(self, machine: Machine, words: Words) -> None:
+        """One cycle with the words that the master sends."""
+        if self.phase is Phase.READY:
+            self._look_for_command(machine, words)
+        elif self.phase is Phase.ENDED:
+            self._look_for_reset(machine, words)
+        elif self.phase is Phase.CLEARING:
+            self._report_early_code(machine, words)
+        elif self.phase is not Phase.ABANDONED and words != self._taken:
+            self._change(machine, words)
+
+        if self.phase is Phase.ACCEPTING and machine.now_us >= self._due_us:
+            self._begin(machine)
+        elif self.phase in (Phase.RUNNING, Phase.ABANDONED):
+            self._go_on(machine, words)
+        if self.phase is Phase.CLEARING and machine.now_us >= self._due_us:
+            self._rest(words)
+
+    def disconnect(self, machine: Machine) -> None:
+        """The link is lost: what runs ends abnormally, and that is shown until a reset."""
+        if self.phase is Phase.RUNNING and self._execution and not self._execution.stoppable:
+            self._end_abnormally(machine, self._config.link_loss_alarm)
+        elif self.phase not in (Phase.READY, Phase.ENDED):
+            self._rest(WORDS_AT_REST)
+
+    def _look_for_command(self, machine: Machine, words: Words) -> None:
+        if words[0] == 0:
+            self._blocked = False
+        elif not self._blocked and not machine.inputs_disabled:
+            self._taken = words
+            self._due_us = machine.now_us + machine.draw_us("command_accept_delay")
+            self.phase = Phase.ACCEPTING
+
+    def _look_for_reset(self, machine: Machine, words: Words) -> None:
+        if words[0] == 0:
+            self._due_us = machine.now_us + machine.draw_us("status_reset_delay")
+            self._reported = 0
+            self.phase = Phase.CLEARING
+        elif words[0] != self._taken[0]:
+            self._report_early_code(machine, words)
+
+    def _report_early_code(self, machine: Machine, words: Words) -> None:
+        """A code while the status is not 0x0000; it is not executed."""
+        if words[0] in (0, self._reported):
+            return
+        self._reported = words[0]
+        text = (
+            f"command 0x{words[0]:04X} is set while the status is 0x{self._shown[0]:04X}; "
+            "a command may be set only in status 0x0000; not executed"
+        )
+        self._findings.add(machine.now_us, "ready-first", text)
+
+    def _change(self, machine: Machine, words: Words) -> None:
+        """Code or data are not what they were, and no end status has been shown."""
+        stoppable = self._execution is not None and self._execution.stoppable
+        if stoppable and words[0] == 0:
+            self._due_us = machine.now_us + machine.draw_us("status_reset_delay")
+            self._execution = None
+            self.phase = Phase.CLEARING
+            return
+        changes = [
+            f"n{f'+{2 * k}' if k else ''} 0x{old:04X} to 0x{new:04X}"
+            for k, (old, new) in enumerate(zip(self._taken, words, strict=True))
+            if old != new
+        ]
+        text = (
+            f"command 0x{self._taken[0]:04X} was changed before its end status "
+            f"({', '.join(changes)}; status 0x{self._shown[0]:04X}); "
+            "its status is not reflected any more"
+        )
+        self._findings.add(machine.now_us, "hold-command", text)
+        if self._execution is None or stoppable:
+            self._rest(words)
+            return
+        self.phase = Phase.ABANDONED
+        self._shown = WORDS_AT_REST
+        if self._config.changed_command_status == "run":
+            self._show(RUN, WORDS_AT_REST[1:])
+
+    def _begin(self, machine: Machine) -> None:
+        """Execute what was taken; a short command may end in this cycle."""
+        self._failure = ""
+        try:
+            self._execution = start(machine, _check(machine, self._taken))
+        except CommandError as alarm:
+            self._execution, self._failure = None, alarm.number
+        self.phase = Phase.RUNNING
+        if self._config.skip_run_status == "never":
+            self._show(RUN, WORDS_AT_REST[1:])
+        else:
+            self._go_on(machine, self._taken)
+
+    def _go_on(self, machine: Machine, words: Words) -> None:
+        response: Response | None = None
+        if self._execution and not self._failure:
+            try:
+                response = self._execution.step(machine)
+            except CommandError as alarm:
+                self._failure = alarm.number
+        ended = response is not None or self._failure
+        if self.phase is Phase.ABANDONED:
+            if ended:
+                self._rest(words)
+        elif self._failure:
+            self._end_abnormally(machine, self._failure)
+        elif response is not None:
+            self._end(NORMAL_END, _command(self._taken).respond(response))
+        elif self._execution:
+            self._show_running(machine, self._execution)
+
+    def _show_running(self, machine: Machine, execution: Execution) -> None:
+        if execution.stoppable or self._config.skip_run_status != "always":
+            interim = execution.interim(machine)
+            self._show(RUN, _command(self._taken).respond(interim))
+
+    def _end_abnormally(self, machine: Machine, number: str) -> None:
+        if self._config.command_alarm_is_serious:
+            machine.raise_alarm(number, serious=True)
+        elif not machine.alarms.has(number):
+            machine.alarms.note(number, machine.now_us)
+        self._end(ABNORMAL_END, alarm_code(number) + (0,) * 13)
+
+    def _end(self, status: int, response: Words) -> None:
+        self._execution = None
+        self._reported = 0
+        self.executed += 1
+        self._show(status, response)
+        self.phase = Phase.ENDED
+
+    def _rest(self, words: Words) -> None:
+        """Ready again; a code that is there now is not taken before it was 0x0000."""
+        self._execution = None
+        self._shown = WORDS_AT_REST
+        self._blocked = words[0] != 0
+        self.phase = Phase.READY
+
+    def _show(self, status: int, response: Words) -> None:
+        self._shown = (status, *response)
+
+
+def _command(words: Words) -> Command:
+    return commands()[words[0] & 0x0FFF]
+
+
+def _check(machine: Machine, words: Words) -> Call:
+    """Code, robot, authority and format; the call, if all of them are right."""
+    config = machine.config
+    entry = commands().get(words[0] & 0x0FFF)
+    robot = words[0] >> 12
+    if entry is None or entry.code == 0 or (robot and not entry.robot):
+        raise CommandError(config.undefined_code_alarm)
+    if robot > 4 or not config.axes_of(robot):
+        raise CommandError(config.absent_robot_alarm)
+    if machine.pendant_authority and not entry.pendant:
+        raise CommandError(config.pendant_alarm)
+    if entry.problem(words, unused_words=config.strict_unused_words):
+        raise CommandError(config.format_alarm)
+    return Call(entry.code, robot or 1, entry.decode(words))

@@ -1,0 +1,332 @@
+"""The controller's state behind its areas: power, stops, servo, program, motion, alarms.
+
+Nothing here knows of bytes. What takes time is put into `pending` with the time it is due, so
+that the state depends on nothing but the calls and their times.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList
+from rcx_harness.robot.config import Point, RobotConfig
+from rcx_harness.robot.motion import AxisMove, Movement
+
+__all__ = ["Machine", "ProgramState"]
+
+
+class ProgramState:
+    """The main program: `elapsed_us` is how far it has come without counting its stops."""
+
+    def __init__(self, is_reset: bool) -> None:
+        self.running = False
+        self.is_reset = is_reset
+        self.elapsed_us = 0
+        self.since_us = 0
+
+
+class Machine:
+    """One robot controller; see RobotConfig for its properties.
+
+    `si00`, `si06` and `si10` are the levels of the inputs as the controller has taken them.
+    """
+
+    def __init__(self, config: RobotConfig, seed: int) -> None:
+        self.config = config
+        self.rng = random.Random(seed)
+        self.now_us = 0
+        self.alarms = AlarmList()
+        self.points: dict[int, Point] = dict(config.points)
+        self.positions = [axis.start for axis in config.axes]
+        self.auto_mode = config.auto_mode
+        self.pendant_authority = config.pendant_authority
+        self.inputs_disabled = config.safety_disables_inputs
+        self.parallel_stop = config.parallel_stop
+        self.hard_wired_stop = False
+        self.powered = False
+        self.power_on()
+
+    def power_on(self) -> None:
+        """Switch main power on; does nothing if it is on."""
+        if self.powered:
+            return
+        self.powered = True
+        self.booted = False
+        self.si00 = self.si06 = self.si10 = False
+        self.emergency = True  # until SI(00) comes ON; this is no shift in operation: no alarm
+        self.servo_on = False
+        self.origin_complete = self.config.origin_complete
+        self.sequence_running = False
+        self.program = ProgramState(self.config.program_is_reset)
+        self.movement: Movement | None = None
+        self.pending: dict[str, int] = {}
+        self._schedule("boot_time")
+
+    def power_off(self) -> None:
+        """Switch main power off: all that is not stored is lost."""
+        self.powered = self.booted = False
+        self.servo_on = False
+        self.pending.clear()
+        self._halt(EMERGENCY_STOP)
+        self.alarms.active.clear()
+        self.alarms.warning = False
+
+    @property
+    def stopped(self) -> bool:
+        """A stop input is OFF: SI(06), or DI06 of a parallel I/O board that is valid."""
+        parallel = self.config.parallel_io == "valid" and not self.parallel_stop
+        ignored = self.inputs_disabled and not self.config.safety_keeps_stops
+        return parallel or not (self.si06 or ignored)
+
+    @property
+    def mp_ready(self) -> bool:
+        """SO(04): the servo ON input may switch the servos on."""
+        config = self.config
+        if not config.mp_ready_in_emergency_stop:
+            return not self.emergency and not self.alarms.serious
+        harmless = (EMERGENCY_STOP, config.link_loss_alarm, config.link_error_alarm)
+        return not any(a.serious and a.number not in harmless for a in self.alarms.active)
+
+    @property
+    def origin_running(self) -> bool:
+        """A return-to-origin is under way."""
+        return "origin_time" in self.pending
+
+    def advance(self, now_us: int) -> None:
+        """Let time pass: answers that are due, the program, and the movement."""
+        self.now_us = now_us
+        self._follow_stops()
+        while self._answer_next():
+            self._follow_stops()
+        program, main = self.program, self.config.programs[0]
+        if program.running and not main.loop and now_us >= self._program_end_us():
+            self.end_program()
+        if self.movement:
+            self.movement.advance(now_us, self.positions)
+            if self.movement.done:
+                self.movement = None
+
+    def next_due_us(self) -> int | None:
+        """When something happens by itself; None if nothing is under way."""
+        due = list(self.pending.values())
+        if self.movement:
+            due.append(self.now_us)
+        if self.program.running and not self.config.programs[0].loop:
+            due.append(self._program_end_us())
+        return min(due, default=None)
+
+    def raise_alarm(self, number: str, *, serious: bool | None = None) -> None:
+        """Raise an alarm; a serious one stops the robot and switches the servos off."""
+        if serious is None:
+            serious = number not in self.config.minor_alarms
+        if not serious:
+            self.alarms.note(number, self.now_us)
+            return
+        self.alarms.activate(number, self.now_us, serious=True)
+        if self.config.alarm_stops_servo:
+            self._servo_off(number)
+
+    def reset_alarms(self) -> str:
+        """Reset what can be reset; the number of an alarm that stays, else empty."""
+        lasting = list(self.config.power_restart_alarms)
+        if self.emergency and not self.config.reset_in_emergency_stop:
+            lasting.append(EMERGENCY_STOP)
+        self.alarms.reset(lasting)
+        return self.alarms.active[0].number if self.alarms.active else ""
+
+    # Requests by the dedicated inputs; each is refused silently, as the real outputs are.
+
+    def request_servo_on(self) -> None:
+        """SI(01)."""
+        if self._may_switch_servo_on() and not self.servo_on:
+            self._schedule("servo_on_delay")
+
+    def request_alarm_reset(self) -> None:
+        """SI(16)."""
+        self._schedule("alarm_reset_delay")
+
+    def request_program_reset(self) -> None:
+        """SI(15)."""
+        running = self.program.running and not self.config.reset_while_running
+        if self.auto_mode and not running and not self._pendant_blocks():
+            self._schedule("program_reset_delay")
+
+    def request_program_start(self) -> None:
+        """SI(12)."""
+        if self._pendant_blocks() or not self.auto_mode or self.program.running:
+            return
+        if self.stopped and not self.emergency:
+            self.raise_alarm(STOP)
+        if self._may_run_program():
+            self._schedule("program_start_delay")
+
+    def request_origin(self) -> None:
+        """SI(14) or SI(17)."""
+        servo = self.servo_on or not self.config.origin_needs_servo
+        if servo and self._may_move() and not self._pendant_blocks() and not self.movement:
+            self.origin_complete = False
+            self._schedule("origin_time")
+
+    def end_program(self) -> None:
+        """The program has come to its end; its next start begins at the beginning."""
+        self.program.running = False
+        self.program.elapsed_us = 0
+
+    def move(self, moves: Sequence[AxisMove]) -> Movement:
+        """Start a movement."""
+        self.movement = Movement(moves, self.now_us)
+        return self.movement
+
+    def draw_us(self, key: str) -> int:
+        """A delay of the configuration [us], drawn from the seed where it is a range."""
+        delay = getattr(self.config, key)
+        low, high = delay if isinstance(delay, tuple) else (delay, delay)
+        return self.rng.randint(round(low * 1000), round(high * 1000))
+
+    def set_auto_mode(self, auto: bool) -> None:
+        """Select AUTO or MANUAL mode; MANUAL stops the program."""
+        self.auto_mode = auto
+        if not auto:
+            self._pause_program()
+
+    def lose_link(self, *, in_operation: bool) -> None:
+        """There is no connection: SI(00), SI(06) and SI(10) turn off inside."""
+        self.si00 = self.si06 = self.si10 = False
+        if in_operation:
+            self.raise_alarm(self.config.link_loss_alarm)
+        else:
+            latched = self.config.link_error_latches
+            self.alarms.activate(self.config.link_error_alarm, self.now_us, serious=latched)
+
+    def regain_link(self) -> None:
+        """The connection is there (again)."""
+        if not self.config.link_error_latches:
+            self.alarms.clear(self.config.link_error_alarm)
+
+    def _answer_next(self) -> bool:
+        """Give the answer that is due first; False if none is due yet."""
+        name = min(self.pending, key=lambda key: self.pending[key], default="")
+        if not name or self.pending[name] > self.now_us:
+            return False
+        del self.pending[name]
+        getattr(self, f"_on_{name}")()
+        return True
+
+    def _schedule(self, key: str) -> None:
+        if key not in self.pending:  # else a skipped cycle would shift all later draws
+            self.pending[key] = self.now_us + self.draw_us(key)
+
+    def _pendant_blocks(self) -> bool:
+        return self.pendant_authority and self.config.pendant_blocks_inputs
+
+    def _may_switch_servo_on(self) -> bool:
+        alarm = self.alarms.serious and not self.config.servo_on_with_alarm
+        return not self.emergency and self.mp_ready and not alarm and not self._pendant_blocks()
+
+    def _may_move(self) -> bool:
+        return not self.emergency and not self.stopped and not self.alarms.serious
+
+    def _may_run_program(self) -> bool:
+        servo = self.servo_on or not self.config.program_needs_servo
+        return self.auto_mode and servo and self._may_move()
+
+    def _program_end_us(self) -> int:
+        whole = round(self.config.programs[0].duration * 1000)
+        return self.program.since_us + whole - self.program.elapsed_us
+
+    def _follow_stops(self) -> None:
+        ignored = self.inputs_disabled and not self.config.safety_keeps_stops
+        wanted = self.hard_wired_stop or not (self.si00 or ignored)
+        if not self.booted:
+            return
+        if wanted and not self.emergency:
+            self._schedule("emergency_stop_delay")
+        elif not wanted and self.emergency and "emergency_stop_delay" not in self.pending:
+            self._schedule("emergency_release_delay")
+        if wanted:
+            self.pending.pop("emergency_release_delay", None)
+        if self.stopped:
+            self._stop()
+        if self.si10 and self.config.sequence_program:
+            if not self.sequence_running:
+                self._schedule("sequence_delay")
+        else:
+            self.pending.pop("sequence_delay", None)
+            self.sequence_running = False
+
+    def _stop(self) -> None:
+        """The stop input is OFF: program and movements end (12.400)."""
+        if self.program.running and "program_stop_delay" not in self.pending:
+            self._schedule("program_stop_delay")
+            self.raise_alarm(STOP)
+        self.pending.pop("program_start_delay", None)
+        self._stop_movement(STOP)
+        self.pending.pop("origin_time", None)
+
+    def _stop_movement(self, number: str) -> None:
+        if self.movement:
+            self.movement.advance(self.now_us, self.positions)
+            if not self.movement.done:
+                self.movement.stopped_by = number
+            self.movement = None
+
+    def _servo_off(self, number: str) -> None:
+        self.servo_on = False
+        self.pending.pop("servo_on_delay", None)
+        self._halt(number)
+
+    def _halt(self, number: str) -> None:
+        """Program, movement and return-to-origin end at once."""
+        self._pause_program()
+        self._stop_movement(number)
+        self.pending.pop("origin_time", None)
+        self.pending.pop("program_start_delay", None)
+
+    def _pause_program(self) -> None:
+        if self.program.running:
+            self.program.running = False
+            self.program.elapsed_us += self.now_us - self.program.since_us
+        self.pending.pop("program_stop_delay", None)
+
+    # What is due: one method for each key of `pending`.
+
+    def _on_boot_time(self) -> None:
+        self.booted = True
+        if self.config.power_on_alarm:
+            self.raise_alarm(self.config.power_on_alarm)
+        if self.config.power_on_emergency_alarm:
+            self.raise_alarm(EMERGENCY_STOP)
+
+    def _on_emergency_stop_delay(self) -> None:
+        self.emergency = True
+        self._servo_off(EMERGENCY_STOP)
+        self.raise_alarm(EMERGENCY_STOP, serious=True)
+
+    def _on_emergency_release_delay(self) -> None:
+        self.emergency = False
+
+    def _on_servo_on_delay(self) -> None:
+        self.servo_on = self._may_switch_servo_on()
+
+    def _on_alarm_reset_delay(self) -> None:
+        self.reset_alarms()
+
+    def _on_program_reset_delay(self) -> None:
+        self.program = ProgramState(is_reset=True)
+
+    def _on_program_start_delay(self) -> None:
+        if self._may_run_program():
+            self.program.running = True
+            self.program.is_reset = False
+            self.program.since_us = self.now_us
+
+    def _on_program_stop_delay(self) -> None:
+        self._pause_program()
+
+    def _on_sequence_delay(self) -> None:
+        self.sequence_running = True
+
+    def _on_origin_time(self) -> None:
+        self.positions[:] = [0] * len(self.positions)
+        self.origin_complete = True

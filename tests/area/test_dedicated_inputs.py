@@ -1,0 +1,130 @@
+"""FB_DedicatedInputs: one change at a time, 100 ms and the margin apart (120 ms, 12 scans here)."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+from rcx_harness.engine.base import Value
+
+
+def _changes(plc: PlcBench, scans: int) -> list[tuple[int, str]]:
+    """(time of the scan [ms], input with its new state) of each change as written."""
+    found: list[tuple[int, str]] = []
+    before = set(plc.inputs)
+    for _ in range(scans):
+        at = plc.now_us // 1000
+        plc.scan()
+        now = set(plc.inputs)
+        found += [(at, f"{name} {'ON' if name in now else 'OFF'}") for name in sorted(before ^ now)]
+        before = now
+    return found
+
+
+def test_after_a_start_of_the_plc_the_inputs_come_one_at_a_time_after_the_interval() -> None:
+    """Source: manual chapter 5, 3.1, caution: an interval of 100 ms or more."""
+    plc = PlcBench()
+    assert _changes(plc, 60) == [(120, "SI00 ON"), (240, "SI06 ON")]
+
+
+def test_both_are_off_until_the_application_says_otherwise() -> None:
+    """Source: design of the pins EmergencyStopOk and StopOk; chapter 5, 2, SI(00) and SI(06)."""
+    plc = PlcBench()
+    plc["EmergencyStopOk"] = plc["StopOk"] = False
+    assert _changes(plc, 60) == []
+
+
+def test_different_inputs_keep_the_interval_too() -> None:
+    """Source: manual chapter 5, 3.1, caution: same or different dedicated inputs."""
+    plc = PlcBench()
+    plc.power_up()
+    plc["ServoOn.Execute"] = True
+    plc.outputs(SO02=True, SO14=True)
+    plc["ProgramReset.Execute"] = True
+    start = plc.now_us // 1000
+    assert _changes(plc, 60) == [
+        (start, "SI01 ON"),
+        (start + 120, "SI01 OFF"),
+        (start + 240, "SI15 ON"),
+        (start + 360, "SI15 OFF"),
+    ]
+
+
+@pytest.mark.parametrize("pin", ["EmergencyStopOk", "StopOk"])
+def test_a_safety_switch_off_goes_out_at_once_and_restarts_the_interval(pin: str) -> None:
+    """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops; exempt from the interval."""
+    name = {"EmergencyStopOk": "SI00", "StopOk": "SI06"}[pin]
+    plc = PlcBench()
+    plc.power_up()
+    plc["ServoOn.Execute"] = True
+    plc.scan()
+    assert "SI01" in plc.inputs
+    plc.scan(5)
+    plc.outputs(SO02=True)
+    plc[pin] = False
+    start = plc.now_us // 1000
+    assert _changes(plc, 30) == [(start, f"{name} OFF"), (start + 120, "SI01 OFF")]
+    plc[pin] = True
+    start = plc.now_us // 1000
+    assert _changes(plc, 1) == [(start, f"{name} ON")]
+
+
+def test_both_safety_inputs_may_fall_together_but_not_rise_together() -> None:
+    """Source: manual chapter 5, 3.1, caution; exemption of the switch-off only."""
+    plc = PlcBench()
+    plc.power_up()
+    plc["EmergencyStopOk"] = plc["StopOk"] = False
+    start = plc.now_us // 1000
+    assert _changes(plc, 1) == [(start, "SI00 OFF"), (start, "SI06 OFF")]
+    plc["EmergencyStopOk"] = plc["StopOk"] = True
+    assert _changes(plc, 40) == [(start + 120, "SI00 ON"), (start + 240, "SI06 ON")]
+
+
+@pytest.mark.parametrize(
+    ("interval", "margin", "expected_ms"),
+    [
+        ("T#100ms", "T#20ms", 120),
+        ("T#250ms", "T#20ms", 270),
+        ("T#10ms", "T#20ms", 120),  # the manual's 100 ms cannot be undercut
+        ("T#0s", "T#0s", 100),
+    ],
+)
+def test_the_interval_is_a_parameter_but_never_below_100_ms(
+    interval: Value, margin: Value, expected_ms: int
+) -> None:
+    """Source: manual chapter 5, 3.1, caution."""
+    plc = PlcBench()
+    plc["WriteArea.Interval"], plc["WriteArea.Margin"] = interval, margin
+    found = _changes(plc, 60)
+    assert [time for time, _ in found] == [expected_ms, 2 * expected_ms]
+
+
+def test_the_default_margin_covers_an_rpi_of_100_ms() -> None:
+    """A change may reach the controller one RPI and one 5 ms cycle late, the next one at once."""
+    plc = PlcBench()
+    fresh = PlcBench()
+    assert fresh["WriteArea.Interval"].total_seconds() == 0.1
+    plc["WriteArea.Margin"] = "T#120ms"
+    assert [time for time, _ in _changes(plc, 60)] == [220, 440]
+
+
+def test_link_loss_takes_the_inputs_back_and_they_return_after_the_interval() -> None:
+    """Source: manual chapter 1, 5.2: SI(00) and SI(06) turn off in the connection error state."""
+    plc = PlcBench()
+    plc.power_up()
+    plc["Connected"] = False
+    start = plc.now_us // 1000
+    assert _changes(plc, 50) == [(start, "SI00 OFF"), (start, "SI06 OFF")]
+    plc["Connected"] = True
+    start = plc.now_us // 1000
+    assert _changes(plc, 50) == [(start + 120, "SI00 ON"), (start + 240, "SI06 ON")]
+
+
+def test_inputs_that_nobody_requests_any_more_are_withdrawn() -> None:
+    plc = PlcBench()
+    plc.power_up()
+    plc["ServoOn.Execute"] = True
+    plc.scan()
+    plc["CallServoOn"] = False
+    start = plc.now_us // 1000
+    assert _changes(plc, 20) == [(start + 110, "SI01 OFF")]

@@ -1,0 +1,115 @@
+"""FB_RemoteCommand: any code, 15 words there and 15 words back, and its ways to end."""
+
+from __future__ import annotations
+
+from plc_bench import PlcBench
+
+
+def _plc() -> PlcBench:
+    plc = PlcBench()
+    plc.power_up()
+    plc["First.Code"] = 0x1505
+    return plc
+
+
+def test_inputs_are_sampled_on_the_rising_edge() -> None:
+    """A change while the block waits for its turn has no effect."""
+    plc = _plc()
+    plc["Second.Code"], plc["Second.Data[2]"] = 0x0101, 100
+    plc["First.Execute"] = plc["Second.Execute"] = True
+    plc.scan()
+    plc["Second.Code"], plc["Second.Data[2]"] = 0x0100, 200
+    plc.scan_until(lambda: plc.words[0] == 0x1505)
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] != 0)
+    assert plc.words[:3] == [0x0101, 0, 100]
+
+
+def test_all_fifteen_words_go_out_and_come_back() -> None:
+    """Source: guide chapter 1, 1.1: n + 2 to n + 30, m + 2 to m + 30."""
+    plc = _plc()
+    data = [0x0100 + k for k in range(1, 16)]
+    response = [0xFF00 - k for k in range(1, 16)]
+    plc["First.Data"] = data
+    plc["First.Execute"] = True
+    plc.scan(2)
+    assert plc.words == [0x1505, *data]
+    plc.answer(0x0200, response)
+    plc.scan()
+    plc.answer(0)
+    plc.scan(5)
+    assert plc["First.Response"] == response, "kept after the status reset"
+
+
+def test_an_abnormal_end_shows_alarm_group_and_category() -> None:
+    """Over soft limit, 2.334, as the guide prints it.
+
+    Source: guide chapter 1, 1.1: 0x0002 in m + 2, 0x014E in m + 4.
+    """
+    plc = _plc()
+    plc["First.Execute"] = True
+    plc.scan(2)
+    plc.answer(0x4000, [0x0002, 0x014E])
+    plc.scan()
+    assert plc["First.Error"]
+    assert plc["First.ErrorID"] == 0x8020
+    assert (plc["First.AlarmGroup"], plc["First.AlarmCategory"]) == (2, 334)
+    plc.answer(0)
+    plc.scan(5)
+    assert (plc["First.AlarmGroup"], plc["First.AlarmCategory"]) == (2, 334)
+    plc["First.Execute"] = False
+    plc.scan()
+    assert (plc["First.AlarmGroup"], plc["First.AlarmCategory"]) == (0, 0)
+    assert plc["First.ErrorID"] == 0
+
+
+def test_the_status_reset_is_no_command() -> None:
+    """Source: guide chapter 4, 4.1."""
+    plc = _plc()
+    plc["First.Code"] = 0
+    plc["First.Execute"] = True
+    plc.scan(2)
+    assert plc["First.ErrorID"] == 0x8021
+    assert plc.words == [0] * 16
+    plc["Second.Code"] = 0x0501
+    plc["Second.Execute"] = True
+    plc.scan(2)
+    assert plc.words[0] == 0x0501, "the channel is free"
+
+
+def test_without_an_answer_the_response_is_zero() -> None:
+    plc = _plc()
+    plc["First.Execute"] = True
+    plc.scan(2)
+    plc.answer(0x0200, [7] * 15)
+    plc.scan()
+    plc.answer(0)
+    plc["First.Execute"] = False
+    plc.scan()
+    plc["First.Timeout"] = "T#50ms"
+    plc["First.Execute"] = True
+    plc.scan(7)
+    assert plc["First.ErrorID"] == 0x8011
+    assert plc["First.Response"] == [0] * 15
+
+
+def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None:
+    """Source: guide chapter 1, 1.2, code 0x0000."""
+    plc = _plc()
+    plc.answer(0x0100)
+    plc["First.Timeout"] = "T#500ms"
+    plc["First.Execute"] = True
+    plc.scan(51)
+    assert plc["First.ErrorID"] == 0x8015
+    assert plc.words == [0] * 16
+
+
+def test_refused_while_the_controller_is_not_there() -> None:
+    plc = _plc()
+    plc.outputs(SO01=False)
+    plc["First.Execute"] = True
+    plc.scan(2)
+    assert plc["First.ErrorID"] == 0x8002
+    assert plc.words == [0] * 16

@@ -1,0 +1,83 @@
+"""The files of plc/lib: one POU each, found by its name, with its test and its manual section."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from plc_bench import LIBRARY, ROOT
+from rcx_harness import spec
+from rcx_harness.docs import headers
+from rcx_harness.engine.frontend import load
+from rcx_harness.engine.types import BlockType, StructType
+
+_POU = re.compile(r"^(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE\s+)\s*(\w+)", re.MULTILINE)
+
+
+def _code(file: Path) -> str:
+    """The source without its comments."""
+    return re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def _robot() -> dict[str, StructType]:
+    project = load([*LIBRARY, ROOT / "tests/data/library/Bench.st"])
+    main = project.instances["Main"]
+    robot = next(variable.type for variable in main.variables if variable.name == "Robot")
+    assert isinstance(robot, StructType)
+    return {name: kind for name, kind in robot.fields if isinstance(kind, StructType)}
+
+
+@pytest.mark.parametrize("file", LIBRARY, ids=lambda file: str(file.stem))
+def test_a_file_holds_the_pou_of_its_name_and_no_other(file: Path) -> None:
+    assert _POU.findall(_code(file)) == [file.stem]
+    assert len(file.read_text(encoding="utf-8").splitlines()) <= 150
+
+
+@pytest.mark.parametrize("head", headers(), ids=lambda head: str(head.name))
+def test_a_head_names_the_block_its_purpose_and_an_existing_test(head: object) -> None:
+    entry = next(one for one in headers() if one == head)
+    assert entry.name == entry.file.stem
+    assert entry.purpose
+    assert all((ROOT / test).exists() for test in entry.tests)
+    if entry.file.parent.name != "types":
+        assert entry.tests
+
+
+def test_every_error_id_of_the_blocks_is_in_the_table_and_every_entry_is_used() -> None:
+    used = {
+        int(number, 16)
+        for file in LIBRARY
+        for number in re.findall(r"WORD#16#(8[0-9A-F]{3})\b", _code(file))
+    }
+    listed = [error["id"] for error in spec.load_toml(spec.folder() / "errors.toml")["error"]]
+    assert sorted(used) == listed
+
+
+@pytest.mark.parametrize("direction", ["output", "input"])
+def test_the_structures_of_the_dedicated_bits_have_the_fields_of_the_table(direction: str) -> None:
+    """Source: manual chapter 5, 2."""
+    struct = _robot()["SO" if direction == "output" else "SI"]
+    table = getattr(spec.signals(), direction)
+    assert [name for name, _ in struct.fields] == [signal.name for signal in table]
+
+
+def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaults() -> None:
+    """Source: PLCopen, edge-triggered function blocks."""
+    project = load([*LIBRARY, ROOT / "tests/data/library/Bench.st"])
+    outputs = ["Done", "Busy", "Active", "Error", "ErrorID"]
+    found = []
+    for block in project.blocks.values():
+        assert isinstance(block, BlockType)
+        pins = [variable.name for variable in block.variables if variable.section == "VAR_OUTPUT"]
+        if "Done" in pins and block.name != "FB_Job":
+            assert pins[:5] == outputs
+            found.append(block.name)
+    assert sorted(found) == [
+        "FB_AlarmReset",
+        "FB_AutoStart",
+        "FB_ProgramReset",
+        "FB_RemoteCommand",
+        "FB_ServoOn",
+    ]

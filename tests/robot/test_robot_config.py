@@ -1,0 +1,124 @@
+"""Robot files, and what they must not hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Axis, Point, RobotConfig, RobotProgram
+
+GOOD = """\
+size = 256
+servo_on_delay = [10, 40]
+command_delay = 25
+skip_run_status = "never"
+minor_alarms = ["12.400", "1.5"]
+
+[[axes]]
+pulses_per_mm = 200
+soft_high = 5000
+
+[[axes]]
+robot = 2
+
+[[axes]]
+robot = 1
+
+[[programs]]
+name = "PICK"
+duration = 750
+loop = false
+
+[points.19]
+mm = [10.0, -0.123]
+hand = 1
+
+[points.20]
+pulses = [7]
+"""
+
+
+def _load(tmp_path: Path, text: str) -> RobotConfig:
+    file = tmp_path / "robot.toml"
+    file.write_text(text, encoding="utf-8")
+    return RobotConfig.load(file)
+
+
+def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
+    config = _load(tmp_path, GOOD)
+    assert config.size == 256
+    assert config.servo_on_delay == (10, 40)
+    assert config.command_delay == 25
+    assert config.min_interval == RobotConfig().min_interval
+    assert config.axes == (Axis(pulses_per_mm=200, soft_high=5000), Axis(robot=2), Axis())
+    assert config.axes_of(0) == config.axes_of(1) == (0, 2)
+    assert config.axes_of(2) == (1,)
+    assert config.programs == (RobotProgram("PICK", 750, loop=False),)
+    assert config.points == {
+        19: Point((10000, -123, 0, 0, 0, 0), mm=True, hand=1),
+        20: Point((7, 0, 0, 0, 0, 0)),
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message", "hint"),
+    [
+        ("size = 48\nservo_on_dellay = 3", 2, "unknown key 'servo_on_dellay'", "servo_on_delay"),
+        ("[[axes]]\nsoft_hi = 3", 2, "unknown key 'soft_hi' in [[axes]]", "soft_high"),
+        ("size = 64", 1, "'size' cannot be 64", "48 or 256"),
+        ("size = 48.0", 1, "'size' cannot be 48.0", "48 or 256"),
+        ("auto_mode = 1", 1, "'auto_mode' cannot be 1", "true or false"),
+        ("\nauto_speed = 101", 2, "'auto_speed' cannot be 101", "1 to 100"),
+        ("servo_on_delay = -1", 1, "'servo_on_delay' cannot be -1", "milliseconds"),
+        ("servo_on_delay = [9, 3]", 1, "'servo_on_delay' cannot be (9, 3)", "shortest"),
+        ('servo_on_delay = "5ms"', 1, "'servo_on_delay' cannot be '5ms'", "milliseconds"),
+        ("min_interval = nan", 1, "'min_interval' cannot be nan", "from 0 on"),
+        ('skip_run_status = "no"', 1, "'skip_run_status' cannot be 'no'", "never or short"),
+        ('format_alarm = "4"', 1, "'format_alarm' cannot be '4'", '"12.600"'),
+        ("minor_alarms = [12.4]", 1, "'minor_alarms' cannot be 12.4", '"12.600"'),
+        ("axes = 4", 1, "'axes' must be tables", "[[axes]]"),
+        ("axes = []", 1, "'axes' cannot be 0", "1 to 6 for robot 1"),
+        ("[[axes]]\nmax_speed = 0", 2, "'max_speed' cannot be 0", "above 0"),
+        ("[[axes]]\nrobot = 5", 2, "'robot' cannot be 5", "1 to 4"),
+        ("[[axes]]\nsoft_low = 2000000", 2, "'soft_low' cannot be 2000000", "below soft_high"),
+        ("[[programs]]\nduration = 0", 2, "'duration' cannot be 0", "above 0"),
+        ("programs = []", 1, "'programs' cannot be ()", "at least one"),
+        ("points = 3", 1, "'points' must be tables", "[points.19]"),
+        ("[points.30000]\nmm = [1]", 1, "'points.30000' is not a point", "29999"),
+        ("[points.1]\nmmm = [1]", 2, "unknown key 'mmm' in 'points.1'", "mm"),
+        ("[points.1]\nhand = 1", 1, "'points.1' needs either mm", ""),
+        ("[points.1]\nmm = [1,2,3,4,5,6,7]", 1, "'points.1' needs at most 6 numbers", ""),
+        ("[points.1]\npulses = [1]\nhand = 3", 1, "'points.1' cannot be 3", "hand 0, 1 or 2"),
+        ("[points.1]\npulses = [3000000000]", 1, "'points.1' cannot be 3000000000", "32 bit"),
+    ],
+)
+def test_a_wrong_robot_file_is_refused_with_line_and_hint(
+    tmp_path: Path, text: str, line: int, message: str, hint: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        _load(tmp_path, text)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+    assert caught.value.line == line
+    assert caught.value.file == str(tmp_path / "robot.toml")
+
+
+def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"not valid TOML.*line 1"):
+        _load(tmp_path, "size == 48")
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.toml: cannot read it"):
+        RobotConfig.load(tmp_path / "none.toml")
+    with pytest.raises(InputError, match="cannot read it"):
+        RobotConfig.load(tmp_path)
+
+
+@pytest.mark.parametrize("values", [{"size": 47}, {"boot_time": (5, 1)}, {"pendant_alarm": "x"}])
+def test_a_wrong_value_in_python_is_refused_too(values: dict[str, Any]) -> None:
+    with pytest.raises(InputError):
+        RobotConfig(**values)

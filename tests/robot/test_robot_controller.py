@@ -1,0 +1,218 @@
+"""The controller as a tool of tests: holding outputs, events, snapshots, repeatability."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import CYCLE_US, EVENTS, Controller, Point, RobotConfig, Violation
+from robot_master import Master
+
+
+def test_a_held_output_does_not_answer_until_it_is_released() -> None:
+    master = Master()
+    master.power_up()
+    master.robot.hold("SO02")
+    master.pulse("SI01")
+    assert not master.on("SO02")
+    master.robot.release("SO02")
+    master.run(5)
+    assert master.on("SO02")
+
+
+def test_a_held_status_keeps_the_response_with_it() -> None:
+    master = Master()
+    master.power_up()
+    master.robot.hold("Status")
+    master.send(0x0501)
+    master.run(100)
+    assert master.words == (0,) * 16
+    master.robot.release("Status")
+    master.run(5)
+    assert master.words[:3] == (0x0200, 0, 0x0108)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "at", "byte"),
+    [
+        ("SO03", 1, 32, 0b0001_1011),
+        ("SO(01)", 0, 32, 0b0001_0001),
+        ("SO04_MpRdy", 0, 32, 0b0000_0011),
+        ("SO15", 1, 33, 0b0010_0011),
+        ("SO20", 1, 34, 0x01),
+        ("SO(77)", 1, 39, 0x80),
+        ("SO100", 1, 40, 0x01),
+        ("SO157", 1, 45, 0x80),
+        ("Status", 0x0300, 1, 0x03),
+        ("SOW(15)", 0x1234, 30, 0x34),
+        ("SOW127", 0xABCD, 255, 0xAB),
+    ],
+)
+def test_any_output_can_be_forced(name: str, value: int, at: int, byte: int) -> None:
+    """Source: manual chapter 1, 4.1 and 4.2 (addresses)."""
+    master = Master(size=256)
+    master.run(300)
+    before = master.so
+    master.robot.force(name, value)
+    master.run(5)
+    assert master.so[at] == byte
+    master.robot.release(name)
+    master.run(5)
+    assert master.so == before
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("SOW(2)", -1),
+        ("SO99", 1),
+        ("SO18", 1),
+        ("SI01", 1),
+        ("SO02", 2),
+        ("SOW(24)", 1),
+        ("Status", 0x10000),
+    ],
+)
+def test_an_output_that_cannot_be_forced_is_refused(name: str, value: int) -> None:
+    with pytest.raises(InputError):
+        Controller().force(name, value)
+
+
+def test_an_unknown_output_is_refused_with_near_names() -> None:
+    with pytest.raises(InputError, match="did you mean SO02_ServoOn"):
+        Controller().hold("SO02_ServoOnn")
+
+
+@pytest.mark.parametrize(
+    ("event", "args", "message"),
+    [
+        ("emergencystop", {}, "did you mean emergency_stop"),
+        ("alarm", {}, "takes group, category, not nothing"),
+        ("alarm", {"group": 12, "category": "x"}, "takes whole numbers"),
+        ("alarm", {"group": 12, "category": 70000}, "cannot be '12.70000'"),
+        ("warning", {"group": 1}, "takes nothing, not group"),
+    ],
+)
+def test_a_wrong_event_is_refused(event: str, args: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Controller().inject(event, **args)
+
+
+@pytest.mark.parametrize("event", sorted(EVENTS))
+def test_every_event_may_happen_at_any_time(event: str) -> None:
+    args = {"group": 12, "category": 600} if event == "alarm" else {}
+    for boot in (0, 300):
+        master = Master()
+        master.run(boot)
+        master.robot.inject(event, **args)
+        master.run(50)
+    assert EVENTS[event]
+
+
+def test_the_controller_cycle_is_5_ms() -> None:
+    """Rule: cycle.
+
+    Source: manual chapter 5, 4
+    """
+    assert CYCLE_US == 5000
+
+
+def test_an_area_of_the_wrong_size_is_refused() -> None:
+    with pytest.raises(InputError, match="the area has 48 bytes, not 256"):
+        Controller().cycle(0, bytes(256))
+
+
+def test_violations_are_drained_once_and_kept() -> None:
+    master = Master()
+    master.run(300)
+    master.si[46] = 1
+    master.run(10)
+    text = "the master writes to the reserved area: n+46 = 0x01"
+    assert master.robot.drain_violations() == [Violation(300_000, "reserved", text)]
+    assert master.robot.drain_violations() == []
+    assert len(master.robot.violations) == 1
+
+
+def _random_life(seed: int, robot: Controller, start: int, cycles: int) -> list[bytes]:
+    """Random bits, words, losses and events: whatever comes, the controller answers."""
+    rng = random.Random(seed)
+    si = bytearray(48)
+    answers = []
+    for k in range(cycles):
+        if rng.random() < 0.1:
+            si[rng.choice((32, 33))] ^= 1 << rng.randrange(8)
+        if rng.random() < 0.05:
+            si[0:2] = rng.choice((0, 0, 0x0001, 0x0100, 0x0505, 0x0604)).to_bytes(2, "little")
+        if rng.random() < 0.02:
+            si[rng.randrange(2, 32)] = rng.choice((0, 1, 19))
+        if rng.random() < 0.01:
+            event = rng.choice(sorted(EVENTS.keys() - {"alarm"}))
+            robot.inject(event)
+        lost = rng.random() < 0.02
+        answers.append(robot.cycle((start + k) * 5000, None if lost else bytes(si)))
+    return answers
+
+
+def _busy_robot(seed: int) -> Controller:
+    points = {19: Point((5000, 0, 0, 0, 0, 0))}
+    config = RobotConfig(
+        points=points,
+        boot_time=20,
+        emergency_stop_delay=(0, 60),
+        servo_on_delay=(5, 90),
+        command_delay=(0, 60),
+        min_interval=20,
+    )
+    return Controller(config, seed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_same_calls_always_give_the_same_bytes(seed: int) -> None:
+    first, second = _busy_robot(seed), _busy_robot(seed)
+    assert _random_life(seed, first, 0, 2000) == _random_life(seed, second, 0, 2000)
+    assert first.violations == second.violations != []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_restored_snapshot_goes_on_as_the_original_did(seed: int) -> None:
+    robot = _busy_robot(seed)
+    _random_life(seed, robot, 0, 500)
+    snapshot = robot.snapshot()
+    original = _random_life(seed + 1, robot, 500, 1000)
+    violations = list(robot.violations)
+    for _ in range(2):
+        robot.restore(snapshot)
+        assert _random_life(seed + 1, robot, 500, 1000) == original
+        assert robot.violations == violations
+
+
+def test_a_cycle_in_which_nothing_is_due_gives_the_area_of_the_one_before() -> None:
+    robot = Controller(RobotConfig(boot_time=0))
+    on, off = bytes([0] * 32 + [0x41] + [0] * 15), bytes([0] * 32 + [0x40] + [0] * 15)
+    images = [on, on, off, on] + [on] * 40
+    areas = [robot.cycle(k * 5000, image) for k, image in enumerate(images)]
+    assert areas[-1] is areas[-2]
+
+
+def test_a_snapshot_of_another_robot_is_refused() -> None:
+    with pytest.raises(InputError):
+        Controller().restore(Controller(RobotConfig(size=256)).snapshot())
+    with pytest.raises(InputError):
+        Controller().restore(object())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: int) -> None:
+    """The idle path must never hide an answer: each cycle worked through gives the same."""
+    lazy, diligent = _busy_robot(seed), _busy_robot(seed)
+    work = diligent.cycle
+
+    def cycle(now_us: int, si: bytes | None) -> bytes:
+        diligent._state.wake_us = 0
+        return work(now_us, si)
+
+    diligent.cycle = cycle  # type: ignore[method-assign]
+    assert _random_life(seed, lazy, 0, 3000) == _random_life(seed, diligent, 0, 3000)

@@ -1,0 +1,194 @@
+"""The 100 ms between changes of dedicated inputs, and the reserved area."""
+
+from __future__ import annotations
+
+import pytest
+
+from robot_master import Master
+
+
+def test_100_ms_between_two_changes_are_enough() -> None:
+    """Rule: interval.
+
+    Source: manual chapter 5, 3.1, caution
+    """
+    master = Master()
+    master.run(300)
+    for name in ("SI00", "SI06", "SI01"):
+        master.turn_and_wait(name, True, 100)
+    assert master.on("SO02")
+    assert master.texts() == []
+
+
+def test_a_change_after_95_ms_is_not_recognised_and_is_reported() -> None:
+    """The interval counts for the same input and for different ones.
+
+    Rule: interval, interval-strict.
+    Source: manual chapter 5, 3.1, caution
+    """
+    master = Master()
+    master.power_up()
+    master.turn_and_wait("SI16", True, 95)
+    master.turn_and_wait("SI01", True, 5)
+    texts = master.texts()
+    assert texts == [
+        "interval: SI(01) Servo ON input ON 95 ms after SI(16) Alarm reset input ON, "
+        "at least 100 ms are needed; not recognised"
+    ]
+    master.run(300)
+    assert not master.on("SO02")
+
+
+def test_the_same_input_off_too_early_is_reported() -> None:
+    """Rule: interval, interval-strict.
+
+    Source: manual chapter 5, 3.1, caution
+    """
+    master = Master()
+    master.power_up()
+    master.turn_and_wait("SI16", True, 50)
+    master.turn_and_wait("SI16", False, 5)
+    assert master.texts() == [
+        "interval: SI(16) Alarm reset input OFF 50 ms after SI(16) Alarm reset input ON, "
+        "at least 100 ms are needed; not recognised"
+    ]
+
+
+def test_two_inputs_in_one_exchange_are_not_recognised() -> None:
+    """Their interval is 0.
+
+    Rule: interval-strict.
+    Source: manual chapter 5, 3.1, caution
+    """
+    master = Master()
+    master.power_up()
+    master.turn("SI01", True)
+    master.turn("SI15", True)
+    master.run(300)
+    assert not master.on("SO02")
+    assert not master.on("SO14")
+    assert master.texts() == [
+        "interval: SI(01) Servo ON input ON and SI(15) Program reset input ON in the same "
+        "exchange, at least 100 ms are needed; not recognised"
+    ]
+
+
+def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
+    """Both may fall together, at any time; that is no violation.
+
+    Rule: interval-stops.
+    """
+    master = Master()
+    master.servo_on()
+    master.turn_and_wait("SI12", True, 50)
+    master.turn("SI00", False)
+    master.turn("SI06", False)
+    master.run(5)
+    assert master.on("SO00")
+    assert not master.on("SO02")
+    assert master.texts() == []
+
+
+def test_a_switch_off_of_si00_begins_the_interval_anew() -> None:
+    """Rule: interval-stops."""
+    master = Master()
+    master.servo_on()
+    master.turn_and_wait("SI06", False, 50)
+    master.turn_and_wait("SI16", True, 5)
+    assert master.texts() == [
+        "interval: SI(16) Alarm reset input ON 50 ms after SI(06) Stop input OFF, "
+        "at least 100 ms are needed; not recognised"
+    ]
+
+
+def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> None:
+    """Rule: interval-stops, interval-strict."""
+    master = Master()
+    master.power_up()
+    master.turn("SI06", False)
+    master.turn("SI01", True)
+    master.run(200)
+    assert not master.on("SO02")
+    assert master.texts() == [
+        "interval: SI(01) Servo ON input ON in the same exchange as SI(06) Stop input OFF, "
+        "at least 100 ms are needed; not recognised"
+    ]
+
+
+@pytest.mark.parametrize(("late", "emergency"), [(True, False), (False, True)])
+def test_a_level_that_was_not_recognised_is_taken_after_the_interval(
+    late: bool, emergency: bool
+) -> None:
+    """Rule: interval-levels."""
+    master = Master(late_levels=late)
+    master.run(300)
+    master.turn_and_wait("SI06", True, 50)
+    master.turn_and_wait("SI00", True, 100)
+    assert master.on("SO00")
+    master.run(50)
+    assert master.on("SO00") is emergency
+    assert len(master.texts()) == 1
+
+
+def test_an_edge_that_was_not_recognised_never_acts() -> None:
+    """It is only a level later: the next edge needs an OFF in between.
+
+    Rule: interval-levels, interval-strict.
+    """
+    master = Master()
+    master.run(300)
+    master.turn_and_wait("SI06", True, 150)
+    master.turn_and_wait("SI00", True, 50)
+    master.turn_and_wait("SI01", True, 500)
+    assert not master.on("SO02")
+    master.turn_and_wait("SI01", False)
+    master.turn_and_wait("SI01", True)
+    assert master.on("SO02")
+
+
+def test_the_interval_is_a_knob() -> None:
+    """Rule: interval-strict."""
+    master = Master(min_interval=0)
+    master.run(300)
+    master.turn("SI00", True)
+    master.turn_and_wait("SI06", True, 10)
+    master.turn_and_wait("SI01", True, 60)
+    assert master.on("SO02")
+    assert master.texts() == []
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "where"),
+    [
+        (32, 0x04, "n+32 bit 2"),
+        (32, 0x80, "n+32 bit 7"),
+        (33, 0x02, "n+33 bit 1"),
+        (33, 0x08, "n+33 bit 3"),
+        (46, 0x01, "n+46 = 0x01"),
+        (47, 0xFF, "n+47 = 0xFF"),
+    ],
+)
+def test_the_reserved_area_is_not_written(at: int, value: int, where: str) -> None:
+    """Each change is reported once.
+
+    Rule: reserved.
+    Source: manual chapter 5, 1, note 1
+    """
+    master = Master()
+    master.run(300)
+    master.si[at] |= value
+    master.run(50)
+    assert master.texts() == [f"reserved: the master writes to the reserved area: {where}"]
+    master.si[at] = 0
+    master.run(50)
+    assert master.texts() == []
+
+
+def test_general_purpose_inputs_may_change_at_any_time() -> None:
+    """Source: manual chapter 5, 2."""
+    master = Master(size=256)
+    master.run(300)
+    for at in [*range(34, 46), *range(48, 256)]:
+        master.si[at] = 0xFF
+        master.run(5)
+    assert master.texts() == []

@@ -1,0 +1,248 @@
+"""The dedicated inputs and outputs of chapter 5."""
+
+from __future__ import annotations
+
+import pytest
+
+from robot_master import Master
+
+
+def _numbers(master: Master) -> list[str]:
+    return [alarm.number for alarm in master.robot.alarms.active]
+
+
+def test_servo_on_is_executed_when_si01_switches_from_off_to_on() -> None:
+    """The answer comes after its delay and stays when SI(01) is withdrawn.
+
+    Rule: servo-on, answers.
+    Source: manual chapter 5, 2 and 3.1, initial servo ON process
+    """
+    master = Master(servo_on_delay=50)
+    master.power_up()
+    master.turn_and_wait("SI01", True, 50)
+    assert not master.on("SO02")
+    master.run(5)
+    assert master.on("SO02")
+    master.run(100)
+    master.turn_and_wait("SI01", False)
+    assert master.on("SO02")
+
+
+def test_servo_on_needs_si00_on_and_every_emergency_stop_cancelled() -> None:
+    """Rule: servo-on.
+
+    Source: manual chapter 5, 2, SI(01)
+    """
+    master = Master()
+    master.run(300)
+    master.pulse("SI01")
+    assert not master.on("SO02")
+    master.turn_and_wait("SI00", True)
+    master.robot.inject("emergency_stop")
+    master.run(50)
+    assert master.on("SO00")
+    master.pulse("SI01")
+    assert not master.on("SO02")
+    master.robot.inject("emergency_stop_release")
+    master.run(50)
+    master.pulse("SI16")
+    master.pulse("SI01")
+    assert master.on("SO02")
+
+
+def test_shift_to_emergency_stop() -> None:
+    """SI(00) OFF: SO(00) and SO(03) ON, SO(02) OFF, 12.600.
+
+    Rule: emergency-stop, mp-ready.
+    Source: manual chapter 5, 3.1, shift to emergency stop; chapter 4, 4
+    """
+    master = Master()
+    master.servo_on()
+    master.turn_and_wait("SI00", False, 5)
+    outputs = {name for name in ("SO00", "SO01", "SO02", "SO03", "SO04") if master.on(name)}
+    assert outputs == {"SO00", "SO01", "SO03", "SO04"}
+    assert _numbers(master) == ["12.600"]
+
+
+def test_a_short_switch_off_of_si00_is_an_emergency_stop_too() -> None:
+    """It is not forgotten while its answer is on the way.
+
+    Rule: emergency-stop.
+    Source: manual chapter 5, 3.1
+    """
+    master = Master(emergency_stop_delay=30)
+    master.servo_on()
+    master.turn_and_wait("SI00", False, 10)
+    master.turn_and_wait("SI00", True, 200)
+    assert not master.on("SO00")
+    assert not master.on("SO02")
+    assert master.on("SO03")
+
+
+def test_servo_on_from_emergency_stop_goes_over_the_alarm_reset() -> None:
+    """Rule: emergency-release, alarm-reset, servo-needs-reset.
+
+    Source: manual chapter 5, 3.1, servo ON process from emergency stop status
+    """
+    master = Master()
+    master.servo_on()
+    master.turn_and_wait("SI00", False)
+    master.turn_and_wait("SI00", True)
+    assert not master.on("SO00")
+    assert master.on("SO03")
+    master.pulse("SI01")
+    assert not master.on("SO02")
+    master.pulse("SI16")
+    assert not master.on("SO03")
+    master.pulse("SI01")
+    assert master.on("SO02")
+    assert master.texts() == []
+
+
+def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
+    """It does not come back by itself after the alarm reset.
+
+    Rule: emergency-stop, answers.
+    Source: manual chapter 5, 3.1
+    """
+    master = Master(servo_on_delay=2000)
+    master.power_up()
+    master.pulse("SI01")
+    master.turn_and_wait("SI00", False)
+    master.turn_and_wait("SI00", True)
+    master.pulse("SI16")
+    assert not master.on("SO03")
+    master.run(2000)
+    assert not master.on("SO02")
+
+
+@pytest.mark.parametrize(("knob", "alarm"), [(False, True), (True, False)])
+def test_the_alarm_reset_waits_for_the_release_of_the_emergency_stop(
+    knob: bool, alarm: bool
+) -> None:
+    """Rule: reset-after-release."""
+    master = Master(reset_in_emergency_stop=knob)
+    master.servo_on()
+    master.turn_and_wait("SI00", False)
+    master.pulse("SI16")
+    assert master.on("SO03") is alarm
+
+
+def test_servo_on_with_an_alarm_is_a_knob() -> None:
+    """Rule: servo-needs-reset."""
+    master = Master(servo_on_with_alarm=True)
+    master.servo_on()
+    master.turn_and_wait("SI00", False)
+    master.turn_and_wait("SI00", True)
+    master.pulse("SI01")
+    assert master.on("SO02")
+
+
+def test_mp_ready_in_emergency_stop_is_a_knob() -> None:
+    """Rule: mp-ready."""
+    master = Master(mp_ready_in_emergency_stop=False)
+    master.run(300)
+    assert not master.on("SO04")
+    master.turn_and_wait("SI00", True)
+    assert master.on("SO04")
+
+
+def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
+    """It switches the servos off, too; an alarm reset clears it.
+
+    Rule: serious-alarm, alarm-stops.
+    Source: manual chapter 5, 2, SO(03) and SO(04)
+    """
+    master = Master()
+    master.servo_on()
+    master.robot.inject("alarm", group=17, category=500)
+    master.run(10)
+    assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, True, False)
+    master.pulse("SI16")
+    assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, True)
+
+
+def test_an_alarm_may_leave_the_servos_on() -> None:
+    """Rule: alarm-stops."""
+    master = Master(alarm_stops_servo=False)
+    master.servo_on()
+    master.robot.inject("alarm", group=17, category=500)
+    master.run(10)
+    assert master.on("SO02")
+    assert master.on("SO03")
+
+
+def test_some_alarms_need_a_power_restart() -> None:
+    """Rule: alarm-restart, alarm-reset.
+
+    Source: manual chapter 5, 2, SI(16)
+    """
+    master = Master(power_restart_alarms=("17.500",))
+    master.power_up()
+    master.robot.inject("alarm", group=17, category=500)
+    master.pulse("SI16")
+    assert _numbers(master) == ["17.500"]
+    master.robot.inject("power_cycle")
+    master.run(300)
+    assert _numbers(master) == []
+
+
+def test_a_warning_turns_so15_on() -> None:
+    """Rule: warning.
+
+    Source: manual chapter 5, 2, SO(15)
+    """
+    master = Master()
+    master.power_up()
+    master.robot.inject("warning")
+    master.run(5)
+    assert master.on("SO15")
+    assert not master.on("SO03")
+    master.robot.inject("warning_clear")
+    master.run(5)
+    assert not master.on("SO15")
+
+
+@pytest.mark.parametrize(("knob", "servo"), [(True, False), (False, True)])
+def test_inputs_under_the_authority_of_the_programming_box(knob: bool, servo: bool) -> None:
+    """Rule: pendant-inputs."""
+    master = Master(pendant_blocks_inputs=knob)
+    master.power_up()
+    master.robot.inject("pendant_on")
+    master.pulse("SI01")
+    assert master.on("SO02") is servo
+    master.robot.inject("pendant_off")
+    master.pulse("SI01")
+    assert master.on("SO02")
+
+
+@pytest.mark.parametrize(("knob", "emergency"), [(True, True), (False, False)])
+def test_inputs_that_a_safety_setting_disables(knob: bool, emergency: bool) -> None:
+    """Rule: safety-inputs."""
+    master = Master(safety_keeps_stops=knob)
+    master.power_up()
+    master.robot.inject("safety_on")
+    master.pulse("SI01")
+    assert not master.on("SO02")
+    master.turn_and_wait("SI00", False)
+    assert master.on("SO00") is emergency
+    assert master.texts() == []
+
+
+def test_delays_given_as_a_range_come_from_the_seed() -> None:
+    """Rule: answers."""
+
+    def answer_ms(seed: int) -> int:
+        master = Master(seed=seed, servo_on_delay=(5, 400))
+        master.power_up()
+        master.turn("SI01", True)
+        for count in range(100):
+            master.run(5)
+            if master.on("SO02"):
+                return 5 * count
+        raise AssertionError("no answer")
+
+    times = [answer_ms(seed) for seed in range(8)]
+    assert times == [answer_ms(seed) for seed in range(8)]
+    assert len(set(times)) > 3
+    assert all(5 <= time <= 400 for time in times)

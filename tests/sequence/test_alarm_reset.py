@@ -1,0 +1,71 @@
+"""FB_AlarmReset: chapter 5, 3.1, step by step; the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+
+
+def _plc() -> PlcBench:
+    plc = PlcBench()
+    plc.power_up()
+    plc.outputs(SO03=True)
+    return plc
+
+
+def test_alarm_reset_input_alarm_off_then_the_input_is_taken_back() -> None:
+    """Source: manual chapter 5, 3.1, servo ON process from emergency stop status, steps 3 to 5."""
+    plc = _plc()
+    plc["AlarmReset.Execute"] = True
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06", "SI16"]
+    assert plc["AlarmReset.Active"]
+    assert plc["Robot.Sequence.Holder"] == 0x0016
+    plc.outputs(SO03=False)
+    plc.scan()
+    assert plc["AlarmReset.Done"]
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+@pytest.mark.parametrize("cause", ["SO00", "EmergencyStopOk"])
+def test_refused_in_emergency_stop_which_the_chart_releases_first(cause: str) -> None:
+    """Source: manual chapter 5, 3.1, servo ON process from emergency stop status, steps 1 to 3."""
+    plc = _plc()
+    if cause == "SO00":
+        plc.outputs(SO00=True)
+    else:
+        plc["EmergencyStopOk"] = False
+    plc["AlarmReset.Execute"] = True
+    plc.scan(20)
+    assert plc["AlarmReset.ErrorID"] == 0x8003
+    assert "SI16" not in plc.inputs
+
+
+def test_an_alarm_that_is_not_cleared_by_the_signal_ends_at_the_time_limit() -> None:
+    """Source: manual chapter 5, 2, SI(16): a power restart is required."""
+    plc = _plc()
+    plc["AlarmReset.Timeout"] = "T#500ms"
+    plc["AlarmReset.Execute"] = True
+    plc.scan(51)
+    assert plc["AlarmReset.ErrorID"] == 0x8010
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_without_an_alarm_the_input_goes_out_all_the_same() -> None:
+    """A warning, or an alarm that comes in the same moment, is reset too."""
+    plc = _plc()
+    plc.outputs(SO03=False)
+    plc["AlarmReset.Execute"] = True
+    plc.scan()
+    assert "SI16" in plc.inputs
+    plc.scan()
+    assert plc["AlarmReset.Done"]
+
+
+def test_an_alarm_may_be_reset_while_the_controller_is_not_in_its_normal_state() -> None:
+    plc = _plc()
+    plc.outputs(SO01=False)
+    plc["AlarmReset.Execute"] = True
+    plc.scan()
+    assert "SI16" in plc.inputs

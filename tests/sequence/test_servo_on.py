@@ -1,0 +1,162 @@
+"""FB_ServoOn: chapter 5, 3.1, step by step; the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+
+
+def _plc() -> PlcBench:
+    plc = PlcBench()
+    plc.power_up()
+    return plc
+
+
+def test_initial_servo_on_process_after_power_on() -> None:
+    """Servo ON input, servo ON status, then the input is taken back.
+
+    Source: manual chapter 5, 3.1, initial servo ON process after power ON.
+    """
+    plc = _plc()
+    plc["ServoOn.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI01", "SI06"]
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI01", "SI06"], "kept until the status is confirmed"
+    assert plc["ServoOn.Active"]
+    plc.outputs(SO02=True)
+    plc.scan()
+    assert plc["ServoOn.Done"]
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_done_follows_the_controllers_answer_not_the_request() -> None:
+    """Source: manual chapter 5, 3.1, initial servo ON process, step 2."""
+    plc = _plc()
+    plc["ServoOn.Execute"] = True
+    plc.scan(100)
+    assert plc["ServoOn.Busy"]
+    assert not plc["ServoOn.Done"]
+
+
+def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kept_100_ms() -> None:
+    """Source: manual chapter 5, 3.1, caution."""
+    plc = _plc()
+    plc["ServoOn.Execute"] = True
+    plc.scan()
+    plc.outputs(SO02=True)
+    plc.scan()
+    assert plc["ServoOn.Done"]
+    assert plc.scan_until(lambda: "SI01" not in plc.inputs) == 11
+
+
+@pytest.mark.parametrize(
+    ("output", "error"),
+    [
+        ({"SO01": False}, 0x8002),
+        ({"SO00": True}, 0x8003),
+        ({"SO03": True}, 0x8004),
+        ({"SO04": False}, 0x8005),
+    ],
+)
+def test_refused_without_its_conditions_and_nothing_goes_out(
+    output: dict[str, bool], error: int
+) -> None:
+    """Source: manual chapter 5, 2, SI(01) and SO(04); 3.1, from emergency stop status."""
+    plc = _plc()
+    plc.outputs(**output)
+    plc["ServoOn.Execute"] = True
+    plc.scan()
+    assert plc["ServoOn.Busy"]
+    plc.scan()
+    assert plc["ServoOn.ErrorID"] == error
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> None:
+    """Source: manual chapter 5, 2, SI(01): SI(00) must be ON."""
+    plc = _plc()
+    plc["EmergencyStopOk"] = False
+    plc["ServoOn.Execute"] = True
+    plc.scan(20)
+    assert plc["ServoOn.ErrorID"] == 0x8003
+    assert plc.inputs == ["SI06"]
+
+
+def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
+    """SI(00) goes ON only after the interval, and the controller answers later still.
+
+    Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
+    """
+    plc = PlcBench()
+    plc.outputs(SO00=True, SO01=True, SO04=True)
+    plc["ServoOn.Execute"] = True
+    plc.scan_until(lambda: "SI00" in plc.inputs)
+    plc.scan(3)
+    assert plc["ServoOn.Busy"]
+    plc.outputs(SO00=False)
+    plc.scan_until(lambda: "SI01" in plc.inputs)
+    assert plc["ServoOn.Active"]
+
+
+@pytest.mark.parametrize(("output", "error"), [({"SO00": True}, 0x8003), ({"SO03": True}, 0x8004)])
+def test_emergency_stop_or_alarm_on_the_way_ends_it_and_the_input_is_taken_back(
+    output: dict[str, bool], error: int
+) -> None:
+    """Source: manual chapter 5, 3.1, shift to emergency stop."""
+    plc = _plc()
+    plc["ServoOn.Execute"] = True
+    plc.scan(5)
+    plc.outputs(**output)
+    plc.scan()
+    assert plc["ServoOn.ErrorID"] == error
+    plc.scan(12)
+    assert "SI01" not in plc.inputs
+
+
+def test_a_missing_answer_ends_at_the_time_limit_and_the_input_is_taken_back() -> None:
+    plc = _plc()
+    plc["ServoOn.Timeout"] = "T#1s"
+    plc["ServoOn.Execute"] = True
+    plc.scan(100)
+    assert plc["ServoOn.Busy"]
+    plc.scan()
+    assert plc["ServoOn.ErrorID"] == 0x8010
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_a_second_servo_on_makes_an_edge_of_its_own() -> None:
+    """Source: manual chapter 5, 2, SI(01): from OFF to ON."""
+    plc = _plc()
+    plc["ServoOn.Execute"] = plc["ServoAgain.Execute"] = True
+    plc.scan()
+    plc.outputs(SO02=True)
+    plc.scan()
+    assert plc["ServoOn.Done"]
+    assert plc["ServoAgain.Active"]
+    assert plc.scan_until(lambda: "SI01" not in plc.inputs) == 11
+    assert plc.scan_until(lambda: "SI01" in plc.inputs) == 12
+    plc.scan()
+    assert plc["ServoAgain.Done"]
+
+
+def test_a_block_that_is_no_longer_called_loses_its_turn() -> None:
+    plc = _plc()
+    plc["ServoOn.Execute"] = True
+    plc.scan(2)
+    plc["CallServoOn"] = False
+    plc["ProgramReset.Execute"] = True
+    plc.scan(2)
+    assert plc["ProgramReset.Active"]
+    plc["CallServoOn"] = True
+    plc.scan()
+    assert plc["ServoOn.ErrorID"] == 0x8013
+
+
+def test_who_holds_the_dedicated_inputs_can_be_read() -> None:
+    plc = _plc()
+    plc["ServoOn.Execute"] = True
+    plc.scan()
+    assert plc["Robot.Sequence.Holder"] == 0x0001

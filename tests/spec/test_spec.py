@@ -1,0 +1,196 @@
+"""The tables in spec/, against the manual's own figures."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from rcx_harness import spec
+from rcx_harness.errors import InputError
+
+
+def _mask(found: tuple[spec.Signal, ...], byte: int) -> int:
+    return sum(1 << signal.bit for signal in found if signal.byte == byte)
+
+
+def test_dedicated_bits_are_those_of_the_profile() -> None:
+    """The unlisted bits of bytes 32 and 33 are reserved, and bytes 46 and 47 altogether.
+
+    Source: manual chapter 5, 1
+    """
+    table = spec.signals()
+    assert (_mask(table.output, 32), _mask(table.output, 33)) == (0b0001_1111, 0b0011_1111)
+    assert (_mask(table.input, 32), _mask(table.input, 33)) == (0b0100_0011, 0b1111_0101)
+    assert table.reserved_bytes == (46, 47)
+
+
+def test_a_signals_number_says_its_byte_and_bit() -> None:
+    """SO(02) is bit 2 of m+32, SI(17) bit 7 of n+33.
+
+    Source: manual chapter 5, 1
+    """
+    table = spec.signals()
+    for signal in table.output + table.input:
+        letters, port, bit = re.fullmatch(r"(S[OI])\((\d)(\d)\)", signal.signal).groups()  # type: ignore[union-attr]
+        assert signal.address == f"{'m' if letters == 'SO' else 'n'}+{32 + int(port)}"
+        assert signal.bit == int(bit)
+        assert signal.short == f"{letters}{port}{bit}"
+        assert signal.acts in (("",) if letters == "SO" else ("edge", "level"))
+
+
+def test_inputs_that_act_by_their_edge() -> None:
+    """Source: manual chapter 5, 2, bit input."""
+    edges = {signal.short for signal in spec.signals().input if signal.acts == "edge"}
+    assert edges == {"SI01", "SI12", "SI14", "SI15", "SI16", "SI17"}
+
+
+@pytest.mark.parametrize("name", ["SO02", "SO(02)", "SO02_ServoOn"])
+def test_a_signal_is_found_by_each_of_its_names(name: str) -> None:
+    assert spec.signals().find(name).title == "Servo ON status output"
+
+
+@pytest.mark.parametrize(
+    ("number", "group", "category"),
+    [
+        ("2.334", 0x0002, 0x014E),
+        ("4.2", 0x0004, 0x0002),
+        ("12.100", 0x000C, 0x0064),
+        ("12.400", 0x000C, 0x0190),
+        ("12.551", 0x000C, 0x0227),
+        ("12.552", 0x000C, 0x0228),
+        ("12.600", 0x000C, 0x0258),
+        ("12.762", 0x000C, 0x02FA),
+        ("12.763", 0x000C, 0x02FB),
+        ("12.900", 0x000C, 0x0384),
+        ("12.904", 0x000C, 0x0388),
+    ],
+)
+def test_alarm_codes(number: str, group: int, category: int) -> None:
+    """Source: manual chapter 4, 4; remote command guide 1.1 and 4.2.1."""
+    alarm = spec.alarms()[number]
+    assert (alarm.group, alarm.category) == (group, category)
+    assert len(spec.alarms()) == 11
+
+
+@pytest.mark.parametrize(
+    ("name", "shown", "section"),
+    [
+        ("StatusReset", "0x0000", "4.1"),
+        ("MovePtp", "0xR001", "4.2.1"),
+        ("WritePoint", "0x0100", "4.3.1"),
+        ("ReadPoint", "0x0101", "4.3.1"),
+        ("ReadVersion", "0x0501", "4.7.1"),
+        ("ReadPositionPulses", "0xR505", "4.7.4"),
+        ("ReadPositionMm", "0xR506", "4.7.4"),
+        ("AlarmReset", "0x0604", "4.8.3"),
+    ],
+)
+def test_command_codes(name: str, shown: str, section: str) -> None:
+    """Source: remote command guide, the commands' own sections."""
+    entry = spec.command(name)
+    assert (entry.shown, entry.section) == (shown, section)
+    assert spec.command(shown) is entry
+
+
+def test_commands_under_the_authority_of_the_programming_box() -> None:
+    """Of the commands in the table so far.
+
+    Source: remote command guide chapter 3, restrictions
+    """
+    allowed = {code for code, entry in spec.commands().items() if entry.pendant}
+    listed = {0x000, 0x101, 0x105, 0x109, 0x10D, 0x111, 0x214, 0x224, 0x304, 0x501, 0x502, 0x503}
+    listed |= {0x505, 0x506, 0x507, 0x508, 0x509, 0x50A, 0x50B, 0x50C, 0x50F, 0x510, 0x511, 0x512}
+    listed |= {0x513, 0x514, 0x515, 0x516}
+    assert allowed == listed & spec.commands().keys()
+
+
+def test_every_table_entry_is_sound() -> None:
+    """Fields do not overlap, lie in n+2 to n+30, and refer to fields that exist."""
+    for entry in spec.commands().values():
+        for fields in (entry.request, entry.response):
+            covered = [0] * 16
+            names = [part.name for part in fields]
+            assert len(set(names)) == len(names)
+            for part in fields:
+                assert part.by in ("", *names)
+                for k in part.words:
+                    assert 1 <= k <= 15
+                    assert not covered[k] & part.mask
+                    covered[k] |= part.mask
+
+
+def test_encode_gives_the_printed_telegram() -> None:
+    """Move to point 19 at 50 %.
+
+    Source: remote command guide chapter 2, example
+    """
+    words = spec.command("MovePtp").encode({"speed_mode": 2, "speed": 50, "point": 19}, robot=3)
+    assert words == (0x3001, 0x0004, 0, 0x0032, 0x0013) + (0,) * 11
+
+
+def test_decode_gives_back_what_was_encoded() -> None:
+    entry = spec.command("WritePoint")
+    values: dict[str, spec.FieldValue] = {"unit": 1, "hand": 2, "arm1": 15, "point": 100}
+    values["positions"] = (1, -1, 70000)
+    words = entry.encode(values)
+    assert words[4:10] == (1, 0, 0xFFFF, 0xFFFF, 0x1170, 0x0001)
+    assert entry.decode(words) == {**values, "arm2": 0, "positions": (1, -1, 70000, 0, 0, 0)}
+
+
+@pytest.mark.parametrize(
+    ("values", "robot", "message"),
+    [
+        ({"speeed": 5}, 0, "has no field 'speeed'; did you mean speed"),
+        ({"speed_mode": 2, "speed": 101}, 0, "speed is 101, not 1 to 100"),
+        ({"speed_mode": 3}, 0, "speed_mode is 3, which has no meaning"),
+        ({"speed_mode": 4}, 0, r"speed_mode cannot be 4; it has 2 bit\(s\)"),
+        ({"point": -1}, 0, "point cannot be -1"),
+        ({"point": "a"}, 0, "point cannot be 'a'"),
+        ({"point": 30000}, 0, "point is 30000, not 0 to 29999"),
+        ({"position_pulses": 1, "position_mm": 1}, 0, "cannot both be 1"),
+        ({}, 5, "cannot designate robot 5"),
+    ],
+)
+def test_encode_refuses_what_the_manual_forbids(
+    values: dict[str, int], robot: int, message: str
+) -> None:
+    """Source: remote command guide 4.2.1."""
+    with pytest.raises(InputError, match=message):
+        spec.command("MovePtp").encode(values, robot)
+
+
+def test_a_robot_number_is_refused_where_the_command_has_none() -> None:
+    with pytest.raises(InputError, match="cannot designate robot 1"):
+        spec.command("0x0501").encode({}, robot=1)
+
+
+def test_more_values_than_there_are_places_are_refused() -> None:
+    with pytest.raises(InputError, match="positions has no room"):
+        spec.command("WritePoint").encode({"positions": (0,) * 7})
+
+
+def test_texts_and_real_numbers_have_their_places() -> None:
+    """Character "1" in the lower byte; spaces fill a text; 0x00 ends one when it is read, too.
+
+    Source: remote command guide chapter 1, 1.1; 4.6
+    """
+    words = [0] * 16
+    text = spec.Field("comment", at=8, type="text", length=16)
+    text.write(words, "12")
+    assert words[4:6] == [0x3231, 0x2020]
+    assert text.read(words) == "12"
+    words[5:12] = [0] * 7
+    assert text.read(words) == "12"
+    with pytest.raises(InputError, match="no room"):
+        text.write(words, "x" * 17)
+    real = spec.Field("value", at=4, type="f32")
+    real.write(words, 1.5)
+    assert words[2:4] == [0x0000, 0x3FC0]
+    assert real.read(words) == 1.5
+
+
+@pytest.mark.parametrize("name", ["MovePpt", "0x0777", ""])
+def test_an_unknown_command_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="no remote command is called"):
+        spec.command(name)

@@ -1,0 +1,93 @@
+"""A PLC without a robot: the test plays the controller, byte by byte and scan by scan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Value
+
+__all__ = ["LIBRARY", "ROOT", "PlcBench"]
+
+ROOT = Path(__file__).resolve().parents[2]
+LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
+_BENCH = ROOT / "tests/data/library/Bench.st"
+
+
+class PlcBench:
+    """The program Bench.st, scanned every 10 ms with the areas at offset `m` and `n`.
+
+    With the margin of 20 ms the dedicated inputs change at least 120 ms, 12 scans, apart.
+    """
+
+    def __init__(self, *, size: int = 48, m: int = 0, n: int = 0, scan_us: int = 10_000) -> None:
+        self.program = build([*LIBRARY, _BENCH], engine="auto").program
+        self.now_us = 0
+        self.scan_us = scan_us
+        self.m, self.n = m, n
+        self.so = bytearray(size)
+        self["ReadArea.m"], self["WriteArea.n"] = m, n
+        self["ReadArea.Size"] = self["WriteArea.Size"] = size
+        self["WriteArea.Margin"] = "T#20ms"
+
+    def __getitem__(self, path: str) -> Value:
+        return self.program.read(f"Main.{path}")
+
+    def __setitem__(self, path: str, value: Value) -> None:
+        self.program.write(f"Main.{path}", value)
+
+    def scan(self, count: int = 1) -> None:
+        """Run scans; the area `so` is what each of them reads."""
+        for _ in range(count):
+            image = bytearray(self.program.read_bytes("Main.InputArea"))
+            image[self.m : self.m + len(self.so)] = self.so
+            self.program.write_bytes("Main.InputArea", bytes(image))
+            self.program.scan(self.now_us)
+            self.now_us += self.scan_us
+
+    def scan_until(self, condition: Callable[[], bool], *, most: int = 100) -> int:
+        """Scan until the condition holds; return how many scans it took."""
+        for count in range(1, most + 1):
+            self.scan()
+            if condition():
+                return count
+        raise AssertionError(f"not within {most} scans, at {self.now_us} us")
+
+    def outputs(self, **bits: bool) -> None:
+        """Set dedicated outputs of the controller: `outputs(SO02=True)`."""
+        for name, on in bits.items():
+            byte, bit = 32 + int(name[2]), int(name[3])
+            self.so[byte] = self.so[byte] & ~(1 << bit) | (on << bit)
+
+    def answer(self, status: int, response: Sequence[int] = ()) -> None:
+        """Set the remote status and the response words from SOW(1) on; the rest is 0."""
+        words = [status, *response, *[0] * (15 - len(response))]
+        for k, word in enumerate(words):
+            self.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
+
+    @property
+    def image(self) -> bytes:
+        """The whole output image."""
+        return self.program.read_bytes("Main.OutputArea")
+
+    @property
+    def words(self) -> list[int]:
+        """SIW(0) to SIW(15) as written: code and data."""
+        area = self.image[self.n : self.n + 32]
+        return [int.from_bytes(area[2 * k : 2 * k + 2], "little") for k in range(16)]
+
+    @property
+    def inputs(self) -> list[str]:
+        """The dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
+        return [
+            f"SI{byte}{bit}"
+            for byte in (0, 1)
+            for bit in range(8)
+            if self.image[self.n + 32 + byte] >> bit & 1
+        ]
+
+    def power_up(self) -> None:
+        """Controller in its normal state, AUTO, SI(00) and SI(06) ON and settled."""
+        self.outputs(SO01=True, SO04=True, SO10=True)
+        self.scan_until(lambda: bool(self["Robot.Settled"]))

@@ -1,0 +1,101 @@
+"""A master without a PLC: sets bits and words and lets controller cycles pass."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot.area import INPUTS, OUTPUTS
+
+__all__ = ["Master"]
+
+
+class Master:
+    """Drives a controller; its keyword arguments are RobotConfig's.
+
+    All delays are fixed and short unless given, so that a test can count cycles.
+    """
+
+    def __init__(self, seed: int = 0, **config: Any) -> None:
+        self.robot = Controller(RobotConfig(**config), seed)
+        self.si = bytearray(self.robot.config.size)
+        self.so = bytes(len(self.si))
+        self.now_us = 0
+        self.connected = True
+
+    def run(self, ms: float) -> None:
+        """Let `ms` pass, in cycles of 5 ms.
+
+        A general-purpose input changes in every cycle, so that none of them is skipped as idle.
+        """
+        for _ in range(round(ms * 1000) // CYCLE_US):
+            self.si[45] ^= 0x80
+            self.so = self.robot.cycle(self.now_us, bytes(self.si) if self.connected else None)
+            self.now_us += CYCLE_US
+
+    def turn(self, name: str, on: bool) -> None:
+        """Change a dedicated input, without letting time pass."""
+        at, mask = 32 + (INPUTS[name] > 0xFF), INPUTS[name] >> (8 if INPUTS[name] > 0xFF else 0)
+        self.si[at] = self.si[at] | mask if on else self.si[at] & ~mask
+
+    def turn_and_wait(self, name: str, on: bool, ms: float = 150) -> None:
+        """Change a dedicated input and keep it for longer than the interval."""
+        self.turn(name, on)
+        self.run(ms)
+
+    def pulse(self, name: str, ms: float = 150) -> None:
+        """ON, then OFF, each for `ms`."""
+        self.turn_and_wait(name, True, ms)
+        self.turn_and_wait(name, False, ms)
+
+    def on(self, name: str) -> bool:
+        """A dedicated output."""
+        return bool((self.so[32] | self.so[33] << 8) & OUTPUTS[name])
+
+    def send(self, *words: int) -> None:
+        """Words n, n+2 ...; the rest of n to n+30 becomes 0."""
+        struct.pack_into("<16H", self.si, 0, *(words + (0,) * (16 - len(words))))
+
+    @property
+    def words(self) -> tuple[int, ...]:
+        """Words m to m+30."""
+        return struct.unpack_from("<16H", self.so)
+
+    @property
+    def status(self) -> int:
+        """Word m."""
+        return self.words[0]
+
+    def finish(self, within_ms: float = 5000) -> tuple[int, ...]:
+        """Let the command end; words m to m+30 then."""
+        for _ in range(round(within_ms) // 5):
+            self.run(5)
+            if self.status in (0x0200, 0x4000):
+                return self.words
+        raise AssertionError(f"no end status within {within_ms} ms; status 0x{self.status:04X}")
+
+    def execute(self, *words: int) -> tuple[int, ...]:
+        """Send a command, let it end and reset the status; words m to m+30 at its end."""
+        self.send(*words)
+        answer = self.finish()
+        self.send()
+        self.run(50)
+        assert self.status == 0
+        return answer
+
+    def power_up(self) -> None:
+        """SI(00) and SI(06) ON, the controller booted, no alarm."""
+        self.run(300)
+        self.turn_and_wait("SI00", True)
+        self.turn_and_wait("SI06", True)
+
+    def servo_on(self) -> None:
+        """Power up and the servos on."""
+        self.power_up()
+        self.pulse("SI01")
+        assert self.on("SO02")
+
+    def texts(self) -> list[str]:
+        """New violations as `rule: text`."""
+        return [f"{found.rule}: {found.text}" for found in self.robot.drain_violations()]
