@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Union
+from typing import TypeAlias
 
 __all__ = [
     "ArrayType",
@@ -71,4 +71,4 @@ class BlockType:
     is_program: bool = False
 
 
-Type = Union[ElementaryType, EnumType, ArrayType, StructType, BlockType]
+Type: TypeAlias = ElementaryType | EnumType | ArrayType | StructType | BlockType

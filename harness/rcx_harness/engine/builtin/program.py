@@ -1,0 +1,266 @@
+"""The built-in engine: runs Structured Text as Python, with no compiler and on any system."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from rcx_harness.engine.base import Located, Value
+from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.runtime import ProgramError
+from rcx_harness.engine.builtin.storage import address_slot, is_scalar
+from rcx_harness.engine.frontend.paths import Resolved, resolve, walk
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.values import describe, from_python, nest, scalar_to_python
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    StructType,
+    Type,
+    Variable,
+)
+from rcx_harness.errors import InputError
+
+__all__ = ["BuiltinProgram"]
+
+_NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
+
+
+class _Place(NamedTuple):
+    """Where a variable is: slot `key` of an object, or element `key` of a list."""
+
+    holder: Any
+    key: Any
+    type: Type
+    path: str
+
+
+class _Snapshot(NamedTuple):
+    module: Module
+    scans: int
+    data: tuple[Any, ...]
+
+
+class BuiltinProgram:
+    """One running instance of a program; see `engine.base.Program`."""
+
+    engine = "builtin"
+
+    def __init__(self, module: Module) -> None:
+        self._module = module
+        names, project = module.names, module.project
+        self.tick_us = project.tick_us
+        self._globals = names["b_globals"]()
+        self._scans = 0
+        self._roots = {
+            name: names[f"b_{block.name.upper()}"](self._globals)
+            for name, block in project.instances.items()
+        }
+        self._runs = [
+            (
+                run.every,
+                names[f"f_{project.instances[run.instance].name.upper()}"],
+                self._roots[run.instance],
+            )
+            for run in project.schedule
+        ]
+        # The globals, then each program instance: (object, save, load).
+        self._parts = [(self._globals, names["save_globals"], names["load_globals"])]
+        for name, block in project.instances.items():
+            key = block.name.upper()
+            self._parts.append((self._roots[name], names[f"save_{key}"], names[f"load_{key}"]))
+        self._places: dict[str, _Place] = {}
+
+    @classmethod
+    def build(cls, project: Project) -> BuiltinProgram:
+        """Compile a checked project and make its first instance."""
+        return cls(Module(project))
+
+    def instance(self) -> BuiltinProgram:
+        """Another instance of the same program, in its initial state; nothing is recompiled."""
+        return BuiltinProgram(self._module)
+
+    def scan(self, now_us: int) -> None:
+        """Run one base tick at PLC time `now_us`.
+
+        Raises:
+            InputError: the program divides by zero, leaves an array or does not end a loop;
+                with the file and line of the statement.
+        """
+        self._globals.now = now_us * 1000
+        scans = self._scans
+        self._scans = scans + 1
+        try:
+            for every, body, instance in self._runs:
+                if scans % every == 0:
+                    body(instance)
+        except (ArithmeticError, ValueError, ProgramError) as error:
+            file, line = self._module.origin(error.__traceback__) or (None, None)
+            raise InputError(_fault(error), file=file, line=line) from None
+
+    # --- variables by path ---
+
+    def _place(self, path: str) -> _Place:
+        place = self._places.get(path)
+        if place is None:
+            place = self._places[path] = self._locate(resolve(self._module.project, path))
+        return place
+
+    def _locate(self, found: Resolved) -> _Place:
+        if found.address is not None:
+            return _Place(self._globals, address_slot(found.address), found.type, found.path)
+        if found.is_global:
+            holder, steps = self._globals, (found.root, *found.steps)
+        else:
+            holder, steps = self._roots[found.root], found.steps
+            if not steps:
+                return _Place(self._roots, found.root, found.type, found.path)
+        for step in steps[:-1]:
+            holder = holder[step] if isinstance(step, int) else getattr(holder, step.upper())
+        last = steps[-1]
+        key = last if isinstance(last, int) else last.upper()
+        return _Place(holder, key, found.type, found.path)
+
+    def read(self, path: str) -> Value:
+        """Value at `path`; see `engine.base.Program.read`."""
+        place = self._place(path)
+        return self._to_python(place.type, _get(place.holder, place.key))
+
+    def _to_python(self, kind: Type, held: Any) -> Value:
+        if isinstance(kind, ArrayType):
+            return nest(kind, [self._to_python(kind.element, item) for item in held])
+        if isinstance(kind, StructType):
+            return {
+                name: self._to_python(field, getattr(held, name.upper()))
+                for name, field in kind.fields
+            }
+        if isinstance(kind, BlockType):
+            return {
+                pin.name: self._to_python(pin.type, _get(*self._slot(held, pin)))
+                for pin in kind.variables
+                if pin.section not in _NO_STORAGE
+            }
+        return scalar_to_python(kind, held)
+
+    def _slot(self, instance: Any, pin: Variable) -> tuple[Any, str]:
+        if pin.address is not None:
+            return self._globals, address_slot(pin.address)
+        return instance, pin.name.upper()
+
+    def write(self, path: str, value: Value) -> None:
+        """Set `path`; see `engine.base.Program.write`."""
+        place = self._place(path)
+        self._assign(place, from_python(place.type, value, place.path))
+
+    def _assign(self, place: _Place, value: Any) -> None:
+        holder, key, kind, path = place
+        if is_scalar(kind):
+            if isinstance(holder, list):
+                holder[key] = value
+            else:
+                setattr(holder, key, value)
+            return
+        held = _get(holder, key)
+        if isinstance(kind, ArrayType):
+            for position, item in enumerate(value):
+                self._assign(_Place(held, position, kind.element, path), item)
+        elif isinstance(kind, StructType):
+            types = dict(kind.fields)
+            for name, item in value.items():
+                self._assign(_Place(held, name.upper(), types[name], path), item)
+        elif isinstance(kind, BlockType):
+            for pin in kind.variables:
+                if pin.name in value:
+                    self._assign(_Place(*self._slot(held, pin), pin.type, path), value[pin.name])
+
+    def read_bytes(self, path: str) -> bytes:
+        """An array of BYTE or WORD (little endian) as bytes."""
+        place = self._place(path)
+        held = _get(place.holder, place.key)
+        if _element(place) == "BYTE":
+            return bytes(held)
+        return struct.pack(f"<{len(held)}H", *held)
+
+    def write_bytes(self, path: str, data: bytes) -> None:
+        """Set the first `len(data)` bytes of an array of BYTE or WORD (little endian)."""
+        place = self._place(path)
+        held = _get(place.holder, place.key)
+        size = 1 if _element(place) == "BYTE" else 2
+        if len(data) % size or len(data) > len(held) * size:
+            raise InputError(
+                f"{place.path} holds {len(held) * size} bytes and cannot take {len(data)}"
+            )
+        items = data if size == 1 else struct.unpack(f"<{len(data) // 2}H", data)
+        held[: len(items)] = items
+
+    # --- what there is ---
+
+    def type_of(self, path: str) -> Type:
+        """Type of the variable at `path`."""
+        return self._place(path).type
+
+    def instances(self) -> Mapping[str, Type]:
+        """The program instances by name, each with its BlockType."""
+        return dict(self._module.project.instances)
+
+    def walk(self) -> Iterator[tuple[str, Type]]:
+        """Every variable below the program instances, parents before children."""
+        return walk(self._module.project)
+
+    def located(self) -> list[Located]:
+        """Directly represented variables in order of declaration."""
+        return list(self._module.project.located)
+
+    # --- state ---
+
+    def snapshot(self) -> object:
+        """The whole state, as a value that `restore` takes back."""
+        data = tuple(save(part) for part, save, _ in self._parts)
+        return _Snapshot(self._module, self._scans, data)
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a state that `snapshot` gave, of this or another instance of the program.
+
+        Raises:
+            InputError: the snapshot is of another program.
+        """
+        if not isinstance(snapshot, _Snapshot) or snapshot.module is not self._module:
+            raise InputError("this snapshot is of another program")
+        self._scans = snapshot.scans
+        for (part, _, load), saved in zip(self._parts, snapshot.data, strict=True):
+            load(part, saved)
+
+    def close(self) -> None:
+        """Nothing to free."""
+
+
+def _get(holder: Any, key: Any) -> Any:
+    return (
+        getattr(holder, key)
+        if isinstance(key, str) and not isinstance(holder, dict)
+        else (holder[key])
+    )
+
+
+def _element(place: _Place) -> str:
+    """BYTE or WORD, the element type of a process image."""
+    kind = place.type
+    element = kind.element if isinstance(kind, ArrayType) else None
+    if isinstance(element, ElementaryType) and element.name in ("BYTE", "WORD"):
+        return element.name
+    raise InputError(
+        f"{place.path} is of type {describe(kind)}",
+        hint="an array of BYTE or WORD can be read and written as bytes",
+    )
+
+
+def _fault(error: Exception) -> str:
+    if isinstance(error, ProgramError):
+        return str(error)
+    if isinstance(error, ZeroDivisionError):
+        return "division by zero"
+    if isinstance(error, OverflowError):
+        return "a result is too large for its type"
+    return "a function is not defined for its argument"

@@ -1,0 +1,188 @@
+"""Code for the data of a program: a class per structure and block, and how to copy and save it.
+
+Scalars are slots, arrays flat lists in row-major order, structures and blocks objects. An object
+or list lives as long as its program instance: assignment and `restore` fill it, so that
+references to it stay good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from rcx_harness.engine.builtin.blocks import CLASSES
+from rcx_harness.engine.frontend.tree import Pou, Symbol
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    StructType,
+    Type,
+)
+
+__all__ = ["Storage", "address_slot", "is_scalar", "needs_globals", "stored"]
+
+
+def is_scalar(kind: Type) -> bool:
+    """Whether a value of the type is one Python number, bool or str."""
+    return isinstance(kind, (ElementaryType, EnumType))
+
+
+def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
+    """The variables that an instance of their block keeps itself."""
+    kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
+    return [item for item in symbols if item.section in kept and item.address is None]
+
+
+def needs_globals(pou: Pou) -> bool:
+    """Whether the body of a block reads or writes global or located variables."""
+    return any(
+        item.section == "VAR_EXTERNAL" or item.address is not None for item in pou.symbols.values()
+    )
+
+
+def address_slot(address: str) -> str:
+    """Slot of the globals that holds what is located at `%QX0.1`."""
+    return "at_" + address[1:].replace(".", "_")
+
+
+class Storage:
+    """Writes the data half of the generated module.
+
+    For each type T that is no scalar and no list of scalars, the module has `copy_T(to, by)`,
+    `save_T(of)` and `load_T(to, saved)`; for structures and blocks also the class, `s_T` or
+    `b_T`. They are written when they are first asked for, after those they need.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._names: dict[Type, str] = {}
+
+    def create(self, kind: Type, initial: Any) -> str:
+        """Code that makes a new variable with its initial value."""
+        if isinstance(kind, BlockType):
+            return f"b_{self._name(kind)}(g)"
+        if isinstance(kind, StructType):
+            values = ", ".join(self.create(field, initial[name]) for name, field in kind.fields)
+            return f"s_{self._name(kind)}({values})"
+        if isinstance(kind, ArrayType):
+            items = [self.create(kind.element, item) for item in initial]
+            if is_scalar(kind.element) and len(set(items)) == 1:
+                return f"[{items[0]}] * {len(items)}"
+            return f"[{', '.join(items)}]"
+        return repr(initial)
+
+    def copy(self, kind: Type, to: str, by: str) -> str:
+        """A statement that gives the variable `to` the value of `by`."""
+        if is_scalar(kind):
+            return f"{to} = {by}"
+        return f"{to}[:] = {by}" if _is_flat(kind) else f"copy_{self._name(kind)}({to}, {by})"
+
+    def save(self, kind: Type, of: str) -> str:
+        """An expression for a copy of the variable `of`."""
+        if is_scalar(kind):
+            return of
+        return f"{of}[:]" if _is_flat(kind) else f"save_{self._name(kind)}({of})"
+
+    def load(self, kind: Type, to: str, saved: str) -> str:
+        """A statement that gives the variable `to` what `save` gave."""
+        if is_scalar(kind):
+            return f"{to} = {saved}"
+        return f"{to}[:] = {saved}" if _is_flat(kind) else f"load_{self._name(kind)}({to}, {saved})"
+
+    def _name(self, kind: Type) -> str:
+        if kind not in self._names:
+            if isinstance(kind, ArrayType):
+                self._array(kind)
+            elif isinstance(kind, StructType):
+                self._structure(kind)
+            else:
+                self._standard_block(kind)
+        return self._names[kind]
+
+    def _array(self, kind: ArrayType) -> None:
+        copy = self.copy(kind.element, "a", "b")
+        save, load = self.save(kind.element, "a"), self.load(kind.element, "a", "b")
+        name = self._names[kind] = f"array{len(self._names)}"
+        self.lines += [
+            f"def copy_{name}(to, by):",
+            f"    for a, b in zip(to, by): {copy}",
+            f"def save_{name}(of): return [{save} for a in of]",
+            f"def load_{name}(to, saved):",
+            f"    for a, b in zip(to, saved): {load}",
+        ]
+
+    def _structure(self, kind: StructType) -> None:
+        fields = [(name.upper(), field) for name, field in kind.fields]
+        name = kind.name.upper()
+        copies = [self.copy(field, f"to.{slot}", f"by.{slot}") for slot, field in fields]
+        functions = self._save_and_load(name, fields)
+        self._names[kind] = name
+        self.lines += [
+            f"class s_{name}:",
+            f"    __slots__ = {tuple(slot for slot, _ in fields)!r}",
+            f"    def __init__(self, {', '.join(slot for slot, _ in fields)}):",
+            *(f"        self.{slot} = {slot}" for slot, _ in fields),
+            f"def copy_{name}(to, by):",
+            *(f"    {line}" for line in copies),
+            *functions,
+        ]
+
+    def _save_and_load(self, name: str, slots: list[tuple[str, Type]]) -> list[str]:
+        saves = "".join(f"{self.save(kind, f'of.{slot}')}, " for slot, kind in slots)
+        loads = [self.load(kind, f"to.{slot}", f"v{i}") for i, (slot, kind) in enumerate(slots)]
+        unpack = "".join(f"v{i}, " for i in range(len(slots)))
+        return [
+            f"def save_{name}(of): return ({saves})",
+            f"def load_{name}(to, saved):",
+            *([f"    {unpack}= saved"] if slots else []),
+            *(f"    {line}" for line in loads or ["pass"]),
+        ]
+
+    def _standard_block(self, kind: Type) -> None:
+        assert isinstance(kind, BlockType)
+        slots = [slot for slot in CLASSES[kind.name].__slots__ if slot != "clock"]
+        scalar = ElementaryType("LINT")
+        self.lines += self._save_and_load(kind.name, [(slot, scalar) for slot in slots])
+        self._names[kind] = kind.name
+
+    def block(self, pou: Pou) -> None:
+        """Write the class of a function block or program; those inside it come before it."""
+        assert pou.block is not None
+        name = pou.name.upper()
+        symbols = stored(pou.symbols.values())
+        creates = [(item.name.upper(), self.create(item.type, item.initial)) for item in symbols]
+        slots = [(item.name.upper(), item.type) for item in symbols]
+        functions = self._save_and_load(name, slots)
+        self._names[pou.block] = name
+        self.lines += [
+            f"class b_{name}:",
+            f"    __slots__ = {('g', *(slot for slot, _ in slots))!r}",
+            "    def __init__(self, g):",
+            "        self.g = g",
+            *(f"        self.{slot} = {code}" for slot, code in creates),
+            *functions,
+        ]
+
+    def globals(self, symbols: Iterable[Symbol]) -> None:
+        """Write the class of what one program shares: global and located variables, the time."""
+        slots: dict[str, tuple[Type, str]] = {}
+        for item in symbols:
+            slot = item.name.upper() if item.address is None else address_slot(item.address)
+            slots.setdefault(slot, (item.type, self.create(item.type, item.initial)))
+        functions = self._save_and_load(
+            "globals", [("now", ElementaryType("TIME")), *((k, v[0]) for k, v in slots.items())]
+        )
+        self.lines += [
+            "class b_globals:",
+            f"    __slots__ = {('now', *slots)!r}",
+            "    def __init__(self):",
+            "        self.now = 0",
+            *(f"        self.{slot} = {code}" for slot, (_, code) in slots.items()),
+            *functions,
+        ]
+
+
+def _is_flat(kind: Type) -> bool:
+    return isinstance(kind, ArrayType) and is_scalar(kind.element)

@@ -1,0 +1,84 @@
+"""A checked set of sources: what engines compile and what paths are resolved in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.base import Located
+from rcx_harness.engine.frontend.tree import Pou, Symbol
+from rcx_harness.engine.types import BlockType, Type, Variable
+
+__all__ = ["Project", "Run", "Task", "Unit"]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task of the configuration; a lower `priority` goes first."""
+
+    name: str
+    interval_us: int
+    priority: int
+    instances: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A program instance that runs in every `every`-th scan, from the first on."""
+
+    instance: str
+    every: int
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One declaration; `line` is where it begins in its file.
+
+    `kind` is TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
+    """
+
+    kind: str
+    name: str
+    file: Path
+    line: int
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """Everything the sources declare, checked.
+
+    Attributes:
+        files: The files, each after those it needs (as matiec wants them).
+        units: The declarations, each after those it needs.
+        types: Structures, arrays, enumerations and aliases by upper-case name.
+        blocks: Function blocks and programs of the sources, and the standard blocks they use,
+            by upper-case name.
+        pous: Functions, blocks and programs with their checked bodies, by upper-case name, each
+            after those it calls.
+        initial: Complete initial value of every type in `types`, by upper-case name.
+        instances: Program instances by name in order of declaration. Sources without a
+            CONFIGURATION and with exactly one PROGRAM have one, named `Main`.
+        configured: Whether the sources have a CONFIGURATION.
+        globals: Global variables by upper-case name, with their declared name and type.
+        global_symbols: The same with initial values.
+        located: Directly represented variables in order of declaration.
+        tasks: Tasks in order of declaration.
+        tick_us: Greatest common divisor of the intervals; None without tasks.
+        schedule: Program instances in the order in which they run within a scan.
+    """
+
+    files: tuple[Path, ...]
+    units: tuple[Unit, ...]
+    types: dict[str, Type]
+    blocks: dict[str, BlockType]
+    pous: dict[str, Pou]
+    initial: dict[str, Any]
+    instances: dict[str, BlockType]
+    configured: bool
+    globals: dict[str, Variable]
+    global_symbols: dict[str, Symbol]
+    located: tuple[Located, ...]
+    tasks: tuple[Task, ...]
+    tick_us: int | None
+    schedule: tuple[Run, ...]

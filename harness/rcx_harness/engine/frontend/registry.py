@@ -1,0 +1,171 @@
+"""All names of a project: what declares them, and in which order they depend on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.scalars import ELEMENTARY
+from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, UNSUPPORTED, conversion
+from rcx_harness.errors import InputError
+
+__all__ = ["Declared", "Registry"]
+
+Declaration = s.TypeDecl | s.Pou | s.Configuration
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A declaration and where it comes from."""
+
+    node: Declaration
+    source: s.Source
+
+    @property
+    def file(self) -> Path:
+        """The file it is in."""
+        return self.source.file
+
+    def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
+        """An error in this declaration's file."""
+        return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
+
+
+class Registry:
+    """The types and POUs of all sources by upper-case name, and the rules for names.
+
+    Args:
+        sources: The parsed files.
+        report: Takes each error; the registry goes on after it.
+    """
+
+    def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
+        self._report = report
+        self.types: dict[str, Declared] = {}
+        self.pous: dict[str, Declared] = {}
+        self.configuration: Declared | None = None
+        self.members: dict[str, list[str]] = {}
+        for source in sources:
+            for node in source.declarations:
+                self._add(Declared(node, source))
+        for key, declared in self.types.items():
+            spec = declared.node.spec if isinstance(declared.node, s.TypeDecl) else None
+            if isinstance(spec, s.EnumSpec):
+                for member in spec.members:
+                    self.members.setdefault(member.key, []).append(key)
+
+    def _add(self, declared: Declared) -> None:
+        node = declared.node
+        if isinstance(node, s.Configuration):
+            if self.configuration is not None:
+                other = self.configuration
+                self._report(
+                    declared.error(
+                        "a second CONFIGURATION",
+                        node.name.at,
+                        f"the first is in {other.file.name}, line {other.node.at.line}",
+                    )
+                )
+            self.configuration = declared
+            return
+        key = node.name.key
+        earlier = self.types.get(key) or self.pous.get(key)
+        if earlier is not None:
+            hint = f"it is also declared in {earlier.file.name}, line {earlier.node.name.at.line}"
+            self._report(declared.error(f"{node.name.text} is declared twice", node.name.at, hint))
+        elif self.is_standard(key):
+            self._report(
+                declared.error(f"{node.name.text} is the name of a standard element", node.name.at)
+            )
+        elif isinstance(node, s.TypeDecl):
+            self.types[key] = declared
+        else:
+            self.pous[key] = declared
+
+    def is_standard(self, key: str) -> bool:
+        """Whether the standard defines a type, function or block of this name."""
+        return (
+            key in ELEMENTARY
+            or key in BLOCKS
+            or key in FUNCTIONS
+            or key in UNSUPPORTED
+            or conversion(key) is not None
+            or key in ("T", "D")
+        )
+
+    def variable_clash(self, key: str) -> str:
+        """Why a variable cannot have this name; empty if it can."""
+        if self.is_standard(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
+            return "is the name of a standard element"
+        if key in self.types:
+            return "is the name of a type"
+        if key in self.pous:
+            node = self.pous[key].node
+            assert isinstance(node, s.Pou)
+            return f"is the name of a {node.kind}"
+        if key in self.members:
+            return "is a member of an enumeration"
+        return ""
+
+    def ordered(self) -> list[Declared]:
+        """All declarations, each after those it uses.
+
+        Types come first, then functions, blocks, programs and the configuration, as far as
+        they do not use each other; otherwise in the order of the sources. A declaration that
+        uses itself, directly or not, is reported.
+        """
+        ranks = {"FUNCTION": 1, "FUNCTION_BLOCK": 2, "PROGRAM": 3}
+        everything = {**self.types, **self.pous}
+        first = sorted(
+            everything.values(),
+            key=lambda item: ranks[item.node.kind] if isinstance(item.node, s.Pou) else 0,
+        )
+        done: dict[str, bool] = {}
+        result: list[Declared] = []
+
+        def visit(declared: Declared, path: tuple[str, ...]) -> None:
+            key = declared.node.name.key
+            if key in done:
+                if not done[key]:
+                    self._report_cycle(declared, (*path[path.index(key) :], key))
+                return
+            done[key] = False
+            for name in _used(declared.node):
+                if name in everything:
+                    visit(everything[name], (*path, key))
+            done[key] = True
+            result.append(declared)
+
+        for declared in first:
+            visit(declared, ())
+        if self.configuration is not None:
+            result.append(self.configuration)
+        return result
+
+    def _report_cycle(self, declared: Declared, cycle: tuple[str, ...]) -> None:
+        kind = (
+            "a type cannot contain itself"
+            if declared.node.name.key in self.types
+            else ("recursion is not supported")
+        )
+        names = " uses ".join(
+            (self.types.get(key) or self.pous[key]).node.name.text for key in cycle
+        )
+        self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
+
+
+def _used(node: Any) -> Iterator[str]:
+    """Names of types and functions that a piece of syntax uses, in order."""
+    if isinstance(node, s.NamedSpec):
+        yield node.name.key
+    elif isinstance(node, s.Call):
+        yield node.function.key
+    if isinstance(node, tuple):
+        for item in node:
+            yield from _used(item)
+    elif is_dataclass(node) and not isinstance(node, s.Name):
+        for field in fields(node):
+            yield from _used(getattr(node, field.name))

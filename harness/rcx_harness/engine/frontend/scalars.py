@@ -1,0 +1,229 @@
+"""The elementary types: their ranges, their groups and their literals."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from datetime import date
+from fractions import Fraction
+
+from rcx_harness.engine.types import ElementaryType
+
+__all__ = [
+    "ANY_BIT",
+    "ANY_DATE",
+    "ANY_INT",
+    "ANY_NUM",
+    "ANY_REAL",
+    "BOOL",
+    "ELEMENTARY",
+    "INT_RANGE",
+    "LREAL",
+    "NANOSECONDS_PER_DAY",
+    "REAL",
+    "REAL_MAX",
+    "SIGNED",
+    "STRING",
+    "STRING_MAX",
+    "TIME",
+    "UNSIGNED",
+    "WIDTH",
+    "LiteralError",
+    "Scalar",
+    "number",
+    "string_literal",
+    "typed_literal",
+]
+
+#: How a scalar is held while a program runs: BOOL as bool, integers, bit strings and
+#: enumerations as int, REAL and LREAL as float, STRING as str, TIME in ns, DATE and DT in ns
+#: since 1970-01-01, TOD in ns since midnight.
+Scalar = bool | int | float | str
+
+WIDTH = {
+    "SINT": 8,
+    "INT": 16,
+    "DINT": 32,
+    "LINT": 64,
+    "USINT": 8,
+    "UINT": 16,
+    "UDINT": 32,
+    "ULINT": 64,
+    "BYTE": 8,
+    "WORD": 16,
+    "DWORD": 32,
+    "LWORD": 64,
+}
+SIGNED = ("SINT", "INT", "DINT", "LINT")
+UNSIGNED = ("USINT", "UINT", "UDINT", "ULINT")
+ANY_INT = SIGNED + UNSIGNED
+ANY_REAL = ("REAL", "LREAL")
+ANY_NUM = ANY_INT + ANY_REAL
+ANY_BIT = ("BOOL", "BYTE", "WORD", "DWORD", "LWORD")
+ANY_DATE = ("DATE", "TOD", "DT")
+
+#: (lowest, highest) of each integer and bit string type.
+INT_RANGE = {
+    name: (-(1 << bits - 1), (1 << bits - 1) - 1) if name in SIGNED else (0, (1 << bits) - 1)
+    for name, bits in WIDTH.items()
+}
+
+#: Longest STRING, as in matiec; what is longer is cut off.
+STRING_MAX = 126
+REAL_MAX = float.fromhex("0x1.fffffep127")
+NANOSECONDS_PER_DAY = 86_400_000_000_000
+
+ELEMENTARY = {name: ElementaryType(name) for name in (*ANY_BIT, *ANY_NUM, "TIME", *ANY_DATE)}
+ELEMENTARY["STRING"] = ElementaryType("STRING")
+ELEMENTARY["TIME_OF_DAY"] = ELEMENTARY["TOD"]
+ELEMENTARY["DATE_AND_TIME"] = ELEMENTARY["DT"]
+
+BOOL, TIME, STRING = ELEMENTARY["BOOL"], ELEMENTARY["TIME"], ELEMENTARY["STRING"]
+REAL, LREAL = ELEMENTARY["REAL"], ELEMENTARY["LREAL"]
+
+_TIME_UNITS = {
+    "d": NANOSECONDS_PER_DAY,
+    "h": 3_600_000_000_000,
+    "m": 60_000_000_000,
+    "s": 1_000_000_000,
+    "ms": 1_000_000,
+}
+_TIME_PART = re.compile(r"(\d+(?:\.\d+)?)(ms|[dhms])")
+_CLOCK = re.compile(r"(\d+):(\d+):(\d+(?:\.\d+)?)")
+_ESCAPES = {"L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t", "$": "$", "'": "'"}
+
+
+class LiteralError(ValueError):
+    """A literal that means nothing; the message says why."""
+
+
+def number(text: str) -> int | float:
+    """Value of an integer or real literal: `12`, `16#FF_00`, `1.5E-3`, `-7`.
+
+    Raises:
+        LiteralError: a digit that the base does not have.
+    """
+    plain = text.replace("_", "")
+    sign, plain = (-1, plain[1:]) if plain.startswith("-") else (1, plain.removeprefix("+"))
+    base, _, digits = plain.rpartition("#")
+    try:
+        if base:
+            if base not in ("2", "8", "16"):
+                raise LiteralError(f"base {base} does not exist; use 2, 8 or 16")
+            return sign * int(digits, int(base))
+        if "." not in plain:
+            return sign * int(plain)
+        if math.isinf(float(plain)):
+            raise LiteralError(f"{text} is too large")
+        return sign * float(plain)
+    except ValueError as error:
+        if isinstance(error, LiteralError):
+            raise
+        raise LiteralError(f"{text} is not a number") from None
+
+
+def string_literal(text: str) -> str:
+    """Characters of a string literal in its quotes, with `$` escapes replaced.
+
+    Raises:
+        LiteralError: an unknown escape, a character above 16#FF, or more than 126 characters.
+    """
+
+    def escape(found: re.Match[str]) -> str:
+        code = found[1]
+        if len(code) == 2:
+            return chr(int(code, 16))
+        if code.upper() not in _ESCAPES:
+            raise LiteralError(f"${code} is no escape; write $$ for a dollar sign")
+        return _ESCAPES[code.upper()]
+
+    value = re.sub(r"\$([0-9A-Fa-f]{2}|.)", escape, text[1:-1])
+    if any(ord(character) > 0xFF for character in value):
+        raise LiteralError("a STRING holds single-byte characters only")
+    if len(value) > STRING_MAX:
+        raise LiteralError(f"a STRING holds at most {STRING_MAX} characters")
+    return value
+
+
+def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
+    """Type and value of `WORD#16#FF`, `BOOL#1`, `T#1s500ms`, `TOD#12:00:00` and the like.
+
+    Raises:
+        LiteralError: the value is malformed or out of the type's range.
+        KeyError: the prefix is no elementary type.
+    """
+    prefix, _, rest = text.partition("#")
+    name = {"T": "TIME", "D": "DATE"}.get(prefix.upper(), prefix.upper())
+    kind = ELEMENTARY[name]
+    if kind.name in _SPECIAL:
+        return kind, _SPECIAL[kind.name](rest)
+    if kind.name == "BOOL":
+        values = {"TRUE": True, "FALSE": False, "1": True, "0": False}
+        if rest.upper() not in values:
+            raise LiteralError(f"{text} is no BOOL; write TRUE or FALSE")
+        return kind, values[rest.upper()]
+    if not re.match(r"[-+]?\d", rest):
+        raise LiteralError(f"{text} is not a number")
+    value = number(rest)
+    if kind.name in ANY_REAL:
+        if kind.name == "REAL" and abs(value) > REAL_MAX:
+            raise LiteralError(f"{text} is too large")
+        return kind, float(value)
+    if isinstance(value, float):
+        raise LiteralError(f"{text}: {kind.name} has no decimals")
+    low, high = INT_RANGE[kind.name]
+    if not low <= value <= high:
+        raise LiteralError(f"{text} is outside {kind.name} ({low} to {high})")
+    return kind, value
+
+
+def _time(text: str) -> int:
+    plain = text.lower().replace("_", "")
+    sign, plain = (-1, plain[1:]) if plain.startswith("-") else (1, plain.removeprefix("+"))
+    units = list(_TIME_UNITS)
+    total, end, rank = Fraction(0), 0, -1
+    for part in _TIME_PART.finditer(plain):
+        if part.start() != end or units.index(part[2]) <= rank:
+            break
+        total += Fraction(part[1]) * _TIME_UNITS[part[2]]
+        end, rank = part.end(), units.index(part[2])
+        if "." in part[1]:
+            break
+    if not plain or end != len(plain):
+        raise LiteralError(f"T#{text} is no duration; write it as T#1500ms or T#1h30m")
+    return sign * int(total)
+
+
+def _date(text: str) -> int:
+    try:
+        day = date.fromisoformat(text)
+    except ValueError:
+        raise LiteralError(f"D#{text} is no date; write it as D#2024-12-31") from None
+    return (day - date(1970, 1, 1)).days * NANOSECONDS_PER_DAY
+
+
+def _clock(text: str) -> int:
+    found = _CLOCK.fullmatch(text.replace("_", ""))
+    if found is None or int(found[1]) > 23 or int(found[2]) > 59 or Fraction(found[3]) >= 60:
+        raise LiteralError(f"TOD#{text} is no time of day; write it as TOD#13:30:00")
+    seconds = (int(found[1]) * 60 + int(found[2])) * 60 + Fraction(found[3])
+    return int(seconds * 1_000_000_000)
+
+
+def _date_and_time(text: str) -> int:
+    day, _, clock = text.rpartition("-")
+    return _date(day) + _clock(clock)
+
+
+def _string(text: str) -> str:
+    raise LiteralError(f"STRING#{text} is not supported; write 'text'")
+
+
+_SPECIAL: dict[str, Callable[[str], Scalar]] = {
+    "TIME": _time,
+    "DATE": _date,
+    "TOD": _clock,
+    "DT": _date_and_time,
+    "STRING": _string,
+}

@@ -1,0 +1,129 @@
+"""Small programs that every engine must run alike, and what an engine makes of them.
+
+A probe is `NAME.st` in tests/data/language, with `NAME.json` beside it where something is to be
+written: values by path, by the number of the scan before which they are written. Its trace,
+recorded from matiec by `record.py`, is tests/data/traces/NAME.jsonl: a line that says where it
+comes from, a line with every variable before the first scan, then a line per scan with those
+that changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import date, datetime, time, timedelta
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.types import BlockType, StructType
+
+__all__ = ["Probe", "differences", "language_probes", "recorded_trace", "trace", "trace_file"]
+
+_DATA = Path(__file__).parents[2] / "data"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A program and how it is run.
+
+    Attributes:
+        name: Name of its trace.
+        files: Its ST files.
+        scans: How many scans.
+        scan_us: From one scan to the next, microseconds.
+        writes: Values by path, by the number of the scan before which they are written.
+    """
+
+    name: str
+    files: tuple[Path, ...]
+    scans: int = 40
+    scan_us: int = 10_000
+    writes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+
+
+def language_probes() -> list[Probe]:
+    """The probes of tests/data/language, by name."""
+    return [
+        Probe(path.stem, (path,), writes=_writes(path.with_suffix(".json")))
+        for path in sorted((_DATA / "language").glob("*.st"))
+    ]
+
+
+def _writes(file: Path) -> dict[int, dict[str, Any]]:
+    if not file.exists():
+        return {}
+    written = json.loads(file.read_text(encoding="utf-8"))
+    return {int(scan): values for scan, values in written.items()}
+
+
+def trace(program: Program, probe: Probe) -> list[str]:
+    """Run a probe on an engine.
+
+    Returns:
+        The lines of its trace.
+    """
+    digest = hashlib.sha256("".join(file.read_text("utf-8") for file in probe.files).encode())
+    head = {
+        "format": "rcx-probe/1",
+        "generated from": [file.name for file in probe.files],
+        "sha256": digest.hexdigest(),
+        "by": "tests/engine/agreement/record.py",
+        "scan_us": probe.scan_us,
+    }
+    return [json.dumps(head), *(json.dumps(changed) for changed in _run(program, probe))]
+
+
+def _run(program: Program, probe: Probe) -> Iterator[dict[str, Any]]:
+    paths = [path for path, kind in program.walk() if not isinstance(kind, (StructType, BlockType))]
+    seen: dict[str, Any] = {path: _plain(program.read(path)) for path in paths}
+    yield seen
+    for scan in range(probe.scans):
+        for path, value in probe.writes.get(scan, {}).items():
+            program.write(path, value)
+        program.scan(scan * probe.scan_us)
+        now = {path: _plain(program.read(path)) for path in paths}
+        yield {path: value for path, value in now.items() if repr(value) != repr(seen[path])}
+        seen = now
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON holds it: durations in microseconds, dates as ISO text."""
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, timedelta):
+        return value // timedelta(microseconds=1)
+    if isinstance(value, (date, time, datetime)):
+        return value.isoformat()
+    return value
+
+
+def trace_file(probe: Probe) -> Path:
+    """Where the trace recorded from matiec is kept."""
+    return _DATA / "traces" / f"{probe.name}.jsonl"
+
+
+def recorded_trace(probe: Probe) -> list[str]:
+    """The lines of the trace recorded from matiec."""
+    return trace_file(probe).read_text(encoding="utf-8").splitlines()
+
+
+def differences(expected: list[str], got: list[str]) -> list[str]:
+    """Where two traces differ, one line each with scan, variable, expected and got."""
+    found = []
+    if expected[0] != got[0]:
+        found.append(f"the trace is of other sources: {expected[0]}, now {got[0]}")
+    if len(expected) != len(got):
+        found.append(f"expected {len(expected) - 2} scans, got {len(got) - 2}")
+    for scan, (left, right) in enumerate(zip(expected[1:], got[1:], strict=False), start=-1):
+        if left != right:
+            one, two = json.loads(left), json.loads(right)
+            for path in sorted({*one, *two}):
+                was, now = (json.dumps(side.get(path, "as before")) for side in (one, two))
+                if was != now:
+                    found.append(f"scan {scan}: {path} expected {was}, got {now}")
+    return found

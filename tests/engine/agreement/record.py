@@ -1,0 +1,28 @@
+"""Record the traces of all probes anew, from matiec: `python tests/engine/agreement/record.py`."""
+
+from __future__ import annotations
+
+import sys
+
+from probes import language_probes, trace, trace_file
+
+from rcx_harness.engine.load import build
+from rcx_harness.errors import InputError
+
+
+def main() -> int:
+    """Write tests/data/traces; 2 where a probe cannot be compiled or matiec is missing."""
+    for probe in language_probes():
+        try:
+            program = build(probe.files, "matiec").program
+        except InputError as error:
+            print(error, file=sys.stderr)
+            return 2
+        lines = trace(program, probe)
+        trace_file(probe).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        print(f"{probe.name}: {len(lines) - 2} scans")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,40 @@
+"""Both engines give the same trace, scan by scan, in every variable."""
+
+from __future__ import annotations
+
+import pytest
+from probes import Probe, differences, language_probes, recorded_trace, trace
+
+from rcx_harness.engine.load import Matiec, build
+
+PROBES = [pytest.param(probe, id=probe.name) for probe in language_probes()]
+
+
+@pytest.mark.parametrize("probe", PROBES)
+def test_the_built_in_engine_gives_the_trace_recorded_from_matiec(probe: Probe) -> None:
+    program = build(probe.files, "builtin").program
+    assert differences(recorded_trace(probe), trace(program, probe)) == []
+
+
+@pytest.mark.parametrize("probe", PROBES)
+def test_the_recorded_trace_is_what_matiec_gives_today(probe: Probe, matiec: Matiec) -> None:
+    program = build(probe.files, "matiec").program
+    assert differences(recorded_trace(probe), trace(program, probe)) == []
+
+
+def test_a_difference_is_told_with_scan_variable_expected_and_got() -> None:
+    expected = ['{"head": 1}', '{"Main.A": 0, "Main.B": 0}', '{"Main.A": 1}', '{"Main.A": 2}']
+    got = ['{"head": 1}', '{"Main.A": 0, "Main.B": 0}', '{"Main.A": 1}', '{"Main.B": true}']
+    assert differences(expected, got) == [
+        'scan 1: Main.A expected 2, got "as before"',
+        'scan 1: Main.B expected "as before", got true',
+    ]
+
+
+def test_every_probe_has_a_trace_in_which_something_happens() -> None:
+    probes = language_probes()
+    assert len(probes) >= 25
+    for probe in probes:
+        lines = recorded_trace(probe)
+        assert len(lines) == probe.scans + 2, probe.name
+        assert sum(line != "{}" for line in lines[2:]) >= 3, probe.name

@@ -1,0 +1,40 @@
+"""Builds programs that a test writes down, on the built-in engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.frontend import load
+
+
+@pytest.fixture
+def build(tmp_path: Path) -> Callable[[str], BuiltinProgram]:
+    """Compiles a whole source."""
+
+    def compile_source(source: str) -> BuiltinProgram:
+        file = tmp_path / "program.st"
+        file.write_text(source, encoding="utf-8")
+        return BuiltinProgram.build(load([file]))
+
+    return compile_source
+
+
+@pytest.fixture
+def run(build: Callable[[str], BuiltinProgram]) -> Callable[..., Any]:
+    """Runs one scan of a PROGRAM made of variables and statements.
+
+    Gives the variables named in `want`, one as it is, several as a tuple.
+    """
+
+    def run_once(variables: str, body: str, want: str, before: str = "") -> Any:
+        program = build(f"{before}\nPROGRAM P1\nVAR {variables} END_VAR\n{body}\nEND_PROGRAM\n")
+        program.scan(0)
+        values = tuple(program.read(f"Main.{name}") for name in want.split())
+        return values[0] if len(values) == 1 else values
+
+    return run_once

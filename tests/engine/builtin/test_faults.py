@@ -1,0 +1,75 @@
+"""Mistakes that show only while a program runs: named with the line of the statement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.errors import InputError
+
+Build = Callable[[str], BuiltinProgram]
+
+_FRAME = """\
+FUNCTION_BLOCK Inner
+VAR_INPUT
+  I : INT; R : REAL;
+END_VAR
+VAR
+  A : ARRAY [1..3] OF INT; G : ARRAY [0..1, 0..1] OF INT; K : INT; L : LREAL; S1 : STRING;
+  W : WORD; U : UINT; D : DINT; T1 : TIME;
+END_VAR
+  K := 1;
+  {statement}
+  K := 2;
+END_FUNCTION_BLOCK
+PROGRAM Outer
+VAR B1 : Inner; END_VAR
+  B1();
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        ("A[I] := 1;", "index 0 is outside 1..3"),
+        ("A[I + 4] := 1;", "index 4 is outside 1..3"),
+        ("K := A[I - 1];", "index -1 is outside 1..3"),
+        ("G[1, I - 1] := 1;", "index -1 is outside 0..1"),
+        ("K := K / I;", "division by zero"),
+        ("U := U / INT_TO_UINT(I);", "division by zero"),
+        ("L := L / REAL_TO_LREAL(R);", "division by zero"),
+        ("T1 := T1 / I;", "division by zero"),
+        ("WHILE I = 0 DO K := K + 1; END_WHILE;", "this loop has not ended after 1000000 rounds"),
+        ("L := SQRT(LREAL#-1.0 + REAL_TO_LREAL(R));", "a function is not defined for its argument"),
+        ("L := EXP(LREAL#1000.0);", "a result is too large"),
+        ("W := SHL(W, I - 1);", "a shift by -1"),
+        ("S1 := MID('abc', 1, I);", "position 0 in a STRING; the first is 1"),
+        ("S1 := LEFT('abc', I - 2);", "a length or position of -2"),
+        ("K := MUX(I + 2, 5, 6);", "MUX selects 2 of 2 inputs"),
+    ],
+)
+def test_a_fault_is_reported_with_the_line_of_the_statement(
+    build: Build, statement: str, message: str
+) -> None:
+    program = build(_FRAME.replace("{statement}", statement))
+
+    with pytest.raises(InputError) as caught:
+        program.scan(0)
+    assert message in str(caught.value)
+    assert caught.value.line == 10
+    assert str(caught.value.file).endswith("program.st")
+
+
+def test_a_fault_comes_in_the_scan_in_which_it_happens(
+    build: Build,
+) -> None:
+    program = build(_FRAME.replace("{statement}", "A[I] := 1;"))
+    program.write("Main.B1.I", 1)
+    program.scan(0)
+    program.write("Main.B1.I", 4)
+
+    with pytest.raises(InputError, match="index 4 is outside"):
+        program.scan(10_000)

@@ -1,0 +1,125 @@
+"""Paths to variables, and what is said where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from rcx_harness.engine.frontend import Project, resolve, walk
+from rcx_harness.engine.types import ElementaryType
+from rcx_harness.errors import InputError
+
+_SOURCE = """\
+TYPE Outputs : STRUCT Ready : BOOL; Servo : BOOL; END_STRUCT; END_TYPE
+TYPE Robot : STRUCT SO : Outputs; Words : ARRAY [1..3] OF WORD; END_STRUCT; END_TYPE
+FUNCTION_BLOCK Drive
+  VAR_IN_OUT Ref1 : Robot; END_VAR
+  VAR_INPUT Go : BOOL; END_VAR
+  VAR Delay : TON; END_VAR
+  VAR_TEMP Aid : INT; END_VAR
+  Delay(IN := Go); Aid := 1; Ref1.SO.Ready := Delay.Q;
+END_FUNCTION_BLOCK
+PROGRAM Plant
+  VAR R1 : Robot; Grid : ARRAY [0..1, -1..1] OF INT; D1 : Drive;
+      Nested : ARRAY [1..2] OF ARRAY [0..1] OF INT; END_VAR
+  VAR Lamp AT %QX1.0 : BOOL; END_VAR
+  D1(Ref1 := R1);
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def project(project_of: Callable[..., Project]) -> Project:
+    return project_of(_SOURCE)
+
+
+@pytest.mark.parametrize(
+    ("path", "canonical", "steps"),
+    [
+        ("Main", "Main", ()),
+        ("plant.r1.so.SERVO", "Main.R1.SO.Servo", ("R1", "SO", "Servo")),
+        ("MAIN.R1.Words[3]", "Main.R1.Words[3]", ("R1", "Words", 2)),
+        ("Main.Grid[1, -1]", "Main.Grid[1,-1]", ("Grid", 3)),
+        ("Main.Nested[2][0]", "Main.Nested[2][0]", ("Nested", 1, 0)),
+        (" Main . D1 . Delay . Q ", "Main.D1.Delay.Q", ("D1", "Delay", "Q")),
+    ],
+)
+def test_names_are_found_without_case_and_given_as_declared(
+    project: Project, path: str, canonical: str, steps: tuple[object, ...]
+) -> None:
+    found = resolve(project, path)
+
+    assert (found.path, found.root, found.steps) == (canonical, "Main", steps)
+
+
+def test_the_address_of_a_located_variable_is_given(project: Project) -> None:
+    found = resolve(project, "Main.Lamp")
+
+    assert (found.address, found.type) == ("%QX1.0", ElementaryType("BOOL"))
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("Mein.R1", "there is no program instance Mein; did you mean Main?"),
+        ("Main.R2", "Main of type Plant has no member R2; there are R1, Grid, D1"),
+        ("Main.R1.SO.Redy", "has no member Redy; did you mean Ready?"),
+        ("Main.R1.SO.Ready.X", "Main.R1.SO.Ready is of type BOOL and has no member X"),
+        ("Main.R1[1]", "Main.R1 is of type Robot and has no elements"),
+        ("Main.R1.Words[0]", "Main.R1.Words: index 0 is outside 1..3"),
+        ("Main.R1.Words[4]", "index 4 is outside 1..3"),
+        ("Main.Grid[1]", "Main.Grid has 2 dimensions, not 1"),
+        ("Main.Grid[1,2]", "index 2 is outside -1..1"),
+        ("Main.D1.Ref1", "Main.D1.Ref1 is a VAR_IN_OUT and has no value of its own"),
+        ("Main.D1.Aid", "has no member Aid"),
+        ("Main..R1", "is no path"),
+        ("Main.R1.Words[x]", "is no path"),
+        ("Main.R1.Words[1", "is no path"),
+        ("Main R1", "is no path"),
+        ("", "is no path"),
+    ],
+)
+def test_a_wrong_path_is_refused_with_names_near_it(
+    project: Project, path: str, message: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        resolve(project, path)
+
+    assert message in str(caught.value)
+
+
+def test_walk_gives_parents_before_children_and_arrays_whole(project: Project) -> None:
+    assert [path for path, _ in walk(project)] == [
+        "Main.R1",
+        "Main.R1.SO",
+        "Main.R1.SO.Ready",
+        "Main.R1.SO.Servo",
+        "Main.R1.Words",
+        "Main.Grid",
+        "Main.D1",
+        "Main.D1.Go",
+        "Main.D1.Delay",
+        "Main.D1.Delay.IN",
+        "Main.D1.Delay.PT",
+        "Main.D1.Delay.Q",
+        "Main.D1.Delay.ET",
+        "Main.Nested",
+        "Main.Lamp",
+    ]
+
+
+def test_a_global_variable_is_a_path_of_its_own_and_reached_through_var_external(
+    project_of: Callable[..., Project],
+) -> None:
+    project = project_of(
+        "PROGRAM P1\nVAR_EXTERNAL Total : INT; END_VAR\nTotal := 1;\nEND_PROGRAM\n"
+        "CONFIGURATION C1 VAR_GLOBAL Total : INT; END_VAR RESOURCE R1 ON Plc\n"
+        "PROGRAM A : P1; PROGRAM B : P1; END_RESOURCE END_CONFIGURATION"
+    )
+
+    for path in ("Total", "A.Total", "b.total"):
+        found = resolve(project, path)
+        assert (found.path, found.root, found.is_global) == ("Total", "Total", True)
+    with pytest.raises(InputError, match="there is no program instance Main"):
+        resolve(project, "Main.Total")

@@ -1,0 +1,130 @@
+"""What a project knows: instances, tasks, order, types."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.frontend import Project, check, load
+from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType
+from rcx_harness.errors import InputError
+
+INT, WORD = ElementaryType("INT"), ElementaryType("WORD")
+
+
+def test_a_program_without_configuration_runs_as_main(
+    project_of: Callable[..., Project],
+) -> None:
+    project = project_of("PROGRAM Pump\nVAR I : INT; END_VAR\nI := 1;\nEND_PROGRAM")
+
+    assert [(name, block.name) for name, block in project.instances.items()] == [("Main", "Pump")]
+    assert not project.configured
+    assert project.tick_us is None
+    assert [(run.instance, run.every) for run in project.schedule] == [("Main", 1)]
+
+
+def test_sources_without_a_program_cannot_be_loaded_but_checked(tmp_path: Path) -> None:
+    file = tmp_path / "type.st"
+    file.write_text("TYPE A1 : INT; END_TYPE")
+
+    assert check([file]) == []
+    with pytest.raises(InputError, match="there is no PROGRAM"):
+        load([file])
+
+
+def test_files_come_in_the_order_of_their_dependencies_however_they_are_given(
+    project_of: Callable[..., Project],
+) -> None:
+    sources = (
+        "PROGRAM P1\nVAR B : Block1; END_VAR\nB(X := 1);\nEND_PROGRAM",
+        "FUNCTION_BLOCK Block1\nVAR_INPUT X : INT; END_VAR\nVAR K : Kind; END_VAR\n"
+        "K.A := Twice(X);\nEND_FUNCTION_BLOCK",
+        "FUNCTION Twice : INT\nVAR_INPUT X : INT; END_VAR\nTwice := 2 * X;\nEND_FUNCTION",
+        "TYPE Kind : STRUCT A : Inner; END_STRUCT; END_TYPE",
+        "TYPE Inner : INT; END_TYPE",
+    )
+    project = project_of(*sources)
+
+    assert [file.name for file in project.files] == [
+        "source4.st",
+        "source3.st",
+        "source2.st",
+        "source1.st",
+        "source0.st",
+    ]
+    assert [unit.name for unit in project.units] == ["Inner", "Kind", "Twice", "Block1", "P1"]
+    assert list(project.blocks) == ["BLOCK1", "P1"]
+
+
+_TASKS = """\
+PROGRAM P1
+VAR I : INT; END_VAR
+I := I + 1;
+END_PROGRAM
+CONFIGURATION Cell
+  VAR_GLOBAL Level AT %IW3 : WORD; Total : INT := 7; END_VAR
+  RESOURCE Plc ON Computer
+    TASK Slow(INTERVAL := T#60ms, PRIORITY := 2);
+    TASK Fast(INTERVAL := T#40ms, PRIORITY := 1);
+    PROGRAM First WITH Slow : P1;
+    PROGRAM Second WITH Fast : P1;
+    PROGRAM Third : P1;
+    PROGRAM Fourth WITH Fast : P1;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+def test_tasks_run_by_priority_and_in_every_nth_tick(project_of: Callable[..., Project]) -> None:
+    project = project_of(_TASKS)
+
+    assert list(project.instances) == ["First", "Second", "Third", "Fourth"]
+    assert [(task.name, task.interval_us, task.priority) for task in project.tasks] == [
+        ("Slow", 60_000, 2),
+        ("Fast", 40_000, 1),
+    ]
+    assert project.tasks[1].instances == ("Second", "Fourth")
+    assert project.tick_us == 20_000
+    assert [(run.instance, run.every) for run in project.schedule] == [
+        ("Second", 2),
+        ("Fourth", 2),
+        ("First", 3),
+        ("Third", 1),
+    ]
+
+
+def test_global_and_located_variables_are_known(project_of: Callable[..., Project]) -> None:
+    project = project_of(_TASKS)
+
+    assert {key: (item.name, item.type) for key, item in project.globals.items()} == {
+        "LEVEL": ("Level", WORD),
+        "TOTAL": ("Total", INT),
+    }
+    assert [(item.address, item.path) for item in project.located] == [("%IW3", "Level")]
+
+
+def test_types_are_resolved_with_names_as_declared(project_of: Callable[..., Project]) -> None:
+    project = project_of(
+        "TYPE Colour : (RED, GREEN); END_TYPE\n"
+        "TYPE Grid : ARRAY [0..1, -1..1] OF Colour; END_TYPE\n"
+        "TYPE\n  Speed : INT := 5;\n  Motor : STRUCT Now, Max1 : Speed; Map : Grid; END_STRUCT;\n"
+        "END_TYPE\nPROGRAM P1\nVAR M : motor; END_VAR\nM.now := 1;\nEND_PROGRAM"
+    )
+
+    colour = EnumType("Colour", ("RED", "GREEN"))
+    grid = ArrayType("Grid", ((0, 1), (-1, 1)), colour)
+    assert project.types["GRID"] == grid
+    assert project.types["SPEED"] == INT
+    assert project.types["MOTOR"] == StructType(
+        "Motor", (("Now", INT), ("Max1", INT), ("Map", grid))
+    )
+    assert project.initial["MOTOR"] == {"Now": 5, "Max1": 5, "Map": [0] * 6}
+
+
+def test_a_file_given_twice_counts_once(tmp_path: Path) -> None:
+    file = tmp_path / "one.st"
+    file.write_text("PROGRAM P1\nVAR I : INT; END_VAR\nI := 1;\nEND_PROGRAM")
+
+    assert load([file, file]).files == (file,)

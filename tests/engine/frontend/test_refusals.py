@@ -1,0 +1,399 @@
+"""What the front end refuses, each with the line that is named.
+
+Every case is one mistake in a program that is right otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.frontend import check
+from rcx_harness.errors import InputError
+
+_FRAME = """\
+TYPE Colour : (RED, GREEN, BLUE); END_TYPE
+TYPE Mood : (CALM, BLUE_MOOD); END_TYPE
+TYPE Words : ARRAY [1..4] OF WORD; END_TYPE
+TYPE Grid : ARRAY [0..1, 0..2] OF INT; END_TYPE
+TYPE Pair : STRUCT First : INT; Second : INT; END_STRUCT; END_TYPE
+FUNCTION Twice : INT VAR_INPUT Value : INT; END_VAR Twice := Value * 2; END_FUNCTION
+FUNCTION_BLOCK Step1
+  VAR_IN_OUT Data : Pair; END_VAR
+  VAR_INPUT Go : BOOL; END_VAR
+  VAR_OUTPUT Done : BOOL; END_VAR
+  VAR Hidden : INT; END_VAR
+  Done := Go; Hidden := Data.First;
+END_FUNCTION_BLOCK
+PROGRAM Test
+VAR CONSTANT Limit1 : INT := 5; END_VAR
+VAR
+  I : INT; J : INT; U : UINT; D : DINT; W : WORD; B : BOOL; R : REAL; L : LREAL; T1 : TIME;
+  S1 : STRING; C : Colour; M : Mood; P : Pair; Q1 : Pair; List : Words; Cells : Grid; F : Step1;
+  Timer : TON; Day : DATE;
+END_VAR
+{body}
+END_PROGRAM
+"""
+_LINE = _FRAME[: _FRAME.index("{body}")].count("\n") + 1
+
+_STATEMENTS = [
+    ("X := 1;", "X is not declared"),
+    ("Limit2 := 1;", "Limit2 is not declared; did you mean Limit1"),
+    ("P.Third := 1;", "Pair has no member Third"),
+    ("I.First := 1;", "a INT has no members"),
+    ("I[1] := 1;", "a INT has no elements"),
+    ("I := D;", "a INT is expected here, not a DINT; convert it with DINT_TO_INT"),
+    ("D := I;", "a DINT is expected here, not a INT; convert it with INT_TO_DINT"),
+    ("R := I;", "convert it with INT_TO_REAL"),
+    ("L := R;", "convert it with REAL_TO_LREAL"),
+    ("W := I;", "convert it with INT_TO_WORD"),
+    ("I := W;", "convert it with WORD_TO_INT"),
+    ("U := I;", "convert it with INT_TO_UINT"),
+    ("I := B;", "convert it with BOOL_TO_INT"),
+    ("B := I;", "convert it with INT_TO_BOOL"),
+    ("D := INT#5;", "a DINT is expected here, not a INT; convert it with INT_TO_DINT"),
+    ("R := 1;", "a REAL is expected here, not the number 1; write 1.0"),
+    ("I := 1.0;", "a INT is expected here, not the number 1.0"),
+    ("I := 40000;", "40000 is outside INT (-32768 to 32767)"),
+    ("I := 32767 + 1;", "32768 is outside INT"),
+    ("U := -1;", "-1 is outside UINT"),
+    ("W := 16#1FFFF;", "131071 is outside WORD"),
+    ("B := 2;", "a BOOL is expected here, not the number 2"),
+    ("T1 := 5;", "write a duration"),
+    ("T1 := 'a';", "a TIME is expected here, not a STRING"),
+    ("T1 := T#5x;", "T#5x is no duration"),
+    ("T1 := T#5ms3s;", "no duration"),
+    ("Day := D#2023-02-29;", "no date"),
+    ("I := INT#99999;", "outside INT"),
+    ("I := 2#12;", "is not a number"),
+    ("S1 := 'a$zb';", "$z is no escape"),
+    ("C := CALM;", "a Colour is expected here, not a Mood"),
+    ("C := M;", "a Colour is expected here, not a Mood"),
+    ("C := Colour#PINK;", "Colour has no member PINK"),
+    ("C := 1;", "a Colour is expected here"),
+    ("RED := 1;", "RED is a member of an enumeration"),
+    ("P := List;", "a Pair is expected here, not a Words"),
+    ("List[5] := WORD#0;", "index 5 is outside 1..4"),
+    ("List[0] := WORD#0;", "index 0 is outside 1..4"),
+    ("List[-1] := WORD#0;", "index -1 is outside 1..4"),
+    ("List[R] := WORD#0;", "an index must be an integer, not a REAL"),
+    ("List[1, 2] := WORD#0;", "Words has 1 dimensions, not 2"),
+    ("Cells[1] := 0;", "Grid has 2 dimensions, not 1"),
+    ("Cells[1, 3] := 0;", "index 3 is outside 0..2"),
+    ("Limit1 := 6;", "Limit1 is CONSTANT"),
+    ("F := F;", "a block cannot be assigned"),
+    ("F.Done := TRUE;", "Done is an output of Step1"),
+    ("I := F.Hidden;", "Hidden is internal to Step1"),
+    ("B := F;", "a block of type Step1 is no value"),
+    ("F(Go := TRUE);", "the VAR_IN_OUT Data of Step1 is missing"),
+    ("F(Data := P, Went := TRUE);", "Step1 has no input Went"),
+    ("F(Data := P, Done := B);", "write Done => variable"),
+    ("F(Data := P, Go => B);", "Step1 has no output Go"),
+    ("F(Data := P, Done => I);", "Done is a BOOL, its target a INT"),
+    ("F(Data := P, Go := 7);", "a BOOL is expected here"),
+    ("F(Data := P, Go := B, Go := B);", "Go is given twice"),
+    ("F(P, Go := TRUE);", "named and positional arguments are mixed"),
+    ("F(P);", "Step1 takes 2 arguments, not 1"),
+    ("F(Data := I);", "Data of Step1 needs a Pair, not a INT"),
+    ("F(Data := 5);", "the VAR_IN_OUT Data of Step1 needs a variable"),
+    ("Step1(Data := P);", "Step1 is a type of block"),
+    ("TON(IN := TRUE);", "TON is a type of block"),
+    ("Twice(3);", "the result of Twice is not used"),
+    ("I(3);", "a INT cannot be called"),
+    ("I := Twice();", "Twice takes 1 arguments, not 0"),
+    ("I := Twice(1, 2);", "Twice takes 1 arguments, not 2"),
+    ("I := Twice(Other := 1);", "Twice has no input OTHER"),
+    ("I := Twice(D);", "a INT is expected here, not a DINT"),
+    ("I := Thrice(1);", "there is no function Thrice"),
+    ("I := Step1(1);", "Step1 is a block, not a function"),
+    ("I := MAX(I);", "MAX takes at least 2 arguments, not 1"),
+    ("I := MAX(I, D);", "a INT is expected here, not a DINT"),
+    ("I := LIMIT(0, I);", "LIMIT takes 3 arguments, not 2"),
+    ("R := SQRT(I);", "SQRT is not defined for INT"),
+    ("I := SHL(I, 1);", "SHL is not defined for INT"),
+    ("I := DINT_TO_INT(I);", "a DINT is expected here, not a INT"),
+    ("I := INT_TO_INT(I);", "there is no function INT_TO_INT"),
+    ("W := W + WORD#1;", "+ is not defined for WORD"),
+    ("I := I AND 3;", "AND is not defined for INT"),
+    ("B := NOT I;", "NOT is not defined for INT"),
+    ("U := -U;", "- is not defined for UINT"),
+    ("T1 := -T1;", "- is not defined for TIME"),
+    ("R := R MOD 2.0;", "MOD is not defined for REAL"),
+    ("I := I / 0;", "division by zero"),
+    ("I := I ** 2;", "** is not defined for INT"),
+    ("B := P = Q1;", "= is not defined for Pair"),
+    ("B := C < RED;", "< is not defined for Colour"),
+    ("B := I = D;", "a INT is expected here, not a DINT"),
+    ("T1 := T1 * T1;", "* is not defined for TIME"),
+    ("IF I THEN I := 1; END_IF;", "a BOOL is expected here, not a INT"),
+    ("WHILE I DO I := 1; END_WHILE;", "a BOOL is expected here"),
+    ("FOR R := 1.0 TO 2.0 DO I := 1; END_FOR;", "a FOR needs an integer counter"),
+    ("FOR I := 0 TO D DO J := 1; END_FOR;", "a INT is expected here, not a DINT"),
+    ("FOR I := 0 TO 5 BY 0 DO J := 1; END_FOR;", "a step of 0 never ends"),
+    ("CASE R OF 1: I := 1; END_CASE;", "CASE needs an integer or enumeration, not a REAL"),
+    ("CASE W OF 1: I := 1; END_CASE;", "CASE needs an integer or enumeration, not a WORD"),
+    ("CASE I OF 1, 2: J := 1; 2: J := 2; END_CASE;", "this label occurs twice"),
+    ("CASE I OF 1..5: J := 1; 3: J := 2; END_CASE;", "this label occurs twice"),
+    ("CASE I OF 5..1: J := 1; END_CASE;", "the range 5..1 is empty"),
+    ("CASE I OF 40000: J := 1; END_CASE;", "40000 is outside INT"),
+    ("CASE I OF Limit1: J := 1; END_CASE;", "a constant is expected here"),
+    ("CASE C OF CALM: J := 1; END_CASE;", "Colour has no member CALM"),
+    ("EXIT;", "EXIT outside a loop"),
+    ("I := 1", "a ';' is missing"),
+    ("I := ;", "an expression is expected"),
+    ("I := (1 + 2;", "';' is not expected here"),
+    ("IF B THEN END_IF;", "no statement before END_IF"),
+    ("IF B THEN I := 1; ELSE END_IF;", "no statement before END_IF"),
+    ("IF B THEN I := 1; END_IF", "a ';' is missing"),
+    ("I := 1;;", "an empty statement"),
+    ("I := 1; // why", "// does not begin a comment on every PLC"),
+    ("I := 1; {fast}", "pragmas are not supported"),
+    ("I := 1; (* a (* b *) c *)", "a comment inside a comment"),
+    ("I := 1; (* never ends", "this comment is never closed"),
+    ("S1 := 'never ends;", "this string is never closed"),
+    ('S1 := "wide";', "wide strings are not supported"),
+    ("I := 1E3;", "a malformed number"),
+    ("I := %IW3;", "'%IW3' is not expected here"),
+    ("W.3 := TRUE;", "bits by number are not supported"),
+    ("P^ := 1;", "^ is not supported"),
+    ("a__b := 1;", "a__b is no portable name"),
+    ("CONTINUE;", "CONTINUE is not supported"),
+    ("JMP done;", "JMP is not supported"),
+    ("LD I", "Instruction List is not supported"),
+    ("F(Data := P, EN := TRUE);", "EN is not supported"),
+    ("IF := 1;", "an expression is expected"),
+]
+
+
+@pytest.mark.parametrize(("statement", "message"), _STATEMENTS, ids=[s for s, _ in _STATEMENTS])
+def test_a_wrong_statement_is_refused_with_its_line(
+    statement: str, message: str, errors_of: Callable[..., list[InputError]]
+) -> None:
+    errors = errors_of(_FRAME.replace("{body}", f"I := 1;\n{statement}\nI := 2;"))
+
+    assert errors, "nothing was refused"
+    assert message in str(errors[0])
+    assert [error.line for error in errors] == [_LINE + 1]
+
+
+_DECLARATIONS = [
+    ("VAR A : INT; a : BOOL; END_VAR", 2, "a is declared twice"),
+    ("VAR A : WIDGET; END_VAR", 2, "there is no type WIDGET"),
+    ("VAR\nA : INT := 'x';\nEND_VAR", 3, "a INT is expected here, not a STRING literal"),
+    ("VAR A : INT := 70000; END_VAR", 2, "70000 is outside INT"),
+    ("VAR A : INT := 1 + 1; END_VAR", 2, "a constant is expected here"),
+    ("VAR A : BYTE := 16#100; END_VAR", 2, "256 is outside BYTE"),
+    ("VAR A : STRING[20]; END_VAR", 2, "STRING with a length in [] is not supported"),
+    ("VAR A : INT (0..10); END_VAR", 2, "INT with a subrange in () is not supported"),
+    ("VAR A : ARRAY [5..1] OF INT; END_VAR", 2, "the bounds 5..1 are empty"),
+    ("VAR A : ARRAY [0..N] OF INT; END_VAR", 2, "a constant is expected here"),
+    ("VAR A : ARRAY [0..3] OF TON; END_VAR", 2, "blocks in structures and arrays"),
+    ("VAR A : ARRAY [0..1] OF INT := [1, 2, 3]; END_VAR", 2, "3 values for 2 elements"),
+    ("VAR A : (ONE, TWO); END_VAR", 2, "without a name"),
+    ("VAR A : POINTER TO INT; END_VAR", 2, "POINTER is not supported"),
+    ("VAR A : REF_TO INT; END_VAR", 2, "REF_TO is not supported"),
+    ("VAR A : WSTRING; END_VAR", 2, "WSTRING is not supported"),
+    ("VAR A : RTC; END_VAR", 2, "the block RTC is not supported"),
+    ("VAR A : Main; END_VAR", 2, "Main uses Main"),
+    ("VAR A : TON := 5; END_VAR", 2, "an initial value is not possible here"),
+    ("VAR Len : INT; END_VAR", 2, "Len is the name of a standard element"),
+    ("VAR Date : INT; END_VAR", 2, "Date is the name of a standard element"),
+    ("VAR Step : INT; END_VAR", 2, "STEP is not supported (Sequential Function Chart)"),
+    ("VAR Main : INT; END_VAR", 2, "Main is the name of a PROGRAM"),
+    ("VAR to : INT; END_VAR", 2, "to is a reserved word"),
+    ("VAR A AT %IX0.0 : INT; END_VAR", 2, "a INT does not fit the address %IX0.0"),
+    ("VAR A AT %IW0 : ARRAY [0..1] OF WORD; END_VAR", 2, "arrays cannot be located"),
+    ("VAR A AT %ZW0 : WORD; END_VAR", 2, "%ZW0 is no address"),
+    ("VAR A AT %MW0 : WORD; B AT %MW0 : INT; END_VAR", 2, "%MW0 is also declared as WORD"),
+    ("VAR_GLOBAL A : INT; END_VAR", 2, "VAR_GLOBAL is not supported in a PROGRAM"),
+    ("VAR_INPUT A : INT; END_VAR", 2, "VAR_INPUT is not supported in a PROGRAM"),
+    ("VAR_EXTERNAL A : INT; END_VAR", 2, "there is no global variable A"),
+    ("VAR_ACCESS A : INT; END_VAR", 2, "VAR_ACCESS is not supported"),
+    ("VAR A : INT END_VAR", 2, "a ';' is missing"),
+    ("VAR A : INT; ", 3, "is not expected here"),
+]
+
+
+@pytest.mark.parametrize(
+    ("section", "line", "message"), _DECLARATIONS, ids=[case[0] for case in _DECLARATIONS]
+)
+def test_a_wrong_variable_is_refused_with_its_line(
+    section: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+) -> None:
+    errors = errors_of(f"PROGRAM Main\n{section}\nEND_PROGRAM\n")
+
+    assert errors, "nothing was refused"
+    assert message in str(errors[0])
+    assert errors[0].line == line or message.startswith("Main uses")
+
+
+_UNITS = [
+    ("TYPE Speed : REAL; END_TYPE\nTYPE speed : INT; END_TYPE", 2, "speed is declared twice"),
+    ("TYPE\nTon : INT;\nEND_TYPE", 2, "Ton is the name of a standard element"),
+    ("TYPE A1 : STRUCT B : A1; END_STRUCT; END_TYPE", 1, "a type cannot contain itself"),
+    ("TYPE A1 : STRUCT B : INT; b : INT; END_STRUCT; END_TYPE", 1, "b is a field twice"),
+    ("TYPE A1 : STRUCT B : TON; END_STRUCT; END_TYPE", 1, "blocks in structures and arrays"),
+    ("TYPE A1 : (ONE := 1, TWO); END_TYPE", 1, "enumeration members with a value"),
+    ("TYPE A1 : (ONE, one); END_TYPE", 1, "one is a member twice"),
+    ("TYPE A1 : STRUCT B : INT; END_STRUCT END_TYPE", 1, "a ';' is missing"),
+    ("TYPE A1 : INT;", 1, "the file ends in the middle"),
+    ("FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nEND_FUNCTION", 1, "F1 never sets its result"),
+    ("FUNCTION F1 : INT\nF1 := 1;\nEND_FUNCTION", 1, "F1 has no VAR_INPUT"),
+    (
+        "FUNCTION F1 : INT\nVAR_INPUT A : INT; END_VAR\nVAR_OUTPUT B : INT; END_VAR\n"
+        "F1 := A;\nEND_FUNCTION",
+        3,
+        "VAR_OUTPUT is not supported in a FUNCTION",
+    ),
+    (
+        "FUNCTION F1 : INT\nVAR_INPUT A : INT; END_VAR\nVAR T1 : TON; END_VAR\n"
+        "F1 := A;\nEND_FUNCTION",
+        3,
+        "a block cannot stand in VAR of a FUNCTION",
+    ),
+    (
+        "FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nF1 := F1(A);\nEND_FUNCTION",
+        1,
+        "recursion is not supported: F1 uses F1",
+    ),
+    (
+        "FUNCTION_BLOCK B1 VAR_INPUT A : INT; END_VAR\nA := 1;\nEND_FUNCTION_BLOCK",
+        2,
+        "A is a VAR_INPUT and cannot be written inside",
+    ),
+    (
+        "FUNCTION_BLOCK B1 VAR A : B2; END_VAR\nEND_FUNCTION_BLOCK\n"
+        "FUNCTION_BLOCK B2 VAR A : B1; END_VAR\nEND_FUNCTION_BLOCK",
+        1,
+        "recursion is not supported: B1 uses B2 uses B1",
+    ),
+    ("TYPE Pace : INT; END_TYPE\nPROGRAM P1\nVAR pace : INT; END_VAR\nEND_PROGRAM", 3, "of a type"),
+    ("TYPE A1 : (ONE); END_TYPE\nPROGRAM P1\nVAR One : INT; END_VAR\nEND_PROGRAM", 3, "member"),
+    ("CLASS A1 END_CLASS", 1, "CLASS is not supported (object orientation)"),
+    ("PROGRAM P1\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM", 3, "several programs"),
+    ("INITIAL_STEP A1:", 1, "INITIAL_STEP is not supported (Sequential Function Chart)"),
+]
+
+
+@pytest.mark.parametrize(("source", "line", "message"), _UNITS, ids=[case[2] for case in _UNITS])
+def test_a_wrong_declaration_is_refused_with_its_line(
+    source: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+) -> None:
+    errors = errors_of(source)
+
+    assert errors, "nothing was refused"
+    assert message in str(errors[0])
+    assert errors[0].line == line
+
+
+_CONFIGURATION = """\
+PROGRAM P1
+VAR_EXTERNAL Shared : INT; END_VAR
+Shared := 1;
+END_PROGRAM
+CONFIGURATION Cell
+VAR_GLOBAL Shared : INT; END_VAR
+RESOURCE Plc ON Computer
+TASK Fast(INTERVAL := T#10ms, PRIORITY := 1);
+PROGRAM Main WITH Fast : P1;
+END_RESOURCE
+END_CONFIGURATION
+"""
+_CONFIGURATIONS = [
+    ("WITH Fast", "WITH Slow", 9, "there is no task Slow"),
+    (": P1;", ": P2;", 9, "there is no program P2"),
+    (": P1;", ": P1(A := 1);", 9, "connections of a PROGRAM are not supported"),
+    ("PROGRAM Main", "PROGRAM P1", 9, "P1 is the name of a PROGRAM"),
+    ("PROGRAM Main", "PROGRAM Shared", 9, "Shared is also a global variable"),
+    ("INTERVAL := T#10ms, ", "", 8, "the task Fast has no INTERVAL"),
+    ("T#10ms", "10", 8, "a TIME is expected here"),
+    ("T#10ms", "T#0ms", 8, "an interval must be whole microseconds above 0"),
+    ("INTERVAL", "SINGLE", 8, "SINGLE of a task is not supported"),
+    ("PROGRAM Main WITH Fast : P1;", "", 5, "the CONFIGURATION has no PROGRAM"),
+    ("Shared : INT; END_VAR\nRES", "Shared : DINT; END_VAR\nRES", 2, "the global Shared is a DINT"),
+    ("END_RESOURCE", "END_RESOURCE RESOURCE R2 ON C END_RESOURCE", 5, "more than one RESOURCE"),
+]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "line", "message"), _CONFIGURATIONS, ids=[c[3] for c in _CONFIGURATIONS]
+)
+def test_a_wrong_configuration_is_refused_with_its_line(
+    right: str, wrong: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+) -> None:
+    errors = errors_of(_CONFIGURATION.replace(right, wrong))
+
+    assert errors_of(_CONFIGURATION) == []
+    assert message in str(errors[0])
+    assert errors[0].line == line
+
+
+def test_one_variable_under_two_names_is_refused(
+    errors_of: Callable[..., list[InputError]],
+) -> None:
+    """Copying in and out, and references, differ exactly there."""
+    block = (
+        "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
+        "TYPE List1 : ARRAY [1..3] OF INT; END_TYPE\n"
+        "FUNCTION_BLOCK Swap VAR_IN_OUT X : INT; Y : INT; END_VAR\n"
+        "X := Y;\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM Main\nVAR S1 : Swap; P : Pair; L1 : List1; I : INT; J : INT; END_VAR\n"
+    )
+
+    def errors(call: str) -> list[int | None]:
+        return [error.line for error in errors_of(f"{block}{call}\nEND_PROGRAM\n")]
+
+    assert errors("S1(X := I, Y := J);") == []
+    assert errors("S1(X := P.A, Y := P.B);") == []
+    assert errors("S1(X := L1[1], Y := L1[2]);") == []
+    assert errors("S1(X := I, Y := I);") == [8]
+    assert errors("S1(X := P.A, Y := P.A);") == [8]
+    assert errors("S1(X := L1[I], Y := L1[2]);") == [8]
+
+
+def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
+    errors_of: Callable[..., list[InputError]],
+) -> None:
+    source = (
+        "FUNCTION_BLOCK Inner VAR_EXTERNAL Shared : INT; END_VAR\nShared := 2;\n"
+        "END_FUNCTION_BLOCK\n"
+        "FUNCTION_BLOCK Outer VAR_IN_OUT X : INT; END_VAR VAR Part : Inner; END_VAR\n"
+        "Part(); X := 1;\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM P1 VAR_EXTERNAL Shared : INT; END_VAR VAR O : Outer; END_VAR\n"
+        "O(X := Shared);\nEND_PROGRAM\n"
+        "CONFIGURATION C1 VAR_GLOBAL Shared : INT; END_VAR\n"
+        "RESOURCE R1 ON Plc PROGRAM Main : P1; END_RESOURCE END_CONFIGURATION\n"
+    )
+    (error,) = errors_of(source)
+
+    assert error.line == 8
+    assert "Outer also uses the global variable Shared itself" in str(error)
+
+
+def test_every_error_of_all_files_is_listed_in_their_order(
+    errors_of: Callable[..., list[InputError]],
+) -> None:
+    errors = errors_of(
+        "PROGRAM Main\nVAR I : INT; END_VAR\nI := TRUE;\nIF I = 1 THEN\nI := X;\nEND_IF;\n"
+        "END_PROGRAM",
+        "FUNCTION_BLOCK B1\nVAR W : WORD; END_VAR\nW := 1.0;\nEND_FUNCTION_BLOCK",
+    )
+
+    assert [(str(error.file)[-10:], error.line) for error in errors] == [
+        ("source0.st", 3),
+        ("source0.st", 5),
+        ("source1.st", 3),
+    ]
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    (missing,) = check([tmp_path / "none.st"])
+    (tmp_path / "binary.st").write_bytes(b"PROGRAM \xff")
+    (binary,) = check([tmp_path / "binary.st"])
+
+    assert "cannot read the file" in str(missing)
+    assert "byte 8 is not UTF-8" in str(binary)
+    assert missing.file == str(tmp_path / "none.st")

@@ -1,0 +1,28 @@
+"""Compiles ST texts with matiec."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.frontend import load
+from rcx_harness.engine.load import Matiec, find_c_compiler
+from rcx_harness.engine.matiec import MatiecProgram
+
+
+@pytest.fixture
+def compiled(matiec: Matiec, tmp_path: Path) -> Callable[..., MatiecProgram]:
+    """Gives a function that compiles the texts it is given, one file each."""
+
+    def compile_texts(*texts: str) -> MatiecProgram:
+        files = []
+        for number, text in enumerate(texts):
+            files.append(tmp_path / f"source{number}.st")
+            files[-1].write_text(text)
+        compiler = find_c_compiler()
+        assert compiler is not None
+        return MatiecProgram.build(load(files), matiec, compiler)
+
+    return compile_texts

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.frontend import Project, load
+from rcx_harness.engine.matiec import MatiecProgram
+from rcx_harness.engine.matiec_source import SourceText, explain, join_sources
+from rcx_harness.engine.matiec_tool import Matiec, Message, TranslationError
+from rcx_harness.errors import InputError
+
+Compile = Callable[..., MatiecProgram]
+
+
+@pytest.fixture
+def joined(tmp_path: Path) -> tuple[Project, SourceText]:
+    """A program of five lines that needs a type of three lines, whose file is given last."""
+    program, kind = tmp_path / "program.st", tmp_path / "kind.st"
+    program.write_text("PROGRAM PROBE\n  VAR\n    P : POINT;\n  END_VAR\n  P.X := 1; END_PROGRAM")
+    kind.write_text("TYPE POINT : STRUCT\r\n    X : INT;\r\n  END_STRUCT; END_TYPE\r\n")
+    project = load([program, kind])
+    return project, join_sources(project)
+
+
+def _matiec(library: Path) -> Matiec:
+    return Matiec(Path("iec2c"), library, library / "C")
+
+
+def test_files_are_joined_in_the_order_that_matiec_wants(
+    joined: tuple[Project, SourceText], tmp_path: Path
+) -> None:
+    _, source = joined
+    lines = source.text.splitlines()
+    assert lines[0] == "TYPE POINT : STRUCT"
+    assert lines[3] == "PROGRAM PROBE"
+    assert source.place(1) == (tmp_path / "kind.st", 1)
+    assert source.place(3) == (tmp_path / "kind.st", 3)
+    assert source.place(4) == (tmp_path / "program.st", 1)
+    assert source.place(8) == (tmp_path / "program.st", 5)
+
+
+def test_a_configuration_is_added_where_the_sources_have_none(
+    joined: tuple[Project, SourceText],
+) -> None:
+    assert "RCX_HIDDEN_INSTANCE WITH RCX_HIDDEN_TASK : PROBE;" in joined[1].text
+
+
+def test_an_error_of_iec2c_is_told_at_the_users_line(
+    joined: tuple[Project, SourceText], tmp_path: Path
+) -> None:
+    project, source = joined
+    failure = TranslationError([Message("Data type mismatch", 8, 3)], "", 1)
+    error = explain(failure, source, project, _matiec(tmp_path))
+    assert (error.file, error.line, error.column) == (str(tmp_path / "program.st"), 5, 3)
+    assert error.message == "matiec: Data type mismatch"
+
+
+def test_a_name_that_matiec_uses_itself_is_told_at_its_declaration(
+    joined: tuple[Project, SourceText], tmp_path: Path
+) -> None:
+    project, source = joined
+    (tmp_path / "timer.txt").write_text("(* pins *)\n  VAR_INPUT Point : TIME; END_VAR\n")
+    said = "timer.txt:2-5..2-13: error: invalid input variable(s) declaration.\n"
+    error = explain(TranslationError([], said, 1), source, project, _matiec(tmp_path))
+    assert (error.file, error.line) == (str(tmp_path / "kind.st"), 1)
+    assert error.message == "matiec uses the name POINT inside its own library"
+
+
+def test_a_crash_without_a_message_is_told_with_status_and_output(
+    joined: tuple[Project, SourceText], tmp_path: Path
+) -> None:
+    project, source = joined
+    failure = TranslationError([], "\ncore dumped\n", -11)
+    error = explain(failure, source, project, _matiec(tmp_path))
+    assert error.message == "iec2c failed with status -11 and said: core dumped"
+
+
+def test_what_only_matiec_refuses_comes_with_file_and_line(
+    compiled: Compile, tmp_path: Path
+) -> None:
+    """iec2c takes no initial value for a STRING behind another field of a structure."""
+    kind = "TYPE TAGGED : STRUCT X : REAL; Tag : STRING; END_STRUCT; END_TYPE\n"
+    program = "PROGRAM PROBE\n  VAR\n    P : TAGGED := (Tag := 'a');\n  END_VAR\n  P.Tag := 'b';\n"
+    with pytest.raises(InputError) as caught:
+        compiled(program + "END_PROGRAM\n", kind)
+    assert caught.value.file == str(tmp_path / "source0.st")
+    assert caught.value.line == 3
+    assert caught.value.message.startswith("matiec: Initialization element")
