@@ -278,7 +278,8 @@ class Command:
         words = [0] * WORDS
         for name, value in values.items():
             if name not in by_name:
-                hint = _near(get_close_matches(name, by_name)) or "it has no fields"
+                near = _near(get_close_matches(name, by_name))
+                hint = near or f"its fields are: {', '.join(by_name) or 'none'}"
                 raise InputError(f"{self.shown} {self.name} has no field {name!r}", hint=hint)
             by_name[name].write(words, value)
         return words

@@ -82,29 +82,28 @@ class DedicatedInputs:
         """Take a change, or not; the mask of recognised OFF to ON edges."""
         before = self._actual
         self._actual = now
-        stops = changed & before & _STOPS  # switched off: always taken at once
+        # A switch-off is always taken at once. One other change in its exchange is not recognised,
+        # but no fault: the master may have written it well before, within the same packet interval.
+        stops = changed & before & _STOPS
         others = changed & ~stops
         self._taken &= ~stops
         rising = 0
         if others:
-            reason = self._refusal(now_us, changed, others)
+            reason = self._refusal(now_us, others)
             if reason:
                 self._findings.add(now_us, "interval", f"{_describe(others, now)} {reason}")
-            else:
+            elif not stops or not self._interval_us:
                 rising = others & now & ~self._taken
                 self._taken = self._taken & ~others | now & others
         self._changed_us = now_us
         self._last_change = _describe(changed, now)
         return rising
 
-    def _refusal(self, now_us: int, changed: int, others: int) -> str:
-        """Why `others` of the `changed` inputs are not recognised; empty if they are."""
+    def _refusal(self, now_us: int, others: int) -> str:
+        """Which rule the change of `others` breaks, so that they are not recognised; or empty."""
         least = f"at least {format_us(self._interval_us)} are needed; not recognised"
-        if self._interval_us and changed.bit_count() > 1:
-            if others == changed:
-                return f"in the same exchange, {least}"
-            partner = _describe(changed & ~others, 0)
-            return f"in the same exchange as {partner}, {least}"
+        if self._interval_us and others.bit_count() > 1:
+            return f"in the same exchange, {least}"
         if self._changed_us is not None and now_us - self._changed_us < self._interval_us:
             passed = format_us(now_us - self._changed_us)
             return f"{passed} after {self._last_change}, {least}"

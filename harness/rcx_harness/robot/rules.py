@@ -99,7 +99,8 @@ RULES: tuple[Rule, ...] = (
     _assumed(
         "interval-stops",
         "",
-        "A switch-off of SI(00) or SI(06) is always taken at once; it begins the interval anew.",
+        "A switch-off of SI(00) or SI(06) is always taken at once; it begins the interval anew. "
+        "One other input that changes in its exchange is not recognised, but that is no fault.",
     ),
     _assumed(
         "interval-levels",

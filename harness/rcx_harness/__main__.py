@@ -1,0 +1,7 @@
+"""`python -m rcx_harness` is the command `rcx`."""
+
+import sys
+
+from rcx_harness.cli import main
+
+sys.exit(main())

@@ -1,0 +1,132 @@
+"""What a cell is made of: source files, library, robot and link, found and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rcx_harness.cell_image import check_size
+from rcx_harness.errors import InputError
+from rcx_harness.link import DirectLink, Link
+from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.spec import load_toml
+
+__all__ = ["Files", "SourceFiles", "check_outputs", "make_link", "make_robot", "source_files"]
+
+#: One file or folder, or several.
+Files = str | Path | Sequence[str | Path]
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+@dataclass(frozen=True)
+class SourceFiles:
+    """The ST files of a program: the user's own and those of the library."""
+
+    own: tuple[Path, ...]
+    lib: tuple[Path, ...]
+    folder: Path
+
+    @property
+    def all(self) -> list[Path]:
+        """The user's first, so that of several errors one of theirs is told."""
+        return [*self.own, *self.lib]
+
+
+def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
+    """Find the files of a program and of the library.
+
+    Args:
+        program: Files, or folders whose `.st` files are taken.
+        lib: Folder of the library, searched with its subfolders; None for the one of this
+            package.
+
+    Raises:
+        InputError: a file or folder that is missing, or a folder without `.st` files.
+    """
+    given = [program] if isinstance(program, (str, Path)) else list(program)
+    if not given:
+        raise InputError("no program is given")
+    own = [file for entry in given for file in _expand(Path(entry))]
+    folder = _default_lib() if lib is None else Path(lib)
+    if not folder.is_dir():
+        raise InputError("no such folder", file=folder, hint="--lib is the folder of the library")
+    taken = {file.resolve() for file in own}
+    found = [file for file in sorted(folder.rglob("*.st")) if file.resolve() not in taken]
+    return SourceFiles(tuple(dict.fromkeys(own)), tuple(found), folder)
+
+
+def check_outputs(outputs: Sequence[str | Path], files: SourceFiles, *inputs: object) -> None:
+    """Refuse to write over what is read, or twice to the same file.
+
+    Raises:
+        InputError: an output that is an input, or two outputs that are one file.
+    """
+    read = {file.resolve() for file in files.all}
+    read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
+    written: set[Path] = set()
+    for output in outputs:
+        place = Path(output).resolve()
+        if place in read:
+            raise InputError("would be overwritten, but it is an input", file=output)
+        if place in written:
+            raise InputError("is named for two outputs", file=output)
+        if place.is_dir():
+            raise InputError("is a folder, not a file", file=output)
+        written.add(place)
+
+
+def make_robot(
+    robot: RobotConfig | str | Path | None, *, size: int | None, seed: int
+) -> Controller:
+    """A controller from its properties, or from a file of them.
+
+    A size that is not said of the robot is that of the PLC's areas.
+
+    Raises:
+        InputError: the file cannot be read or is wrong, or no area has this size.
+    """
+    if size is not None:
+        check_size(size)
+    if isinstance(robot, RobotConfig):
+        config = robot
+    elif robot is None:
+        config = RobotConfig() if size is None else RobotConfig(size=size)
+    else:
+        config = RobotConfig.load(robot)
+        if size is not None and "size" not in load_toml(Path(robot)):
+            config = replace(config, size=size)
+    return Controller(config, seed=seed)
+
+
+def make_link(name: str, size: int) -> Link:
+    """The link called `"direct"` or `"enip"`.
+
+    Raises:
+        InputError: no such link.
+    """
+    if name == "direct":
+        return DirectLink(size)
+    if name == "enip":
+        from rcx_harness.enip import LockstepLink  # the network only when it is asked for
+
+        return LockstepLink(size)
+    raise InputError(f"unknown link {name!r}", hint="use direct or enip")
+
+
+def _expand(path: Path) -> list[Path]:
+    if path.is_dir():
+        found = sorted(path.rglob("*.st"))
+        if not found:
+            raise InputError("no .st files in this folder", file=path)
+        return found
+    if not path.is_file():
+        raise InputError("no such file", file=path)
+    return [path]
+
+
+def _default_lib() -> Path:
+    """The repository's `plc/lib`, or the copy in an installed package."""
+    repository = _PACKAGE.parents[1] / "plc" / "lib"
+    return repository if repository.is_dir() else _PACKAGE / "_data" / "plc" / "lib"

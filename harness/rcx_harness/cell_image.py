@@ -1,0 +1,253 @@
+"""Where a program keeps its process image: two arrays, or located variables."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from rcx_harness.engine.base import Located, Program
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
+from rcx_harness.errors import InputError
+
+__all__ = ["AREA_SIZES", "ArrayImage", "Image", "LocatedImage", "check_size", "find_image"]
+
+#: Bytes of an area: by default, and with "SIOW extension" valid (manual chapter 1, 4).
+AREA_SIZES = (48, 256)
+
+_INPUT, _OUTPUT = "InputArea", "OutputArea"
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
+_BYTES = {"X": 0, "": 0, "B": 1, "W": 2, "D": 4, "L": 8}
+
+
+def check_size(size: int) -> None:
+    """Refuse a size that no area has (InputError)."""
+    if size not in AREA_SIZES:
+        raise InputError(
+            f"an area of {size} bytes does not exist",
+            hint="use 48, or 256 with SIOW extension valid",
+        )
+
+
+class Image(Protocol):
+    """The robot's two areas in the program's process image."""
+
+    def put(self, area: bytes) -> None:
+        """Write the area that came from the robot, at offset m."""
+
+    def get(self) -> bytes:
+        """Read the area that goes to the robot, at offset n."""
+
+
+def find_image(program: Program, *, size: int, m: int, n: int) -> Image:
+    """Find the process image of a program and check that the areas fit.
+
+    Args:
+        program: The compiled program.
+        size: Bytes of each area, 48 or 256.
+        m: Offset of the area from the robot, in bytes.
+        n: Offset of the area to the robot, in bytes.
+
+    Raises:
+        InputError: no image, a wrong size, or an offset that leaves or overlaps it.
+    """
+    check_size(size)
+    for name, offset in (("m", m), ("n", n)):
+        if offset < 0:
+            raise InputError(f"the offset {name} = {offset} is negative")
+    found = _arrays(program)
+    if found is not None:
+        return ArrayImage(program, found[0], found[1], size=size, m=m, n=n)
+    located = program.located()
+    if located:
+        return LocatedImage(program, located, size=size, m=m, n=n)
+    instance = next(iter(program.instances()), "Main")
+    raise InputError(
+        f"the program has no process image: neither {instance}.{_INPUT} and "
+        f"{instance}.{_OUTPUT} nor located variables",
+        hint=f"declare {_INPUT} and {_OUTPUT} : RCX_IMAGE in the PROGRAM",
+    )
+
+
+def _arrays(program: Program) -> tuple[str, str] | None:
+    for name, kind in program.instances().items():
+        assert isinstance(kind, BlockType)
+        declared = {variable.name.lower(): variable for variable in kind.variables}
+        present = [area for area in (_INPUT, _OUTPUT) if area.lower() in declared]
+        if len(present) == 1:
+            raise InputError(
+                f"the program has {name}.{present[0]} but not the other of {_INPUT} and {_OUTPUT}",
+                hint="declare both, of type RCX_IMAGE",
+            )
+        if present:
+            for area in present:
+                _bytes_of_array(f"{name}.{area}", declared[area.lower()].type)
+            return f"{name}.{_INPUT}", f"{name}.{_OUTPUT}"
+    return None
+
+
+def _bytes_of_array(path: str, kind: Type) -> int:
+    if isinstance(kind, ArrayType) and len(kind.bounds) == 1:
+        width = {"BYTE": 1, "WORD": 2}.get(getattr(kind.element, "name", ""))
+        if width is not None and isinstance(kind.element, ElementaryType):
+            low, high = kind.bounds[0]
+            return (high - low + 1) * width
+    raise InputError(
+        f"{path} is not an array of BYTE or WORD", hint="declare it with the type RCX_IMAGE"
+    )
+
+
+def _check_end(name: str, offset: int, size: int, have: int, where: str) -> None:
+    if offset + size > have:
+        raise InputError(
+            f"the area at {name} = {offset} needs {size} bytes, but {where} has {have}",
+            hint=f"{name} can be 0 to {have - size}" if have >= size else "enlarge the image",
+        )
+
+
+class ArrayImage:
+    """`InputArea` and `OutputArea` of a program."""
+
+    def __init__(
+        self, program: Program, source: str, target: str, *, size: int, m: int, n: int
+    ) -> None:
+        self._program, self._source, self._target = program, source, target
+        self._m, self._n, self._size = m, n, size
+        for name, offset, path in (("m", m, source), ("n", n, target)):
+            kind = program.type_of(path)
+            have = _bytes_of_array(path, kind)
+            _check_end(name, offset, size, have, path)
+            if offset % 2 and _is_words(kind):
+                raise InputError(f"{name} = {offset} is odd, but {path} is an array of WORD")
+
+    def put(self, area: bytes) -> None:
+        """Write the area that came from the robot; what lies beside it stays."""
+        if self._m:
+            area = self._program.read_bytes(self._source)[: self._m] + area
+        self._program.write_bytes(self._source, area)
+
+    def get(self) -> bytes:
+        """Read the area that goes to the robot."""
+        image = self._program.read_bytes(self._target)
+        return image[self._n : self._n + self._size]
+
+
+def _is_words(kind: Type) -> bool:
+    return isinstance(kind, ArrayType) and getattr(kind.element, "name", "") == "WORD"
+
+
+class _Slot(NamedTuple):
+    path: str
+    kind: str
+    start: int
+    bit: int
+    width: int
+    """Bytes; 0 for a single bit."""
+
+
+class LocatedImage:
+    """Located variables: `%I` and `%Q`, or `%M` for both.
+
+    An index counts elements of its own width, as on OpenPLC: `%IW3` is bytes 6 and 7, `%ID1` bytes
+    4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero.
+    """
+
+    def __init__(
+        self, program: Program, located: list[Located], *, size: int, m: int, n: int
+    ) -> None:
+        slots = [_slot(item) for item in located]
+        memory = {area: [s for a, s in slots if a == area] for area in "IQM"}
+        shared = not memory["I"] and not memory["Q"]
+        if shared and abs(m - n) < size:
+            raise InputError(
+                f"the areas at m = {m} and n = {n} overlap in %M",
+                hint=f"leave {size} bytes between them",
+            )
+        self._program, self._size = program, size
+        self._inputs = _within(memory["M" if shared else "I"], "m", m, size)
+        self._outputs = _within(memory["M" if shared else "Q"], "n", n, size)
+        _check_overlap(self._outputs)
+
+    def put(self, area: bytes) -> None:
+        """Write the area that came from the robot to the inputs."""
+        for slot in self._inputs:
+            self._program.write(slot.path, _value(slot, area))
+
+    def get(self) -> bytes:
+        """Collect the area that goes to the robot from the outputs."""
+        area = bytearray(self._size)
+        for slot in self._outputs:
+            value = self._program.read(slot.path)
+            if slot.width == 0:
+                area[slot.start] |= int(value) << slot.bit
+            else:
+                mask = (1 << (8 * slot.width)) - 1
+                end = slot.start + slot.width
+                area[slot.start : end] = (int(value) & mask).to_bytes(slot.width, "little")
+        return bytes(area)
+
+
+def _slot(item: Located) -> tuple[str, _Slot]:
+    match = _ADDRESS.fullmatch(item.address)
+    if match is None:
+        raise InputError(
+            f"{item.path} is at {item.address}, which is not a plain address",
+            hint="use %IX0.0, %IB0, %IW0 or %ID0",
+        )
+    kind = getattr(item.type, "name", "")
+    width = _BYTES[match[2].upper()]
+    index, bit = int(match[3]), int(match[4] or 0)
+    if width == 0 and bit > 7:
+        raise InputError(f"{item.path} is at {item.address}; a byte has bits 0 to 7")
+    return match[1].upper(), _Slot(item.path, kind, index * max(width, 1), bit, width)
+
+
+def _within(slots: list[_Slot], name: str, offset: int, size: int) -> list[_Slot]:
+    """The variables that lie in the area, their starts counted from its first byte."""
+    inside = [
+        slot._replace(start=slot.start - offset)
+        for slot in slots
+        if offset <= slot.start and slot.start + max(slot.width, 1) <= offset + size
+    ]
+    if not inside:
+        have = max((slot.start + max(slot.width, 1) for slot in slots), default=0)
+        raise InputError(
+            f"no located variable lies in the area at {name} = {offset}",
+            hint=f"the program's variables end at byte {have}",
+        )
+    return inside
+
+
+def _check_overlap(slots: list[_Slot]) -> None:
+    taken: dict[tuple[int, int], str] = {}
+    for slot in slots:
+        bits = [(slot.start, slot.bit)] if slot.width == 0 else _bits(slot)
+        for place in bits:
+            other = taken.setdefault(place, slot.path)
+            if other != slot.path:
+                raise InputError(f"{slot.path} and {other} overlap in the area to the robot")
+
+
+def _bits(slot: _Slot) -> list[tuple[int, int]]:
+    return [(slot.start + k, bit) for k in range(slot.width) for bit in range(8)]
+
+
+def _value(slot: _Slot, area: bytes) -> object:
+    if slot.width == 0:
+        return bool(area[slot.start] >> slot.bit & 1)
+    raw = area[slot.start : slot.start + slot.width]
+    convert: Callable[[bytes], object] = _CONVERT.get(slot.kind, _unsigned)
+    return convert(raw)
+
+
+def _unsigned(raw: bytes) -> int:
+    return int.from_bytes(raw, "little")
+
+
+def _signed(raw: bytes) -> int:
+    return int.from_bytes(raw, "little", signed=True)
+
+
+_CONVERT: dict[str, Callable[[bytes], object]] = dict.fromkeys(
+    ("SINT", "INT", "DINT", "LINT"), _signed
+)

@@ -1,0 +1,130 @@
+"""Telegrams in words and in plain language (`rcx encode`, `rcx decode`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rcx_harness import spec
+from rcx_harness.errors import InputError
+
+__all__ = ["decode", "encode"]
+
+_WORDS = 16
+_STATUS = {
+    0x0000: "command ready",
+    0x0100: "command run",
+    0x0200: "normal end",
+    0x4000: "abnormal end",
+}
+
+
+def encode(name: str, fields: Sequence[str], robot: int) -> None:
+    """Print the request of a command.
+
+    Args:
+        name: Name or code of the command.
+        fields: `name=value`; several numbers of one field are separated by commas.
+        robot: Robot number R.
+
+    Raises:
+        InputError: unknown command or field, or a value that is not allowed.
+    """
+    command = spec.command(name)
+    types = {part.name: part.type for part in command.request}
+    values = {}
+    for field in fields:
+        key, equals, text = field.partition("=")
+        if not equals:
+            raise InputError(f"not a field: {field!r}", hint="write name=value")
+        values[key] = text if types.get(key) == "text" else _numbers(key, text)
+    words = command.encode(values, robot)
+    _print_words("n", words)
+    _print_request(command, words)
+
+
+def decode(texts: Sequence[str], response: str) -> None:
+    """Print what the words of a telegram mean.
+
+    Args:
+        texts: Words, decimal or hexadecimal; those that are missing are 0.
+        response: Command that the words answer; empty for a request.
+
+    Raises:
+        InputError: not words, or an unknown command.
+    """
+    words = [_word(text) for part in texts for text in part.replace(",", " ").split()]
+    if not 1 <= len(words) <= _WORDS:
+        raise InputError(f"{len(words)} words are given", hint=f"a telegram has 1 to {_WORDS}")
+    words += [0] * (_WORDS - len(words))
+    command = spec.command(response or f"0x{words[0] & 0x0FFF:04X}")
+    _print_words("m" if response else "n", words)
+    if response:
+        _print_response(command, words)
+    else:
+        _print_request(command, words)
+
+
+def _print_request(command: spec.Command, words: Sequence[int]) -> None:
+    robot = words[0] >> 12
+    print(f"{command.name} ({command.shown}), {command.title}; guide {command.section}")
+    if command.robot:
+        print(f"  robot {robot}" + (" (not designated: robot 1)" if not robot else ""))
+    _print_fields(command.request, command.decode(words))
+    problem = command.problem(words)
+    if not problem and robot > (4 if command.robot else 0):
+        problem = f"robot {robot} cannot be designated"
+    if problem:
+        print(f"  not allowed: {problem}")
+
+
+def _print_response(command: spec.Command, words: Sequence[int]) -> None:
+    status = words[0]
+    print(f"answer to {command.name} ({command.shown}), {command.title}; guide {command.section}")
+    print(f"  status 0x{status:04X}: {_STATUS.get(status, 'no status of the manual')}")
+    if status == 0x4000:
+        number = f"{words[1]}.{words[2]}"
+        alarm = spec.alarms().get(number)
+        print(f"  alarm {number}" + (f": {alarm.name}" if alarm else ""))
+    elif status:
+        _print_fields(command.response, command.read_response(words))
+
+
+def _print_fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldValue]) -> None:
+    for part in fields:
+        value = values[part.name]
+        shown = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+        unit = f" {part.unit}" if part.unit else ""
+        meaning = part.values.get(value) if isinstance(value, int) else None
+        note = meaning or part.meaning
+        print(f"  {part.name} = {shown}{unit}" + (f"  ({note})" if note else ""))
+
+
+def _print_words(address: str, words: Sequence[int]) -> None:
+    used = max((k for k in range(_WORDS) if words[k]), default=0)
+    for k in range(used + 1):
+        place = address if not k else f"{address}+{2 * k}"
+        print(f"{place:<5} 0x{words[k]:04X}")
+    if used < _WORDS - 1:
+        print(f"then to {address}+{2 * (_WORDS - 1)} 0x0000")
+
+
+def _word(text: str) -> int:
+    try:
+        value = int(text, 0)
+    except ValueError:
+        value = -1
+    if not 0 <= value <= 0xFFFF:
+        raise InputError(f"not a word: {text!r}", hint="words are 0 to 65535 or 0x0000 to 0xFFFF")
+    return value
+
+
+def _numbers(key: str, text: str) -> spec.FieldValue:
+    try:
+        parts = [int(part, 0) for part in text.split(",")]
+    except ValueError:
+        try:
+            reals = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            raise InputError(f"{key} = {text!r} is not a number") from None
+        return reals if len(reals) > 1 else reals[0]
+    return tuple(parts) if len(parts) > 1 else parts[0]

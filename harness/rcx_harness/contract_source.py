@@ -1,0 +1,82 @@
+"""Which blocks a program calls exactly once in every scan, read from its source."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+
+__all__ = ["steady_instances"]
+
+
+def steady_instances(files: Sequence[Path]) -> set[str]:
+    """Find the instances whose every call and whose Execute can be known from outside.
+
+    Where there are several programs or tasks none is named, since not every program runs in
+    every scan. An instance counts if the program calls it once, at the top level of its body,
+    before any RETURN, and if nothing assigns its Execute after that call.
+
+    Args:
+        files: The program's own files, free of errors.
+
+    Returns:
+        Names as `PROGRAM.INSTANCE` in upper case, with the name of the program's type.
+    """
+    declared = [entry for file in files for entry in parse(file).declarations]
+    programs = [one for one in declared if isinstance(one, s.Pou) and one.kind == "PROGRAM"]
+    tasks = [task for one in declared if isinstance(one, s.Configuration) for task in one.tasks]
+    if len(programs) != 1 or len(tasks) > 1:
+        return set()
+    return {f"{programs[0].name.key}.{name}" for name in _steady(programs[0].body)}
+
+
+def _steady(body: tuple[s.Statement, ...]) -> set[str]:
+    calls: Counter[str] = Counter()
+    top: set[str] = set()
+    late: set[str] = set()
+    returned = False
+    for statement in body:
+        if not returned:
+            top |= _called(statement)
+        for inner in _flat(statement):
+            calls.update(_called(inner))
+            if isinstance(inner, s.Return):
+                returned = True
+            elif isinstance(inner, s.Assign):
+                late |= _execute_of(inner.target) & top
+    return {name for name in top if calls[name] == 1 and name not in late}
+
+
+def _called(statement: s.Statement) -> set[str]:
+    """The instance that this very statement calls."""
+    if isinstance(statement, s.CallStatement) and isinstance(statement.callee, s.Name):
+        return {statement.callee.key}
+    return set()
+
+
+def _execute_of(target: s.Variable) -> set[str]:
+    """`SERVO` for an assignment to `Servo.Execute`."""
+    if not isinstance(target, s.Field) or target.name.key != "EXECUTE":
+        return set()
+    return {target.base.key} if isinstance(target.base, s.Name) else set()
+
+
+def _flat(statement: s.Statement) -> Iterator[s.Statement]:
+    """The statement and all inside it, in the order of the text."""
+    yield statement
+    for body in _bodies(statement):
+        for inner in body:
+            yield from _flat(inner)
+
+
+def _bodies(statement: s.Statement) -> list[tuple[s.Statement, ...]]:
+    if isinstance(statement, s.If):
+        return [*(body for _, body in statement.branches), statement.otherwise]
+    if isinstance(statement, s.Case):
+        return [*(branch.body for branch in statement.branches), statement.otherwise]
+    if isinstance(statement, (s.For, s.While, s.Repeat)):
+        return [statement.body]
+    return []

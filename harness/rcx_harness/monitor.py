@@ -1,0 +1,168 @@
+"""The rules of the wire, checked on the PLC's side of it, scan by scan.
+
+The controller reports what it sees; this monitor reports what the program wrote, so that a fault
+shows where it was made, even if the network happens to hide it. It judges only while the PLC's
+scanner is connected: what is written meanwhile reaches nobody.
+"""
+
+from __future__ import annotations
+
+from rcx_harness.robot import Violation
+from rcx_harness.spec import signals
+from rcx_harness.units import format_us
+
+__all__ = ["INTERVAL_US", "WireMonitor", "word"]
+
+#: Between two changes of dedicated inputs, the same or different (manual chapter 5, 3, caution).
+INTERVAL_US = 100_000
+
+
+_SAFETY = ("SI(00)", "SI(06)")
+_ENDS = (0x0200, 0x4000)
+_RUNNING = 0x0100
+_DEDICATED = slice(32, 34)
+_DATA = slice(2, 32)
+_RESERVED = slice(46, 48)
+_CPU_OK = 0x02
+
+
+def word(area: bytes, offset: int) -> int:
+    """The word at `offset`; areas are little endian (guide chapter 1, 1.1)."""
+    return area[offset] | area[offset + 1] << 8
+
+
+class WireMonitor:
+    """Checks what a program writes against what it has read.
+
+    Args:
+        size: Bytes of the area; before the first scan all are zero.
+
+    Rules: `interval`, `reserved`, `data before code`, `command held`, `ready before code`.
+    """
+
+    def __init__(self, size: int = 48) -> None:
+        self.commands = 0
+        """Remote commands whose end status the PLC has read."""
+        self._names = {(one.byte, one.bit): one.signal for one in signals().input}
+        self._si = bytes(size)
+        self._connected = True
+        self._changed_us: int | None = None
+        self._changed_what = ""
+        self._ended = False
+        self._ran = False
+        self._judged = False
+
+    def scan(self, t_us: int, scan: int, so: bytes, si: bytes, connected: bool) -> list[Violation]:
+        """Judge one scan.
+
+        Args:
+            t_us: Time of the scan.
+            scan: Its number.
+            so: The area read at its start.
+            si: The area written at its end.
+            connected: The status of the PLC's scanner.
+        """
+        before, self._si = self._si, si
+        judged, self._connected = connected and self._connected, connected
+        if not judged:
+            self._changed_us = None
+            self._judged = False
+            return []
+        if word(before, 0):
+            self._follow(word(so, 0))
+        if si == before:
+            return []
+        found: list[tuple[str, str]] = []
+        if si[_DEDICATED] != before[_DEDICATED]:
+            found += self._dedicated(t_us, before, si)
+        if si[_RESERVED] != before[_RESERVED] and any(si[_RESERVED]):
+            found.append(
+                ("reserved", f"the reserved bytes n+46, n+47 became {si[_RESERVED].hex(' ')}")
+            )
+        if si[:32] != before[:32]:
+            found += self._command(before, si, so)
+        return [Violation(t_us, rule, f"plc, scan {scan}: {rule}: {text}") for rule, text in found]
+
+    def snapshot(self) -> object:
+        """The whole state."""
+        return tuple(vars(self).items())
+
+    def restore(self, snapshot: tuple[tuple[str, object], ...]) -> None:
+        """Go back to what `snapshot` gave."""
+        vars(self).update(snapshot)
+
+    def _dedicated(self, t_us: int, before: bytes, si: bytes) -> list[tuple[str, str]]:
+        found = []
+        changes: list[str] = []
+        paced = 0
+        for byte in (32, 33):
+            for bit in range(8):
+                if not (before[byte] ^ si[byte]) >> bit & 1:
+                    continue
+                on = si[byte] >> bit & 1
+                signal = self._names.get((byte, bit))
+                if signal is None:
+                    if on:
+                        text = f"the reserved bit (n+{byte}) {bit} was set; it must stay OFF"
+                        found.append(("reserved", text))
+                    continue
+                changes.append(f"{signal} {'ON' if on else 'OFF'}")
+                paced += on or signal not in _SAFETY
+        what = " and ".join(changes)
+        gap = None if self._changed_us is None else t_us - self._changed_us
+        if paced and len(changes) > 1:
+            found.append(("interval", f"{what} in one scan; one change at a time, 100 ms apart"))
+        elif paced and gap is not None and gap < INTERVAL_US:
+            text = f"{what} only {format_us(gap)} after {self._changed_what}; at least 100 ms"
+            found.append(("interval", text))
+        if changes:
+            self._changed_us, self._changed_what = t_us, what
+        return found
+
+    def _command(self, before: bytes, si: bytes, so: bytes) -> list[tuple[str, str]]:
+        was, code, status = word(before, 0), word(si, 0), word(so, 0)
+        same_data = si[_DATA] == before[_DATA]
+        found = []
+        if was and self._judged and not self._may_change(was, before, so):
+            if code != was:
+                text = f"the code changed from {_hex(was)} to {_hex(code)}"
+            else:
+                text = f"{_changed_words(before, si)} changed with the code {_hex(code)} out"
+            text += (
+                f" while the status read was {_hex(status)}; held until 0x0200 or 0x4000 is read"
+            )
+            found.append(("command held", text))
+        if code and code != was:
+            if was == 0 and not same_data:
+                text = f"{_changed_words(before, si)} changed together with the code "
+                text += f"{_hex(code)}; data must be there one scan before"
+                found.append(("data before code", text))
+            if status and not found:
+                text = f"the code {_hex(code)} went out while the status read was "
+                text += f"{_hex(status)}; expected 0x0000"
+                found.append(("ready before code", text))
+            self._ended = self._ran = False
+            self._judged = True
+        return found
+
+    def _follow(self, status: int) -> None:
+        if self._judged and status in _ENDS and not self._ended:
+            self._ended = True
+            self.commands += 1
+        self._ran = self._ran or status == _RUNNING
+
+    def _may_change(self, was: int, before: bytes, so: bytes) -> bool:
+        """May code and data change: ended, lost, or a continuous output that is stopped."""
+        status = word(so, 0)
+        lost = not so[32] & _CPU_OK or (self._ran and status == 0)
+        continuous = was & 0x0FFF in (0x505, 0x506) and before[2] & 1 and self._ran
+        return self._ended or lost or bool(continuous)
+
+
+def _hex(value: int) -> str:
+    return f"0x{value:04X}"
+
+
+def _changed_words(before: bytes, si: bytes) -> str:
+    changed = [f"n+{k}" for k in range(2, 32, 2) if si[k : k + 2] != before[k : k + 2]]
+    return ", ".join(changed)

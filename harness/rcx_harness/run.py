@@ -1,0 +1,154 @@
+"""One run from the command line: build the cell, let time pass, write what was asked for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell_build import check_outputs, source_files
+from rcx_harness.chart import Timeline
+from rcx_harness.chart_svg import svg_chart
+from rcx_harness.clocks import Duration
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Violation
+from rcx_harness.stimulus import Stimulus
+from rcx_harness.units import parse_us
+from rcx_harness.wave import Wave
+
+__all__ = ["Outcome", "RunOptions", "run"]
+
+#: Reports on the way come this often [s of real time].
+_REPORT_S = 0.25
+_SLICES = 400
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What `rcx run` was asked for; the fields bear the names of its options."""
+
+    files: list[Path]
+    lib: Path | None = None
+    scan: str | None = None
+    duration: str = "5s"
+    engine: str = "auto"
+    link: str = "direct"
+    size: int | None = None
+    m: int = 0
+    n: int = 0
+    robot: Path | None = None
+    stimulus: Path | None = None
+    seed: int = 0
+    rpi: str = "10ms"
+    jitter: str = "0ms"
+    timeout: str | None = None
+    phases: str | dict[str, Duration] = "zero"
+    on_loss: str = "hold"
+    trace: Path | None = None
+    chart: Path | None = None
+    vcd: Path | None = None
+    watch: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run."""
+
+    engine: str
+    notice: str
+    scans: int
+    cycles: int
+    commands: int
+    duration_us: int
+    violations: list[Violation]
+    timeline: Timeline
+    matched: bool
+    ever_connected: bool
+    written: list[Path]
+
+
+def run(options: RunOptions, progress: Callable[[int, int], None] | None = None) -> Outcome:
+    """Run a program in a cell.
+
+    Args:
+        options: What to run, for how long, what to write.
+        progress: Called now and then with the virtual time so far and in all [us].
+
+    Raises:
+        InputError: anything wrong with the input or the outputs.
+    """
+    duration_us = parse_us(options.duration)
+    if not duration_us:
+        raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
+    outputs = [path for path in (options.trace, options.chart, options.vcd) if path is not None]
+    files = source_files(list(options.files), options.lib)
+    check_outputs(outputs, files, options.robot, options.stimulus)
+    stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
+    timeline = Timeline()
+    connected = False
+    with Cell.build(
+        list(options.files),
+        lib=options.lib,
+        scan=options.scan,
+        engine=options.engine,
+        link=options.link,
+        size=options.size,
+        m=options.m,
+        n=options.n,
+        robot=options.robot,
+        rpi=options.rpi,
+        jitter=options.jitter,
+        timeout=options.timeout,
+        phases=options.phases,
+        on_loss=options.on_loss,
+        seed=options.seed,
+        trace=options.trace,
+        watch=options.watch,
+    ) as cell:
+        cell.trace.listen(timeline.take)
+        if stimulus is not None:
+            stimulus.schedule(cell)
+        wave = Wave(options.vcd) if options.vcd is not None else None
+        try:
+            if wave is not None:
+                cell.trace.listen(wave.take)
+            reported = 0.0
+            for number in range(1, _SLICES + 1):
+                cell.run(duration_us * number // _SLICES - cell.now_us)
+                connected = connected or cell.connected
+                if progress is not None and time.monotonic() - reported >= _REPORT_S:
+                    reported = time.monotonic()
+                    progress(cell.now_us, duration_us)
+        finally:
+            if wave is not None:
+                wave.close()
+        if options.chart is not None:
+            _write(options.chart, svg_chart(timeline, _title(options, cell)))
+        return Outcome(
+            cell.program.engine,
+            cell.notice,
+            cell.scans,
+            cell.cycles,
+            cell.commands,
+            duration_us,
+            cell.violations,
+            timeline,
+            cell.matched,
+            connected,
+            outputs,
+        )
+
+
+def _title(options: RunOptions, cell: Cell) -> str:
+    names = ", ".join(path.name for path in options.files)
+    return f"{names}: scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=path) from None

@@ -1,0 +1,100 @@
+"""The run as a VCD file for wave viewers: all dedicated bits and words, on both sides."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TextIO
+
+from vcd import VCDWriter
+from vcd.writer import Variable
+
+from rcx_harness.errors import InputError
+from rcx_harness.monitor import word
+from rcx_harness.spec import Signal, signals
+from rcx_harness.trace import Cycle, Finding, Record, Scan
+
+__all__ = ["Wave"]
+
+_WORDS = 16
+
+
+class _Area:
+    """The variables of one area in one scope."""
+
+    def __init__(
+        self, writer: VCDWriter, scope: str, prefix: str, bits: tuple[Signal, ...]
+    ) -> None:
+        self._writer = writer
+        self._before = b""
+        self._bits = [
+            (one.byte, one.bit, writer.register_var(scope, one.name, "wire", size=1, init=0))
+            for one in bits
+        ]
+        self._words: list[Variable[int]] = [
+            writer.register_var(scope, f"{prefix}{k:02}", "wire", size=16, init=0)
+            for k in range(_WORDS)
+        ]
+
+    def take(self, t_us: int, area: bytes) -> None:
+        """Note the changes of an area; without a connection nothing changes."""
+        if not area or area == self._before:
+            return
+        before = self._before or bytes(len(area))
+        for byte, bit, variable in self._bits:
+            new = area[byte] >> bit & 1
+            if new != before[byte] >> bit & 1:
+                self._writer.change(variable, t_us, new)
+        if area[: 2 * _WORDS] != before[: 2 * _WORDS]:
+            for k, variable in enumerate(self._words):
+                value = word(area, 2 * k)
+                if value != word(before, 2 * k):
+                    self._writer.change(variable, t_us, value)
+        self._before = area
+
+
+class Wave:
+    """Writes a VCD file as the run goes; give `take` to `Trace.listen`.
+
+    Args:
+        path: File to write.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        try:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            self._file: TextIO = open(path, "w", encoding="ascii", newline="\n")  # noqa: SIM115 - close()
+        except OSError as error:
+            raise InputError(f"cannot be written: {error.strerror}", file=path) from None
+        # No date and no version: the same run gives the same bytes.
+        self._writer = VCDWriter(self._file, timescale="1 us", date="", version="rcx", comment="")
+        table = signals()
+        self._plc_so = _Area(self._writer, "plc", "SOW", table.output)
+        self._plc_si = _Area(self._writer, "plc", "SIW", table.input)
+        self._robot_si = _Area(self._writer, "robot", "SIW", table.input)
+        self._robot_so = _Area(self._writer, "robot", "SOW", table.output)
+        self._broken = self._writer.register_var("rules", "broken", "integer", size=32, init=0)
+        self._count = 0
+        self._end_us = 0
+
+    def take(self, record: Record) -> None:
+        """Take the next record of the run."""
+        self._end_us = record.t_us
+        if isinstance(record, Scan):
+            self._plc_so.take(record.t_us, record.so)
+            self._plc_si.take(record.t_us, record.si)
+        elif isinstance(record, Cycle):
+            self._robot_si.take(record.t_us, record.rcx_si)
+            self._robot_so.take(record.t_us, record.rcx_so)
+        else:
+            assert isinstance(record, Finding)
+            self._count += 1
+            self._writer.change(self._broken, record.t_us, self._count)
+
+    def close(self) -> None:
+        """Write the last time and close the file."""
+        if not self._file.closed:
+            self._writer.close(self._end_us)
+            self._file.close()

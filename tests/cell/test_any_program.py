@@ -1,0 +1,86 @@
+"""Whatever the program, the operator and the network do: no rule of the wire is broken.
+
+Execute, calls and safety pins are flipped at random in every scan, while the link, the power, the
+emergency stop, AUTO mode and the programming box come and go. Beyond packets that are late, the
+network loses some; the margin covers as many as the connection survives.
+"""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from plc_bench import BENCH, LIBRARY
+from rcx_harness.cell import Cell
+from rcx_harness.clocks import Timing
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.link import DirectLink
+from rcx_harness.robot import Controller, RobotConfig
+
+SECONDS = 10
+BLOCKS = ("First", "Second", "Third", "ServoOn", "ServoAgain", "AlarmReset")
+BLOCKS += ("ProgramReset", "AutoStart")
+EVENTS = ("link_down", "link_up", "link_up", "emergency_stop", "emergency_stop_release")
+EVENTS += ("emergency_stop_release", "power_cycle", "manual_mode", "auto_mode", "auto_mode")
+EVENTS += ("pendant_on", "pendant_off")
+
+
+@pytest.fixture(scope="module")
+def program() -> Program:
+    return build([*LIBRARY, BENCH]).program
+
+
+def _cell(program: Program, random: Random, seed: int) -> Cell:
+    rpi_ms, jitter_ms = random.randint(1, 100), random.randint(0, 10)
+    timing = Timing.make(
+        scan=random.choice([1, 2, 5, 10, 20, 50]) * 1000,
+        rpi=rpi_ms * 1000,
+        jitter=jitter_ms * 1000,
+        phases="random",
+        seed=seed,
+    )
+    robot = RobotConfig(
+        servo_on_delay=(0, 300),
+        program_start_delay=(0, 300),
+        command_delay=(0, 200),
+        command_accept_delay=(0, 50),
+        status_reset_delay=(0, 50),
+    )
+    cell = Cell(program, Controller(robot, seed), DirectLink(48), timing, seed=seed)
+    survived_ms = max(4 * rpi_ms, 100)
+    cell["Main.WriteArea.Margin"] = f"T#{survived_ms + jitter_ms + 5}ms"
+    for block, code in (("First", 0x0501), ("Second", 0x0001), ("Third", 0x0505)):
+        cell[f"Main.{block}.Code"] = code
+        cell[f"Main.{block}.Timeout"] = "T#1s"
+    return cell
+
+
+def _flip(cell: Cell, random: Random) -> None:
+    """One scan's worth of a program that nobody would write."""
+    for path in [f"Main.{block}.Execute" for block in BLOCKS]:
+        if random.random() < 0.05:
+            cell[path] = not cell[path]
+    for path in ("Main.CallFirst", "Main.CallSecond", "Main.CallServoOn"):
+        if random.random() < 0.02:
+            cell[path] = not cell[path]
+    for path in ("Main.EmergencyStopOk", "Main.StopOk"):
+        if random.random() < (0.005 if cell[path] else 0.1):
+            cell[path] = not cell[path]
+    if random.random() < 0.01:
+        cell.inject(random.choice(EVENTS))
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_no_program_can_break_the_interval_or_the_handshake(program: Program, seed: int) -> None:
+    """Source: manual chapter 5, 3, caution; guide chapter 1, 1.1, note."""
+    random = Random(seed)
+    fresh = program.snapshot()
+    cell = _cell(program, random, seed)
+    while cell.now_us < SECONDS * 1_000_000:
+        _flip(cell, random)
+        cell.scan()
+    program.restore(fresh)
+    assert not cell.violations
+    assert cell.commands, "and some work was done"

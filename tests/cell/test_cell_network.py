@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+from rcx_harness.cell_network import Network
+from rcx_harness.clocks import Agenda, Timing
+from rcx_harness.link import DirectLink
+
+OLD, NEW = bytes([1]) * 48, bytes([2]) * 48
+
+
+def network_with(agenda: Agenda, link: DirectLink) -> Network:
+    timing = Timing.make(rpi="10ms", jitter="50ms")
+    network = Network(link, timing, agenda, matched=True, seed=0)
+    network.set_adapter(True)
+    return network
+
+
+def deliver_all(network: Network, agenda: Agenda) -> None:
+    while agenda.snapshot()[0]:
+        t_us, _, packet = agenda.pop()
+        network.deliver(t_us, packet)
+
+
+def test_packets_under_way_are_lost_when_the_cable_is_unplugged() -> None:
+    agenda, link = Agenda(), DirectLink(48)
+    network = network_with(agenda, link)
+    network.produce_to_robot(0, lambda: OLD)
+    network.set_cable(False)
+    network.produce_to_robot(0, lambda: OLD)
+    network.set_cable(True)
+    deliver_all(network, agenda)
+    assert link.robot_read() == bytes(48)
+    assert not network.robot_connected(50_000)
+
+    network.produce_to_robot(60_000, lambda: NEW)
+    deliver_all(network, agenda)
+    assert link.robot_read() == NEW
+    assert network.robot_connected(110_000)
+
+
+def test_each_direction_keeps_its_order() -> None:
+    agenda, link = Agenda(), DirectLink(48)
+    network = network_with(agenda, link)
+    for number in range(20):
+        link.robot_write(bytes([number]) * 48)
+        network.produce_to_plc(number * 1_000)
+    seen = []
+    while agenda.snapshot()[0]:
+        t_us, _, packet = agenda.pop()
+        network.deliver(t_us, packet)
+        seen.append(network.input[0])
+    assert seen == list(range(20))
+
+
+def test_the_plc_is_connected_as_long_as_packets_come() -> None:
+    agenda, link = Agenda(), DirectLink(48)
+    network = network_with(agenda, link)
+    assert not network.plc_connected(0)
+    network.deliver(1_000, (1, 0, NEW))
+    assert network.plc_connected(100_999)
+    assert not network.plc_connected(101_000)
+
+
+def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> None:
+    """The adapter knows nothing of the old connection; the scanner opens one after its time-out.
+
+    Source: manual chapter 1, 5.2: the connection must be restored from the normal state.
+    """
+    agenda, link = Agenda(), DirectLink(48)
+    network = network_with(agenda, link)
+    network.produce_to_robot(0, lambda: OLD)
+    network.produce_to_plc(0)
+    deliver_all(network, agenda)
+    lost_us = network._timing.timeout_us + 50_000  # at the latest, packets being 50 ms late
+    network.set_adapter(False)
+    network.set_adapter(True)
+    assert not network.robot_connected(60_000)
+    assert network.plc_connected(60_000)
+    network.produce_to_robot(60_000, lambda: NEW)
+    deliver_all(network, agenda)
+    assert link.robot_read() == OLD, "no packet before the PLC has noticed"
+    assert not network.plc_connected(lost_us)
+    network.produce_to_robot(lost_us + 99_000, lambda: NEW)
+    deliver_all(network, agenda)
+    assert link.robot_read() == OLD, "opening a connection takes 100 ms"
+    network.produce_to_robot(lost_us + 100_000, lambda: NEW)
+    deliver_all(network, agenda)
+    assert link.robot_read() == NEW

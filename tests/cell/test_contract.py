@@ -1,0 +1,126 @@
+"""The contract of the blocks, broken on purpose in every way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness import Cell
+from rcx_harness.contract_source import steady_instances
+
+Build = Callable[..., Cell]
+
+
+@pytest.fixture
+def cell(build_cell: Build, repository: Path, tmp_path: Path) -> Cell:
+    cell = build_cell(
+        repository / "tests" / "cell" / "programs" / "Contract.st", lib=tmp_path, scan="10ms"
+    )
+    cell.scan(2)
+    return cell
+
+
+def one_job(cell: Cell) -> None:
+    """A scan without Execute, ten with it, five without."""
+    cell.scan()
+    cell["Main.Go"] = True
+    cell.scan(10)
+    cell["Main.Go"] = False
+    cell.scan(5)
+
+
+def test_a_block_that_keeps_the_contract_is_not_reported(cell: Cell) -> None:
+    cell["Main.Gate"] = True
+    one_job(cell)
+    one_job(cell)
+    assert not cell.violations
+
+
+def test_an_end_after_execute_has_fallen_is_shown_for_one_scan(cell: Cell) -> None:
+    cell["Main.Go"] = True
+    cell.scan()
+    cell["Main.Go"] = False
+    cell.scan(10)
+    assert not cell.violations
+
+
+@pytest.mark.parametrize(
+    ("fault", "finding"),
+    [
+        (1, "Done and Error are true together; expected at most one"),
+        (2, "Active is true without Busy"),
+        (
+            3,
+            "Error is FALSE with ErrorID 16#0012; Error is true exactly when ErrorID is not 0",
+        ),
+        (4, "Busy fell without an end; expected Done or Error for at least one scan"),
+        (5, "no Busy, Done or Error in the call of the rising edge"),
+        (6, "Done is gone while Execute is true"),
+        (7, "Done is shown for more than one scan after Execute has fallen"),
+        (8, "Busy without a rising edge of Execute"),
+    ],
+)
+def test_each_broken_clause_is_reported(cell: Cell, fault: int, finding: str) -> None:
+    cell["Main.Fault"] = fault
+    one_job(cell)
+    found = [one for one in cell.violations if "Main.Steady" in one.text]
+    assert found
+    assert found[0].rule == "contract"
+    assert found[0].text.endswith(f": contract: Main.Steady: {finding}")
+
+
+def test_a_lasting_fault_is_reported_once(cell: Cell) -> None:
+    cell["Main.Fault"] = 3
+    one_job(cell)
+    assert len(cell.violations) == 1
+
+
+def test_a_block_that_is_not_called_is_not_blamed(cell: Cell) -> None:
+    """Execute is true, no output moves: the call may have been skipped."""
+    cell["Main.Gated.Execute"] = True
+    cell.scan(10)
+    assert not cell.violations
+
+
+def test_a_block_whose_call_can_be_skipped_is_still_checked_for_what_always_holds(
+    cell: Cell,
+) -> None:
+    cell["Main.Gate"] = True
+    cell["Main.Fault"] = 4
+    one_job(cell)
+    assert any("Main.Gated: Busy fell without an end" in one.text for one in cell.violations)
+
+
+def test_execute_may_be_withdrawn_after_the_call(cell: Cell) -> None:
+    cell["Main.Own.Execute"] = True
+    cell.scan(10)
+    assert not cell["Main.Own.Execute"]
+    assert not cell.violations
+
+
+def test_the_source_shows_which_calls_are_certain(repository: Path) -> None:
+    program = repository / "tests" / "cell" / "programs" / "Contract.st"
+    assert steady_instances([program]) == {"CONTRACT.STEADY"}
+
+
+def test_a_call_after_a_return_is_not_certain(tmp_path: Path) -> None:
+    program = tmp_path / "P.st"
+    program.write_text(
+        "PROGRAM P\n  VAR A : FB_X; B : FB_X; k : INT; END_VAR\n"
+        "  A(Execute := TRUE);\n  IF k = 1 THEN\n    RETURN;\n  END_IF;\n  B(Execute := TRUE);\n"
+        "END_PROGRAM\n"
+    )
+    assert steady_instances([program]) == {"P.A"}
+
+
+def test_nothing_is_certain_where_several_tasks_run(tmp_path: Path) -> None:
+    program = tmp_path / "P.st"
+    program.write_text(
+        "PROGRAM P\n  VAR A : FB_X; END_VAR\n  A(Execute := TRUE);\nEND_PROGRAM\n"
+        "CONFIGURATION C\n  RESOURCE R ON PLC\n    TASK T1(INTERVAL := T#10ms, PRIORITY := 0);\n"
+        "    TASK T2(INTERVAL := T#15ms, PRIORITY := 1);\n    PROGRAM Main WITH T1 : P;\n"
+        "  END_RESOURCE\nEND_CONFIGURATION\n"
+    )
+    assert steady_instances([program]) == set()

@@ -1,0 +1,203 @@
+"""Every rule of the wire, broken on purpose by a program that writes the area itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from rcx_harness import Cell, RobotConfig
+
+Build = Callable[..., Cell]
+
+#: SI(00), SI(01), SI(06) in byte n+32; SI(15) in byte n+33.
+SI00, SI01, SI06, SI15 = 0x01, 0x02, 0x40, 0x20
+MOVE, REFERENCE = 0x0001, 0x0101
+SLOW = RobotConfig(boot_time=0.0, command_delay=500.0, skip_run_status="never")
+
+
+@pytest.fixture
+def cell(raw_cell: Build) -> Cell:
+    """Connected, with the inputs OFF; nothing has been broken."""
+    cell = raw_cell(scan="10ms", rpi="10ms", robot=RobotConfig(boot_time=0.0))
+    cell.run("100ms")
+    assert not cell.violations
+    return cell
+
+
+def found(cell: Cell, side: str) -> list[str]:
+    """The rules that one side has found broken, in their order."""
+    return [one.rule for one in cell.violations if one.text.startswith(side)]
+
+
+def texts(cell: Cell) -> list[str]:
+    return [one.text for one in cell.violations if one.text.startswith("plc")]
+
+
+def test_changes_100_ms_apart_break_no_rule(cell: Cell) -> None:
+    """Source: manual chapter 5, 3.1, caution."""
+    for bits in (SI00, SI00 | SI06, SI00 | SI06 | SI01, SI00 | SI06):
+        cell["Main.Bits0"] = bits
+        cell.run("100ms")
+    assert not cell.violations
+
+
+def test_a_change_90_ms_after_another_is_reported_by_both_sides(cell: Cell) -> None:
+    """The interval also counts between different dedicated inputs.
+
+    Source: manual chapter 5, 3.1, caution.
+    """
+    cell["Main.Bits0"] = SI00
+    cell.run("90ms")
+    cell["Main.Bits0"] = SI00 | SI06
+    cell.run("100ms")
+    assert texts(cell) == [
+        "plc, scan 19: interval: SI(06) ON only 90 ms after SI(00) ON; at least 100 ms"
+    ]
+    assert cell.violations[0].t_us == 190_000
+    assert found(cell, "robot") == ["interval"]
+
+
+def test_two_changes_in_one_scan_are_an_interval_of_0(cell: Cell) -> None:
+    """Source: manual chapter 5, 3.1, caution."""
+    cell["Main.Bits0"] = SI00
+    cell["Main.Bits1"] = SI15
+    cell.run("50ms")
+    assert texts(cell) == [
+        "plc, scan 10: interval: SI(00) ON and SI(15) ON in one scan; "
+        "one change at a time, 100 ms apart"
+    ]
+    assert found(cell, "robot") == ["interval"]
+
+
+def test_a_safety_switch_off_may_come_at_once_and_restarts_the_interval(cell: Cell) -> None:
+    cell["Main.Bits0"] = SI00
+    cell.run("100ms")
+    cell["Main.Bits0"] = SI00 | SI06
+    cell.run("20ms")
+    cell["Main.Bits0"] = 0
+    cell.run("20ms")
+    assert not cell.violations
+    cell["Main.Bits0"] = SI00
+    cell.run("50ms")
+    assert found(cell, "plc") == ["interval"]
+    assert found(cell, "robot") == ["interval"]
+
+
+def test_reserved_bits_and_bytes_are_reported_once_per_change(cell: Cell) -> None:
+    """Source: manual chapter 5, 1, note 1."""
+    cell["Main.Bits0"] = 0x04
+    cell["Main.Reserved"] = 0x80
+    cell.run("100ms")
+    assert texts(cell) == [
+        "plc, scan 10: reserved: the reserved bit (n+32) 2 was set; it must stay OFF",
+        "plc, scan 10: reserved: the reserved bytes n+46, n+47 became 80 00",
+    ]
+    assert found(cell, "robot") == ["reserved"]
+
+
+def test_data_that_comes_with_the_code_is_reported(cell: Cell) -> None:
+    """Command data must be there before the remote command is set.
+
+    Source: guide chapter 1, 1.1, note; chapter 2, steps 1 and 2.
+    """
+    cell["Main.Data"] = 4
+    cell["Main.Code"] = MOVE
+    cell.run("20ms")
+    assert texts(cell) == [
+        "plc, scan 10: data before code: n+2 changed together with the code 0x0001; "
+        "data must be there one scan before"
+    ]
+
+
+def test_a_code_cleared_before_its_end_is_reported_by_both_sides(raw_cell: Build) -> None:
+    """A remote command must be held until 0x0200 or 0x4000.
+
+    Source: guide chapter 1, 1.1, note.
+    """
+    cell = raw_cell(robot=SLOW)
+    cell.run("100ms")
+    cell["Main.Code"] = REFERENCE
+    cell.run("100ms")
+    cell["Main.Code"] = 0
+    cell.run("50ms")
+    assert texts(cell) == [
+        "plc, scan 20: command held: the code changed from 0x0101 to 0x0000 while the status read "
+        "was 0x0100; held until 0x0200 or 0x4000 is read"
+    ]
+    assert len(found(cell, "robot")) == 1
+
+
+def test_data_changed_while_the_command_runs_is_reported_by_both_sides(raw_cell: Build) -> None:
+    """Source: guide chapter 1, 1.1, note."""
+    cell = raw_cell(robot=SLOW)
+    cell.run("100ms")
+    cell["Main.Code"] = REFERENCE
+    cell.run("100ms")
+    assert cell["Main.Status"] == 0x01
+    cell["Main.Data"] = 1
+    cell.run("50ms")
+    assert texts(cell) == [
+        "plc, scan 20: command held: n+2 changed with the code 0x0101 out while the status read "
+        "was 0x0100; held until 0x0200 or 0x4000 is read"
+    ]
+    assert len(found(cell, "robot")) == 1
+
+
+def test_a_code_without_ready_status_is_reported_by_both_sides(cell: Cell) -> None:
+    """Remote commands can be run only in command ready status.
+
+    Source: guide chapter 1, 1.2, code 0x0000.
+    """
+    cell["Main.Code"] = REFERENCE
+    cell.run_until(lambda: cell["Main.Status"] == 0x40, within="200ms")
+    cell["Main.Code"] = MOVE
+    cell.run("50ms")
+    assert found(cell, "plc") == ["ready before code"]
+    assert texts(cell)[0].endswith(
+        "the code 0x0001 went out while the status read was 0x4000; expected 0x0000"
+    )
+    assert len(found(cell, "robot")) == 1
+
+
+def test_a_whole_handshake_breaks_no_rule(cell: Cell) -> None:
+    """Source: guide chapter 2, steps 1 to 6."""
+    cell["Main.Data"] = 0
+    cell.scan()
+    cell["Main.Code"] = REFERENCE
+    cell.run_until(lambda: cell["Main.Status"] in (0x02, 0x40), within="200ms")
+    cell["Main.Code"] = 0
+    cell.run_until(lambda: cell["Main.Status"] == 0, within="200ms")
+    cell.run("50ms")
+    assert not cell.violations
+    assert cell.commands == 1
+
+
+def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> None:
+    """In continuous output mode the command stops at 0x0000 while the status is 0x0100.
+
+    Source: guide 4.7.4.
+    """
+    cell["Main.Data"] = 1
+    cell.scan()
+    cell["Main.Code"] = 0x0505
+    cell.run("100ms")
+    assert cell["Main.Status"] == 0x01
+    cell["Main.Code"] = 0
+    cell.run("50ms")
+    assert not cell.violations
+
+
+def test_what_is_written_without_a_link_is_not_judged(cell: Cell) -> None:
+    """After recovery the first image is taken as it is."""
+    cell["Main.Bits0"] = SI00
+    cell.run("100ms")
+    cell.inject("link_down")
+    cell.run_until(lambda: not cell["Main.Connected"], within="1s")
+    cell["Main.Bits0"] = SI00 | SI06 | SI01
+    cell.scan()
+    cell["Main.Bits0"] = SI00
+    cell.scan()
+    cell.inject("link_up")
+    cell.run("200ms")
+    assert not cell.violations

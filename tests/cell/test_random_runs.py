@@ -1,0 +1,134 @@
+"""The demo's program in 1,000 cells that are drawn: scan, RPI, phases, jitter, delays.
+
+Whatever the network does, the controller must never see two dedicated inputs change within
+100 ms, nor a broken handshake, and the work must come to its end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import timedelta
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+import pytest
+
+from rcx_harness import Cell, RobotConfig
+from rcx_harness.cell_build import source_files
+from rcx_harness.clocks import Timing
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.load import build
+from rcx_harness.link import DirectLink
+from rcx_harness.robot import Controller, Point, RobotProgram
+
+RUNS, BATCH = 1000, 50
+FIXED_MARGIN, ITS_VARIABLE = "Margin := T#20ms", "Margin := NetworkMargin"
+
+
+class Compiled(NamedTuple):
+    """The program, ready for its first scan again and again."""
+
+    program: Program
+    initial: object
+
+
+@pytest.fixture(scope="module")
+def compiled(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[Compiled]:
+    """The demo's program with its network margin as a variable, compiled once."""
+    demo = Path(__file__).resolve().parents[2] / "plc" / "examples" / "01_power_up"
+    text = (demo / "PowerUp.st").read_text(encoding="utf-8")
+    assert text.count(FIXED_MARGIN) == 1
+    text = text.replace(FIXED_MARGIN, ITS_VARIABLE)
+    text = text.replace("  VAR\n", "  VAR\n    NetworkMargin : TIME;\n", 1)
+    program_file = tmp_path_factory.mktemp("random") / "PowerUp.st"
+    program_file.write_text(text, encoding="utf-8")
+    program = build(source_files([program_file, demo / "POWER_STAGE.st"]).all).program
+    yield Compiled(program, program.snapshot())
+    program.close()
+
+
+def drawn_robot(random: Random) -> RobotConfig:
+    """A controller whose every answer takes a while that is drawn anew each time."""
+
+    def delay(longest: float) -> tuple[float, float]:
+        return 0.0, random.uniform(0.0, longest)
+
+    return RobotConfig(
+        boot_time=delay(400.0),
+        servo_on_delay=delay(300.0),
+        program_reset_delay=delay(300.0),
+        program_start_delay=delay(300.0),
+        command_accept_delay=delay(60.0),
+        command_delay=delay(300.0),
+        status_reset_delay=delay(60.0),
+        skip_run_status=random.choice(("never", "short", "always")),
+        # Longer than scan, RPI, jitter and cycle together: a shorter run may pass unseen.
+        programs=(RobotProgram(duration=random.uniform(200.0, 600.0), loop=False),),
+        points={19: Point((20_000, -10_000, 5_000, 0, 0, 0))},
+    )
+
+
+class Draw(NamedTuple):
+    """What one run is drawn as; scan, RPI and jitter in ms."""
+
+    seed: int
+    scan: int
+    rpi: int
+    jitter: int
+    robot: RobotConfig
+
+    def __str__(self) -> str:
+        return f"seed {self.seed}: scan {self.scan}, RPI {self.rpi}, jitter {self.jitter} ms"
+
+
+def draw(seed: int) -> Draw:
+    random = Random(f"run {seed}")
+    scan, rpi, jitter = (random.randint(*ms) for ms in ((1, 50), (1, 100), (0, 30)))
+    return Draw(seed, scan, rpi, jitter, drawn_robot(random))
+
+
+def cell_of(compiled: Compiled, run: Draw, margin_ms: int) -> Cell:
+    """A cell as drawn, at the moment when Start is pressed."""
+    timing = Timing.make(
+        scan=f"{run.scan}ms",
+        rpi=f"{run.rpi}ms",
+        jitter=f"{run.jitter}ms",
+        phases="random",
+        seed=run.seed,
+    )
+    compiled.program.restore(compiled.initial)
+    robot = Controller(run.robot, seed=run.seed)
+    cell = Cell(compiled.program, robot, DirectLink(48), timing, seed=run.seed)
+    cell["Main.NetworkMargin"] = timedelta(milliseconds=margin_ms)
+    cell.run("1500ms")
+    cell["Main.Start"] = True
+    return cell
+
+
+def complete(cell: Cell) -> None:
+    """Let time pass until the program has done its work."""
+    cell.run_until(lambda: cell["Main.Stage"] == "STAGE_COMPLETE", within="30s")
+
+
+@pytest.mark.parametrize("first", range(0, RUNS, BATCH))
+def test_no_rule_is_broken_in_any_network(compiled: Compiled, first: int) -> None:
+    """Source: manual chapter 5, 3, caution; guide chapters 1 and 2."""
+    for seed in range(first, first + BATCH):
+        run = draw(seed)
+        cell = cell_of(compiled, run, margin_ms=run.rpi + run.jitter + 5)
+        complete(cell)
+        assert not cell.violations, f"{run}: {cell.violations[0].text}"
+        assert cell.commands == 2, run
+
+
+def test_without_a_margin_for_the_network_the_interval_is_broken(compiled: Compiled) -> None:
+    """The proof that these runs can fail: the same cells, 100 ms as written and no more."""
+    rules = set()
+    for seed in range(20):
+        cell = cell_of(compiled, draw(seed), margin_ms=0)
+        cell.run("5s")
+        rules |= {(one.rule, one.text.split(",")[0]) for one in cell.violations}
+    assert rules == {("interval", "robot")}

@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness import Cell, InputError, RobotConfig
+from rcx_harness.stimulus import Stimulus
+
+Build = Callable[..., Cell]
+
+
+@pytest.fixture
+def cell(raw_cell: Build) -> Cell:
+    return raw_cell(robot=RobotConfig(boot_time=0.0))
+
+
+def load(folder: Path, text: str) -> Stimulus:
+    file = folder / "stimulus.toml"
+    file.write_text(text)
+    return Stimulus.load(file)
+
+
+def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, tmp_path: Path) -> None:
+    load(tmp_path, '[[at]]\ntime = "20ms"\nset = { "Main.Bits0" = 1 }\n').schedule(cell)
+    cell.run("30ms")
+    assert [one.si[32] for one in cell.trace.scans()] == [0, 0, 1]
+
+
+def test_entries_may_stand_in_any_order(cell: Cell, tmp_path: Path) -> None:
+    load(
+        tmp_path,
+        '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 2 }\n'
+        '[[at]]\ntime = "10ms"\nset = { "Main.Data" = 1 }\n'
+        '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 3 }\n',
+    ).schedule(cell)
+    cell.run("30ms")
+    assert [one.si[2] for one in cell.trace.scans()] == [0, 1, 3]
+
+
+def test_an_event_befalls_the_robot(cell: Cell, tmp_path: Path) -> None:
+    """An alarm turns SO(03) ON.
+
+    Source: manual chapter 5, 2.
+    """
+    load(
+        tmp_path,
+        '[[at]]\ntime = "50ms"\nrobot = [{ event = "alarm", group = 12, category = 600 }]\n',
+    ).schedule(cell)
+    cell.run("100ms")
+    answers = {one.t_us: one.rcx_so[32] >> 3 & 1 for one in cell.trace.cycles()}
+    assert (answers[45_000], answers[50_000]) == (0, 1)
+
+
+def test_the_link_goes_down_and_up(cell: Cell, tmp_path: Path) -> None:
+    load(
+        tmp_path,
+        '[[at]]\ntime = "100ms"\nrobot = "link_down"\n[[at]]\ntime = "400ms"\nrobot = "link_up"\n',
+    ).schedule(cell)
+    cell.run("300ms")
+    assert not cell.connected
+    cell.run("200ms")
+    assert cell.connected
+
+
+def test_an_output_is_held_and_released(cell: Cell, tmp_path: Path) -> None:
+    load(
+        tmp_path,
+        '[[at]]\ntime = "50ms"\nhold = "SO03"\n[[at]]\ntime = "60ms"\nrobot = '
+        '{ event = "alarm", group = 12, category = 600 }\n'
+        '[[at]]\ntime = "100ms"\nrelease = ["SO03"]\n',
+    ).schedule(cell)
+    cell.run("120ms")
+    answers = {one.t_us: one.rcx_so[32] >> 3 & 1 for one in cell.trace.cycles()}
+    assert (answers[95_000], answers[100_000]) == (0, 1)
+
+
+def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path) -> None:
+    load(
+        tmp_path, '[[at]]\ntime = "1s"\nset = { "Main.Bits0" = 1 }\nrobot = "power_off"\n'
+    ).schedule(cell)
+    assert cell["Main.Bits0"] == 0
+    cell.run("100ms")
+    assert cell.connected
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[at]]\ntime = 'soon'\n", ":1: not a duration: 'soon'"),
+        ("\n\n[[at]]\nset = {}\n", ":3: the entry has no time"),
+        ("[[at]]\ntime = 5\n", ":1: time is not a text"),
+        ("[[at]]\ntime = '1s'\nrobots = 'x'\n", ":1: unknown key 'robots'; did you mean robot"),
+        ("[[at]]\ntime = '1s'\nrobot = 'link_dwn'\n", ":1: unknown event 'link_dwn'; did you mean"),
+        ("[[at]]\ntime = '1s'\nrobot = 5\n", ":1: robot is not an event"),
+        ("[[at]]\ntime = '1s'\nset = 5\n", ":1: set is not a table"),
+        ("[[at]]\ntime = '1s'\nhold = 5\n", ":1: hold is not a signal"),
+        ("[[att]]\ntime = '1s'\n", "unknown key 'att'; a stimulus consists of [[at]] tables"),
+        ("at = 5\n", "'at' is not a list of tables"),
+        ("[[at]\n", "not valid TOML"),
+    ],
+)
+def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load(tmp_path, text)
+    assert f"stimulus.toml{message}" in str(caught.value) or message in str(caught.value)
+    assert str(tmp_path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("set = { 'Main.Go' = true }", "Main of type RawArea has no member Go"),
+        ("set = { 'Main.Bits0' = 300 }", "300"),
+        ("set = { 'Main.Bits0' = 'on' }", "on"),
+        ("robot = { event = 'alarm', group = 12 }", "event 'alarm' takes group, category"),
+        ("robot = { event = 'link_down', now = 1 }", "link_down takes no arguments"),
+        ("hold = 'SO99'", "SO99"),
+    ],
+)
+def test_what_does_not_exist_is_told_before_the_run(
+    cell: Cell, tmp_path: Path, entry: str, message: str
+) -> None:
+    stimulus = load(tmp_path, f"[[at]]\ntime = '0ms'\n\n[[at]]\ntime = '9s'\n{entry}\n")
+    with pytest.raises(InputError) as caught:
+        stimulus.schedule(cell)
+    assert f"{tmp_path}/stimulus.toml:4: " in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot read it"):
+        Stimulus.load(tmp_path / "none.toml")

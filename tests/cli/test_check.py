@@ -1,0 +1,159 @@
+"""`rcx check`: errors of the front end, and the portability rules one by one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli import main
+from rcx_harness.cli_lint import lint
+
+Captured = pytest.CaptureFixture[str]
+
+
+def write(folder: Path, name: str, text: str) -> Path:
+    file = folder / f"{name}.st"
+    file.write_text(text)
+    return file
+
+
+def block(declarations: str = "    a : INT;\n", body: str = "  a := 1;\n") -> str:
+    return f"FUNCTION_BLOCK FB_It\n  VAR\n{declarations}  END_VAR\n{body}END_FUNCTION_BLOCK\n"
+
+
+def test_the_library_keeps_its_own_rules(repository: Path, capsys: Captured) -> None:
+    assert main(["check", str(repository / "plc" / "lib")]) == 0
+    assert "no errors, no broken rules, no warnings" in capsys.readouterr().out
+
+
+def test_every_error_is_told_and_the_exit_code_is_2(tmp_path: Path, capsys: Captured) -> None:
+    body = "  a := TRUE;\n  b := 1;\n"
+    file = write(tmp_path, "FB_It", block(body=body))
+    assert main(["check", str(file)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.startswith(f"error: {file}:{5 + k}:") for k, line in enumerate(lines)] == [
+        True,
+        True,
+    ]
+
+
+def test_a_users_file_is_warned_and_the_exit_code_is_0(tmp_path: Path, capsys: Captured) -> None:
+    text = block("    a : INT;\n    b : INT;\n", "  FOR a := 0 TO 3 DO\n    b := a;\n  END_FOR;\n")
+    file = write(tmp_path, "FB_It", text)
+    assert main(["check", str(file)]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith(f"{file}:6:3: warning: FOR: ")
+    assert "no broken rules, 1 warning" in out
+
+
+def test_a_file_of_the_library_breaks_a_rule_and_the_exit_code_is_1(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    file = write(tmp_path, "FB_Other", block())
+    assert main(["check", str(file), "--lib", str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert f"{file}:1:16: rule: FB_It is not called as its file, FB_Other\n" in out
+
+
+def test_lint_checks_folders_with_several_programs_and_binds_them_all(
+    repository: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    assert main(["check", "--lint", str(repository / "plc" / "examples")]) == 0
+    assert "checked for portability: no broken rules" in capsys.readouterr().out
+    text = "PROGRAM One\n  VAR\n    a : TIME := T#1s5ms;\n  END_VAR\n  a := T#0s;\nEND_PROGRAM\n"
+    first = write(tmp_path, "One", text)
+    write(tmp_path, "Two", text)
+    assert main(["check", "--lint", str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert out.startswith(f"{first}:3:17: rule: T#1s5ms: write a TIME")
+    assert out.endswith("2 files checked for portability: 2 broken rules\n")
+
+
+def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
+    assert main(["check", "/nowhere/x.st"]) == 2
+    assert capsys.readouterr().err == "rcx: /nowhere/x.st: no such file\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "finding"),
+    [
+        (block("    a : ARRAY [0..3] OF INT;\n", "  a[0] := 1;\n"), 3, "an array without a name"),
+        (block("    a : ARRAY [0..3] OF FB_X;\n"), 3, "an array of blocks"),
+        (block("    a : INT;\n    t : STRING[8];\n"), 4, "is not portable"),
+        (block("    a : RCX_A := [1, 2];\n"), 3, "an initial value for a whole array"),
+        (block("    a AT %MW0 : INT;\n"), 3, "a located variable in a block"),
+        (block(body="  if a = 1 THEN\n    a := 2;\n  END_IF;\n"), 5, "if: write keywords in upper"),
+        (block(body="\ta := 1;\n"), 5, "a tab"),
+        (block(body="  a := 1;" + " " * 90 + "(* *)\n"), 5, "longer than 100 characters"),
+        (block(body="  CASE a OF\n    16#01: a := 2;\n  END_CASE;\n"), 6, "the label 16#01"),
+        (block(body="  CASE a OF\n    Limit1: a := 2;\n  END_CASE;\n"), 6, "the label Limit1"),
+        (block("    t : TIME := T#1s500ms;\n"), 3, "T#1s500ms: write a TIME with one whole"),
+        (block("    t : TIME := T#1.5s;\n"), 3, "T#1.5s: write a TIME with one whole"),
+        (block(body="  a := DINT#-5;\n"), 5, "DINT#-5: a sign after #"),
+        (block(body="  a := TIME_TO_INT(T#1s);\n"), 5, "TIME_TO_INT: conversions of TIME differ"),
+        (block(body="  IF SHL(a, 1) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
+        (block(body="  IF (NOT a) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
+        (
+            "FUNCTION_BLOCK FB_It\n  VAR_EXTERNAL\n    a : INT;\n  END_VAR\n  a := 1;\n"
+            "END_FUNCTION_BLOCK\n",
+            2,
+            "VAR_EXTERNAL in a block",
+        ),
+        (
+            "FUNCTION_BLOCK FB_It\n  VAR RETAIN\n    a : INT;\n  END_VAR\n  a := 1;\n"
+            "END_FUNCTION_BLOCK\n",
+            2,
+            "RETAIN in a block",
+        ),
+        (
+            "FUNCTION FC_It : INT\n  VAR_INPUT\n    a : RCX_A;\n  END_VAR\n  FC_It := 1;\n"
+            "END_FUNCTION\n",
+            3,
+            "an input of a function that is not elementary",
+        ),
+        (
+            "FUNCTION FC_It : INT\n  VAR\n    a : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n",
+            1,
+            "a function without an input",
+        ),
+        (
+            "FUNCTION FC_It : INT\n  VAR_INPUT\n    a : INT;\n  END_VAR\n"
+            "  VAR_OUTPUT\n    b : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n",
+            5,
+            "VAR_OUTPUT in a function",
+        ),
+        (
+            "TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n",
+            3,
+            "a block in a structure",
+        ),
+        (
+            "TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n",
+            2,
+            "array bounds are to be literals",
+        ),
+        ("TYPE\n  RCX_A : (A_ONE := 1, A_TWO);\nEND_TYPE\n", 2, "with explicit values"),
+        ("TYPE\n  RCX_A : INT (0..5);\nEND_TYPE\n", 2, "in a type"),
+    ],
+)
+def test_each_portability_rule_is_found(tmp_path: Path, text: str, line: int, finding: str) -> None:
+    file = write(tmp_path, "It", text)
+    found = lint([file])
+    assert [one.at.line for one in found if finding in one.text] == [line], found
+    assert not found[0].strict
+
+
+@pytest.mark.parametrize(
+    ("text", "finding"),
+    [
+        ("TYPE\n  WORDS : ARRAY [0..1] OF WORD;\nEND_TYPE\n", "does not begin with RCX_"),
+        (block() + block().replace("FB_It", "FB_Two"), "a second declaration"),
+    ],
+)
+def test_the_librarys_files_have_rules_of_their_own(
+    tmp_path: Path, text: str, finding: str
+) -> None:
+    file = write(tmp_path, "WORDS", text)
+    assert any(finding in one.text for one in lint([file], library=[file]))
+    assert not any(finding in one.text for one in lint([file]))

@@ -1,0 +1,95 @@
+"""`rcx encode` and `rcx decode`, on the telegrams that the manual prints."""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.cli import main
+
+Captured = pytest.CaptureFixture[str]
+
+
+def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) -> None:
+    """All axes to point 19 at 50 %: n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013.
+
+    Source: guide chapter 2, example, step 1.
+    """
+    assert main(["encode", "MovePtp", "speed_mode=2", "speed=50", "point=19"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:6] == [
+        "n     0x0001",
+        "n+2   0x0004",
+        "n+4   0x0000",
+        "n+6   0x0032",
+        "n+8   0x0013",
+        "then to n+30 0x0000",
+    ]
+    assert lines[6].startswith("MovePtp (0xR001)")
+    assert "  point = 19" in lines
+
+
+def test_the_robot_designation_is_the_upper_digit(capsys: Captured) -> None:
+    """Source: guide 4.2.1, R: robot number."""
+    assert main(["encode", "0x001", "point=1", "--robot", "2"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("n     0x2001\n")
+    assert "  robot 2\n" in out
+
+
+def test_the_words_of_a_request_are_told_in_plain_language(capsys: Captured) -> None:
+    """Source: guide chapter 2, example, step 1."""
+    assert main(["decode", "0x0001", "0x0004", "0", "50", "19"]) == 0
+    out = capsys.readouterr().out
+    assert "  speed_mode = 2  (in %)\n" in out
+    assert "  speed = 50 " in out
+    assert "  point = 19\n" in out
+    assert "not allowed" not in out
+
+
+def test_a_request_that_the_controller_refuses_is_marked(capsys: Captured) -> None:
+    assert main(["decode", "0x7001", "0"]) == 0
+    assert "  not allowed: robot 7 cannot be designated\n" in capsys.readouterr().out
+    assert main(["decode", "0x0001", "0x0008"]) == 0
+    assert "  not allowed: n+2 has bits 0x0008 set" in capsys.readouterr().out
+
+
+def test_an_abnormal_end_is_told_with_its_alarm(capsys: Captured) -> None:
+    """0x000C in m+2 and 0x0258 in m+4: interrupted by an emergency stop.
+
+    Source: guide chapter 1, 1.2, code 0x4000.
+    """
+    assert main(["decode", "--response", "MovePtp", "0x4000", "0x000C", "0x0258"]) == 0
+    out = capsys.readouterr().out
+    assert "  status 0x4000: abnormal end\n" in out
+    assert "  alarm 12.600" in out
+
+
+def test_a_normal_end_is_told_with_its_response(capsys: Captured) -> None:
+    """The axis data are 32 bits, the lower word first.
+
+    Source: guide 4.7.4, normal end.
+    """
+    words = ["0x0200", "0", "0", "0", "0xFFFF", "0xFFFF", "0x0001", "0x0001"]
+    assert main(["decode", "--response", "0x505", *words]) == 0
+    assert "  positions = -1, 65537, 0, 0, 0, 0 pulse\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["encode", "MovePtpp"], "no remote command is called 'MovePtpp'"),
+        (["encode", "MovePtp", "points=1"], "has no field 'points'"),
+        (["encode", "MovePtp", "point"], "not a field: 'point'; write name=value"),
+        (["encode", "MovePtp", "point=many"], "point = 'many' is not a number"),
+        (["encode", "MovePtp", "point=30000"], "point is 30000, not 0 to 29999"),
+        (["encode", "MovePtp", "--robot", "5"], "cannot designate robot 5"),
+        (["decode", "0x0FFF"], "no remote command is called '0x0FFF'"),
+        (["decode", "0x10000"], "not a word: '0x10000'"),
+        (["decode", *["0"] * 17], "17 words are given; a telegram has 1 to 16"),
+    ],
+)
+def test_what_is_no_telegram_is_refused(capsys: Captured, args: list[str], message: str) -> None:
+    assert main(args) == 2
+    printed = capsys.readouterr()
+    assert message in printed.err
+    assert printed.out == ""

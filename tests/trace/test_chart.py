@@ -1,0 +1,103 @@
+# ruff: noqa: RUF001 - the chart is drawn with these
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+from rcx_harness.chart import Timeline, text_chart, time_labels
+from rcx_harness.chart_svg import svg_chart
+from rcx_harness.trace import Finding, Scan
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def area(code: int = 0, byte32: int = 0, byte33: int = 0) -> bytes:
+    return code.to_bytes(2, "little") + bytes(30) + bytes([byte32, byte33]) + bytes(14)
+
+
+def servo_on() -> Timeline:
+    """SI(01) at 100 ms, SO(02) at 150 ms, SI(01) withdrawn at 250 ms, then a command."""
+    timeline = Timeline()
+    steps = [
+        (0, area(), area()),
+        (100, area(), area(byte32=0x02)),
+        (150, area(byte32=0x04), area(byte32=0x02)),
+        (250, area(byte32=0x04), area()),
+        (300, area(byte32=0x04), area(code=0x0001)),
+        (320, area(code=0x0100, byte32=0x04), area(code=0x0001)),
+        (900, area(code=0x0200, byte32=0x04), area()),
+    ]
+    for number, (ms, so, si) in enumerate(steps):
+        timeline.take(Scan(ms * 1000, number, so, si))
+    return timeline
+
+
+def test_the_chart_shows_what_changed_and_when() -> None:
+    """Inputs, then outputs, then code and status, each change under its time."""
+    assert text_chart(servo_on(), 80) == (
+        "time [ms]                       100   150   250   300   320   900\n"
+        "SI(01) Servo ON input         ▁▁╱▔▔▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁\n"
+        "SO(02) Servo ON status output ▁▁▁▁▁▁▁▁╱▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔\n"
+        "Remote command code           ────────────────────╳0001───────╳─────\n"
+        "Remote status                 ──────────────────────────╳0100─╳0200─\n"
+    )
+
+
+def test_the_chart_has_an_ascii_form() -> None:
+    chart = text_chart(servo_on(), 80, ascii_only=True)
+    assert chart.isascii()
+    assert 'SI(01) Servo ON input         __/"""""""""""\\____' in chart
+
+
+def test_a_chart_of_many_changes_goes_on_in_bands_that_fit() -> None:
+    timeline = Timeline()
+    for number in range(60):
+        timeline.take(Scan(number * 100_000, number, area(), area(byte32=number % 2)))
+    for width in (80, 100, 120):
+        lines = text_chart(timeline, width).splitlines()
+        assert max(map(len, lines)) <= width
+        times = [float(word) for line in lines for word in re.findall(r"(?<= )\d+(?= |$)", line)]
+        assert times == [number * 100 for number in range(1, 60)]
+
+
+def test_a_broken_rule_is_marked_at_its_time() -> None:
+    timeline = servo_on()
+    timeline.take(Finding(250_000, "interval"))
+    last = text_chart(timeline, 80).splitlines()[-1]
+    assert last.startswith("Rule broken")
+    assert last.index("▲") == text_chart(timeline, 80).splitlines()[0].index("250")
+
+
+def test_a_run_without_any_change_says_so() -> None:
+    timeline = Timeline()
+    timeline.take(Scan(0, 0, area(), area()))
+    assert text_chart(timeline, 80) == "no dedicated signal and no remote command changed\n"
+    assert "no dedicated signal" in svg_chart(timeline)
+
+
+def test_times_have_as_many_decimals_as_they_need() -> None:
+    assert time_labels([10_000, 20_000]) == ["10", "20"]
+    assert time_labels([10_000, 20_500]) == ["10.0", "20.5"]
+    assert time_labels([10_001]) == ["10.001"]
+
+
+def test_the_svg_names_every_signal_and_time_and_is_the_same_every_time() -> None:
+    picture = svg_chart(servo_on(), "a < b")
+    assert picture == svg_chart(servo_on(), "a < b")
+    texts = [node.text for node in ElementTree.fromstring(picture).iter(f"{SVG}text")]
+    for expected in ("a < b", "SI(01) Servo ON input", "SO(02) Servo ON status output", "250"):
+        assert expected in texts
+    assert [text for text in texts if text and text.startswith("0x")] == [
+        "0x0001",
+        "0x0100",
+        "0x0200",
+    ]
+    assert "+50" in texts
+
+
+def test_a_long_run_says_what_the_chart_leaves_out() -> None:
+    timeline = Timeline()
+    for number in range(500):
+        timeline.take(Scan(number * 100_000, number, area(), area(byte32=number % 2)))
+    assert "99 further instants are left out" in text_chart(timeline, 100)
+    assert "99 further instants are left out" in svg_chart(timeline)
