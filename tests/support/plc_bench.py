@@ -12,7 +12,7 @@ __all__ = ["LIBRARY", "ROOT", "PlcBench"]
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
-_BENCH = ROOT / "tests/data/library/Bench.st"
+BENCH = ROOT / "tests/data/library/Bench.st"
 
 
 class PlcBench:
@@ -22,7 +22,7 @@ class PlcBench:
     """
 
     def __init__(self, *, size: int = 48, m: int = 0, n: int = 0, scan_us: int = 10_000) -> None:
-        self.program = build([*LIBRARY, _BENCH], engine="auto").program
+        self.program = build([*LIBRARY, BENCH], engine="auto").program
         self.now_us = 0
         self.scan_us = scan_us
         self.m, self.n = m, n
