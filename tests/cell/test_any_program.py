@@ -7,6 +7,7 @@ network loses some; the margin covers as many as the connection survives.
 
 from __future__ import annotations
 
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -16,15 +17,20 @@ from rcx_harness.cell import Cell
 from rcx_harness.clocks import Timing
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
+from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
 
 SECONDS = 10
-BLOCKS = ("First", "Second", "Third", "ServoOn", "ServoAgain", "AlarmReset")
-BLOCKS += ("ProgramReset", "AutoStart")
-EVENTS = ("link_down", "link_up", "link_up", "emergency_stop", "emergency_stop_release")
-EVENTS += ("emergency_stop_release", "power_cycle", "manual_mode", "auto_mode", "auto_mode")
-EVENTS += ("pendant_on", "pendant_off")
+BLOCKS = (
+    *("First", "Second", "Third", "AlarmReset"),
+    *("ServoOn", "ServoAgain", "ProgramReset", "AutoStart"),
+)
+EVENTS = (
+    *("link_down", "link_up", "link_up", "power_cycle", "pendant_on", "pendant_off"),
+    *("emergency_stop", "emergency_stop_release", "emergency_stop_release"),
+    *("manual_mode", "auto_mode", "auto_mode"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +38,7 @@ def program() -> Program:
     return build([*LIBRARY, BENCH]).program
 
 
-def _cell(program: Program, random: Random, seed: int) -> Cell:
+def _cell(program: Program, random: Random, seed: int, trace: Path | None = None) -> Cell:
     rpi_ms, jitter_ms = random.randint(1, 100), random.randint(0, 10)
     timing = Timing.make(
         scan=random.choice([1, 2, 5, 10, 20, 50]) * 1000,
@@ -48,7 +54,7 @@ def _cell(program: Program, random: Random, seed: int) -> Cell:
         command_accept_delay=(0, 50),
         status_reset_delay=(0, 50),
     )
-    cell = Cell(program, Controller(robot, seed), DirectLink(48), timing, seed=seed)
+    cell = Cell(program, Controller(robot, seed), DirectLink(48), timing, seed=seed, trace=trace)
     survived_ms = max(4 * rpi_ms, 100)
     cell["Main.WriteArea.Margin"] = f"T#{survived_ms + jitter_ms + 5}ms"
     for block, code in (("First", 0x0501), ("Second", 0x0001), ("Third", 0x0505)):
@@ -84,3 +90,18 @@ def test_no_program_can_break_the_interval_or_the_handshake(program: Program, se
     program.restore(fresh)
     assert not cell.violations
     assert cell.commands, "and some work was done"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_both_engines_give_the_same_trace(seed: int, tmp_path: Path) -> None:
+    if find_matiec() is None or find_c_compiler() is None:
+        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
+    for engine in ("matiec", "builtin"):
+        random = Random(seed)
+        program = build([*LIBRARY, BENCH], engine).program
+        with _cell(program, random, seed, tmp_path / engine) as cell:
+            while cell.now_us < SECONDS * 1_000_000:
+                _flip(cell, random)
+                cell.scan()
+    matiec, builtin = ((tmp_path / engine).read_bytes() for engine in ("matiec", "builtin"))
+    assert matiec.partition(b"\n")[2] == builtin.partition(b"\n")[2]

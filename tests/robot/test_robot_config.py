@@ -122,3 +122,16 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
 def test_a_wrong_value_in_python_is_refused_too(values: dict[str, Any]) -> None:
     with pytest.raises(InputError):
         RobotConfig(**values)
+
+
+def test_the_points_of_the_manuals_examples_are_there_without_a_robot_file() -> None:
+    """Rule: example-points.
+
+    Source: guide, 4.3.1 (point 50: 10.000, -20.000, 5.000, -18.000 mm), 4.2.1 (point 100)
+    """
+    points = RobotConfig().points
+    assert sorted(points) == [19, 50, 100]
+    assert points[50].mm
+    assert points[50].data == (10_000, -20_000, 5_000, -18_000, 0, 0)
+    assert points[100].data == (123_456, -123, 0, 0, 0, 0)
+    assert not RobotConfig(points={}).points

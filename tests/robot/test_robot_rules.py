@@ -12,7 +12,7 @@ from rcx_harness.robot.rules import RULES
 
 HERE = Path(__file__).parent
 #: Keys that describe a robot and assume nothing.
-PLAIN = {"size", "points"}
+PLAIN = {"size"}
 
 
 def test_every_knob_is_a_key_and_every_key_belongs_to_a_rule() -> None:

@@ -53,6 +53,15 @@ class Point:
     arm2: int = 0
 
 
+#: The points of the manual's examples, so that they run without a robot file: the move to point 19
+#: (guide, 2; its place is ours), to point 100 (4.2.1), the reference to point 50 (4.3.1).
+_EXAMPLE_POINTS = {
+    19: Point((120_000, -45_000, 30_000, 0, 0, 0)),
+    50: Point((10_000, -20_000, 5_000, -18_000, 0, 0), mm=True),
+    100: Point((123_456, -123, 0, 0, 0, 0)),
+}
+
+
 @dataclass(frozen=True)
 class RobotProgram:
     """A robot program that runs `duration` ms, then ends, or begins again if `loop`."""
@@ -68,7 +77,7 @@ class RobotConfig:
 
     size: int = 48
     axes: tuple[Axis, ...] = (Axis(), Axis(), Axis(), Axis())
-    points: Mapping[int, Point] = field(default_factory=dict)
+    points: Mapping[int, Point] = field(default_factory=lambda: dict(_EXAMPLE_POINTS))
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
 
     # State at power-on and of the surroundings

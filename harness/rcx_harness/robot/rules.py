@@ -325,6 +325,12 @@ RULES: tuple[Rule, ...] = (
     ),
     # Movements
     _assumed(
+        "example-points",
+        "points",
+        "A robot without points of its own knows those of the manual's examples: 19, 50 and 100; "
+        "where point 19 lies is ours.",
+    ),
+    _assumed(
         "profile",
         "axes auto_speed program_speed",
         "PTP: all axes start and end together, the slowest with constant acceleration and speed. "
