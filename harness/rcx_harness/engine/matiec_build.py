@@ -22,6 +22,9 @@ _RUNTIME = Path(__file__).with_name("matiec_runtime.c")
 _FLAGS = ("-std=gnu11", "-O1", "-w", "-fPIC", "-shared")
 # Signed overflow wraps and a float stays a float, whatever the optimiser would like.
 _ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
+# With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
+# process must have been started with the address sanitizer's library preloaded.
+_SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 _KEPT_PROGRAMS = 256
 
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
@@ -92,13 +95,18 @@ def _cache_folder() -> Path | None:
     return folder
 
 
+def _flags() -> tuple[str, ...]:
+    wanted = os.environ.get("RCX_SANITIZE", "").lower() == "on"
+    return _FLAGS + _ARITHMETIC + (_SANITIZERS if wanted else ())
+
+
 def _key(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> str:
     parts = [
         text,
         repr(wanted),
         matiec.fingerprint(),
         _compiler_version(compiler),
-        " ".join(_FLAGS + _ARITHMETIC),
+        " ".join(_flags()),
         _RUNTIME.read_text(encoding="utf-8"),
         Path(__file__).read_text(encoding="utf-8"),
     ]
@@ -135,7 +143,7 @@ def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
         written += [f'#include "{part}"' for part in parts]
         unit.write_text("\n".join(written) + "\n", encoding="utf-8")
         shared = folder / "program.so"
-        command = [compiler, *_FLAGS, *_ARITHMETIC, "-I", str(matiec.headers), str(unit), "-lm"]
+        command = [compiler, *_flags(), "-I", str(matiec.headers), str(unit), "-lm"]
         done = subprocess.run([*command, "-o", str(shared)], capture_output=True, check=False)
         if done.returncode != 0:
             said = done.stderr.decode("utf-8", "replace").splitlines()
