@@ -82,3 +82,20 @@ def test_words_go_out_with_the_lower_byte_first() -> None:
     plc.scan(2)
     assert plc.image[0:4] == bytes([0x34, 0x12, 0x78, 0x56])
     assert plc.image[30:32] == bytes([0xBC, 0x9A])
+
+
+@pytest.mark.parametrize(
+    ("hold", "name"), [("HoldEmergency", "SI00"), ("HoldStop", "SI06")], ids=["SI00", "SI06"]
+)
+def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, name: str) -> None:
+    """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
+    plc = PlcBench()
+    plc.power_up()
+    plc[f"Robot.{hold}"] = True
+    plc.scan()
+    assert plc.inputs == [one for one in ("SI00", "SI06") if one != name]
+    plc.scan(50)
+    assert name not in plc.inputs
+    plc[f"Robot.{hold}"] = False
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06"]

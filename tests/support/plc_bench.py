@@ -16,20 +16,30 @@ BENCH = ROOT / "tests/data/library/Bench.st"
 
 
 class PlcBench:
-    """The program Bench.st, scanned every 10 ms with the areas at offset `m` and `n`.
+    """A program, Bench.st unless given, scanned every 10 ms, its areas at offset `m` and `n`.
 
     With the margin of 20 ms the dedicated inputs change at least 120 ms, 12 scans, apart.
     """
 
-    def __init__(self, *, size: int = 48, m: int = 0, n: int = 0, scan_us: int = 10_000) -> None:
-        self.program = build([*LIBRARY, BENCH], engine="auto").program
+    def __init__(
+        self,
+        *,
+        program: Path = BENCH,
+        size: int = 48,
+        m: int = 0,
+        n: int = 0,
+        scan_us: int = 10_000,
+        margin: str | None = "T#20ms",
+    ) -> None:
+        self.program = build([*LIBRARY, program], engine="auto").program
         self.now_us = 0
         self.scan_us = scan_us
         self.m, self.n = m, n
         self.so = bytearray(size)
         self["ReadArea.m"], self["WriteArea.n"] = m, n
         self["ReadArea.Size"] = self["WriteArea.Size"] = size
-        self["WriteArea.Margin"] = "T#20ms"
+        if margin is not None:
+            self["WriteArea.Margin"] = margin
 
     def __getitem__(self, path: str) -> Value:
         return self.program.read(f"Main.{path}")
