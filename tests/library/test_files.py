@@ -77,7 +77,13 @@ def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaul
     assert sorted(found) == [
         "FB_AlarmReset",
         "FB_AutoStart",
+        "FB_EmergencyStop",
+        "FB_PowerUp",
+        "FB_ProgramContinue",
         "FB_ProgramReset",
+        "FB_ProgramStop",
         "FB_RemoteCommand",
+        "FB_ReturnToOrigin",
         "FB_ServoOn",
+        "FB_ServoOnFromEmergencyStop",
     ]

@@ -1,0 +1,103 @@
+"""FB_AutoMode: chapter 5, 3.2, AUTO mode changeover; the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+from sequence_bench import sequences
+
+
+def _level(plc: PlcBench) -> str:
+    return " ".join(name for name in ("Valid", "Busy", "Error") if plc[f"AutoMode.{name}"])
+
+
+def _shown(plc: PlcBench) -> tuple[object, ...]:
+    return (_level(plc), plc["AutoMode.ErrorID"], plc["AutoMode.Reason"])
+
+
+def test_auto_mode_changeover_process() -> None:
+    """Switch at the SAFETY connector and lock at the box, status output, control authority.
+
+    Source: manual chapter 5, 3.2, AUTO mode changeover process.
+    """
+    plc = sequences()
+    plc.outputs(SO10=False)
+    plc["AutoMode.Enable"] = True
+    plc.scan(1000)
+    assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED")
+    assert "SAFETY connector" in str(plc["AutoMode.Text"])
+    plc.outputs(SO10=True)
+    plc.scan()
+    assert _shown(plc) == ("Valid", 0, "AUTO_SELECTED")
+    assert "control authority" in str(plc["AutoMode.Text"])
+
+
+def test_another_mode_turns_the_output_off() -> None:
+    """Source: manual chapter 5, 2, SO(10)."""
+    plc = sequences()
+    plc["AutoMode.Enable"] = True
+    plc.scan()
+    plc.outputs(SO10=False)
+    plc.scan()
+    assert _shown(plc) == ("Busy", 0, "AUTO_WITHDRAWN")
+    plc.scan(20)
+    assert _shown(plc) == ("Busy", 0, "AUTO_WITHDRAWN")
+    assert "left" in str(plc["AutoMode.Text"])
+    plc.outputs(SO10=True)
+    plc.scan()
+    assert _shown(plc) == ("Valid", 0, "AUTO_SELECTED")
+
+
+@pytest.mark.parametrize(
+    ("cause", "shown"),
+    [
+        ("link", ("Error", 0x8001, "AUTO_NOT_CONNECTED")),
+        ("SO01", ("Error", 0x8002, "AUTO_CPU_NOT_OK")),
+    ],
+)
+def test_a_mode_that_cannot_be_read_is_an_error_until_it_can(
+    cause: str, shown: tuple[object, ...]
+) -> None:
+    plc = sequences()
+    plc["AutoMode.Enable"] = True
+    plc.scan()
+    if cause == "link":
+        plc["Connected"] = False
+    else:
+        plc.outputs(SO01=False)
+    plc.scan()
+    assert _shown(plc) == shown
+    assert "not known" in str(plc["AutoMode.Text"])
+    plc["Connected"] = True
+    plc.outputs(SO01=True)
+    plc.scan()
+    assert _shown(plc) == ("Valid", 0, "AUTO_SELECTED")
+
+
+def test_without_enable_nothing_is_shown() -> None:
+    plc = sequences()
+    plc.scan()
+    assert _shown(plc) == ("", 0, "AUTO_NOT_ASKED")
+    plc["AutoMode.Enable"] = True
+    plc.scan()
+    plc["AutoMode.Enable"] = False
+    plc.scan()
+    assert _shown(plc) == ("", 0, "AUTO_NOT_ASKED")
+    assert plc["AutoMode.Text"] == ""
+    plc.outputs(SO10=False)
+    plc["AutoMode.Enable"] = True
+    plc.scan()
+    assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "what was before is forgotten"
+
+
+def test_it_touches_no_dedicated_input() -> None:
+    """The network cannot select the mode.
+
+    Source: manual chapter 5, 3.2, AUTO mode changeover process.
+    """
+    plc = sequences()
+    plc.outputs(SO10=False)
+    plc["AutoMode.Enable"] = True
+    plc.scan(50)
+    assert plc.inputs == ["SI00", "SI06"]

@@ -1,0 +1,253 @@
+"""FB_PowerUp: chapter 5, 3.1 and 3.2 in one; the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import ROOT, PlcBench
+from sequence_bench import pins, servo_on
+
+_STAGES = (
+    "CONNECTION",
+    "CPU_OK",
+    "CELL_SAFE",
+    "EMERGENCY_RELEASE",
+    "ALARM_RESET",
+    "MP_READY",
+    "SERVO_ON",
+    "STOP_RELEASE",
+    "AUTO_MODE",
+    "PROGRAM_RESET",
+    "PROGRAM_START",
+)
+
+
+def _off() -> PlcBench:
+    """Everything is missing: power, link, the cell's consent."""
+    plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
+    plc["Connected"] = plc["EmergencyStopOk"] = plc["StopOk"] = False
+    plc.scan(30)
+    plc["PowerUp.Timeout"] = "T#300ms"
+    plc["PowerUp.Execute"] = True
+    plc.scan()
+    return plc
+
+
+def _give(plc: PlcBench, stage: str) -> None:
+    """Let happen what a stage waits for."""
+    if stage == "CONNECTION":
+        plc["Connected"] = True
+    elif stage == "CPU_OK":
+        plc.outputs(SO00=True, SO01=True, SO03=True)
+    elif stage == "CELL_SAFE":
+        plc["EmergencyStopOk"] = True
+    elif stage == "EMERGENCY_RELEASE":
+        plc.outputs(SO00=False)
+    elif stage == "ALARM_RESET":
+        plc.outputs(SO03=False)
+    elif stage == "MP_READY":
+        plc.outputs(SO04=True)
+    elif stage == "SERVO_ON":
+        plc.outputs(SO02=True)
+    elif stage == "STOP_RELEASE":
+        plc["StopOk"] = True
+    elif stage == "AUTO_MODE":
+        plc.outputs(SO10=True)
+    elif stage == "PROGRAM_RESET":
+        plc.outputs(SO14=True)
+    else:
+        plc.outputs(SO14=False, SO13=True)
+
+
+def _until(plc: PlcBench, stage: str) -> None:
+    """Play the controller and the people until it waits in a stage, inputs on the wire."""
+    for last in _STAGES:
+        plc.scan_until(lambda: plc["PowerUp.Stage"] == f"POWER_UP_{last}")  # noqa: B023
+        if last == stage:
+            return
+        plc.scan(14)
+        _give(plc, last)
+
+
+def test_from_power_on_to_a_running_program_with_one_execute() -> None:
+    """What goes ON after power on, in this order.
+
+    Source: manual chapter 5, 3.1 and 3.2.
+    """
+    plc = _off()
+    seen: list[str] = []
+    for stage in _STAGES:
+        plc.scan_until(lambda: plc["PowerUp.Stage"] == f"POWER_UP_{stage}")  # noqa: B023
+        for _ in range(14):
+            plc.scan()
+            seen += [name for name in plc.inputs if name not in seen]
+        assert plc["PowerUp.Busy"]
+        assert not plc["PowerUp.Done"]
+        _give(plc, stage)
+    plc.scan_until(lambda: plc["PowerUp.Busy"] is False, most=3)
+    assert pins(plc, "PowerUp") == "Done"
+    assert plc["PowerUp.Stage"] == "POWER_UP_COMPLETE"
+    assert seen == ["SI00", "SI16", "SI01", "SI06", "SI15", "SI12"]
+    plc.scan(12)
+    assert plc.inputs == ["SI00", "SI06"]
+    plc["PowerUp.Execute"] = False
+    plc.scan()
+    assert pins(plc, "PowerUp") == ""
+    assert (plc["PowerUp.Stage"], plc["PowerUp.Text"]) == ("POWER_UP_IDLE", "")
+
+
+@pytest.mark.parametrize(
+    ("stage", "error", "word"),
+    [
+        ("CONNECTION", 0x8001, "connection"),
+        ("CPU_OK", 0x8002, "SO(01)"),
+        ("CELL_SAFE", 0x8003, "EmergencyStopOk"),
+        ("EMERGENCY_RELEASE", 0x8009, "SO(00)"),
+        ("ALARM_RESET", 0x800A, "SO(03)"),
+        ("MP_READY", 0x8005, "SO(04)"),
+        ("SERVO_ON", 0x800B, "SO(02)"),
+        ("STOP_RELEASE", 0x8007, "StopOk"),
+        ("AUTO_MODE", 0x8006, "AUTO"),
+        ("PROGRAM_RESET", 0x8010, "SO(14)"),
+        ("PROGRAM_START", 0x8010, "SO(13)"),
+    ],
+)
+def test_each_wait_is_limited_and_says_what_it_waits_for(stage: str, error: int, word: str) -> None:
+    plc = _off()
+    _until(plc, stage)
+    assert word in str(plc["PowerUp.Text"])
+    taken = plc.scan_until(lambda: plc["PowerUp.Busy"] is False, most=40)
+    assert 29 <= taken <= 32
+    assert pins(plc, "PowerUp") == "Error"
+    assert plc["PowerUp.ErrorID"] == error
+    assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}", "it says where it failed"
+    plc.scan(40)
+    assert set(plc.inputs) <= {"SI00", "SI06"}
+    _give(plc, stage)
+    plc.scan(40)
+    assert set(plc.inputs) <= {"SI00", "SI06"}, "what comes too late starts nothing"
+    assert pins(plc, "PowerUp") == "Error"
+    assert plc["Robot.Sequence.Serving"] == plc["Robot.Sequence.NextTicket"]
+
+
+@pytest.mark.parametrize("stage", _STAGES[1:])
+def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(stage: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _off()
+    _until(plc, stage)
+    plc["Connected"] = False
+    plc.scan(2)
+    assert plc["PowerUp.ErrorID"] == 0x8001
+    plc["Connected"] = True
+    plc.scan(60)
+    assert set(plc.inputs) <= {"SI00", "SI06"}
+    assert plc["PowerUp.ErrorID"] == 0x8001
+
+
+@pytest.mark.parametrize("stage", _STAGES[3:])
+def test_an_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
+    """Source: manual chapter 5, 3.1, shift to emergency stop."""
+    plc = _off()
+    _until(plc, stage)
+    plc["EmergencyStop.Execute"] = True
+    plc.scan()
+    assert "SI00" not in plc.inputs
+    plc.outputs(SO14=True)
+    plc.scan(31)
+    assert plc["PowerUp.ErrorID"] == 0x8003
+    plc.scan(30)
+    assert set(plc.inputs) <= {"SI06"}
+    assert plc["Robot.HoldEmergency"]
+
+
+@pytest.mark.parametrize(
+    ("stage", "output", "error"),
+    [
+        ("STOP_RELEASE", {"SO01": False}, 0x8002),
+        ("STOP_RELEASE", {"SO00": True}, 0x8003),
+        ("STOP_RELEASE", {"SO03": True}, 0x8004),
+        ("STOP_RELEASE", {"SO02": False}, 0x800C),
+        ("STOP_RELEASE", {"SO13": True}, 0x8008),
+        ("AUTO_MODE", {"SO01": False}, 0x8002),
+        ("AUTO_MODE", {"SO00": True}, 0x8003),
+        ("AUTO_MODE", {"SO03": True}, 0x8004),
+        ("AUTO_MODE", {"SO02": False}, 0x800C),
+        ("AUTO_MODE", {"SO13": True}, 0x8008),
+        ("PROGRAM_RESET", {"SO10": False}, 0x8006),
+        ("PROGRAM_START", {"SO10": False}, 0x8006),
+        ("PROGRAM_START", {"SO03": True}, 0x8004),
+    ],
+)
+def test_a_condition_that_is_lost_again_ends_it_at_once(
+    stage: str, output: dict[str, bool], error: int
+) -> None:
+    """Source: manual chapter 5, 3.2."""
+    plc = _off()
+    _until(plc, stage)
+    plc.scan(14)
+    plc.outputs(**output)
+    plc.scan()
+    assert plc["PowerUp.ErrorID"] == error
+
+
+def test_without_a_program_it_is_done_with_the_servos() -> None:
+    """Source: manual chapter 5, 3.1, initial servo ON process after power ON."""
+    plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
+    plc["PowerUp.StartProgram"] = False
+    plc["PowerUp.Execute"] = True
+    plc.scan()
+    plc["PowerUp.StartProgram"] = True
+    plc.outputs(SO01=True, SO04=True, SO10=True)
+    plc.scan_until(lambda: "SI01" in plc.inputs)
+    assert pins(plc, "PowerUp") == "Busy Active"
+    plc.outputs(SO02=True)
+    plc.scan()
+    assert pins(plc, "PowerUp") == "Done"
+    plc.scan(40)
+    assert "SI15" not in plc.inputs
+
+
+@pytest.mark.parametrize(("block", "error"), [("EmergencyStop", 0x8003), ("ProgramStop", 0x8007)])
+def test_it_does_not_end_the_hold_of_another_block(block: str, error: int) -> None:
+    plc = servo_on()
+    plc["PowerUp.Timeout"] = "T#300ms"
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    if block == "EmergencyStop":
+        plc.outputs(SO00=True, SO03=True, SO02=False)
+    plc.scan(20)
+    plc[f"{block}.Execute"] = False
+    plc.scan(20)
+    plc["PowerUp.Execute"] = True
+    plc.scan_until(lambda: plc["PowerUp.Error"] is True)
+    assert plc["PowerUp.ErrorID"] == error
+    plc.scan(60)
+    assert plc.inputs == (["SI06"] if block == "EmergencyStop" else ["SI00"])
+
+
+def test_it_can_be_tried_again_after_an_error() -> None:
+    plc = _off()
+    plc.scan(40)
+    assert plc["PowerUp.ErrorID"] == 0x8001
+    plc["PowerUp.Execute"] = False
+    plc.scan()
+    plc["PowerUp.Execute"] = True
+    plc.scan()
+    assert pins(plc, "PowerUp") == "Busy"
+    assert plc["PowerUp.Stage"] == "POWER_UP_CONNECTION"
+    _until(plc, "PROGRAM_START")
+    plc.scan(14)
+    _give(plc, "PROGRAM_START")
+    plc.scan_until(lambda: plc["PowerUp.Done"] is True)
+
+
+def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() -> None:
+    """Source: manual chapter 5, 2, SI(00)."""
+    plc = servo_on()
+    plc["PowerUp.Execute"] = True
+    plc.scan_until(lambda: plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE")
+    plc["EarlyStop.Execute"] = True
+    plc.scan()
+    assert plc["Robot.HoldEmergency"]
+    assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"
+    assert plc.inputs == ["SI06"]

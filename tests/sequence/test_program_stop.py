@@ -1,0 +1,115 @@
+"""FB_ProgramStop: chapter 5, 3.3, step by step; the test plays the controller."""
+
+from __future__ import annotations
+
+from plc_bench import PlcBench
+from sequence_bench import pins, servo_on
+
+
+def _running() -> PlcBench:
+    plc = servo_on()
+    plc.outputs(SO13=True, SO14=False)
+    plc.scan()
+    return plc
+
+
+def test_program_stop_process_using_stop_input() -> None:
+    """Stop input OFF, then running OFF; the stop input stays OFF.
+
+    Source: manual chapter 5, 3.3, program stop process using stop input.
+    """
+    plc = _running()
+    plc["ProgramStop.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00"]
+    assert pins(plc, "ProgramStop") == "Busy Active"
+    plc.scan(30)
+    assert pins(plc, "ProgramStop") == "Busy Active"
+    plc.outputs(SO13=False)
+    plc.scan()
+    assert pins(plc, "ProgramStop") == "Done"
+    plc["ProgramStop.Execute"] = False
+    plc.scan(50)
+    assert pins(plc, "ProgramStop") == ""
+    assert plc.inputs == ["SI00"]
+
+
+def test_it_waits_for_nobodys_turn_and_a_start_on_the_way_ends_by_itself() -> None:
+    """Source: manual chapter 5, 3.2, note: not with the stop input OFF."""
+    plc = servo_on()
+    plc["AutoStart.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", "SI12"]
+    plc["ProgramStop.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI12"]
+    plc.scan()
+    assert plc["AutoStart.ErrorID"] == 0x8007
+    plc.scan(12)
+    assert plc.inputs == ["SI00"]
+
+
+def test_a_program_that_is_only_just_starting_is_waited_for() -> None:
+    """SO(13) OFF counts once the stop input has stood long enough to be answered: 140 ms."""
+    plc = servo_on()
+    plc["ProgramStop.Execute"] = True
+    plc.scan(14)
+    assert pins(plc, "ProgramStop") == "Busy Active"
+    plc.outputs(SO13=True)
+    plc.scan(10)
+    assert pins(plc, "ProgramStop") == "Busy Active"
+    plc.outputs(SO13=False)
+    plc.scan()
+    assert pins(plc, "ProgramStop") == "Done"
+
+
+def test_without_a_program_it_is_done_when_the_stop_input_has_stood_long_enough() -> None:
+    plc = servo_on()
+    plc["ProgramStop.Execute"] = True
+    assert plc.scan_until(lambda: plc["ProgramStop.Done"] is True) == 16
+
+
+def test_a_program_that_runs_on_ends_it_at_the_time_limit_and_the_input_stays_off() -> None:
+    plc = _running()
+    plc["ProgramStop.Timeout"] = "T#300ms"
+    plc["ProgramStop.Execute"] = True
+    plc.scan(31)
+    assert pins(plc, "ProgramStop") == "Error"
+    assert plc["ProgramStop.ErrorID"] == 0x8010
+    plc["ProgramStop.Execute"] = False
+    plc.scan(30)
+    assert plc.inputs == ["SI00"]
+
+
+def test_without_a_link_the_hold_is_set_and_outlives_the_recovery() -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    plc["Connected"] = False
+    plc.scan()
+    plc["ProgramStop.Execute"] = True
+    plc.scan(2)
+    assert plc["ProgramStop.ErrorID"] == 0x8001
+    plc["ProgramStop.Execute"] = False
+    plc["Connected"] = True
+    plc.scan(60)
+    assert plc.inputs == ["SI00"]
+
+
+def test_a_controller_that_is_not_ready_cannot_answer() -> None:
+    """Source: manual chapter 5, 2, SO(01)."""
+    plc = _running()
+    plc.outputs(SO01=False, SO13=False)
+    plc["ProgramStop.Execute"] = True
+    plc.scan(2)
+    assert plc["ProgramStop.ErrorID"] == 0x8002
+    assert plc.inputs == ["SI00"]
+
+
+def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() -> None:
+    """Source: manual chapter 5, 3.3, program stop process using stop input, step 2."""
+    plc = _running()
+    plc["ProgramStop.Execute"] = True
+    plc.scan()
+    plc.outputs(SO13=False)
+    plc.scan()
+    assert pins(plc, "ProgramStop") == "Done"

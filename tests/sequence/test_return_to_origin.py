@@ -1,0 +1,162 @@
+"""FB_ReturnToOrigin: chapter 5, 2, SI(14), SI(17) and SO(11); the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+from sequence_bench import pins, servo_on
+
+_KINDS = pytest.mark.parametrize(
+    ("axes", "signal", "holder"),
+    [("ORIGIN_INCREMENTAL", "SI14", 0x0014), ("ORIGIN_ABSOLUTE", "SI17", 0x0017)],
+)
+
+
+@_KINDS
+def test_return_to_origin_input_until_the_return_is_complete(
+    axes: str, signal: str, holder: int
+) -> None:
+    """The input is ON until SO(11) is ON.
+
+    Source: manual chapter 5, 2, SI(14), SI(17) and SO(11).
+    """
+    plc = servo_on()
+    plc["Origin.Axes"] = axes
+    plc["Origin.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", signal]
+    assert pins(plc, "Origin") == "Busy Active"
+    assert plc["Robot.Sequence.Holder"] == holder
+    plc.scan(200)
+    assert plc.inputs == ["SI00", "SI06", signal]
+    assert pins(plc, "Origin") == "Busy Active"
+    plc.outputs(SO11=True)
+    plc.scan()
+    assert pins(plc, "Origin") == "Done"
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_incremental_axes_unless_said_otherwise() -> None:
+    """A default that every robot takes: SI(17) depends on a parameter of the controller."""
+    plc = servo_on()
+    plc["Origin.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", "SI14"]
+
+
+def test_the_axes_are_sampled_on_the_rising_edge() -> None:
+    plc = servo_on()
+    plc["Origin.Execute"] = True
+    plc.scan()
+    plc["Origin.Axes"] = "ORIGIN_ABSOLUTE"
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06", "SI14"]
+
+
+def test_a_completion_from_before_has_to_go_off_first() -> None:
+    """Source: assumed; the manual has no chart of SI(14) and SO(11)."""
+    plc = servo_on()
+    plc.outputs(SO11=True)
+    plc["Origin.Execute"] = True
+    plc.scan(10)
+    assert pins(plc, "Origin") == "Busy Active"
+    plc.outputs(SO11=False)
+    plc.scan(100)
+    assert pins(plc, "Origin") == "Busy Active"
+    plc.outputs(SO11=True)
+    plc.scan()
+    assert pins(plc, "Origin") == "Done"
+
+
+def test_a_completion_from_before_that_stays_on_counts_after_confirm() -> None:
+    """The input goes out in scan 1, is seen ON from scan 2 on: 300 ms later is scan 32.
+
+    Source: assumed; the manual has no chart of SI(14) and SO(11).
+    """
+    plc = servo_on()
+    plc.outputs(SO11=True)
+    plc["Origin.Confirm"] = "T#300ms"
+    plc["Origin.Execute"] = True
+    assert plc.scan_until(lambda: plc["Origin.Done"] is True) == 32
+
+
+@pytest.mark.parametrize(
+    ("output", "error"),
+    [
+        ({"SO01": False}, 0x8002),
+        ({"SO00": True}, 0x8003),
+        ({"SO03": True}, 0x8004),
+        ({"SO02": False}, 0x800C),
+        ({"SO13": True}, 0x8008),
+    ],
+)
+def test_refused_without_its_conditions_and_nothing_goes_out(
+    output: dict[str, bool], error: int
+) -> None:
+    """Source: manual chapter 5, 2; servos on and no program are assumed."""
+    plc = servo_on()
+    plc.outputs(**output)
+    plc["Origin.Execute"] = True
+    plc.scan(2)
+    assert plc["Origin.ErrorID"] == error
+    plc.scan(20)
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+@pytest.mark.parametrize(("pin", "error"), [("EmergencyStopOk", 0x8003), ("StopOk", 0x8007)])
+def test_refused_while_the_application_keeps_a_safety_input_off(pin: str, error: int) -> None:
+    """Source: manual chapter 5, 2, SI(00) and SI(06)."""
+    plc = servo_on()
+    plc[pin] = False
+    plc.scan(20)
+    plc["Origin.Execute"] = True
+    plc.scan(2)
+    assert plc["Origin.ErrorID"] == error
+
+
+def _moving() -> PlcBench:
+    plc = servo_on()
+    plc["Origin.Execute"] = True
+    plc.scan(5)
+    return plc
+
+
+@pytest.mark.parametrize(
+    ("output", "error"),
+    [({"SO00": True}, 0x8003), ({"SO03": True}, 0x8004), ({"SO02": False}, 0x800C)],
+)
+def test_a_condition_that_is_lost_on_the_way_ends_it(output: dict[str, bool], error: int) -> None:
+    """Source: manual chapter 5, 3.1, shift to emergency stop."""
+    plc = _moving()
+    plc.outputs(**output)
+    plc.scan()
+    assert plc["Origin.ErrorID"] == error
+    plc.scan(12)
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_a_program_stop_ends_it() -> None:
+    plc = _moving()
+    plc["ProgramStop.Execute"] = True
+    plc.scan(2)
+    assert plc["Origin.ErrorID"] == 0x8007
+    plc.scan(12)
+    assert plc.inputs == ["SI00"]
+
+
+def test_a_lost_link_ends_it() -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _moving()
+    plc["Connected"] = False
+    plc.scan()
+    assert plc["Origin.ErrorID"] == 0x8001
+
+
+def test_a_return_that_does_not_end_is_given_up_at_the_time_limit() -> None:
+    plc = servo_on()
+    plc["Origin.Timeout"] = "T#300ms"
+    plc["Origin.Execute"] = True
+    plc.scan(31)
+    assert plc["Origin.ErrorID"] == 0x8010
+    assert plc.inputs == ["SI00", "SI06"]

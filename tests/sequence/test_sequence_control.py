@@ -1,0 +1,124 @@
+"""FB_SequenceControl: chapter 5, 2, SI(10) and SO(12); the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+from sequence_bench import sequences, servo_on
+
+
+def _level(plc: PlcBench) -> str:
+    names = ("Valid", "Busy", "Error")
+    return " ".join(name for name in names if plc[f"SequenceControl.{name}"])
+
+
+def _running() -> PlcBench:
+    plc = sequences()
+    plc["SequenceControl.Enable"] = True
+    plc.scan()
+    plc.outputs(SO12=True)
+    plc.scan()
+    assert _level(plc) == "Valid"
+    return plc
+
+
+def test_the_sequence_program_is_executed_while_the_signal_is_on() -> None:
+    """Source: manual chapter 5, 2, SI(10) and SO(12)."""
+    plc = sequences()
+    assert _level(plc) == ""
+    plc["SequenceControl.Enable"] = True
+    plc.scan()
+    assert _level(plc) == "Busy"
+    assert plc.inputs == ["SI00", "SI06", "SI10"]
+    plc.scan(30)
+    assert _level(plc) == "Busy"
+    plc.outputs(SO12=True)
+    plc.scan()
+    assert _level(plc) == "Valid"
+    plc["SequenceControl.Enable"] = False
+    plc.scan()
+    assert _level(plc) == ""
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_it_needs_no_turn_but_keeps_the_interval() -> None:
+    """Source: manual chapter 5, 3, caution."""
+    plc = servo_on()
+    plc["AutoStart.Execute"] = plc["SequenceControl.Enable"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", "SI10"]
+    assert plc.scan_until(lambda: "SI12" in plc.inputs) == 12
+    plc["SequenceControl.Enable"] = False
+    assert plc.scan_until(lambda: "SI10" not in plc.inputs) == 12
+    assert plc["AutoStart.Active"]
+
+
+def test_an_output_that_goes_off_is_waited_for_again() -> None:
+    plc = _running()
+    plc.outputs(SO12=False)
+    plc.scan()
+    assert _level(plc) == "Busy"
+    plc.outputs(SO12=True)
+    plc.scan()
+    assert _level(plc) == "Valid"
+
+
+def test_a_missing_answer_is_an_error_until_enable_falls() -> None:
+    plc = sequences()
+    plc["SequenceControl.Timeout"] = "T#300ms"
+    plc["SequenceControl.Enable"] = True
+    plc.scan(30)
+    assert _level(plc) == "Busy"
+    plc.scan()
+    assert _level(plc) == "Error"
+    assert plc["SequenceControl.ErrorID"] == 0x8010
+    assert plc.inputs == ["SI00", "SI06"]
+    plc.outputs(SO12=True)
+    plc.scan(20)
+    assert _level(plc) == "Error"
+    plc["SequenceControl.Enable"] = False
+    plc.scan()
+    assert _level(plc) == ""
+    assert plc["SequenceControl.ErrorID"] == 0
+
+
+def test_timeout_zero_is_no_limit() -> None:
+    plc = sequences()
+    plc["SequenceControl.Timeout"] = "T#0s"
+    plc["SequenceControl.Enable"] = True
+    plc.scan(2000)
+    assert _level(plc) == "Busy"
+
+
+@pytest.mark.parametrize("cause", ["link", "SO01"])
+def test_after_a_lost_controller_it_does_not_start_again_by_itself(cause: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    if cause == "link":
+        plc["Connected"] = False
+    else:
+        plc.outputs(SO01=False)
+    plc.scan()
+    assert _level(plc) == "Error"
+    assert plc["SequenceControl.ErrorID"] == (0x8001 if cause == "link" else 0x8002)
+    plc["Connected"] = True
+    plc.outputs(SO01=True)
+    plc.scan(60)
+    assert _level(plc) == "Error"
+    assert plc.inputs == ["SI00", "SI06"]
+    plc["SequenceControl.Enable"] = False
+    plc.scan()
+    plc["SequenceControl.Enable"] = True
+    plc.scan(2)
+    assert _level(plc) == "Valid"
+
+
+def test_an_output_that_is_on_before_the_signal_is_no_answer() -> None:
+    plc = sequences()
+    plc.outputs(SO12=True)
+    plc["SequenceControl.Enable"] = True
+    plc.scan()
+    assert _level(plc) == "Busy"
+    plc.scan()
+    assert _level(plc) == "Valid"

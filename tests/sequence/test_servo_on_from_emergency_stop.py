@@ -1,0 +1,341 @@
+"""FB_ServoOnFromEmergencyStop: chapter 5, 3.1, step by step; the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import PlcBench
+from sequence_bench import in_emergency_stop, pins
+
+
+def _restarted() -> PlcBench:
+    """SI(00) has just gone ON again."""
+    plc = in_emergency_stop()
+    plc["Restart.Timeout"] = "T#300ms"
+    plc["Restart.Execute"] = True
+    plc.scan()
+    return plc
+
+
+def test_servo_on_process_from_emergency_stop_status() -> None:
+    """Each input waits for the output before it, and is withdrawn after its own answer.
+
+    Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
+    """
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06"]
+    assert pins(plc, "Restart") == "Busy"
+    assert plc["Restart.Stage"] == "POWER_UP_EMERGENCY_RELEASE"
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06"], "no alarm reset before SO(00) is OFF"
+
+    plc.outputs(SO00=False)
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", "SI16"]
+    assert pins(plc, "Restart") == "Busy Active"
+    assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06", "SI16"], "kept until SO(03) is OFF, and no servo ON yet"
+
+    plc.outputs(SO03=False)
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06"]
+    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
+    assert plc.scan_until(lambda: plc.inputs != ["SI00", "SI06"]) == 12
+    assert plc.inputs == ["SI00", "SI01", "SI06"]
+    plc.scan(30)
+    assert pins(plc, "Restart") == "Busy Active"
+
+    plc.outputs(SO02=True)
+    plc.scan()
+    assert pins(plc, "Restart") == "Done"
+    assert plc["Restart.Stage"] == "POWER_UP_COMPLETE"
+    assert plc.inputs == ["SI00", "SI06"]
+    plc["Restart.Execute"] = False
+    plc.scan()
+    assert pins(plc, "Restart") == ""
+    assert plc["Restart.Stage"] == "POWER_UP_IDLE"
+
+
+def test_without_an_alarm_there_is_no_alarm_reset() -> None:
+    """As after an emergency stop at power-on.
+
+    Source: manual chapter 5, 3.1, initial servo ON process after power ON.
+    """
+    plc = in_emergency_stop()
+    plc.outputs(SO03=False)
+    plc["Restart.Execute"] = True
+    plc.scan()
+    plc.outputs(SO00=False)
+    seen = set()
+    for _ in range(20):
+        plc.scan()
+        seen.update(plc.inputs)
+    assert seen == {"SI00", "SI01", "SI06"}
+
+
+def test_servo_on_waits_for_mp_ready() -> None:
+    """Source: manual chapter 5, 2, SO(04)."""
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan(12)
+    plc.outputs(SO00=False, SO04=False)
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", "SI16"]
+    plc.outputs(SO03=False)
+    plc.scan(30)
+    assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
+    assert pins(plc, "Restart") == "Busy"
+    plc.outputs(SO04=True)
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI01", "SI06"]
+
+
+def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> None:
+    """Nothing has come of it, so the hold stays.
+
+    Source: manual chapter 5, 2, SI(01): SI(00) must be ON.
+    """
+    plc = in_emergency_stop()
+    plc["EmergencyStopOk"] = False
+    plc["Restart.Execute"] = True
+    plc.scan()
+    assert pins(plc, "Restart") == "Busy"
+    plc.scan()
+    assert pins(plc, "Restart") == "Error"
+    assert plc["Restart.ErrorID"] == 0x8003
+    plc["EmergencyStopOk"] = True
+    plc.scan(50)
+    assert plc.inputs == ["SI06"]
+
+
+@pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
+def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
+    """Whichever of the two blocks is called first."""
+    plc = in_emergency_stop()
+    plc[f"{stop}.Execute"] = True
+    plc.scan(5)
+    plc["Restart.Execute"] = True
+    plc.scan(4)
+    assert plc["Restart.ErrorID"] == 0x8003
+    assert plc["Robot.HoldEmergency"]
+    plc.scan(50)
+    assert plc.inputs == ["SI06"]
+
+
+def test_refused_without_a_link_and_the_hold_stays() -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = in_emergency_stop()
+    plc["Connected"] = False
+    plc.scan()
+    plc["Restart.Execute"] = True
+    plc.scan(2)
+    assert plc["Restart.ErrorID"] == 0x8001
+    plc["Connected"] = True
+    plc.scan(50)
+    assert plc.inputs == ["SI06"]
+
+
+def test_another_emergency_stop_that_stays_on_ends_it_at_the_time_limit() -> None:
+    """Source: manual chapter 5, 2, SI(01): all emergency stop states must be cancelled."""
+    plc = _restarted()
+    plc.scan(29)
+    assert plc["Restart.Busy"]
+    plc.scan()
+    assert plc["Restart.ErrorID"] == 0x8009
+    assert plc["Restart.Stage"] == "POWER_UP_EMERGENCY_RELEASE"
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06"], "its own emergency stop is released"
+
+
+def test_an_alarm_that_stays_ends_it_at_the_time_limit() -> None:
+    """Source: manual chapter 5, 2, SI(16): a power restart is required."""
+    plc = _restarted()
+    plc.outputs(SO00=False)
+    plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
+    assert plc["Restart.ErrorID"] == 0x800A
+    assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
+    plc.scan(12)
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_missing_main_power_ends_it_at_the_time_limit() -> None:
+    """Source: manual chapter 5, 2, SO(04)."""
+    plc = _restarted()
+    plc.outputs(SO00=False, SO03=False, SO04=False)
+    plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
+    assert plc["Restart.ErrorID"] == 0x8005
+    assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
+    plc.outputs(SO04=True)
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06"], "what comes too late starts nothing"
+    assert plc["Restart.Stage"] == "POWER_UP_MP_READY", "it says where it failed"
+    assert pins(plc, "Restart") == "Error"
+
+
+def test_servos_that_stay_off_end_it_at_the_time_limit() -> None:
+    """Source: manual chapter 5, 3.1, servo ON process from emergency stop status, step 7."""
+    plc = _restarted()
+    plc.outputs(SO00=False, SO03=False)
+    plc.scan_until(lambda: plc["Restart.Error"] is True, most=50)
+    assert plc["Restart.ErrorID"] == 0x800B
+    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
+    plc.scan(12)
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def _play(plc: PlcBench, stage: str) -> None:
+    """Let the process come to a stage, and its input onto the wire."""
+    for last, outputs in (
+        ("EMERGENCY_RELEASE", {"SO00": False}),
+        ("ALARM_RESET", {"SO03": False, "SO04": False}),
+        ("MP_READY", {"SO04": True}),
+    ):
+        if stage == last:
+            break
+        plc.outputs(**outputs)
+        plc.scan(15)
+    plc.scan(5)
+    assert plc["Restart.Stage"] == f"POWER_UP_{stage}"
+
+
+_STAGES = ("EMERGENCY_RELEASE", "ALARM_RESET", "MP_READY", "SERVO_ON")
+
+
+@pytest.mark.parametrize("stage", _STAGES)
+def test_a_new_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
+    """Source: manual chapter 5, 3.1, shift to emergency stop."""
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan()
+    _play(plc, stage)
+    plc["EmergencyStop.Execute"] = True
+    plc.scan()
+    assert "SI00" not in plc.inputs
+    plc.outputs(SO00=True, SO03=True, SO02=False)
+    plc.scan(35)
+    assert plc["Restart.ErrorID"] == 0x8003
+    assert plc["EmergencyStop.Done"]
+    assert plc.inputs == ["SI06"]
+    assert plc["Robot.Sequence.Serving"] == plc["Robot.Sequence.NextTicket"]
+
+
+@pytest.mark.parametrize("stage", _STAGES)
+def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(stage: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan()
+    _play(plc, stage)
+    plc["Connected"] = False
+    plc.scan(2)
+    assert plc["Restart.ErrorID"] == 0x8001
+    plc["Connected"] = True
+    plc.scan(60)
+    assert plc.inputs == ["SI00", "SI06"]
+    assert plc["Restart.ErrorID"] == 0x8001
+
+
+def test_the_alarm_reset_waits_for_its_turn() -> None:
+    """Source: design of the channel: first come, first served."""
+    plc = in_emergency_stop()
+    plc["AutoStart.Timeout"] = "T#0s"
+    plc.outputs(SO00=False, SO03=False)
+    plc["Restart.Execute"] = plc["AutoStart.Execute"] = True
+    plc.scan(30)
+    assert plc["AutoStart.Active"]
+    assert pins(plc, "Restart") == "Busy"
+    plc.outputs(SO13=True)
+    plc.scan()
+    assert plc["AutoStart.Done"]
+    assert plc.scan_until(lambda: plc["Restart.Active"] is True) == 1
+
+
+def test_a_block_that_is_no_longer_called_loses_its_turn() -> None:
+    plc = _restarted()
+    plc.outputs(SO00=False)
+    plc.scan(3)
+    plc["CallRestart"] = False
+    plc.scan(3)
+    plc["CallRestart"] = True
+    plc.scan()
+    assert plc["Restart.ErrorID"] == 0x8013
+
+
+def test_it_can_be_tried_again_after_an_error() -> None:
+    plc = _restarted()
+    plc.scan(31)
+    assert plc["Restart.ErrorID"] == 0x8009
+    plc["Restart.Execute"] = False
+    plc.scan()
+    assert pins(plc, "Restart") == ""
+    plc.outputs(SO00=False)
+    plc["Restart.Execute"] = True
+    plc.scan()
+    plc["Restart.Execute"] = False
+    plc.scan()
+    plc.outputs(SO03=False)
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI01", "SI06"]
+    plc.outputs(SO02=True)
+    plc.scan()
+    assert pins(plc, "Restart") == "Done"
+    plc.scan()
+    assert pins(plc, "Restart") == ""
+
+
+def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
+    """The alarm reset has waited for its turn longer than the limit.
+
+    Source: manual chapter 5, 2, SO(04).
+    """
+    plc = in_emergency_stop()
+    plc["ProgramReset.Timeout"] = "T#0s"
+    plc["Restart.Timeout"] = "T#300ms"
+    plc.outputs(SO00=False, SO14=False)
+    plc["ProgramReset.Execute"] = plc["Restart.Execute"] = True
+    plc.scan(50)
+    assert plc["ProgramReset.Active"]
+    assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
+    plc.outputs(SO14=True)
+    plc.outputs(SO03=False, SO04=False)
+    plc.scan_until(lambda: plc["Restart.Stage"] == "POWER_UP_MP_READY")
+    plc.scan(20)
+    assert pins(plc, "Restart") == "Busy"
+
+
+def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
+    """Without waiting for SO(00).
+
+    Source: manual chapter 5, 2, SI(00).
+    """
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan()
+    _play(plc, "MP_READY")
+    plc["EmergencyStopOk"] = False
+    plc.scan(20)
+    assert plc["Restart.ErrorID"] == 0x8003
+
+
+@pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
+@pytest.mark.parametrize("since_change", [3, 30])
+def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
+    stop: str, since_change: int
+) -> None:
+    """Also where the interval keeps SI(00) from going ON at once.
+
+    Source: manual chapter 5, 2, SI(00).
+    """
+    plc = in_emergency_stop()
+    plc["StopOk"] = False
+    plc.scan(since_change)
+    plc[f"{stop}.Execute"] = plc["Restart.Execute"] = True
+    plc.scan()
+    plc[f"{stop}.Execute"] = False
+    plc.scan(50)
+    assert plc["Restart.ErrorID"] == 0x8003
+    assert plc["Robot.HoldEmergency"]
+    assert plc.inputs == []

@@ -1,0 +1,42 @@
+"""The bench of the sequence blocks: Sequences.st, and a controller that is up."""
+
+from __future__ import annotations
+
+from plc_bench import ROOT, PlcBench
+
+__all__ = ["in_emergency_stop", "pins", "sequences", "servo_on"]
+
+
+def sequences() -> PlcBench:
+    """Controller in its normal state, AUTO, servos off, SI(00) and SI(06) ON and settled."""
+    plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
+    plc.power_up()
+    return plc
+
+
+def servo_on() -> PlcBench:
+    """As `sequences`, the servos on and the program reset."""
+    plc = sequences()
+    plc.outputs(SO02=True, SO14=True)
+    plc.scan()
+    return plc
+
+
+def in_emergency_stop() -> PlcBench:
+    """SI(00) is held OFF by FB_EmergencyStop, SO(00) and SO(03) are ON, Execute has fallen."""
+    plc = servo_on()
+    plc["EmergencyStop.Execute"] = True
+    plc.scan()
+    plc.outputs(SO00=True, SO03=True, SO02=False)
+    plc.scan()
+    assert plc["EmergencyStop.Done"]
+    plc["EmergencyStop.Execute"] = False
+    plc.scan(30)
+    assert plc.inputs == ["SI06"]
+    return plc
+
+
+def pins(plc: PlcBench, block: str) -> str:
+    """The contract's outputs that are TRUE, as in `Busy Active`."""
+    names = ("Done", "Busy", "Active", "Error")
+    return " ".join(name for name in names if plc[f"{block}.{name}"])
