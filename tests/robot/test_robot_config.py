@@ -20,6 +20,8 @@ minor_alarms = ["12.400", "1.5"]
 [[axes]]
 pulses_per_mm = 200
 soft_high = 5000
+type = "semi_absolute"
+origin_method = "stroke_end"
 
 [[axes]]
 robot = 2
@@ -31,6 +33,9 @@ robot = 1
 name = "PICK"
 duration = 750
 loop = false
+
+[[programs]]
+steps = ["WAIT SI(20)=1", "SOD(24)=69905"]
 
 [points.19]
 mm = [10.0, -0.123]
@@ -53,10 +58,17 @@ def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
     assert config.servo_on_delay == (10, 40)
     assert config.command_delay == 25
     assert config.min_interval == RobotConfig().min_interval
-    assert config.axes == (Axis(pulses_per_mm=200, soft_high=5000), Axis(robot=2), Axis())
+    assert config.axes == (
+        Axis(type="semi_absolute", origin_method="stroke_end", pulses_per_mm=200, soft_high=5000),
+        Axis(robot=2),
+        Axis(),
+    )
     assert config.axes_of(0) == config.axes_of(1) == (0, 2)
     assert config.axes_of(2) == (1,)
-    assert config.programs == (RobotProgram("PICK", 750, loop=False),)
+    assert config.programs == (
+        RobotProgram("PICK", 750, loop=False),
+        RobotProgram(steps=("WAIT SI(20)=1", "SOD(24)=69905")),
+    )
     assert config.points == {
         19: Point((10000, -123, 0, 0, 0, 0), mm=True, hand=1),
         20: Point((7, 0, 0, 0, 0, 0)),
@@ -85,6 +97,10 @@ def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
         ("[[axes]]\nrobot = 5", 2, "'robot' cannot be 5", "1 to 4"),
         ("[[axes]]\nsoft_low = 2000000", 2, "'soft_low' cannot be 2000000", "below soft_high"),
         ("[[programs]]\nduration = 0", 2, "'duration' cannot be 0", "above 0"),
+        ('[[axes]]\ntype = "abs"', 2, "'type' cannot be 'abs'", "absolute"),
+        ('[[programs]]\nsteps = ["SO(20)"]', 2, "'steps' cannot have 'SO(20)'", "WAIT SI(20)=1"),
+        ('[[programs]]\nsteps = "SO(20)=1"', 2, "'steps' cannot be 'SO(20)=1'", "list of texts"),
+        ('di17_mode = "ORG"', 1, "'di17_mode' cannot be 'ORG'", "ABS or ABS/ORG"),
         ("programs = []", 1, "'programs' cannot be ()", "at least one"),
         ("points = 3", 1, "'points' must be tables", "[points.19]"),
         ("[points.30000]\nmm = [1]", 1, "'points.30000' is not a point", "29999"),

@@ -11,6 +11,9 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import CYCLE_US, EVENTS, Controller, Point, RobotConfig, Violation
 from robot_master import Master
 
+#: The events that need arguments.
+ARGUMENTS = {"parallel_input": {"port": 6, "on": 1}}
+
 
 def test_a_held_output_does_not_answer_until_it_is_released() -> None:
     master = Master()
@@ -69,6 +72,7 @@ def test_any_output_can_be_forced(name: str, value: int, at: int, byte: int) -> 
     [
         ("SOW(2)", -1),
         ("SO99", 1),
+        ("SO160", 1),
         ("SO18", 1),
         ("SI01", 1),
         ("SO02", 2),
@@ -90,7 +94,8 @@ def test_an_unknown_output_is_refused_with_near_names() -> None:
     ("event", "args", "message"),
     [
         ("emergencystop", {}, "did you mean emergency_stop"),
-        ("alarm", {}, "takes group, category, not nothing"),
+        ("alarm", {"group": 12}, "takes group, category, not group"),
+        ("parallel_input", {}, "takes port, on, not nothing"),
         ("alarm", {"group": 12, "category": "x"}, "takes whole numbers"),
         ("alarm", {"group": 12, "category": 70000}, "cannot be '12.70000'"),
         ("warning", {"group": 1}, "takes nothing, not group"),
@@ -103,7 +108,7 @@ def test_a_wrong_event_is_refused(event: str, args: dict[str, Any], message: str
 
 @pytest.mark.parametrize("event", sorted(EVENTS))
 def test_every_event_may_happen_at_any_time(event: str) -> None:
-    args = {"group": 12, "category": 600} if event == "alarm" else {}
+    args = ARGUMENTS.get(event, {})
     for boot in (0, 300):
         master = Master()
         master.run(boot)
@@ -150,7 +155,7 @@ def _random_life(seed: int, robot: Controller, start: int, cycles: int) -> list[
             si[rng.randrange(2, 32)] = rng.choice((0, 1, 19))
         if rng.random() < 0.01:
             event = rng.choice(sorted(EVENTS.keys() - {"alarm"}))
-            robot.inject(event)
+            robot.inject(event, **ARGUMENTS.get(event, {}))
         lost = rng.random() < 0.02
         answers.append(robot.cycle((start + k) * 5000, None if lost else bytes(si)))
     return answers

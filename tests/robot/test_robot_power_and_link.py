@@ -14,12 +14,27 @@ def test_the_controller_starts_in_the_servo_off_state() -> None:
     Rule: servo-off-at-power-on, boot, power-on-state.
     Source: manual chapter 1, 5 and chapter 5, 3.1
     """
-    master = Master(boot_time=100)
+    master = Master(boot_time=100, booted=False)
     master.run(100)
     assert master.so == bytes(48)
     master.run(20)
     outputs = {name for name in ("SO00", "SO01", "SO02", "SO03", "SO04", "SO10") if master.on(name)}
     assert outputs == {"SO00", "SO01", "SO04", "SO10"}
+
+
+def test_the_controller_has_booted_at_time_0_unless_it_is_told_otherwise() -> None:
+    """It answers in its first cycle.
+
+    Rule: boot.
+    """
+    master = Master()
+    master.run(5)
+    assert master.on("SO01")
+    assert master.robot.online
+    master.robot.inject("power_cycle")
+    master.run(150)
+    assert master.so == bytes(48)
+    assert not master.robot.online
 
 
 def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
@@ -116,9 +131,11 @@ def test_an_input_that_is_on_at_the_first_image_makes_no_edge(edges: bool, expec
 
 def test_no_connection_at_power_on_is_alarm_12_551_until_the_connection_comes() -> None:
     """Rule: link-error-at-power-on."""
-    master = Master()
+    master = Master(link_error_delay=100)
     master.connected = False
-    master.run(300)
+    master.run(100)
+    assert master.robot.alarms.active == []
+    master.run(10)
     assert [alarm.number for alarm in master.robot.alarms.active] == ["12.551"]
     assert not master.on("SO03")
     master.connected = True

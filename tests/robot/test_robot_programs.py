@@ -175,39 +175,3 @@ def test_the_sequence_program_runs_while_si10_is_on() -> None:
     without.power_up()
     without.turn_and_wait("SI10", True)
     assert not without.on("SO12")
-
-
-@pytest.mark.parametrize("name", ["SI14", "SI17"])
-def test_return_to_origin(name: str) -> None:
-    """Rule: origin, origin-model.
-
-    Source: manual chapter 5, 2, SI(14), SI(17) and SO(11)
-    """
-    master = Master(origin_time=300, origin_complete=False)
-    master.servo_on()
-    master.robot.positions[0] = 500
-    assert not master.on("SO11")
-    master.turn_and_wait(name, True, 300)
-    assert not master.on("SO11")
-    master.run(10)
-    assert master.on("SO11")
-    assert master.robot.positions == [0, 0, 0, 0]
-
-
-def test_a_return_to_origin_that_is_stopped_is_not_complete() -> None:
-    """Rule: origin-model."""
-    master = Master(origin_time=300)
-    master.servo_on()
-    assert master.on("SO11")
-    master.turn_and_wait("SI14", True, 150)
-    master.turn_and_wait("SI06", False, 500)
-    assert not master.on("SO11")
-
-
-def test_a_return_to_origin_needs_the_servos() -> None:
-    """Rule: origin-model."""
-    for knob, complete in ((True, False), (False, True)):
-        master = Master(origin_complete=False, origin_time=50, origin_needs_servo=knob)
-        master.power_up()
-        master.pulse("SI14")
-        assert master.on("SO11") is complete

@@ -155,18 +155,30 @@ def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
     """
     master = Master()
     master.servo_on()
-    master.robot.inject("alarm", group=17, category=500)
+    master.robot.inject("alarm", group=99, category=999)
     master.run(10)
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, True, False)
     master.pulse("SI16")
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, True)
 
 
+def test_an_alarm_that_is_not_named_is_a_serious_one_that_an_alarm_reset_clears() -> None:
+    """Rule: serious-alarm, alarm-reset."""
+    master = Master()
+    master.power_up()
+    master.robot.inject("alarm")
+    master.run(10)
+    assert master.on("SO03")
+    assert _numbers(master) == ["99.999"]
+    master.pulse("SI16")
+    assert not master.on("SO03")
+
+
 def test_an_alarm_may_leave_the_servos_on() -> None:
     """Rule: alarm-stops."""
     master = Master(alarm_stops_servo=False)
     master.servo_on()
-    master.robot.inject("alarm", group=17, category=500)
+    master.robot.inject("alarm", group=99, category=999)
     master.run(10)
     assert master.on("SO02")
     assert master.on("SO03")
@@ -177,11 +189,11 @@ def test_some_alarms_need_a_power_restart() -> None:
 
     Source: manual chapter 5, 2, SI(16)
     """
-    master = Master(power_restart_alarms=("17.500",))
+    master = Master(power_restart_alarms=("99.999",))
     master.power_up()
-    master.robot.inject("alarm", group=17, category=500)
+    master.robot.inject("alarm", group=99, category=999)
     master.pulse("SI16")
-    assert _numbers(master) == ["17.500"]
+    assert _numbers(master) == ["99.999"]
     master.robot.inject("power_cycle")
     master.run(300)
     assert _numbers(master) == []

@@ -4,12 +4,14 @@ from rcx_harness.robot.config import Axis, Point, RobotConfig, RobotProgram
 from rcx_harness.robot.controller import CYCLE_US, Controller
 from rcx_harness.robot.events import EVENTS
 from rcx_harness.robot.findings import Violation
+from rcx_harness.robot.leds import Led
 
 __all__ = [
     "CYCLE_US",
     "EVENTS",
     "Axis",
     "Controller",
+    "Led",
     "Point",
     "RobotConfig",
     "RobotProgram",

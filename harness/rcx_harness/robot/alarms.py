@@ -25,9 +25,10 @@ class ActiveAlarm:
 
 
 class AlarmList:
-    """Active alarms, the history (oldest first) and the warning state."""
+    """Active alarms, the history (oldest first, the latest `length` alarms) and the warning."""
 
-    def __init__(self) -> None:
+    def __init__(self, length: int = 500) -> None:
+        self._length = length
         self.active: list[ActiveAlarm] = []
         self.history: list[ActiveAlarm] = []
         self.warning = False
@@ -45,6 +46,7 @@ class AlarmList:
         """Write an alarm into the history only."""
         alarm = ActiveAlarm(number, t_us, serious)
         self.history.append(alarm)
+        del self.history[: -self._length]
         return alarm
 
     def activate(self, number: str, t_us: int, *, serious: bool) -> None:

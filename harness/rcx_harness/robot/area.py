@@ -7,6 +7,7 @@ import struct
 from collections.abc import Iterable, Sequence
 
 from rcx_harness.errors import InputError
+from rcx_harness.robot.ports import port
 from rcx_harness.spec import Signal, signals
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
 ]
 
 _WORDS = struct.Struct("<16H")
+_DEDICATED_WORDS = struct.Struct("<2H")
 _BITS_AT = 32
 
 #: Words m to m+30 in the command ready status.
@@ -58,10 +60,16 @@ def reserved_bytes_of(area: bytes) -> bytes:
     return bytes(area[at] for at in signals().reserved_bytes)
 
 
-def build_area(size: int, words: Sequence[int], on: Iterable[str]) -> bytearray:
-    """An output area: words m to m+30, and the dedicated outputs that are ON by short name."""
-    area = bytearray(size)
-    _WORDS.pack_into(area, 0, *words)
+def build_area(general: bytearray, words: Sequence[int], on: Iterable[str]) -> bytearray:
+    """An output area.
+
+    Args:
+        general: An area with what the robot programs put out.
+        words: Words m to m+30; or the first two, where the rest are the programs'.
+        on: The dedicated outputs that are ON, by short name.
+    """
+    area = bytearray(general)
+    (_WORDS if len(words) == len(WORDS_AT_REST) else _DEDICATED_WORDS).pack_into(area, 0, *words)
     bits = 0
     for name in on:
         bits |= OUTPUTS[name]
@@ -116,10 +124,9 @@ class Overlay:
         word = re.fullmatch(r"SOW\(?(\d+)\)?", name)
         if word and 2 * int(word[1]) + 1 < self._size:
             return [(2 * int(word[1]), 0xFF), (2 * int(word[1]) + 1, 0xFF)]
-        bit = re.fullmatch(r"SO\(?(1?[0-7])([0-7])\)?(_\w+)?", name)
-        if bit and int(bit[1]) >= 2:
-            # Ports are counted in octal: SO7 is followed by SO10 (manual chapter 1, 4.1).
-            return [(_BITS_AT + int(bit[1], 8), 1 << int(bit[2]))]
+        if re.fullmatch(r"SO\(?([2-7]|1[0-5])[0-7]\)?", name):
+            place = port(name)
+            return [(place.at, 1 << (place.bit or 0))]
         signal = signals().find(name)
         if signal not in signals().output:
             raise InputError(f"{name} is an input of the controller", hint="outputs can be held")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot.config_checks import check_value
+from rcx_harness.robot.config_checks import check_programs, check_value
 from rcx_harness.spec import load_toml
 
 __all__ = ["Axis", "Delay", "Point", "RobotConfig", "RobotProgram"]
@@ -28,9 +28,15 @@ HIGHEST_POINT = 29999
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis. `pulses_per_mm` is per degree for a rotating axis; speeds are in pulses."""
+    """One axis. `pulses_per_mm` is per degree for a rotating axis; speeds are in pulses.
+
+    `type` is `absolute`, `incremental` or `semi_absolute`; `origin_method` is `sensor`,
+    `stroke_end` or `mark`.
+    """
 
     robot: int = 1
+    type: str = "absolute"
+    origin_method: str = "sensor"
     pulses_per_mm: float = 1000.0
     max_speed: float = 1_000_000.0  # [pulses/s]
     max_acceleration: float = 5_000_000.0  # [pulses/s^2]
@@ -64,11 +70,19 @@ _EXAMPLE_POINTS = {
 
 @dataclass(frozen=True)
 class RobotProgram:
-    """A robot program that runs `duration` ms, then ends, or begins again if `loop`."""
+    """A robot program that runs `duration` ms, or does its `steps` (see script.py).
+
+    Then it ends, or begins again if `loop`.
+    """
 
     name: str = "MAIN"
     duration: float = 1000.0
     loop: bool = True
+    steps: tuple[str, ...] = ()
+
+
+#: Both inputs of a return-to-origin have something to do.
+_AXES = (Axis(), Axis(), Axis(type="incremental"), Axis(type="incremental"))
 
 
 @dataclass(frozen=True)
@@ -76,12 +90,14 @@ class RobotConfig:
     """A virtual controller's properties; immutable, shared between snapshots."""
 
     size: int = 48
-    axes: tuple[Axis, ...] = (Axis(), Axis(), Axis(), Axis())
+    axes: tuple[Axis, ...] = _AXES
     points: Mapping[int, Point] = field(default_factory=lambda: dict(_EXAMPLE_POINTS))
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
 
     # State at power-on and of the surroundings
+    booted: bool = True  # at time 0; boot_time counts from then on
     boot_time: Delay = 200.0
+    link_error_delay: Delay = 100.0
     auto_mode: bool = True
     pendant_authority: bool = False
     safety_disables_inputs: bool = False
@@ -91,6 +107,7 @@ class RobotConfig:
     power_on_alarm: str = ""
     parallel_io: str = "none"  # none, valid, invalid
     parallel_stop: bool = True  # DI06 is ON
+    ip_address: str = "set"  # set, none, duplicate
 
     # How long the controller takes
     emergency_stop_delay: Delay = 0.0
@@ -101,6 +118,7 @@ class RobotConfig:
     program_start_delay: Delay = 20.0
     program_stop_delay: Delay = 5.0
     sequence_delay: Delay = 5.0
+    auto_mode_delay: Delay = 0.0
     origin_time: Delay = 500.0
     command_accept_delay: Delay = 0.0
     command_delay: Delay = 10.0
@@ -119,6 +137,17 @@ class RobotConfig:
     program_needs_servo: bool = False
     reset_while_running: bool = False
     origin_needs_servo: bool = True
+    origin_clears_complete: bool = True
+    power_loses_origin: bool = True
+    di17_mode: str = "ABS/ORG"  # ABS, ABS/ORG
+    parallel_disables_si: bool = False
+
+    # Robot programs and general-purpose ports
+    running_shows_all_tasks: bool = True
+    main_ends_tasks: bool = False
+    reset_clears_outputs: bool = False
+    loss_clears_inputs: bool = True
+    program_words_between_commands: bool = True
 
     # Remote commands
     skip_run_status: str = "short"  # never, short, always
@@ -141,6 +170,9 @@ class RobotConfig:
     alarm_stops_servo: bool = True
     minor_alarms: tuple[str, ...] = ("12.400",)
     power_restart_alarms: tuple[str, ...] = ("12.762", "12.763", "12.900", "12.904")
+    module_fault_alarms: tuple[str, ...] = ("12.762", "12.900", "12.904")
+    module_error_alarms: tuple[str, ...] = ("12.763",)
+    alarm_history_length: int = 500
     format_alarm: str = "4.2"
     undefined_code_alarm: str = "4.2"
     absent_robot_alarm: str = "4.2"
@@ -155,6 +187,7 @@ class RobotConfig:
         """Refuse values that no controller could have (InputError)."""
         for entry in fields(self):
             check_value(entry.name, str(entry.type), getattr(self, entry.name))
+        check_programs(self.programs, self.size)
 
     def __deepcopy__(self, memo: object) -> RobotConfig:
         """Itself: it never changes, and snapshots are cheaper for it."""
@@ -207,11 +240,12 @@ def _tables(value: Any, key: str) -> list[dict[str, Any]]:
 
 
 def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
-    for name, value in entry.items():
+    values = {name: tuple(v) if isinstance(v, list) else v for name, v in entry.items()}
+    for name, value in values.items():
         _known(kind, name, f" in [[{key}]]")
         declared = next(str(one.type) for one in fields(kind) if one.name == name)
         check_value(name, declared, value)
-    return kind(**entry)
+    return kind(**values)
 
 
 def _point(number: str, entry: Any) -> tuple[int, Point]:

@@ -7,14 +7,19 @@ import re
 from typing import Any
 
 from rcx_harness.errors import InputError
+from rcx_harness.robot.script import Start, script
 
-__all__ = ["alarm_code", "check_value"]
+__all__ = ["alarm_code", "check_programs", "check_value"]
 
 _CHOICES = {
     "size": (48, 256),
     "parallel_io": ("none", "valid", "invalid"),
     "skip_run_status": ("never", "short", "always"),
     "changed_command_status": ("run", "ready"),
+    "ip_address": ("set", "none", "duplicate"),
+    "di17_mode": ("ABS", "ABS/ORG"),
+    "type": ("absolute", "incremental", "semi_absolute"),
+    "origin_method": ("sensor", "stroke_end", "mark"),
 }
 _RANGES = {
     "robot": (1, 4),
@@ -24,6 +29,7 @@ _RANGES = {
     "host_revision": (0, 0xFFFF),
     "fpga_version": (0, 0xFFFF),
     "driver_version": (0, 0xFFFF),
+    "alarm_history_length": (1, 100_000),
 }
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
@@ -69,6 +75,18 @@ def check_value(key: str, declared: str, value: Any) -> None:
             _check_point(number, point)
 
 
+def check_programs(programs: Any, size: int) -> None:
+    """Refuse programs with steps that cannot be done on areas of `size` bytes (InputError)."""
+    for program in programs:
+        steps = program.steps
+        texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
+        _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
+        for step in script(steps, size):
+            number = step.number if isinstance(step, Start) else 1
+            allowed = f"START 1 to START {len(programs)}"
+            _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
+
+
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
     """Group and category of an alarm number.
 
@@ -112,6 +130,8 @@ def _check_axes(axes: Any) -> None:
         for name in _POSITIVE:
             _check_number(name, getattr(axis, name))
         _expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
+        for name in ("type", "origin_method"):
+            check_value(name, "str", getattr(axis, name))
         _expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
 
 

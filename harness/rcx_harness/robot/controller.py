@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from rcx_harness.errors import InputError
@@ -14,20 +14,23 @@ from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
 from rcx_harness.robot.findings import Findings, Violation
 from rcx_harness.robot.handshake import Handshake
-from rcx_harness.robot.machine import Machine, ProgramState
+from rcx_harness.robot.leds import Led, module_led, network_led
+from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.ports import port
+from rcx_harness.robot.tasks import Programs
 
 __all__ = ["CYCLE_US", "Controller"]
 
 #: The controller's I/O update interval (manual chapter 5, 4) [us].
 CYCLE_US = 5000
 
-_REQUESTS = {
+_REQUESTS: dict[str, Callable[[Machine], None]] = {
     "SI01": Machine.request_servo_on,
     "SI12": Machine.request_program_start,
-    "SI14": Machine.request_origin,
+    "SI14": lambda machine: machine.request_origin("SI14"),
     "SI15": Machine.request_program_reset,
     "SI16": Machine.request_alarm_reset,
-    "SI17": Machine.request_origin,
+    "SI17": lambda machine: machine.request_origin("SI17"),
 }
 
 
@@ -87,6 +90,9 @@ class Controller:
             message = f"the area has {self.config.size} bytes, not {len(si)}"
             raise InputError(message, hint="set the same size at master and robot")
         machine = state.machine
+        seen = si
+        if self.config.ip_address != "set":
+            si = None
         machine.now_us = now_us
         was_booted = machine.booted
         if machine.booted:
@@ -95,7 +101,7 @@ class Controller:
             machine.advance(now_us)
         if si is not None and machine.booted and was_booted:
             state.handshake.step(machine, input_words(si))
-        state.seen = None if si is None else bytes(si)
+        state.seen = None if seen is None else bytes(seen)
         state.wake_us = now_us if machine.booted != was_booted else self._next_due_us()
         state.area = self._build_area()
         return state.area
@@ -116,9 +122,50 @@ class Controller:
         return self._state.machine.alarms
 
     @property
-    def program(self) -> ProgramState:
-        """State of the main program."""
+    def program(self) -> Programs:
+        """The robot programs, with their ports and variables."""
         return self._state.machine.program
+
+    @property
+    def origins(self) -> list[bool]:
+        """Per axis: its return-to-origin is complete; may be set, as from the programming box."""
+        self._state.wake_us = 0
+        return self._state.machine.origins.complete
+
+    @property
+    def online(self) -> bool:
+        """Its adapter answers: it has booted and has an IP address of its own."""
+        return self._state.machine.booted and self.config.ip_address == "set"
+
+    @property
+    def module_led(self) -> Led:
+        """The Module Status LED."""
+        return module_led(self._state.machine)
+
+    @property
+    def network_led(self) -> Led:
+        """The Network Status LED."""
+        return network_led(self._state.machine)
+
+    def read_port(self, name: str) -> int:
+        """A port as a robot program reads it: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, or an output.
+
+        Raises:
+            InputError: no such port.
+        """
+        return self.program.ports.read(port(name))
+
+    def write_port(self, name: str, value: int) -> None:
+        """Write an output as a robot program does: `SO(20)`, `SO2()`, `SOW(2)` or `SOD(2)`.
+
+        Of a value that is too long the lower bits count. A word that a remote command shares is
+        seen while no response stands in it.
+
+        Raises:
+            InputError: no such output.
+        """
+        self.program.ports.write(port(name), value)
+        self._state.wake_us = 0
 
     @property
     def machine(self) -> Machine:
@@ -193,11 +240,14 @@ class Controller:
         if not state.was_connected:
             machine.regain_link()
             state.was_connected = True
+        machine.program.ports.inputs = bytes(si)
         edges = state.inputs.take(state.now_us, si)
         disabled = machine.inputs_disabled
         if not disabled or self.config.safety_keeps_stops:
             machine.si00 = state.inputs.is_on("SI00")
             machine.si06 = state.inputs.is_on("SI06")
+        config = self.config
+        disabled |= config.parallel_disables_si and config.parallel_io != "none"
         machine.si10 = state.inputs.is_on("SI10") and not disabled
         if not disabled:
             for name in sorted(edges & _REQUESTS.keys()):
@@ -216,7 +266,10 @@ class Controller:
         state = self._state
         if not state.machine.booted:
             return bytes(self.config.size)
-        area = build_area(self.config.size, state.handshake.shown, self._outputs_on())
+        words = state.handshake.shown
+        if words[0] == 0 and self.config.program_words_between_commands:
+            words = words[:2]
+        area = build_area(state.machine.program.ports.outputs, words, self._outputs_on())
         state.overlay.apply(area)
         return bytes(area)
 

@@ -14,10 +14,16 @@ from rcx_harness.robot.machine import Machine
 __all__ = ["EVENTS", "happen"]
 
 
-def _alarm(machine: Machine, group: int, category: int) -> None:
+def _alarm(machine: Machine, group: int = 99, category: int = 999) -> None:
     number = f"{group}.{category}"
     alarm_code(number)
     machine.raise_alarm(number)
+
+
+def _parallel(machine: Machine, port: int, on: int) -> None:
+    """Only the stop signal counts (manual chapter 1, 4.1); what that does is Machine.stopped."""
+    if port == _PARALLEL_STOP:
+        machine.parallel_stop = bool(on)
 
 
 def _set(name: str, value: bool) -> Callable[[Machine], None]:
@@ -28,22 +34,52 @@ def _warning(value: bool) -> Callable[[Machine], None]:
     return lambda machine: setattr(machine.alarms, "warning", value)
 
 
+_PARALLEL_STOP = 6
+
 _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     "emergency_stop": (
         "press an emergency stop of the robot (SAFETY connector or programming box)",
-        _set("hard_wired_stop", True),
+        Machine.press_emergency_stop,
     ),
     "emergency_stop_release": ("release that emergency stop", _set("hard_wired_stop", False)),
     "power_off": ("switch the controller off", Machine.power_off),
     "power_on": ("switch the controller on", Machine.power_on),
     "power_cycle": ("switch the controller off and on", Machine.power_off),
-    "alarm": ("raise an alarm: group = 12, category = 600", _alarm),
+    "alarm": (
+        "raise an alarm: group = 12, category = 600; without them 99.999, a number of our own: "
+        "a serious alarm that an alarm reset clears",
+        _alarm,
+    ),
     "warning": ("a warning comes (SO(15))", _warning(True)),
     "warning_clear": ("the warning goes", _warning(False)),
     "pendant_on": ("the programming box takes control authority", _set("pendant_authority", True)),
     "pendant_off": ("the programming box gives it back", _set("pendant_authority", False)),
     "manual_mode": ("select MANUAL mode", lambda machine: machine.set_auto_mode(False)),
     "auto_mode": ("select AUTO mode", lambda machine: machine.set_auto_mode(True)),
+    "auto_input_on": (
+        "the AUTO input of the SAFETY connector turns ON",
+        lambda machine: machine.switch_mode(auto_input=True),
+    ),
+    "auto_input_off": (
+        "the AUTO input of the SAFETY connector turns OFF",
+        lambda machine: machine.switch_mode(auto_input=False),
+    ),
+    "manual_lock_on": (
+        "the programming box locks MANUAL mode",
+        lambda machine: machine.switch_mode(manual_lock=True),
+    ),
+    "manual_lock_off": (
+        "the programming box releases that lock",
+        lambda machine: machine.switch_mode(manual_lock=False),
+    ),
+    "main_power_off": (
+        "the motors' power goes, the controller's stays",
+        lambda machine: machine.switch_main_power(False),
+    ),
+    "main_power_on": (
+        "the motors' power comes back",
+        lambda machine: machine.switch_main_power(True),
+    ),
     "safety_on": (
         "a safety setting disables dedicated inputs and commands",
         _set("inputs_disabled", True),
@@ -51,7 +87,11 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     "safety_off": ("that safety setting ends", _set("inputs_disabled", False)),
     "parallel_stop": ("DI06 of the parallel I/O board turns OFF", _set("parallel_stop", False)),
     "parallel_stop_release": ("DI06 turns ON", _set("parallel_stop", True)),
-    "program_end": ("the robot program comes to its end", Machine.end_program),
+    "parallel_input": ("a dedicated input of that board: port = 1 for DI01, on = 1", _parallel),
+    "program_end": (
+        "the robot program comes to its end",
+        lambda machine: machine.program.end_main(),
+    ),
 }
 
 #: The events by name, each with what it does.
@@ -69,8 +109,10 @@ def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
         hint = f"did you mean {' or '.join(near)}" if near else "see rcx run --help"
         raise InputError(f"unknown robot event {event!r}", hint=hint)
     action = _ACTIONS[event][1]
-    takes = list(inspect.signature(action).parameters)[1:]
-    if sorted(args) != sorted(takes):
+    parameters = list(inspect.signature(action).parameters.values())[1:]
+    takes = [one.name for one in parameters]
+    by_default = not args and all(one.default is not one.empty for one in parameters)
+    if sorted(args) != sorted(takes) and not by_default:
         wanted = ", ".join(takes) or "nothing"
         raise InputError(f"event {event!r} takes {wanted}, not {', '.join(args) or 'nothing'}")
     if any(isinstance(value, bool) or not isinstance(value, int) for value in args.values()):

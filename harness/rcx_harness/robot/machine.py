@@ -12,43 +12,42 @@ from collections.abc import Sequence
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList
 from rcx_harness.robot.config import Point, RobotConfig
 from rcx_harness.robot.motion import AxisMove, Movement
+from rcx_harness.robot.origin import Origins
+from rcx_harness.robot.tasks import Programs
 
-__all__ = ["Machine", "ProgramState"]
-
-
-class ProgramState:
-    """The main program: `elapsed_us` is how far it has come without counting its stops."""
-
-    def __init__(self, is_reset: bool) -> None:
-        self.running = False
-        self.is_reset = is_reset
-        self.elapsed_us = 0
-        self.since_us = 0
+__all__ = ["Machine"]
 
 
 class Machine:
     """One robot controller; see RobotConfig for its properties.
 
-    `si00`, `si06` and `si10` are the levels of the inputs as the controller has taken them.
+    `si00`, `si06` and `si10` are the levels of the inputs as the controller has taken them. `link`
+    is the connection: `none` since power-on, `normal`, or `lost` in operation.
     """
 
     def __init__(self, config: RobotConfig, seed: int) -> None:
         self.config = config
         self.rng = random.Random(seed)
         self.now_us = 0
-        self.alarms = AlarmList()
+        self.alarms = AlarmList(config.alarm_history_length)
         self.points: dict[int, Point] = dict(config.points)
         self.positions = [axis.start for axis in config.axes]
-        self.auto_mode = config.auto_mode
+        self.origins = Origins(config)
+        self.auto_input = config.auto_mode
+        self.manual_lock = not config.auto_mode
         self.pendant_authority = config.pendant_authority
         self.inputs_disabled = config.safety_disables_inputs
         self.parallel_stop = config.parallel_stop
         self.hard_wired_stop = False
+        self.main_power = True
         self.powered = False
         self.power_on()
+        if config.booted:
+            self.pending.clear()
+            self._on_boot_time()
 
     def power_on(self) -> None:
-        """Switch main power on; does nothing if it is on."""
+        """Switch the controller on; does nothing if it is on."""
         if self.powered:
             return
         self.powered = True
@@ -56,19 +55,21 @@ class Machine:
         self.si00 = self.si06 = self.si10 = False
         self.emergency = True  # until SI(00) comes ON; this is no shift in operation: no alarm
         self.servo_on = False
-        self.origin_complete = self.config.origin_complete
+        self.link = "none"
+        self.auto_mode = self._auto_selected
         self.sequence_running = False
-        self.program = ProgramState(self.config.program_is_reset)
+        self.program = Programs(self.config, self.config.program_is_reset)
         self.movement: Movement | None = None
         self.pending: dict[str, int] = {}
         self._schedule("boot_time")
 
     def power_off(self) -> None:
-        """Switch main power off: all that is not stored is lost."""
+        """Switch the controller off: all that is not stored is lost."""
         self.powered = self.booted = False
         self.servo_on = False
         self.pending.clear()
         self._halt(EMERGENCY_STOP)
+        self.origins.lose_power()
         self.alarms.active.clear()
         self.alarms.warning = False
 
@@ -83,6 +84,8 @@ class Machine:
     def mp_ready(self) -> bool:
         """SO(04): the servo ON input may switch the servos on."""
         config = self.config
+        if not self.main_power:
+            return False
         if not config.mp_ready_in_emergency_stop:
             return not self.emergency and not self.alarms.serious
         harmless = (EMERGENCY_STOP, config.link_loss_alarm, config.link_error_alarm)
@@ -93,15 +96,22 @@ class Machine:
         """A return-to-origin is under way."""
         return "origin_time" in self.pending
 
+    @property
+    def origin_complete(self) -> bool:
+        """SO(11): every axis knows its origin."""
+        return all(self.origins.complete)
+
+    @property
+    def _auto_selected(self) -> bool:
+        return self.auto_input and not self.manual_lock
+
     def advance(self, now_us: int) -> None:
         """Let time pass: answers that are due, the program, and the movement."""
         self.now_us = now_us
         self._follow_stops()
         while self._answer_next():
             self._follow_stops()
-        program, main = self.program, self.config.programs[0]
-        if program.running and not main.loop and now_us >= self._program_end_us():
-            self.end_program()
+        self.program.advance(now_us)
         if self.movement:
             self.movement.advance(now_us, self.positions)
             if self.movement.done:
@@ -112,8 +122,8 @@ class Machine:
         due = list(self.pending.values())
         if self.movement:
             due.append(self.now_us)
-        if self.program.running and not self.config.programs[0].loop:
-            due.append(self._program_end_us())
+        if (program_us := self.program.next_due_us(self.now_us)) is not None:
+            due.append(program_us)
         return min(due, default=None)
 
     def raise_alarm(self, number: str, *, serious: bool | None = None) -> None:
@@ -148,7 +158,7 @@ class Machine:
 
     def request_program_reset(self) -> None:
         """SI(15)."""
-        running = self.program.running and not self.config.reset_while_running
+        running = self.program.busy and not self.config.reset_while_running
         if self.auto_mode and not running and not self._pendant_blocks():
             self._schedule("program_reset_delay")
 
@@ -161,17 +171,27 @@ class Machine:
         if self._may_run_program():
             self._schedule("program_start_delay")
 
-    def request_origin(self) -> None:
-        """SI(14) or SI(17)."""
+    def request_origin(self, name: str) -> None:
+        """SI(14) or SI(17): `SI14`, `SI17`."""
         servo = self.servo_on or not self.config.origin_needs_servo
-        if servo and self._may_move() and not self._pendant_blocks() and not self.movement:
-            self.origin_complete = False
-            self._schedule("origin_time")
+        free = not self._pendant_blocks() and not self.movement and not self.origin_running
+        if servo and free and self._may_move():
+            groups = self.origins.plan(name)
+            if groups:
+                self.origins.begin(groups)
+                self._schedule("origin_time")
 
-    def end_program(self) -> None:
-        """The program has come to its end; its next start begins at the beginning."""
-        self.program.running = False
-        self.program.elapsed_us = 0
+    def press_emergency_stop(self) -> None:
+        """SAFETY connector or programming box: an alarm even where SI(00) has stopped already."""
+        self.hard_wired_stop = True
+        if self.booted and self.emergency:
+            self.raise_alarm(EMERGENCY_STOP, serious=True)
+
+    def switch_main_power(self, on: bool) -> None:
+        """The power of the motors; without it there is no servo ON."""
+        self.main_power = on
+        if not on:
+            self._servo_off(self.config.servo_off_alarm)
 
     def move(self, moves: Sequence[AxisMove]) -> Movement:
         """Start a movement."""
@@ -185,22 +205,44 @@ class Machine:
         return self.rng.randint(round(low * 1000), round(high * 1000))
 
     def set_auto_mode(self, auto: bool) -> None:
-        """Select AUTO or MANUAL mode; MANUAL stops the program."""
-        self.auto_mode = auto
-        if not auto:
+        """Select AUTO mode or MANUAL mode, by both of its switches."""
+        self.switch_mode(auto_input=auto, manual_lock=not auto)
+
+    def switch_mode(
+        self, *, auto_input: bool | None = None, manual_lock: bool | None = None
+    ) -> None:
+        """The SAFETY connector's AUTO input, or the programming box's manual lock.
+
+        AUTO mode needs the one ON and the other OFF. Any other mode stops the program.
+        """
+        self.auto_input = self.auto_input if auto_input is None else auto_input
+        self.manual_lock = self.manual_lock if manual_lock is None else manual_lock
+        if not self.powered:
+            return
+        if not self._auto_selected:
+            self.auto_mode = False
+            self.pending.pop("auto_mode_delay", None)
             self._pause_program()
+        elif self.config.auto_mode_delay == 0:
+            self.auto_mode = True
+        elif not self.auto_mode:
+            self._schedule("auto_mode_delay")
 
     def lose_link(self, *, in_operation: bool) -> None:
         """There is no connection: SI(00), SI(06) and SI(10) turn off inside."""
         self.si00 = self.si06 = self.si10 = False
+        self.link = "lost" if in_operation else "none"
+        if self.config.loss_clears_inputs:
+            self.program.ports.forget_inputs()
         if in_operation:
             self.raise_alarm(self.config.link_loss_alarm)
         else:
-            latched = self.config.link_error_latches
-            self.alarms.activate(self.config.link_error_alarm, self.now_us, serious=latched)
+            self._schedule("link_error_delay")
 
     def regain_link(self) -> None:
         """The connection is there (again)."""
+        self.link = "normal"
+        self.pending.pop("link_error_delay", None)
         if not self.config.link_error_latches:
             self.alarms.clear(self.config.link_error_alarm)
 
@@ -231,10 +273,6 @@ class Machine:
         servo = self.servo_on or not self.config.program_needs_servo
         return self.auto_mode and servo and self._may_move()
 
-    def _program_end_us(self) -> int:
-        whole = round(self.config.programs[0].duration * 1000)
-        return self.program.since_us + whole - self.program.elapsed_us
-
     def _follow_stops(self) -> None:
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
         wanted = self.hard_wired_stop or not (self.si00 or ignored)
@@ -257,12 +295,18 @@ class Machine:
 
     def _stop(self) -> None:
         """The stop input is OFF: program and movements end (12.400)."""
-        if self.program.running and "program_stop_delay" not in self.pending:
+        if self.program.busy and "program_stop_delay" not in self.pending:
             self._schedule("program_stop_delay")
             self.raise_alarm(STOP)
         self.pending.pop("program_start_delay", None)
         self._stop_movement(STOP)
+        if self.origin_running:
+            self._stop_origin()
+            self.raise_alarm(STOP)
+
+    def _stop_origin(self) -> None:
         self.pending.pop("origin_time", None)
+        self.origins.interrupt()
 
     def _stop_movement(self, number: str) -> None:
         if self.movement:
@@ -280,13 +324,11 @@ class Machine:
         """Program, movement and return-to-origin end at once."""
         self._pause_program()
         self._stop_movement(number)
-        self.pending.pop("origin_time", None)
+        self._stop_origin()
         self.pending.pop("program_start_delay", None)
 
     def _pause_program(self) -> None:
-        if self.program.running:
-            self.program.running = False
-            self.program.elapsed_us += self.now_us - self.program.since_us
+        self.program.pause(self.now_us)
         self.pending.pop("program_stop_delay", None)
 
     # What is due: one method for each key of `pending`.
@@ -295,8 +337,12 @@ class Machine:
         self.booted = True
         if self.config.power_on_alarm:
             self.raise_alarm(self.config.power_on_alarm)
-        if self.config.power_on_emergency_alarm:
+        if self.config.power_on_emergency_alarm or self.hard_wired_stop:
             self.raise_alarm(EMERGENCY_STOP)
+
+    def _on_link_error_delay(self) -> None:
+        latched = self.config.link_error_latches
+        self.alarms.activate(self.config.link_error_alarm, self.now_us, serious=latched)
 
     def _on_emergency_stop_delay(self) -> None:
         self.emergency = True
@@ -313,13 +359,14 @@ class Machine:
         self.reset_alarms()
 
     def _on_program_reset_delay(self) -> None:
-        self.program = ProgramState(is_reset=True)
+        self.program.reset()
 
     def _on_program_start_delay(self) -> None:
         if self._may_run_program():
-            self.program.running = True
-            self.program.is_reset = False
-            self.program.since_us = self.now_us
+            self.program.start(self.now_us)
+
+    def _on_auto_mode_delay(self) -> None:
+        self.auto_mode = self._auto_selected
 
     def _on_program_stop_delay(self) -> None:
         self._pause_program()
@@ -328,5 +375,5 @@ class Machine:
         self.sequence_running = True
 
     def _on_origin_time(self) -> None:
-        self.positions[:] = [0] * len(self.positions)
-        self.origin_complete = True
+        if self.origins.arrive(self.positions):
+            self._schedule("origin_time")

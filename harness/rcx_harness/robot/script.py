@@ -1,0 +1,155 @@
+"""What a robot program does, step by step, in a small part of the robot language.
+
+    WAIT SI(20)=1        SO(20)=1        SOW(2)=256      A%=SIW(3)       DELAY 500
+    SET SO(20)           SO2()=A         SOD(2)=&H11111  C=SID(2)        START 2
+    RESET SO(20)         OUT SO(20),200  HALT
+
+DELAY and the time of OUT are in ms. START starts another program, by its place in the list of
+programs, as a task beside this one. HALT ends all tasks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Protocol
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot.ports import Port, Ports, port
+
+__all__ = ["Delay", "Start", "Step", "Wait", "World", "script"]
+
+_VARIABLE = r"[A-Z][A-Z0-9_]*[%!]?"
+_NUMBER = r"-?\d+|&H[0-9A-F]+"
+_PORT = r"S[IO](?:[WD]\(\d+\)|\d+\(\)|\(?\d+\)?)"
+_HINT = "write one of: WAIT SI(20)=1, SO(20)=1, SOW(2)=256, A=SIW(3), DELAY 500, SET SO(20) ..."
+
+
+class World(Protocol):
+    """What a step acts on."""
+
+    ports: Ports
+    variables: dict[str, int]
+
+    def pulse(self, place: Port, ms: int) -> None:
+        """Turn an output ON, and OFF again after `ms`."""
+
+    def halt(self) -> None:
+        """End all tasks."""
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Go on once an input has a value."""
+
+    place: Port
+    value: int
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Go on after a time."""
+
+    us: int
+
+
+@dataclass(frozen=True)
+class Start:
+    """Start program `number` (1 is the first) as a task."""
+
+    number: int
+
+
+#: A step that waits, starts a task, or is done at once.
+Step = Wait | Delay | Start | Callable[[World], None]
+
+
+@cache
+def script(lines: tuple[str, ...], size: int) -> tuple[Step, ...]:
+    """The steps of a program on a robot whose areas have `size` bytes.
+
+    Raises:
+        InputError: a line that is not understood, or a port that is not there.
+    """
+    return tuple(_step(line, size) for line in lines)
+
+
+def _step(line: str, size: int) -> Step:
+    text = line.upper().strip()
+    for name in re.findall(rf"\b{_PORT}", text):
+        port(name).check(size)
+    for pattern, make in _FORMS:
+        match = pattern.fullmatch(text)
+        if match:
+            return make(*match.groups())
+    raise InputError(f"'steps' cannot have {line!r}", hint=_HINT)
+
+
+def _wait(name: str, value: str) -> Step:
+    place = port(name)
+    if place.output:
+        raise InputError(f"'steps' cannot wait for {name}", hint="inputs can be waited for")
+    return Wait(place, _number(value))
+
+
+def _set(name: str, value: int) -> Step:
+    place = _output(name)
+    return lambda world: world.ports.write(place, value)
+
+
+def _out(name: str, ms: str | None) -> Step:
+    place = _output(name)
+    if ms is None:
+        return lambda world: world.ports.write(place, 1)
+    duration = int(ms)
+    return lambda world: world.pulse(place, duration)
+
+
+def _assign(target: str, source: str) -> Step:
+    value = _source(source)
+    if re.fullmatch(_PORT, target):
+        place = _output(target)
+        return lambda world: world.ports.write(place, value(world))
+    return lambda world: world.variables.update({target: value(world)})
+
+
+def _source(text: str) -> Callable[[World], int]:
+    if re.fullmatch(_NUMBER, text):
+        number = _number(text)
+        return lambda world: number
+    if re.fullmatch(_PORT, text):
+        place = port(text)
+        return lambda world: world.ports.read(place)
+    return lambda world: world.variables.get(text, 0)
+
+
+def _output(name: str) -> Port:
+    place = port(name)
+    if not place.output:
+        raise InputError(f"'steps' cannot set {name}", hint="outputs can be set")
+    return place
+
+
+def _number(text: str) -> int:
+    return int(text[2:], 16) if text.startswith("&H") else int(text)
+
+
+def _halt(world: World) -> None:
+    world.halt()
+
+
+_FORMS: tuple[tuple[re.Pattern[str], Callable[..., Step]], ...] = tuple(
+    (re.compile(pattern), make)
+    for pattern, make in (
+        (rf"WAIT\s+({_PORT})\s*=\s*({_NUMBER})", _wait),
+        (r"DELAY\s+(\d+)", lambda ms: Delay(int(ms) * 1000)),
+        (r"START\s+(\d+)", lambda number: Start(int(number))),
+        (r"HALT", lambda: _halt),
+        (rf"SET\s+({_PORT})", lambda name: _set(name, 1)),
+        (rf"RESET\s+({_PORT})", lambda name: _set(name, 0)),
+        (rf"OUT\s+({_PORT})(?:\s*,\s*(\d+))?", _out),
+        (rf"({_PORT}|{_VARIABLE})\s*=\s*({_NUMBER}|{_PORT}|{_VARIABLE})", _assign),
+    )
+)

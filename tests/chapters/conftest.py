@@ -1,0 +1,44 @@
+"""The cell of the chapters' sentences: compiled once, started anew for each test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from chapter_cell import ChapterCell
+from rcx_harness.cell_build import source_files
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.load import build
+from rcx_harness.robot import RobotConfig
+
+Start = Callable[..., ChapterCell]
+
+
+@pytest.fixture(scope="session")
+def compiled() -> Iterator[tuple[Program, object]]:
+    """The program, and its state before the first scan."""
+    files = source_files(Path(__file__).parent / "programs")
+    program = build(files.all).program
+    yield program, program.snapshot()
+    program.close()
+
+
+@pytest.fixture
+def start(compiled: tuple[Program, object]) -> Iterator[Start]:
+    """Starts a cell; its arguments are RobotConfig's, and `plc_size`. One for each test.
+
+    After the test no rule may have been broken: neither the manual's nor the blocks' contract.
+    """
+    cells: list[ChapterCell] = []
+
+    def begin(*, plc_size: int | None = None, **config: Any) -> ChapterCell:
+        robot = RobotConfig(**config)
+        cells.append(ChapterCell(*compiled, robot, plc_size or robot.size))
+        return cells[-1]
+
+    yield begin
+    for one in cells:
+        assert [found.text for found in one.cell.violations] == []

@@ -1,0 +1,301 @@
+"""The sentences of chapter 1, 5: the connection, and what it does to the controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from chapter_cell import ChapterCell
+from rcx_harness.robot import Led
+from robot_master import Master
+
+Start = Callable[..., ChapterCell]
+
+NO_LINK = 0x8001
+
+
+def _never_connected(start: Start, **config: object) -> ChapterCell:
+    """The cable is out from power-on on."""
+    cell = start(**config)
+    cell.cell.inject("link_down")
+    cell.run("500ms")
+    return cell
+
+
+def _lost(start: Start, **config: object) -> ChapterCell:
+    """A program is running, then the cable is pulled."""
+    cell = start(**config)
+    cell.program()
+    cell.cell.inject("link_down")
+    cell.run("500ms")
+    return cell
+
+
+# The first sentence, before the three items
+
+
+def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
+    """Also after a power cycle with the servos on.
+
+    Source: manual chapter 1, 5
+    """
+    cell = start()
+    cell.settle()
+    assert not cell.on("SO02")
+    assert cell.execute("ServoOn") == 0
+    cell.cell.inject("power_cycle")
+    cell.run("1500ms")
+    assert cell.is_on("SO01", "SO02") == (True, False)
+
+
+# 1. Normal connection when the power is turned ON
+
+
+def test_communication_with_the_host_is_enabled_when_the_system_is_connected(start: Start) -> None:
+    """A remote command is answered.
+
+    Source: manual chapter 1, 5, 1
+    """
+    cell = start()
+    cell.settle()
+    cell["Command.Code"] = 0x0501
+    assert cell.execute("Command") == 0
+    assert cell.robot.network_led is Led.GREEN
+
+
+def test_with_a_connection_the_emergency_stop_signal_of_the_network_is_valid(start: Start) -> None:
+    """Source: manual chapter 1, 5, 1."""
+    cell = start()
+    cell.settle()
+    assert not cell.on("SO00")
+    cell["CellSafe"] = False
+    cell.wait("SO00")
+
+
+def test_with_a_connection_the_stop_signal_of_the_network_is_valid(start: Start) -> None:
+    """Source: manual chapter 1, 5, 1."""
+    cell = start()
+    cell.program()
+    cell["StopReleased"] = False
+    cell.wait("SO13", False)
+
+
+def test_with_a_connection_the_emergency_stop_terminal_of_the_safety_connector_is_valid(
+    start: Start,
+) -> None:
+    """Source: manual chapter 1, 5, 1."""
+    cell = start()
+    cell.servo_on()
+    cell.cell.inject("emergency_stop")
+    cell.wait("SO00")
+    assert not cell.on("SO02")
+
+
+@pytest.mark.parametrize(("board", "stops"), [("valid", True), ("invalid", False)])
+def test_with_a_connection_the_stop_signal_of_a_parallel_board_works_unless_disabled(
+    start: Start, board: str, stops: bool
+) -> None:
+    """Source: manual chapter 1, 5, 1."""
+    cell = start(parallel_io=board)
+    cell.program()
+    cell.cell.inject("parallel_stop")
+    cell.run("100ms")
+    assert cell.on("SO13") is not stops
+
+
+# 2. Transition from the normal connection to the connection error
+
+
+def test_after_the_loss_of_the_connection_communication_with_the_host_is_disabled(
+    start: Start,
+) -> None:
+    """No command gets through, and the alarm says why: 12.552.
+
+    Source: manual chapter 1, 5, 2; chapter 4, 4
+    """
+    cell = _lost(start)
+    assert cell["Connected"] is False
+    cell["Command.Code"] = 0x0501
+    assert cell.execute("Command") == NO_LINK
+    assert cell.alarms() == ["12.552", "12.600"]
+    assert cell.robot.network_led is Led.RED_FLASHING
+
+
+def test_after_the_loss_of_the_connection_si00_turns_off_in_the_controller(start: Start) -> None:
+    """Although the PLC's image still has it ON until it sees the loss.
+
+    Source: manual chapter 1, 5, 2
+    """
+    cell = start()
+    cell.servo_on()
+    assert cell.robot.machine.si00
+    cell.cell.inject("link_down")
+    cell.run("500ms")
+    assert not cell.robot.machine.si00
+    assert cell.robot.machine.emergency
+    assert not cell.robot.machine.servo_on
+
+
+def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start: Start) -> None:
+    """Source: manual chapter 1, 5, 2."""
+    cell = _lost(start)
+    assert not cell.robot.machine.si06
+    assert cell.robot.machine.stopped
+    assert not cell.robot.program.running
+
+
+def test_after_the_loss_of_the_connection_the_terminal_of_the_safety_connector_is_valid(
+    start: Start,
+) -> None:
+    """It keeps the emergency stop when the connection is back.
+
+    Source: manual chapter 1, 5, 2
+    """
+    cell = _lost(start)
+    cell.cell.inject("emergency_stop")
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    assert cell["Connected"] is True
+    assert cell.robot.machine.si00
+    assert cell.on("SO00")
+
+
+@pytest.mark.parametrize(("board", "stops"), [("valid", True), ("invalid", False)])
+def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unless_disabled(
+    start: Start, board: str, stops: bool
+) -> None:
+    """It keeps the stop when the connection is back.
+
+    Source: manual chapter 1, 5, 2
+    """
+    cell = _lost(start, parallel_io=board)
+    cell.cell.inject("parallel_stop")
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    assert cell.robot.machine.si06
+    assert cell.robot.machine.stopped is stops
+
+
+def test_after_its_loss_the_connection_must_be_restored_to_the_normal_state(start: Start) -> None:
+    """Until then nothing works; then SI(00), alarm reset and servo on bring the program back.
+
+    Source: manual chapter 1, 5, 2, first note
+    """
+    cell = _lost(start)
+    assert cell.execute("FromEmergency") == NO_LINK
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    assert cell.is_on("SO00", "SO02", "SO03", "SO13") == (False, False, True, False)
+    assert cell.execute("FromEmergency") == 0
+    assert cell.execute("AutoStart") == 0
+
+
+def test_communication_is_enabled_again_when_the_lost_connection_is_recovered(start: Start) -> None:
+    """Source: manual chapter 1, 5, 2, second note."""
+    cell = _lost(start)
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    cell["Command.Code"] = 0x0501
+    assert cell.execute("Command") == 0
+    assert cell.robot.network_led is Led.GREEN
+
+
+# 3. Connection error when the power is turned ON
+
+
+def test_a_connection_error_at_power_on_may_come_from_an_impossible_connection(
+    start: Start,
+) -> None:
+    """The cable is out, or the address is wrong: alarm 12.551.
+
+    Source: manual chapter 1, 5, 3; chapter 4, 4
+    """
+    cell = _never_connected(start)
+    assert cell["Connected"] is False
+    assert cell.alarms() == ["12.551"]
+
+
+def test_a_connection_error_at_power_on_may_come_from_a_wrong_ip_address(start: Start) -> None:
+    """Source: manual chapter 1, 5, 3; chapter 3, 1."""
+    cell = start(ip_address="duplicate")
+    cell.run("500ms")
+    assert cell["Connected"] is False
+    assert cell.alarms() == ["12.551"]
+
+
+def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
+    """No master at all sends anything.
+
+    Source: manual chapter 1, 5, 3
+    """
+    master = Master()
+    master.connected = False
+    master.run(300)
+    assert [alarm.number for alarm in master.robot.alarms.active] == ["12.551"]
+    assert master.on("SO00")
+
+
+def test_without_a_connection_at_power_on_communication_with_the_host_is_disabled(
+    start: Start,
+) -> None:
+    """Source: manual chapter 1, 5, 3."""
+    cell = _never_connected(start)
+    cell["Command.Code"] = 0x0501
+    assert cell.execute("Command") == NO_LINK
+    assert cell.robot.commands_executed == 0
+
+
+def test_without_a_connection_at_power_on_si00_is_off_in_the_controller(start: Start) -> None:
+    """Source: manual chapter 1, 5, 3."""
+    cell = _never_connected(start)
+    assert not cell.robot.machine.si00
+    assert cell.robot.machine.emergency
+
+
+def test_without_a_connection_at_power_on_si06_is_off_in_the_controller(start: Start) -> None:
+    """Source: manual chapter 1, 5, 3."""
+    cell = _never_connected(start)
+    assert not cell.robot.machine.si06
+    assert cell.robot.machine.stopped
+
+
+def test_without_a_connection_at_power_on_the_terminal_of_the_safety_connector_is_valid(
+    start: Start,
+) -> None:
+    """Source: manual chapter 1, 5, 3."""
+    cell = _never_connected(start)
+    cell.cell.inject("emergency_stop")
+    cell.run("50ms")
+    assert "12.600" in cell.alarms()
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    assert cell.robot.machine.si00
+    assert cell.on("SO00")
+
+
+@pytest.mark.parametrize(("board", "stops"), [("valid", True), ("invalid", False)])
+def test_without_a_connection_at_power_on_the_stop_of_a_parallel_board_works_unless_disabled(
+    start: Start, board: str, stops: bool
+) -> None:
+    """Source: manual chapter 1, 5, 3."""
+    cell = _never_connected(start, parallel_io=board)
+    cell.cell.inject("parallel_stop")
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    assert cell.robot.machine.si06
+    assert cell.robot.machine.stopped is stops
+
+
+def test_communication_is_enabled_when_a_connection_that_never_was_comes(start: Start) -> None:
+    """The alarm goes with it; servo on needs no alarm reset.
+
+    Source: manual chapter 1, 5, 3, note
+    """
+    cell = _never_connected(start)
+    cell.cell.inject("link_up")
+    cell.run("1s")
+    assert cell.alarms() == []
+    cell["Command.Code"] = 0x0501
+    assert cell.execute("Command") == 0
+    assert cell.execute("ServoOn") == 0

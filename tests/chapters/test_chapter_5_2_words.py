@@ -1,0 +1,162 @@
+"""The sentences of chapter 5, 2: word inputs and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from chapter_cell import ChapterCell
+from rcx_harness.robot import RobotProgram
+
+Start = Callable[..., ChapterCell]
+
+
+def _steps(*steps: str) -> dict[str, Any]:
+    """A robot whose program does these steps once."""
+    return {"programs": (RobotProgram(steps=steps, loop=False),)}
+
+
+def _run_program(cell: ChapterCell) -> None:
+    """Start a program that is over before SO(13) can be seen."""
+    cell.settle()
+    cell["AutoStart.Timeout"] = "T#200ms"
+    cell.execute("AutoStart")
+
+
+def test_siw0_is_the_remote_command_area(start: Start) -> None:
+    """The code stands there, and the controller executes it.
+
+    Source: manual chapter 5, 2, SIW(0)
+    """
+    cell = start()
+    cell.settle()
+    cell["Command.Code"] = 0x0501
+    assert cell.execute("Command") == 0
+    codes = [one.rcx_si[0:2] for one in cell.cell.trace.cycles() if one.rcx_si and one.rcx_si[0]]
+    assert set(codes) == {b"\x01\x05"}
+
+
+def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> None:
+    """It is 0 without a command.
+
+    Source: manual chapter 5, 2, SIW(1)
+    """
+    cell = start()
+    cell.servo_on()
+    cell["Command.Code"], cell["Data[1]"] = 0x0001, 0x0004
+    cell["Data[3]"], cell["Data[4]"] = 50, 19
+    assert cell.execute("Command") == 0
+    images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
+    assert {image[2:4] for image in images if image[0]} == {b"\x04\x00"}
+    assert images[-1][2:4] == b"\x00\x00"
+
+
+@pytest.mark.parametrize(
+    ("number", "size"), [(2, 48), (9, 48), (15, 48), (2, 256), (24, 256), (127, 256)]
+)
+def test_siw_words_input_word_data_to_the_robot_program(
+    start: Start, number: int, size: int
+) -> None:
+    """Unsigned; in the extended area SIW(24) to SIW(127), too.
+
+    Source: manual chapter 5, 2, SIW(2) to SIW(15), SIW(24) to SIW(127)
+    """
+    cell = start(size=size, **_steps(f"A=SIW({number})"))
+    cell["Number"], cell["Value"] = number, 0xFEDC
+    _run_program(cell)
+    assert cell.robot.program.variables["A"] == 0xFEDC
+
+
+@pytest.mark.parametrize(("number", "size"), [(2, 48), (14, 48), (24, 256), (126, 256)])
+def test_sid_double_words_input_double_word_data_to_the_robot_program(
+    start: Start, number: int, size: int
+) -> None:
+    """Signed.
+
+    Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)
+    """
+    cell = start(size=size, **_steps(f"A=SID({number})"))
+    cell["WritesDouble"], cell["Number"], cell["DoubleValue"] = True, number, -70_000
+    _run_program(cell)
+    assert cell.robot.program.variables["A"] == -70_000
+
+
+def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Start) -> None:
+    """While it runs, the word for the robot program is not there; afterwards it is again.
+
+    Source: manual chapter 5, 2, SIW(2) to SIW(15)
+    """
+    cell = start()
+    cell["Number"], cell["Value"] = 4, 0xFEDC
+    cell.servo_on()
+    cell["Command.Code"], cell["Data[1]"] = 0x0001, 0x0004
+    cell["Data[3]"], cell["Data[4]"] = 50, 19
+    assert cell.execute("Command") == 0
+    cell.run("100ms")
+    images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
+    assert {image[8:10] for image in images if image[0]} == {b"\x13\x00"}
+    assert images[-1][8:10] == b"\xdc\xfe"
+
+
+def test_sow0_and_sow1_are_dedicated_to_the_status_and_response_of_remote_commands(
+    start: Start,
+) -> None:
+    """No robot program can write them.
+
+    Source: manual chapter 5, 2, SOW(0) and SOW(1)
+    """
+    cell = start()
+    cell.settle()
+    for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
+        with pytest.raises(Exception, match="no general-purpose word"):
+            cell.robot.write_port(name, 1)
+    cell["Command.Code"] = 0x0101
+    cell["Data[2]"] = 7  # a point that is not defined
+    cell["Command.Execute"] = True
+    cell.cell.run_until(lambda: cell["Command.Error"] is True, within="1s")
+    assert (cell["Command.AlarmGroup"], cell["Command.AlarmCategory"]) == (4, 2)
+
+
+@pytest.mark.parametrize(("number", "size"), [(2, 48), (15, 48), (24, 256), (127, 256)])
+def test_sow_words_output_word_data_of_the_robot_program(
+    start: Start, number: int, size: int
+) -> None:
+    """Source: manual chapter 5, 2, SOW(2) to SOW(15), SOW(24) to SOW(127)."""
+    cell = start(size=size, **_steps(f"SOW({number})=&HFEDC"))
+    cell["Number"] = number
+    _run_program(cell)
+    assert cell["ReadWord.Valid"] is True
+    assert cell["ReadWord.Value"] == 0xFEDC
+
+
+@pytest.mark.parametrize(("number", "size"), [(2, 48), (14, 48), (24, 256), (126, 256)])
+def test_sod_double_words_output_double_word_data_of_the_robot_program(
+    start: Start, number: int, size: int
+) -> None:
+    """Source: manual chapter 5, 2, SOD(2) to SOD(14), SOD(24) to SOD(126)."""
+    cell = start(size=size, **_steps(f"SOD({number})=-70000"))
+    cell["Number"] = number
+    _run_program(cell)
+    assert cell["ReadDouble.Value"] == -70_000
+
+
+def test_sow2_to_sow15_are_the_response_area_of_a_remote_command(start: Start) -> None:
+    """Meanwhile the robot program's word cannot be read, and no response is mistaken for it.
+
+    Source: manual chapter 5, 2, SOW(2) to SOW(15)
+    """
+    cell = start(**_steps("SOW(2)=&HFEDC"))
+    _run_program(cell)
+    assert cell["ReadWord.Value"] == 0xFEDC
+    cell["Command.Code"] = 0x0501
+    cell["Command.Execute"] = True
+    shown = set()
+    while cell["Command.Done"] is False:
+        cell.cell.scan()
+        shown.add((cell["ReadWord.Valid"], cell["ReadWord.Value"]))
+    assert cell["Command.Response[2]"] == 0x0108
+    assert shown <= {(True, 0xFEDC), (False, 0)}
+    cell.run("100ms")
+    assert (cell["ReadWord.Valid"], cell["ReadWord.Value"]) == (True, 0xFEDC)

@@ -1,0 +1,208 @@
+"""LEDs, IP address, the parallel I/O board and the two emergency stops (chapter 1, 3 to 5)."""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.robot import Led
+from robot_master import Master
+
+
+def _leds(master: Master) -> tuple[Led, Led]:
+    return master.robot.module_led, master.robot.network_led
+
+
+def _numbers(master: Master) -> list[str]:
+    return [alarm.number for alarm in master.robot.alarms.active]
+
+
+def test_the_leds_from_power_on_to_loss_and_recovery() -> None:
+    """Rule: leds.
+
+    Source: manual chapter 1, 3; chapter 4, 2
+    """
+    master = Master(boot_time=100, booted=False)
+    master.connected = False
+    master.run(50)
+    assert _leds(master) == (Led.SELF_TEST, Led.SELF_TEST)
+    master.run(100)
+    assert _leds(master) == (Led.GREEN_FLASHING, Led.GREEN_FLASHING)
+    master.connected = True
+    master.run(10)
+    assert _leds(master) == (Led.GREEN, Led.GREEN)
+    master.connected = False
+    master.run(10)
+    assert _leds(master) == (Led.GREEN_FLASHING, Led.RED_FLASHING)
+    master.connected = True
+    master.run(10)
+    assert _leds(master) == (Led.GREEN, Led.GREEN)
+    master.robot.inject("power_off")
+    assert _leds(master) == (Led.OFF, Led.OFF)
+
+
+@pytest.mark.parametrize(
+    ("category", "led"), [(762, Led.RED), (763, Led.RED_FLASHING), (600, Led.GREEN)]
+)
+def test_module_status_shows_faults_of_the_module(category: int, led: Led) -> None:
+    """Rule: leds, module-faults."""
+    master = Master()
+    master.power_up()
+    master.robot.inject("alarm", group=12, category=category)
+    assert master.robot.module_led is led
+
+
+@pytest.mark.parametrize(("address", "led"), [("none", Led.OFF), ("duplicate", Led.RED)])
+def test_without_an_ip_address_of_its_own_there_is_no_connection(address: str, led: Led) -> None:
+    """Rule: conditions, leds, power-on-state.
+
+    Source: manual chapter 3, 1; chapter 1, 3
+    """
+    master = Master(ip_address=address)
+    master.power_up()
+    assert _leds(master) == (Led.GREEN_FLASHING, led)
+    assert not master.robot.online
+    assert _numbers(master) == ["12.551"]
+    assert master.on("SO00")
+
+
+@pytest.mark.parametrize("connected", [True, False])
+def test_the_safety_connector_stops_with_and_without_a_connection(connected: bool) -> None:
+    """Its alarm comes although SI(00) has stopped the robot already.
+
+    Rule: emergency-terminal, emergency-terminal-alarm.
+    Source: manual chapter 1, 5; chapter 4, 4
+    """
+    master = Master()
+    master.connected = connected
+    master.run(300)
+    master.robot.inject("emergency_stop")
+    master.run(10)
+    assert "12.600" in _numbers(master)
+    master.connected = True
+    master.turn_and_wait("SI00", True)
+    assert master.on("SO00")
+    master.robot.inject("emergency_stop_release")
+    master.run(10)
+    assert not master.on("SO00")
+
+
+def test_a_power_on_with_the_safety_connector_open_is_an_alarm() -> None:
+    """Rule: emergency-terminal-alarm."""
+    master = Master()
+    master.run(10)
+    master.robot.inject("emergency_stop")
+    master.robot.inject("power_cycle")
+    assert _numbers(master) == []
+    master.run(300)
+    assert _numbers(master) == ["12.600"]
+
+
+def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
+    """Rule: link-recovery.
+
+    Source: manual chapter 1, 5.2
+    """
+    master = Master()
+    master.power_up()
+    master.connected = False
+    master.run(50)
+    assert (master.robot.machine.si00, master.robot.machine.si06) == (False, False)
+    master.connected = True
+    master.run(50)
+    assert (master.robot.machine.si00, master.robot.machine.si06) == (True, True)
+
+
+@pytest.mark.parametrize(("state", "stopped"), [("valid", True), ("invalid", False)])
+def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
+    state: str, stopped: bool
+) -> None:
+    """DI01 and DI12 switch nothing on; DI06 stops if the board is valid.
+
+    Rule: parallel-inputs, parallel-stop.
+    Source: manual chapter 1, 4.1
+    """
+    master = Master(parallel_io=state)
+    master.power_up()
+    for port in (1, 12, 14, 15, 17):
+        master.robot.inject("parallel_input", port=port, on=1)
+        master.run(600)
+    assert not master.on("SO02")
+    assert not master.on("SO13")
+    master.pulse("SI12")
+    assert master.on("SO13")
+    master.robot.inject("parallel_input", port=12, on=0)
+    master.run(50)
+    assert master.on("SO13")
+    master.robot.inject("parallel_input", port=6, on=0)
+    master.run(50)
+    assert master.on("SO13") is not stopped
+
+
+@pytest.mark.parametrize(("board", "servo"), [("none", True), ("valid", False), ("invalid", False)])
+def test_the_other_reading_disables_the_inputs_of_the_network(board: str, servo: bool) -> None:
+    """SI(00) and SI(06) work all the same, as chapter 1, 5 wants it.
+
+    Rule: parallel-reading.
+    """
+    master = Master(parallel_io=board, parallel_disables_si=True)
+    master.power_up()
+    assert not master.on("SO00")
+    master.pulse("SI01")
+    assert master.on("SO02") is servo
+    master.turn_and_wait("SI10", True)
+    assert master.on("SO12") is servo
+
+
+def test_auto_mode_needs_both_switches_and_its_time() -> None:
+    """Rule: auto-switches, answers.
+
+    Source: manual chapter 5, 3.2, AUTO mode changeover
+    """
+    master = Master(auto_mode=False, auto_mode_delay=50)
+    master.power_up()
+    master.robot.inject("auto_input_on")
+    master.run(100)
+    assert not master.on("SO10")
+    master.robot.inject("manual_lock_off")
+    master.run(45)
+    assert not master.on("SO10")
+    master.run(10)
+    assert master.on("SO10")
+    master.robot.inject("manual_lock_on")
+    master.run(5)
+    assert not master.on("SO10")
+    master.robot.inject("manual_lock_off")
+    master.run(5)
+    master.robot.inject("auto_input_off")
+    master.run(100)
+    assert not master.on("SO10")
+
+
+def test_without_main_power_there_is_no_servo_on() -> None:
+    """Rule: mp-ready-power, main-power.
+
+    Source: manual chapter 5, 2, SO(04)
+    """
+    master = Master()
+    master.servo_on()
+    master.robot.inject("main_power_off")
+    master.run(5)
+    assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, False)
+    master.pulse("SI01")
+    assert not master.on("SO02")
+    master.robot.inject("main_power_on")
+    master.run(5)
+    assert master.on("SO04")
+    master.pulse("SI01")
+    assert master.on("SO02")
+
+
+def test_the_alarm_history_keeps_the_latest_alarms_with_their_time() -> None:
+    """Rule: history."""
+    master = Master(alarm_history_length=2)
+    master.run(300)
+    for category in (701, 702, 703):
+        master.robot.inject("alarm", group=17, category=category)
+        master.run(10)
+    found = [(alarm.number, alarm.t_us) for alarm in master.robot.alarms.history]
+    assert found == [("17.702", 305_000), ("17.703", 315_000)]

@@ -1,0 +1,155 @@
+"""The return-to-origin by axis type (chapter 5, 2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import Master
+
+ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
+SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_method="mark")
+
+
+def _master(*axes: Axis, **config: Any) -> Master:
+    """Servos on, every axis at 700 pulses; each group of axes takes 200 ms to its origin."""
+    master = Master(axes=axes, origin_time=200, **config)
+    master.servo_on()
+    return master
+
+
+@pytest.mark.parametrize(
+    ("name", "mode", "positions"),
+    [
+        ("SI14", "ABS", [700, 0, 700]),
+        ("SI14", "ABS/ORG", [700, 0, 700]),
+        ("SI17", "ABS", [0, 700, 700]),
+        ("SI17", "ABS/ORG", [0, 0, 700]),
+    ],
+)
+def test_which_axes_an_input_moves(name: str, mode: str, positions: list[int]) -> None:
+    """A semi-absolute axis searches where it is and keeps its position.
+
+    Rule: origin, origin-types, origin-model.
+    Source: manual chapter 5, 2, SI(14) and SI(17)
+    """
+    master = _master(ABSOLUTE, INCREMENTAL, SEMI, di17_mode=mode)
+    master.turn_and_wait(name, True, 1000)
+    assert master.robot.positions == positions
+    assert master.on("SO11")
+
+
+def test_return_to_origin_of_mixed_axes_takes_the_absolute_ones_first() -> None:
+    """Rule: origin-types, origin-model.
+
+    Source: manual chapter 5, 2, SI(17), ABS/ORG
+    """
+    master = _master(INCREMENTAL, ABSOLUTE)
+    master.turn_and_wait("SI17", True, 210)
+    assert master.robot.positions == [700, 0]
+    assert not master.on("SO11")
+    master.run(200)
+    assert master.robot.positions == [0, 0]
+    assert master.on("SO11")
+
+
+@pytest.mark.parametrize(("clears", "shown"), [(True, False), (False, True)])
+def test_so11_during_a_return_to_origin(clears: bool, shown: bool) -> None:
+    """Rule: origin-model."""
+    master = _master(INCREMENTAL, origin_clears_complete=clears)
+    master.turn_and_wait("SI14", True, 100)
+    assert master.on("SO11") is shown
+    master.run(150)
+    assert master.on("SO11")
+
+
+@pytest.mark.parametrize("clears", [True, False])
+def test_a_return_to_origin_that_is_stopped_is_not_complete(clears: bool) -> None:
+    """The stop is alarm 12.400; what was to follow does not move.
+
+    Rule: origin-model, stop-alarm.
+    """
+    master = _master(ABSOLUTE, INCREMENTAL, origin_clears_complete=clears)
+    master.turn_and_wait("SI17", True, 150)
+    master.turn_and_wait("SI06", False, 500)
+    assert master.robot.origins == [False, True]
+    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
+    master.turn_and_wait("SI06", True, 500)
+    assert not master.on("SO11")
+
+
+def test_an_emergency_stop_ends_the_return_to_origin() -> None:
+    """Rule: origin-model, emergency-stop."""
+    master = _master(ABSOLUTE)
+    master.turn_and_wait("SI17", True, 150)
+    master.turn_and_wait("SI00", False, 500)
+    assert not master.on("SO11")
+    assert master.robot.positions == [700]
+
+
+@pytest.mark.parametrize("name", ["SI14", "SI17"])
+@pytest.mark.parametrize("mode", ["ABS", "ABS/ORG"])
+def test_an_axis_with_the_mark_method_is_not_moved(name: str, mode: str) -> None:
+    """Rule: origin-mark.
+
+    Source: manual chapter 5, 2, SI(14) and SI(17)
+    """
+    mark = Axis(start=700, type="incremental", origin_method="mark")
+    master = _master(MARK, mark, ABSOLUTE, INCREMENTAL, di17_mode=mode)
+    master.turn_and_wait(name, True, 1000)
+    assert master.robot.positions[:2] == [700, 700]
+
+
+def test_without_the_origin_of_a_mark_axis_si17_does_nothing() -> None:
+    """Until the axis has been brought to its mark, which the network cannot do.
+
+    Rule: origin-mark.
+    Source: manual chapter 5, 2, SI(17), ABS
+    """
+    master = _master(MARK, ABSOLUTE, origin_complete=False)
+    master.pulse("SI17", 400)
+    assert master.robot.positions == [700, 700]
+    master.robot.origins[0] = True
+    master.pulse("SI17", 400)
+    assert master.robot.positions == [700, 0]
+    assert master.on("SO11")
+
+
+def test_an_input_without_an_axis_to_move_does_nothing() -> None:
+    """Rule: origin-model."""
+    master = _master(ABSOLUTE)
+    master.pulse("SI14", 400)
+    assert master.on("SO11")
+    assert master.robot.positions == [700]
+
+
+@pytest.mark.parametrize(("loses", "complete"), [(True, [True, False, False]), (False, [True] * 3)])
+def test_which_axes_know_their_origin_after_a_power_cycle(
+    loses: bool, complete: list[bool]
+) -> None:
+    """Rule: origin-kept."""
+    master = _master(ABSOLUTE, INCREMENTAL, SEMI, power_loses_origin=loses)
+    master.robot.inject("power_cycle")
+    master.run(300)
+    assert master.robot.origins == complete
+    assert master.on("SO11") is all(complete)
+
+
+@pytest.mark.parametrize(("knob", "complete"), [(True, False), (False, True)])
+def test_a_return_to_origin_needs_the_servos(knob: bool, complete: bool) -> None:
+    """Rule: origin-model."""
+    master = Master(origin_complete=False, origin_time=50, origin_needs_servo=knob)
+    master.power_up()
+    master.pulse("SI17")
+    assert master.on("SO11") is complete
+
+
+def test_a_second_input_during_a_return_to_origin_has_no_effect() -> None:
+    """Rule: origin-model."""
+    master = Master(axes=(ABSOLUTE, INCREMENTAL), origin_time=400, di17_mode="ABS")
+    master.servo_on()
+    master.turn_and_wait("SI17", True, 150)
+    master.turn_and_wait("SI14", True, 600)
+    assert master.robot.positions == [0, 700]

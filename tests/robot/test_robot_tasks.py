@@ -1,0 +1,134 @@
+"""Several tasks, and what SO(13) and SO(14) show of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import RobotProgram
+from robot_master import Master
+
+#: Starts the second program and ends when SI(20) comes; the second ends when SI(21) comes.
+MAIN = RobotProgram("MAIN", steps=("START 2", "WAIT SI(20)=1"), loop=False)
+SECOND = RobotProgram("SECOND", steps=("SO(30)=1", "WAIT SI(21)=1", "SO(31)=1"), loop=False)
+
+
+def _running(**config: Any) -> Master:
+    master = Master(programs=(MAIN, SECOND), **config)
+    master.servo_on()
+    master.pulse("SI15")
+    master.pulse("SI12")
+    assert master.so[35] == 1
+    return master
+
+
+def _states(master: Master) -> list[str]:
+    return [task.state for task in master.robot.program.tasks]
+
+
+@pytest.mark.parametrize(
+    ("knobs", "shown", "states"),
+    [
+        ({}, True, ["ended", "running"]),
+        ({"running_shows_all_tasks": False}, False, ["ended", "running"]),
+        ({"main_ends_tasks": True}, False, ["ended", "ended"]),
+    ],
+)
+def test_so13_after_the_end_of_the_main_program(
+    knobs: dict[str, bool], shown: bool, states: list[str]
+) -> None:
+    """Rule: tasks."""
+    master = _running(**knobs)
+    assert (master.on("SO13"), master.on("SO14")) == (True, False)
+    master.si[34] |= 1
+    master.run(10)
+    assert master.on("SO13") is shown
+    assert _states(master) == states
+
+
+def test_so13_goes_off_with_the_last_task() -> None:
+    """Rule: tasks."""
+    master = _running()
+    master.si[34] |= 1
+    master.run(10)
+    assert master.on("SO13")
+    master.si[34] |= 2
+    master.run(10)
+    assert not master.on("SO13")
+    assert master.so[35] == 3
+
+
+def test_a_stop_stops_all_tasks_and_a_start_lets_all_go_on() -> None:
+    """Rule: tasks, program-stop, program-restart."""
+    master = _running()
+    master.turn_and_wait("SI06", False)
+    assert _states(master) == ["stopped", "stopped"]
+    assert not master.on("SO13")
+    master.si[34] |= 2
+    master.turn_and_wait("SI06", True)
+    assert master.so[35] == 1
+    master.pulse("SI12")
+    assert _states(master) == ["running", "ended"]
+    assert master.so[35] == 3
+
+
+def test_a_start_lets_go_on_what_was_stopped_even_if_the_main_program_has_ended() -> None:
+    """Rule: tasks."""
+    master = _running()
+    master.si[34] |= 1
+    master.run(10)
+    master.turn_and_wait("SI06", False)
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    assert _states(master) == ["ended", "running"]
+
+
+def test_a_program_reset_resets_all_tasks() -> None:
+    """Rule: tasks, program-reset."""
+    master = _running()
+    master.turn_and_wait("SI06", False)
+    master.pulse("SI15")
+    assert _states(master) == ["ready", "ready"]
+    assert (master.on("SO13"), master.on("SO14")) == (False, True)
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    assert _states(master) == ["running", "running"]
+
+
+def test_an_emergency_stop_stops_all_tasks() -> None:
+    """Rule: tasks, program-emergency."""
+    master = _running()
+    master.turn_and_wait("SI00", False)
+    assert _states(master) == ["stopped", "stopped"]
+
+
+def test_halt_ends_all_tasks() -> None:
+    """Rule: tasks."""
+    halting = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "HALT", "SO(20)=1"), loop=False)
+    master = Master(programs=(halting, SECOND))
+    master.power_up()
+    master.pulse("SI12")
+    master.si[34] |= 1
+    master.run(10)
+    assert _states(master) == ["ended", "ended"]
+    assert not master.on("SO13")
+    assert master.so[34] == 0
+
+
+def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
+    """Also with nothing else to do in between.
+
+    Rule: tasks.
+    """
+    programs = (
+        RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
+        RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
+        RobotProgram(steps=("START 2", "WAIT SI(27)=1")),
+    )
+    master = Master(programs=programs, program_start_delay=0)
+    master.power_up()
+    master.turn("SI12", True)
+    image = bytes(master.si)
+    first, second = (master.robot.cycle(master.now_us + k * 5000, image) for k in (0, 1))
+    assert (first[35], second[35]) == (0, 1)

@@ -1,0 +1,104 @@
+"""A cell for the sentences of the manual: the library's blocks, a robot, and what passed."""
+
+from __future__ import annotations
+
+from rcx_harness import Cell
+from rcx_harness.clocks import Timing
+from rcx_harness.engine.base import Program, Value
+from rcx_harness.link import DirectLink
+from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.robot.area import INPUTS, OUTPUTS
+
+__all__ = ["ChapterCell"]
+
+
+class ChapterCell:
+    """The program Chapters.st in a cell: scan and packets every 10 ms, all at time 0."""
+
+    def __init__(self, program: Program, initial: object, config: RobotConfig, size: int) -> None:
+        program.restore(initial)
+        timing = Timing.make(scan="10ms", rpi="10ms")
+        self.cell = Cell(program, Controller(config), DirectLink(size), timing)
+        self.robot = self.cell.robot
+        self["Size"] = size
+
+    def __getitem__(self, path: str) -> Value:
+        return self.cell[f"Main.{path}"]
+
+    def __setitem__(self, path: str, value: Value) -> None:
+        self.cell[f"Main.{path}"] = value
+
+    def run(self, duration: str) -> None:
+        """Let time pass."""
+        self.cell.run(duration)
+
+    def on(self, output: str) -> bool:
+        """A dedicated output `SO02`, as the PLC has read it."""
+        low, high = (int(str(self[f"InputArea[{at}]"])) for at in (32, 33))
+        return bool((low | high << 8) & OUTPUTS[output])
+
+    def is_on(self, *outputs: str) -> tuple[bool, ...]:
+        """Several dedicated outputs."""
+        return tuple(self.on(output) for output in outputs)
+
+    def wait(self, output: str, on: bool = True) -> None:
+        """Let time pass until the PLC reads a dedicated output so."""
+        self.cell.run_until(lambda: self.on(output) is on, within="3s")
+
+    def execute(self, block: str, within: str = "8s") -> int:
+        """Give a block a rising edge, let it end, take Execute away; its ErrorID."""
+        self[f"{block}.Execute"] = True
+        ended = (f"{block}.Done", f"{block}.Error")
+        self.cell.run_until(lambda: any(self[path] is True for path in ended), within=within)
+        error = self[f"{block}.ErrorID"]
+        self[f"{block}.Execute"] = False
+        self.cell.scan(2)
+        assert isinstance(error, int)
+        return error
+
+    def settle(self) -> None:
+        """Power on: SI(00) and SI(06) ON and answered."""
+        self.cell.run_until(lambda: self["Robot.Settled"] is True, within="2s")
+        self.run("200ms")
+
+    def servo_on(self) -> None:
+        """Power on and the servos on."""
+        self.settle()
+        assert self.execute("ServoOn") == 0
+
+    def program(self) -> None:
+        """Power on, the servos on, and the program running."""
+        self.servo_on()
+        assert self.execute("ProgramReset") == 0
+        assert self.execute("AutoStart") == 0
+
+    def from_now(self) -> int:
+        """Let what is under way come to rest; the time from which `steps` is to look."""
+        self.run("500ms")
+        return self.cell.now_us
+
+    def alarms(self) -> list[str]:
+        """Active alarms."""
+        return [alarm.number for alarm in self.robot.alarms.active]
+
+    def steps(self, since_us: int) -> list[str]:
+        """What changed at the controller after a time, in its order: `SI01 ON`, `SO02 ON`.
+
+        Outputs that change in the same controller cycle stand in one entry, inputs likewise.
+        """
+        before: tuple[int, int] | None = None
+        found = []
+        for one in self.cell.trace.cycles():
+            inputs = one.rcx_si or bytes(34)
+            now = (inputs[32] | inputs[33] << 8, one.rcx_so[32] | one.rcx_so[33] << 8)
+            if before is not None and one.t_us > since_us:
+                for names, old, new in zip((INPUTS, OUTPUTS), before, now, strict=True):
+                    changed = [name for name, mask in names.items() if (old ^ new) & mask]
+                    if changed:
+                        found.append(
+                            ", ".join(
+                                f"{name} {'ON' if new & names[name] else 'OFF'}" for name in changed
+                            )
+                        )
+            before = now
+        return found
