@@ -10,16 +10,24 @@ import os
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from rcx_harness import spec
+from rcx_harness.process_charts import process_chart, processes
+from rcx_harness.process_svg import process_svg
 from rcx_harness.robot import fidelity
 
 __all__ = ["Header", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[2]
+
+#: From then on it says which page it is at [s].
+_PATIENCE_S = 2.0
+
 _OUTPUT = re.compile(r"(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n).*?(\n```)", re.DOTALL)
 
 
@@ -41,7 +49,7 @@ def headers() -> list[Header]:
 
 def _header(file: Path) -> Header:
     comment = file.read_text(encoding="utf-8").partition("*)")[0]
-    lines = [line.strip(" (*") for line in comment.splitlines()]
+    lines = [re.sub(r"^\s*\(?\*", "", line).strip() for line in comment.splitlines()]
     first = lines.index("", 1) if "" in lines[1:] else len(lines)
     name, _, purpose = " ".join(lines[:first]).strip().partition(": ")
     section = re.search(r" \(((?:remote command )?(?:chapter|guide).*)\)(?=[.:])", purpose)
@@ -63,12 +71,77 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 
 def _blocks() -> Iterator[str]:
     yield "One file per block; the interface in its head is the documentation."
+    columns = ("Block", "What it does", "Manual", "Tests", "Chart")
     for folder in ("types", "area", "sequence", "command"):
-        yield f"\n## {folder}\n\n| Block | What it does | Manual | Tests |\n|---|---|---|---|"
+        yield f"\n## {folder}\n\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
         for head in headers():
             if head.file.parent.name == folder:
                 tests = ", ".join(_link(test) for test in head.tests)
-                yield f"| {_link(head.file)} | {head.purpose} | {head.section} | {tests} |"
+                cells = (_link(head.file), head.purpose, head.section, tests, _charts(head.name))
+                yield f"| {' | '.join(cells)} |"
+
+
+def _charts(block: str) -> str:
+    """Links to the charts that show a block."""
+    shown = [one for one in processes().values() if block in one.blocks]
+    return ", ".join(f"[{one.title}](processes.md#{_anchor(one.title)})" for one in shown)
+
+
+def _anchor(title: str) -> str:
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+_PROCESSES = """\
+What goes over the wire, and in which order, when the library's blocks run the processes of the
+manual: its timing charts of chapter 5, link loss, and remote commands. The charts are drawn from
+runs against the virtual controller; a test draws them anew and compares.
+
+**Which times are whose.** When the PLC changes an input is the library's doing, and holds on any
+controller: 100 ms + `Margin` between two changes. How long the controller takes to answer is not
+in the manual; the times shown are the virtual controller's, see [fidelity.md](fidelity.md). Only
+their order counts.
+
+To run one yourself, and change it:
+
+    rcx run docs/charts/servo_on.st --stimulus docs/charts/servo_on.toml --for 1s
+
+| Process | Manual | Blocks |
+|---|---|---|"""
+
+
+#: The program of a process and its stimulus.
+_FILES = (".st", ".toml")
+
+
+def _processes() -> Iterator[str]:
+    heads = {head.name: head for head in headers()}
+    yield _PROCESSES
+    for process in processes().values():
+        blocks = ", ".join(_link(heads[name].file) for name in process.blocks)
+        yield f"| [{process.title}](#{_anchor(process.title)}) | {process.section} | {blocks} |"
+    for process in processes().values():
+        blocks = ", ".join(_link(heads[name].file) for name in process.blocks)
+        tests = dict.fromkeys(test for name in process.blocks for test in heads[name].tests)
+        yield f"\n## {process.title}\n\n{process.about.strip()}\n"
+        yield f"![Timing chart: {process.title}](charts/{process.name}.svg)\n"
+        yield "| Step | Change | What happens | at [ms] | since last [ms] |"
+        yield "|---|---|---|---|---|"
+        for step in process_chart(process.name).steps:
+            cells = (step.number, step.change, step.text, step.at, step.since_last)
+            yield f"| {' | '.join(map(str, cells))} |"
+        yield f"\n```iecst\n{_body(process.program)}\n```\n"
+        files = ", ".join(f"[{process.name}{end}](charts/{process.name}{end})" for end in _FILES)
+        order = _link("tests/charts/test_process_charts.py")
+        yield f"- Blocks: {blocks}\n- Complete program, and what happens to it: {files}"
+        yield f"- Tests: {', '.join(map(_link, tests))}; order and intervals: {order}"
+        yield f"- Manual: {process.section}"
+
+
+def _body(program: Path) -> str:
+    """The statements of a program."""
+    text = program.read_text(encoding="utf-8")
+    body = text.rpartition("END_VAR\n")[2].partition("END_PROGRAM")[0].strip("\n")
+    return "\n".join(line.removeprefix("  ") for line in body.splitlines())
 
 
 def _errors() -> Iterator[str]:
@@ -131,21 +204,33 @@ def pages() -> dict[str, Callable[[], str]]:
         ),
         "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/fidelity.md": fidelity.fidelity_page,
+        "docs/processes.md": lambda: _page(
+            "Processes and their timing charts", "docs/charts", _processes()
+        ),
         "docs/signals.md": lambda: _page("Dedicated signals", "spec/signals.toml", _signals()),
+        **{f"docs/charts/{name}.svg": partial(_chart, name) for name in processes()},
         "README.md": _readme,
     }
+
+
+def _chart(name: str) -> str:
+    return process_svg(process_chart(name))
 
 
 def main(arguments: list[str]) -> int:
     """Write the pages, or with `--check` compare them; return the exit code."""
     stale = []
-    for path, render in pages().items():
-        file, text = ROOT / path, render()
-        if file.exists() and file.read_text(encoding="utf-8") == text:
+    begin = time.monotonic()
+    every = pages()
+    for number, (path, render) in enumerate(every.items(), 1):
+        if time.monotonic() - begin > _PATIENCE_S:
+            print(f"{number}/{len(every)} {path}", file=sys.stderr)
+        file, text = ROOT / path, render().encode()
+        if file.exists() and file.read_bytes() == text:
             continue
         stale.append(path)
         if "--check" not in arguments:
-            file.write_text(text, encoding="utf-8")
+            file.write_bytes(text)
             print(f"wrote {path}")
     if stale and "--check" in arguments:
         print(f"not current: {', '.join(stale)}; run `make docs`", file=sys.stderr)
