@@ -182,7 +182,7 @@ class Cell:
                 on_loss=on_loss,
                 trace=trace,
                 watch=watch,
-                steady=steady_instances(files.own),
+                steady=steady_instances(files.own, files.lib),
                 notice=built.notice,
             )
         except BaseException:
@@ -349,7 +349,7 @@ class Cell:
         so = self.robot.cycle(now, si)
         if self.matched:
             self._link.robot_write(so)
-        self._network.set_adapter(self.robot.machine.booted)
+        self._network.set_adapter(self.robot.online)
         self.trace.add(Cycle(now, self.cycles, si or b"", so))
         if self.robot.violations:
             self._report(

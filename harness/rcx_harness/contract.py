@@ -1,9 +1,9 @@
 """The contract of the blocks (PLCopen), checked from outside, scan by scan.
 
 A monitor sees a block before and after a scan, not at its call. What holds whenever the block is
-called is checked for every instance. The rest needs to know the Execute that the block saw; it is
-checked where the program shows it: one call per scan that cannot be skipped, and no assignment to
-Execute after it (`steady_instances`).
+called is checked for every instance, also inside other blocks. The rest needs to know the Execute
+or Enable that the block saw; it is checked where the source shows it: one call per scan that
+cannot be skipped, and no assignment to the pin after it (`steady_instances`).
 """
 
 from __future__ import annotations
@@ -12,16 +12,17 @@ from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, ElementaryType, Variable
+from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.robot import Violation
 
 __all__ = ["ContractMonitor"]
 
-_NEEDED = ("Execute", "Busy", "Done", "Error")
-_OPTIONAL = ("Active", "CommandAborted", "ErrorID")
+_BOOL, _WORD = ElementaryType("BOOL"), ElementaryType("WORD")
 
 
 class _Pins(NamedTuple):
+    """Outputs of an edge-triggered block."""
+
     busy: bool
     done: bool
     error: bool
@@ -41,46 +42,110 @@ class _Pins(NamedTuple):
         return self.done or self.error or self.aborted
 
 
-_IDLE = _Pins(False, False, False, False, False, 0)
-
-
 class _Instance:
-    """One block instance: the paths of its pins and what they were."""
+    """One block instance that can be judged, and what its pins were.
 
-    def __init__(self, path: str, block: BlockType, steady: bool) -> None:
-        names = {variable.name.lower(): variable.name for variable in block.variables}
+    Subclasses say which pins they look at and what they demand of them.
+    """
+
+    pins: tuple[str, ...] = ("error", "errorid")
+
+    def __init__(self, program: Program, path: str, names: dict[str, str], steady: bool) -> None:
         self.path, self.steady = path, steady
-        self.execute = f"{path}.{names['execute']}"
-        self.pins = [
-            f"{path}.{names[pin]}" if pin in names else None
-            for pin in ("busy", "done", "error", "commandaborted", "active", "errorid")
-        ]
-        self.has_id = self.pins[5] is not None
-        self.before = _IDLE
-        self.saw = False
+        there = [pin for pin in self.pins if pin in names]
+        self._look = program.reader([f"{path}.{names[pin]}" for pin in there])
+        self._at = [there.index(pin) if pin in names else None for pin in self.pins]
+        self.has_id = "errorid" in names
+        self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: frozenset[str] = frozenset()
 
-    def read(self, program: Program) -> _Pins:
-        values: list[Any] = [program.read(path) if path else 0 for path in self.pins]
-        return _Pins(*values)
+    def scan(self) -> list[str]:
+        """Judge the pins after a scan; what is broken and was not a scan ago."""
+        now = self._look()
+        if now == self.before and not self.told and not self._may_not_last():
+            return []
+        broken = self._judge(self._by_pin(self.before), self._by_pin(now))
+        found = [text for text in broken if text not in self.told]
+        self.before, self.told = now, frozenset(broken)
+        return found
+
+    def _by_pin(self, values: tuple[Any, ...]) -> list[Any]:
+        """The values in the order of `pins`, 0 where there is no such pin."""
+        return [0 if at is None else values[at] for at in self._at]
+
+    def _may_not_last(self) -> bool:
+        """Is it wrong if nothing changes?"""
+        return False
+
+    def _judge(self, before: list[Any], now: list[Any]) -> list[str]:
+        return _id_of(now[0], now[1])
+
+
+class _Level(_Instance):
+    """A block that works while Enable is true."""
+
+    pins = ("enable", "valid", "busy", "error", "errorid")
+
+    def _judge(self, before: list[Any], now: list[Any]) -> list[str]:
+        enable, valid, busy, error, error_id = now
+        named = (("Valid", valid), ("Busy", busy), ("Error", error))
+        shown = [name for name, value in named if value]
+        broken = _together(shown)
+        if self.has_id:
+            broken += _id_of(error, error_id)
+        if self.steady and not broken:
+            if enable and not shown:
+                broken.append("no Valid, Busy or Error while Enable is true")
+            elif shown and not enable:
+                broken.append(f"{shown[0]} is true while Enable is FALSE")
+        return broken
+
+
+class _Edge(_Instance):
+    """A block that a rising edge of Execute starts."""
+
+    pins = ("execute", "busy", "done", "error", "commandaborted", "active", "errorid")
+
+    #: Is it declared in a program? A block may call one of its own twice in a scan.
+    outermost = True
+
+    def _may_not_last(self) -> bool:
+        execute, *rest = self._by_pin(self.before)
+        return not execute and _Pins(*rest).end
+
+    def _judge(self, before: list[Any], now: list[Any]) -> list[str]:
+        was, pins = _Pins(*before[1:]), _Pins(*now[1:])
+        broken = _together(pins.shown)
+        if pins.active and not pins.busy:
+            broken.append("Active is true without Busy")
+        if self.has_id:
+            broken += _id_of(pins.error, pins.error_id)
+        if was.busy and not pins.shown and (self.outermost or self.steady):
+            broken.append("Busy fell without an end; expected Done or Error for at least one scan")
+        if self.steady and not broken:
+            broken += _at_the_call(pins, was, bool(now[0]), bool(before[0]))
+        return broken
 
 
 class ContractMonitor:
-    """Checks every instance that has Execute, Busy, Done and Error.
+    """Checks every instance that the contract is about, also inside other blocks.
+
+    These are the blocks with Execute, Busy, Done and Error, those with Enable and Error, and
+    all others with Error and ErrorID.
 
     Args:
         program: The program to watch.
-        steady: Instances that are called exactly once in every scan, with an Execute that
-            nothing alters after the call, as `steady_instances` gives them; they are checked
-            to the full.
+        steady: Instances that are called exactly once whenever their owner is, with an Execute
+            or Enable that nothing alters after the call, as `steady_instances` gives them; they
+            are checked to the full where the same is true of their owner.
     """
 
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
-        self._program = program
         self._instances = [
-            _Instance(f"{name}.{variable.name}", block, key in steady)
-            for name, variable, block, key in _top_level(program)
-            if _is_command(block)
+            instance
+            for name, kind in program.instances().items()
+            if isinstance(kind, BlockType)
+            for instance in _inside(program, name, kind, steady, outermost=True)
         ]
 
     @property
@@ -88,70 +153,77 @@ class ContractMonitor:
         """The instances that are watched."""
         return [instance.path for instance in self._instances]
 
+    @property
+    def steady(self) -> list[str]:
+        """Those of them that are checked to the full."""
+        return [instance.path for instance in self._instances if instance.steady]
+
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge all instances after a scan."""
-        found = []
-        for instance in self._instances:
-            pins = instance.read(self._program)
-            execute = bool(self._program.read(instance.execute))
-            same = pins == instance.before and execute == instance.saw and not instance.told
-            if same and (execute or not pins.end):
-                continue  # nothing new, and nothing that may not last
-            broken = _always(pins, instance)
-            if instance.steady and not broken:
-                broken += _at_the_call(pins, instance.before, execute, instance.saw)
-            told = frozenset(broken)
-            for text in broken:
-                if text not in instance.told:
-                    where = f"plc, scan {scan}: contract: {instance.path}"
-                    found.append(Violation(t_us, "contract", f"{where}: {text}"))
-            instance.before, instance.saw, instance.told = pins, execute, told
-        return found
+        return [
+            Violation(t_us, "contract", f"plc, scan {scan}: contract: {instance.path}: {text}")
+            for instance in self._instances
+            for text in instance.scan()
+        ]
 
     def snapshot(self) -> object:
         """What is remembered of each instance."""
-        return [(one.before, one.saw, one.told) for one in self._instances]
+        return [(one.before, one.told) for one in self._instances]
 
-    def restore(self, snapshot: list[tuple[_Pins, bool, frozenset[str]]]) -> None:
+    def restore(self, snapshot: list[tuple[tuple[Any, ...], frozenset[str]]]) -> None:
         """Go back to what `snapshot` gave."""
         for instance, state in zip(self._instances, snapshot, strict=True):
-            instance.before, instance.saw, instance.told = state
+            instance.before, instance.told = state
 
 
-def _top_level(program: Program) -> Iterator[tuple[str, Variable, BlockType, str]]:
-    """Instances declared in the programs themselves; what a block does inside is its own affair."""
-    for name, kind in program.instances().items():
-        assert isinstance(kind, BlockType)
-        for variable in kind.variables:
-            if isinstance(variable.type, BlockType) and variable.section == "VAR":
-                yield name, variable, variable.type, f"{kind.name}.{variable.name}".upper()
+def _inside(
+    program: Program, path: str, owner: BlockType, steady: Collection[str], *, outermost: bool
+) -> Iterator[_Instance]:
+    """The instances declared in `owner`, and those inside them."""
+    for variable in owner.variables:
+        block = variable.type
+        if variable.section != "VAR" or not isinstance(block, BlockType):
+            continue
+        inner = f"{path}.{variable.name}"
+        certain = f"{owner.name}.{variable.name}".upper() in steady
+        names = {pin.name.lower(): pin.name for pin in block.variables if _is_pin(pin.type)}
+        kind = _kind(names)
+        if kind is not None:
+            instance = kind(program, inner, names, certain)
+            if isinstance(instance, _Edge):
+                instance.outermost = outermost
+            yield instance
+        yield from _inside(program, inner, block, steady if certain else (), outermost=False)
 
 
-def _is_command(block: BlockType) -> bool:
-    bools = {
-        variable.name.lower()
-        for variable in block.variables
-        if variable.type == ElementaryType("BOOL")
-    }
-    return all(name.lower() in bools for name in _NEEDED)
+def _is_pin(kind: object) -> bool:
+    return kind in (_BOOL, _WORD)
 
 
-def _always(pins: _Pins, instance: _Instance) -> list[str]:
-    """What holds at any time, called or not."""
-    broken = []
-    if len(pins.shown) > 1:
-        broken.append(f"{' and '.join(pins.shown)} are true together; expected at most one")
-    if pins.active and not pins.busy:
-        broken.append("Active is true without Busy")
-    if instance.has_id and pins.error != (pins.error_id != 0):
-        broken.append(
-            f"Error is {str(pins.error).upper()} with ErrorID 16#{pins.error_id:04X}; "
-            "Error is true exactly when ErrorID is not 0"
-        )
-    before = instance.before
-    if before.busy and not pins.shown:
-        broken.append("Busy fell without an end; expected Done or Error for at least one scan")
-    return broken
+def _kind(names: Collection[str]) -> type[_Instance] | None:
+    """Which contract a block with these pins has."""
+    if all(pin in names for pin in ("execute", "busy", "done", "error")):
+        return _Edge
+    if "enable" in names and "error" in names:
+        return _Level
+    if "error" in names and "errorid" in names:
+        return _Instance
+    return None
+
+
+def _together(shown: Collection[str]) -> list[str]:
+    if len(shown) < 2:
+        return []
+    return [f"{' and '.join(shown)} are true together; expected at most one"]
+
+
+def _id_of(error: bool, error_id: int) -> list[str]:
+    if bool(error) == (error_id != 0):
+        return []
+    return [
+        f"Error is {str(bool(error)).upper()} with ErrorID 16#{error_id:04X}; "
+        "Error is true exactly when ErrorID is not 0"
+    ]
 
 
 def _at_the_call(pins: _Pins, before: _Pins, execute: bool, saw: bool) -> list[str]:

@@ -1,4 +1,4 @@
-"""Which blocks a program calls exactly once in every scan, read from its source."""
+"""Which blocks are called exactly once whenever their owner is, read from the source."""
 
 from __future__ import annotations
 
@@ -11,26 +11,31 @@ from rcx_harness.engine.frontend.parser import parse
 
 __all__ = ["steady_instances"]
 
+_OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
+_STARTS = ("EXECUTE", "ENABLE")
 
-def steady_instances(files: Sequence[Path]) -> set[str]:
+
+def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set[str]:
     """Find the instances whose every call and whose Execute can be known from outside.
 
     Where there are several programs or tasks none is named, since not every program runs in
-    every scan. An instance counts if the program calls it once, at the top level of its body,
-    before any RETURN, and if nothing assigns its Execute after that call.
+    every scan. An instance counts if its owner, program or block, calls it once, at the top
+    level of its body, before any RETURN, and if nothing assigns its Execute or Enable after
+    that call.
 
     Args:
         files: The program's own files, free of errors.
+        library: The files of the blocks that it uses.
 
     Returns:
-        Names as `PROGRAM.INSTANCE` in upper case, with the name of the program's type.
+        Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.
     """
-    declared = [entry for file in files for entry in parse(file).declarations]
-    programs = [one for one in declared if isinstance(one, s.Pou) and one.kind == "PROGRAM"]
+    declared = [entry for file in (*files, *library) for entry in parse(file).declarations]
+    owners = [one for one in declared if isinstance(one, s.Pou) and one.kind in _OWNERS]
     tasks = [task for one in declared if isinstance(one, s.Configuration) for task in one.tasks]
-    if len(programs) != 1 or len(tasks) > 1:
+    if sum(owner.kind == "PROGRAM" for owner in owners) != 1 or len(tasks) > 1:
         return set()
-    return {f"{programs[0].name.key}.{name}" for name in _steady(programs[0].body)}
+    return {f"{owner.name.key}.{name}" for owner in owners for name in _steady(owner.body)}
 
 
 def _steady(body: tuple[s.Statement, ...]) -> set[str]:
@@ -46,7 +51,7 @@ def _steady(body: tuple[s.Statement, ...]) -> set[str]:
             if isinstance(inner, s.Return):
                 returned = True
             elif isinstance(inner, s.Assign):
-                late |= _execute_of(inner.target) & top
+                late |= _start_of(inner.target) & top
     return {name for name in top if calls[name] == 1 and name not in late}
 
 
@@ -57,9 +62,9 @@ def _called(statement: s.Statement) -> set[str]:
     return set()
 
 
-def _execute_of(target: s.Variable) -> set[str]:
+def _start_of(target: s.Variable) -> set[str]:
     """`SERVO` for an assignment to `Servo.Execute`."""
-    if not isinstance(target, s.Field) or target.name.key != "EXECUTE":
+    if not isinstance(target, s.Field) or target.name.key not in _STARTS:
         return set()
     return {target.base.key} if isinstance(target.base, s.Name) else set()
 

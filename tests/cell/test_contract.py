@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell
+from rcx_harness.cell_build import source_files
+from rcx_harness.contract import ContractMonitor
 from rcx_harness.contract_source import steady_instances
 
 Build = Callable[..., Cell]
@@ -17,6 +19,15 @@ Build = Callable[..., Cell]
 def cell(build_cell: Build, repository: Path, tmp_path: Path) -> Cell:
     cell = build_cell(
         repository / "tests" / "cell" / "programs" / "Contract.st", lib=tmp_path, scan="10ms"
+    )
+    cell.scan(2)
+    return cell
+
+
+@pytest.fixture
+def inside(build_cell: Build, repository: Path, tmp_path: Path) -> Cell:
+    cell = build_cell(
+        repository / "tests" / "cell" / "programs" / "ContractInside.st", lib=tmp_path, scan="10ms"
     )
     cell.scan(2)
     return cell
@@ -102,7 +113,7 @@ def test_execute_may_be_withdrawn_after_the_call(cell: Cell) -> None:
 
 def test_the_source_shows_which_calls_are_certain(repository: Path) -> None:
     program = repository / "tests" / "cell" / "programs" / "Contract.st"
-    assert steady_instances([program]) == {"CONTRACT.STEADY"}
+    assert steady_instances([program]) == {"CONTRACT.STEADY", "FB_FAULTY.EDGE"}
 
 
 def test_a_call_after_a_return_is_not_certain(tmp_path: Path) -> None:
@@ -124,3 +135,99 @@ def test_nothing_is_certain_where_several_tasks_run(tmp_path: Path) -> None:
         "  END_RESOURCE\nEND_CONFIGURATION\n"
     )
     assert steady_instances([program]) == set()
+
+
+def test_level_blocks_and_blocks_inside_blocks_that_keep_the_contract_are_not_reported(
+    inside: Cell,
+) -> None:
+    inside["Main.Gate"] = True
+    one_job(inside)
+    one_job(inside)
+    assert not inside.violations
+
+
+@pytest.mark.parametrize(
+    ("fault", "findings"),
+    [
+        (
+            1,
+            {
+                "Outer.Once: Error is TRUE with ErrorID 16#0000; "
+                "Error is true exactly when ErrorID is not 0",
+                "Outer.Twice: Error is TRUE with ErrorID 16#0000; "
+                "Error is true exactly when ErrorID is not 0",
+                "Outer.Once: Busy and Error are true together; expected at most one",
+                "Outer.Once: Done and Error are true together; expected at most one",
+                "Outer.Twice: Done and Error are true together; expected at most one",
+            },
+        ),
+        (
+            2,
+            {
+                "Outer.Once: no Busy, Done or Error in the call of the rising edge",
+                "Outer.Once: the end is gone while Execute is true",
+            },
+        ),
+        (3, {"Level: Valid and Busy are true together; expected at most one"}),
+        (4, {"Level: no Valid, Busy or Error while Enable is true"}),
+        (5, {"Level: Valid is true while Enable is FALSE"}),
+        (
+            6,
+            {
+                "Level: Error is FALSE with ErrorID 16#8001; "
+                "Error is true exactly when ErrorID is not 0"
+            },
+        ),
+        (
+            7,
+            {
+                "Plain: Error is TRUE with ErrorID 16#0000; "
+                "Error is true exactly when ErrorID is not 0"
+            },
+        ),
+    ],
+)
+def test_each_clause_broken_by_a_level_block_or_inside_a_block_is_reported(
+    inside: Cell, fault: int, findings: set[str]
+) -> None:
+    if fault == 5:
+        inside["Main.Fault"] = fault
+    one_job(inside)
+    inside["Main.Fault"] = fault
+    one_job(inside)
+    found = {one.text.split(": contract: Main.")[1] for one in inside.violations}
+    assert findings <= found
+    assert {text.split(":")[0] for text in findings} == {text.split(":")[0] for text in found}
+
+
+def test_a_block_inside_a_block_whose_call_can_be_skipped_is_judged_by_what_always_holds(
+    inside: Cell,
+) -> None:
+    inside["Main.Gate"] = True
+    inside["Main.Fault"] = 2
+    one_job(inside)
+    assert not [one.text for one in inside.violations if "Gated" in one.text]
+    inside["Main.Fault"] = 1
+    one_job(inside)
+    assert [one.text for one in inside.violations if "Gated.Once" in one.text]
+
+
+def test_the_monitor_finds_level_blocks_and_blocks_inside_blocks(
+    inside: Cell, repository: Path
+) -> None:
+    program = repository / "tests" / "cell" / "programs" / "ContractInside.st"
+    monitor = ContractMonitor(inside.program, steady_instances([program]))
+    assert monitor.paths == [
+        *("Main.Outer.Once", "Main.Outer.Twice", "Main.Gated.Once", "Main.Gated.Twice"),
+        *("Main.Level", "Main.Plain"),
+    ]
+    assert monitor.steady == ["Main.Outer.Once", "Main.Level", "Main.Plain"]
+
+
+def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
+    build_cell: Build, repository: Path
+) -> None:
+    files = source_files(sorted((repository / "plc" / "examples" / "01_power_up").glob("*.st")))
+    cell = build_cell(list(files.own))
+    monitor = ContractMonitor(cell.program, steady_instances(files.own, files.lib))
+    assert "PowerUp.ServoOn.Job" in [path.replace("Main.", "PowerUp.") for path in monitor.steady]

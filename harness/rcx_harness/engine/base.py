@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -51,6 +51,13 @@ class Program(Protocol):
 
         Raises:
             InputError: no such path (names near it are given), or an index out of range.
+        """
+
+    def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        """A function that reads these variables again and again, faster than `read` does.
+
+        Raises:
+            InputError: as `read`.
         """
 
     def write(self, path: str, value: Value) -> None:

@@ -7,7 +7,7 @@ import ctypes
 import os
 import tempfile
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -142,6 +142,12 @@ class MatiecProgram:
         """Value at `path`."""
         slot = self._slot(path)
         return slot.codec.get(slot.memory, slot.at)
+
+    def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        """A function that reads these variables; see `engine.base.Program.reader`."""
+        slots = [self._slot(path) for path in paths]
+        places = [(slot.codec.get, slot.memory, slot.at) for slot in slots]
+        return lambda: tuple([get(memory, at) for get, memory, at in places])
 
     def write(self, path: str, value: Value) -> None:
         """Set `path`, whole or in part."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import Located, Value
@@ -26,6 +27,7 @@ from rcx_harness.errors import InputError
 __all__ = ["BuiltinProgram"]
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
+_AS_HELD = ("BOOL", "BYTE", "WORD", "DWORD", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT")
 
 
 class _Place(NamedTuple):
@@ -127,6 +129,18 @@ class BuiltinProgram:
         """Value at `path`; see `engine.base.Program.read`."""
         place = self._place(path)
         return self._to_python(place.type, _get(place.holder, place.key))
+
+    def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        """A function that reads these variables; see `engine.base.Program.reader`."""
+        places = [self._place(path) for path in paths]
+        holder = places[0].holder if places else None
+        plain = all(place.holder is holder and _is_plain(place) for place in places)
+        if len(places) > 1 and plain:
+            getter = attrgetter(*(place.key for place in places))
+            return lambda: getter(holder)
+        return lambda: tuple(
+            self._to_python(place.type, _get(place.holder, place.key)) for place in places
+        )
 
     def _to_python(self, kind: Type, held: Any) -> Value:
         if isinstance(kind, ArrayType):
@@ -234,6 +248,13 @@ class BuiltinProgram:
 
     def close(self) -> None:
         """Nothing to free."""
+
+
+def _is_plain(place: _Place) -> bool:
+    """Is it an attribute that holds the very value that `read` gives?"""
+    kind = place.type
+    held = isinstance(place.key, str) and not isinstance(place.holder, dict)
+    return held and isinstance(kind, ElementaryType) and kind.name in _AS_HELD
 
 
 def _get(holder: Any, key: Any) -> Any:

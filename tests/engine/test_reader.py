@@ -1,0 +1,59 @@
+"""`Program.reader` gives what `Program.read` gives, on both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.load import MISSING, build, find_c_compiler, find_matiec
+from rcx_harness.errors import InputError
+
+_SOURCE = """TYPE
+  MODE : (MODE_IDLE, MODE_BUSY);
+END_TYPE
+FUNCTION_BLOCK Counter
+  VAR_INPUT Up : BOOL := TRUE; END_VAR
+  VAR_OUTPUT N : INT; Late : BOOL; Code : WORD; END_VAR
+  N := N + 1;
+  Late := N > 2;
+  Code := INT_TO_WORD(N);
+END_FUNCTION_BLOCK
+PROGRAM Plant
+  VAR C : Counter; M : MODE; T : TIME; W : ARRAY [0..1] OF WORD; END_VAR
+  C();
+  T := T + T#10ms;
+  W[1] := C.Code;
+  IF C.Late THEN
+    M := MODE_BUSY;
+  END_IF;
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("engine", ["builtin", "matiec"])
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ["Main.C.Up", "Main.C.N", "Main.C.Late", "Main.C.Code"],
+        ["Main.C.N"],
+        ["Main.C.N", "Main.M", "Main.T", "Main.W", "Main.W[1]"],
+        [],
+    ],
+)
+def test_a_reader_gives_what_read_gives(engine: str, paths: list[str], tmp_path: Path) -> None:
+    if engine == "matiec" and not (find_matiec() and find_c_compiler()):
+        pytest.skip(MISSING)
+    source = tmp_path / "Plant.st"
+    source.write_text(_SOURCE, encoding="utf-8")
+    program = build([source], engine).program
+    start = program.snapshot()
+    look = program.reader(paths)
+    for scan in range(4):
+        program.scan(scan * 10_000)
+        assert look() == tuple(program.read(path) for path in paths)
+    program.restore(start)
+    assert look() == tuple(program.read(path) for path in paths)
+    with pytest.raises(InputError):
+        program.reader(["Main.C.Missing"])
+    program.close()

@@ -1,0 +1,31 @@
+"""Nothing hangs, nothing restarts by itself, and every fault has its way back: all edge blocks."""
+
+from __future__ import annotations
+
+import pytest
+
+from fault_cell import CaseFailure, library
+from fault_run import FAULTS, rig
+from fault_scenarios import SCENARIOS
+
+_TOLD = 3
+
+
+def test_every_edge_triggered_block_has_a_scenario() -> None:
+    assert set(library().edge) == set(SCENARIOS)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("block", sorted(set(library().edge) & set(SCENARIOS)))
+def test_a_block_ends_lets_go_and_works_again(block: str, fault: str) -> None:
+    """Source: manual chapter 1, 5; chapter 5, 2 and 3."""
+    count = 0
+    failures = []
+    for case in rig(block).cases(FAULTS[fault]):
+        count += 1
+        try:
+            rig(block).run(case)
+        except CaseFailure as failure:
+            failures.append(str(failure))
+    assert count > 10
+    assert not failures, f"{len(failures)} of {count} cases:\n" + "\n".join(failures[:_TOLD])

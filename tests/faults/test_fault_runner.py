@@ -1,0 +1,75 @@
+"""The proof that the fault runs can fail: a library with one fault each, and what is found."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from fault_cell import CaseFailure
+from fault_run import FAULTS, Rig
+from plc_bench import ROOT
+
+_JOB, _SERVO = "sequence/FB_Job.st", "sequence/FB_ServoOn.st"
+
+
+def _first_failure(lib: Path, block: str, fault: str) -> str:
+    broken = Rig(block, lib)
+    try:
+        for case in broken.cases(FAULTS[fault]):
+            broken.run(case)
+    except CaseFailure as failure:
+        return str(failure)
+    return ""
+
+
+@pytest.mark.parametrize(
+    ("file", "right", "wrong", "fault", "found"),
+    [
+        (
+            _JOB,
+            "      ELSIF Clock.Q THEN\n",
+            "      ELSIF Clock.Q AND Execute AND NOT Execute THEN\n",
+            "none",
+            "hangs: Busy for 111 scans, expected at most 110",
+        ),
+        (
+            _JOB,
+            "IF Started OR (NOT Busy AND NOT Execute) THEN",
+            "IF Started THEN",
+            "none",
+            "the outputs stay although Execute is FALSE and the end was shown",
+        ),
+        (
+            _JOB,
+            "Active AND Armed AND Applied AND Answered THEN",
+            "Active AND Armed AND Applied THEN",
+            "none",
+            "Done, but SO02 is OFF as the PLC reads it",
+        ),
+        (
+            _SERVO,
+            "IF Job.Request THEN",
+            "IF Job.Request OR (Robot.SI.SI01_ServoOn AND Robot.SO.SO02_ServoOn) THEN",
+            "none",
+            "the requests are withdrawn",
+        ),
+        (
+            _SERVO,
+            "IF Job.Request THEN",
+            "IF Job.Request OR (Robot.SO.SO03_Alarm AND NOT Robot.SO.SO00_EmergencyStop) THEN",
+            "emergency stop",
+            "something starts by itself: a request or a command goes out unasked",
+        ),
+    ],
+)
+def test_a_fault_in_the_library_is_found(
+    tmp_path: Path, file: str, right: str, wrong: str, fault: str, found: str
+) -> None:
+    lib = tmp_path / "lib"
+    shutil.copytree(ROOT / "plc" / "lib", lib)
+    text = (lib / file).read_text(encoding="utf-8")
+    assert text.count(right) == 1
+    (lib / file).write_text(text.replace(right, wrong), encoding="utf-8")
+    assert found in _first_failure(lib, "FB_ServoOn", fault)

@@ -1,0 +1,279 @@
+"""One block of the library on a virtual robot, ready to be disturbed again and again.
+
+The block's small program is generated and compiled once; every case starts from a snapshot.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple, NoReturn
+
+from plc_bench import LIBRARY
+from rcx_harness import Cell, RobotConfig
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.robot import Point, RobotProgram
+from rcx_harness.trace import Record, Scan
+
+__all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library"]
+
+#: Timeout of the block under test: T#500ms in scans of 10 ms.
+TIMEOUT_SCANS = 50
+
+_ROBOT = RobotConfig(
+    boot_time=50.0,
+    servo_on_delay=30.0,
+    origin_time=60.0,
+    programs=(RobotProgram(loop=True),),
+    points={19: Point((60_000, -20_000, 10_000, 0, 0, 0))},
+)
+
+#: SI(01), SI(10), SI(12), SI(14) to SI(17) in the word n + 32: what a sequence requests.
+_REQUESTS = 0b1111_0101_0000_0010
+_BIT = {f"SO{byte}{bit}": (32 + byte, 1 << bit) for byte in (0, 1) for bit in range(8)}
+
+
+class CaseFailure(AssertionError):  # noqa: N818 - a failed assertion, told with its case
+    """What a case has shown to be wrong."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """What plc/lib holds, told by the pins: no list to forget a block in.
+
+    Attributes:
+        edge: Blocks with Robot, Execute, Done, Busy and Error.
+        level: Blocks with Robot and Enable.
+        pins: Inputs and outputs of each of them.
+    """
+
+    edge: tuple[str, ...]
+    level: tuple[str, ...]
+    pins: Mapping[str, frozenset[str]]
+
+
+@lru_cache(maxsize=1)
+def library() -> Library:
+    """The blocks of plc/lib that the contract is about."""
+    pins = dict(_blocks())
+    edge = {"Robot", "Execute", "Done", "Busy", "Error"}
+    return Library(
+        tuple(name for name, held in pins.items() if edge <= held),
+        tuple(name for name, held in pins.items() if {"Robot", "Enable"} <= held),
+        pins,
+    )
+
+
+def _blocks() -> Iterator[tuple[str, frozenset[str]]]:
+    outside = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
+    for file in LIBRARY:
+        for pou in parse(file).declarations:
+            if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK":
+                sections = [one for one in pou.sections if one.kind in outside]
+                names = (
+                    name.text for one in sections for decl in one.variables for name in decl.names
+                )
+                yield pou.name.text, frozenset(names)
+
+
+def _program(block: str, helpers: Sequence[str]) -> str:
+    """The program that calls `block` in every scan and the helpers while Helping is TRUE."""
+    held = "".join(f"    {name[3:]} : {name};\n" for name in helpers)
+    calls = "".join(f"    {name[3:]}(Robot := Robot);\n" for name in helpers)
+    return (
+        "PROGRAM Faults\n  VAR\n"
+        "    InputArea, OutputArea : RCX_IMAGE;\n    Connected, Helping : BOOL;\n"
+        "    EmergencyStopOk, StopOk : BOOL := TRUE;\n    Robot : RCX_REF;\n"
+        f"    ReadArea : FB_ReadArea;\n    WriteArea : FB_WriteArea;\n    Block : {block};\n{held}"
+        "  END_VAR\n"
+        "  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
+        f"  Block(Robot := Robot);\n  IF Helping THEN\n{calls}  END_IF;\n"
+        "  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,\n"
+        "            EmergencyStopOk := EmergencyStopOk, StopOk := StopOk);\n"
+        "END_PROGRAM\n"
+    )
+
+
+class Pins(NamedTuple):
+    """The outputs of an edge-triggered block, or of a level block (Valid as `done`)."""
+
+    done: bool
+    busy: bool
+    error: bool
+    error_id: int
+    active: bool = False
+    aborted: bool = False
+
+    def __str__(self) -> str:
+        named = zip(("Done/Valid", "Busy", "Error"), self[:3], strict=True)
+        named_more = zip(("Active", "CommandAborted"), self[4:], strict=True)
+        shown = [name for name, on in (*named, *named_more) if on]
+        return f"{' '.join(shown) or '-'}{f' 16#{self.error_id:04X}' if self.error_id else ''}"
+
+
+class FaultCell:
+    """A cell with one block under test, `Main.Block`.
+
+    Args:
+        block: Its type.
+        inputs: Values of its input pins besides Execute or Enable.
+        helpers: Blocks that take the cell from one state to another.
+        robot: Properties of the robot that are not as usual.
+        lib: Folder of the library; None for plc/lib.
+    """
+
+    def __init__(
+        self,
+        block: str,
+        inputs: Mapping[str, Any],
+        helpers: Sequence[str],
+        robot: Mapping[str, Any],
+        lib: Path | None = None,
+    ) -> None:
+        self.block = block
+        self._folder = tempfile.TemporaryDirectory()
+        file = Path(self._folder.name) / "Faults.st"
+        file.write_text(_program(block, helpers), encoding="utf-8")
+        properties = replace(_ROBOT, **robot)
+        self.cell = Cell.build(file, lib=lib, scan="10ms", timeout="40ms", robot=properties)
+        self.cell.trace.listen(self._listen)
+        self._last = Scan(0, 0, bytes(48), bytes(48), None)
+        self._history: list[tuple[int, tuple[bytes, Pins]]] = []
+        self.quiet = False
+        """While TRUE nothing may be requested and no command may begin."""
+        pins = library().pins[block]
+        level = "Enable" in pins
+        self.start_pin = "Enable" if level else "Execute"
+        names = ("Valid" if level else "Done", "Busy", "Error", "ErrorID", "Active")
+        self._outputs = [(name, name in pins) for name in (*names, "CommandAborted")]
+        if "Timeout" in pins:
+            self["Block.Timeout"] = "T#500ms"
+        for name, value in inputs.items():
+            self[f"Block.{name}"] = value
+
+    def __getitem__(self, path: str) -> Any:
+        return self.cell.program.read(f"Main.{path}")
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self.cell.program.write(f"Main.{path}", value)
+
+    def close(self) -> None:
+        """Free the program and its source."""
+        self.cell.close()
+        self._folder.cleanup()
+
+    def restore(self, snapshot: object) -> None:
+        """Begin anew from `snapshot` of the cell."""
+        self.cell.restore(snapshot)
+        self._history.clear()
+        self.quiet = False
+
+    @property
+    def pins(self) -> Pins:
+        """The block's outputs."""
+        read = self.cell.program.read
+        done, busy, error, number, active, aborted = (
+            read(f"Main.Block.{name}") if there else 0 for name, there in self._outputs
+        )
+        return Pins(bool(done), bool(busy), bool(error), number, bool(active), bool(aborted))
+
+    def start(self, on: bool) -> None:
+        """Set Execute or Enable."""
+        self[f"Block.{self.start_pin}"] = on
+
+    def on(self, output: str) -> bool:
+        """Is the controller's output `SO02` ON, as the PLC read it?"""
+        at, mask = _BIT[output]
+        return self.cell.connected and bool(self._last.so[at] & mask)
+
+    @property
+    def status(self) -> int:
+        """The remote status as the PLC read it."""
+        return int.from_bytes(self._last.so[:2], "little")
+
+    @property
+    def requests(self) -> int:
+        """Dedicated inputs that are ON on the wire, but for SI(00) and SI(06)."""
+        return int.from_bytes(self._last.si[32:34], "little") & _REQUESTS
+
+    @property
+    def code(self) -> int:
+        """The command code on the wire."""
+        return int.from_bytes(self._last.si[:2], "little")
+
+    def wire(self) -> bytes:
+        """Code, status and dedicated signals: where these change, a sequence goes on."""
+        so, si = self._last.so, self._last.si
+        return so[:2] + so[32:34] + si[:2] + si[32:34]
+
+    def free(self, channel: str) -> bool:
+        """Is it nobody's turn on this channel, and does nobody wait?"""
+        return bool(self[f"Robot.{channel}.Serving"] == self[f"Robot.{channel}.NextTicket"])
+
+    def scan(self) -> Pins:
+        """One scan; the block's outputs after it."""
+        requested, code = self.requests, self.code
+        self.cell.scan()
+        pins = self.pins
+        if self.quiet and (self.requests & ~requested or (self.code and not code)):
+            self.note(pins)
+            self.fail("something starts by itself: a request or a command goes out unasked")
+        self.note(pins)
+        return pins
+
+    def note(self, pins: Pins) -> None:
+        """Remember what there is to see, if it has changed."""
+        seen = (self.wire(), pins)
+        if not self._history or self._history[-1][1] != seen:
+            self._history.append((self._last.scan, seen))
+
+    def until(self, condition: Callable[[], bool], most: int, what: str) -> None:
+        """Scan until `condition`, at most so many scans."""
+        for _ in range(most + 1):
+            if condition():
+                return
+            self.scan()
+        self.fail(f"not within {most} scans: {what}")
+
+    def help(self, name: str) -> None:
+        """Let the helper block `FB_ServoOn` do its work once."""
+        self["Helping"] = True
+        self[f"{name[3:]}.Execute"] = True
+        self.scan()
+        self.until(lambda: not self[f"{name[3:]}.Busy"], 300, f"{name} ends")
+        done, error = self[f"{name[3:]}.Done"], self[f"{name[3:]}.ErrorID"]
+        if not done:
+            self.fail(f"{name} ends with 16#{error:04X} instead of Done")
+        self[f"{name[3:]}.Execute"] = False
+        self.scan()
+        self["Helping"] = False
+
+    def fail(self, text: str) -> NoReturn:
+        """End the case.
+
+        Raises:
+            CaseFailure: always, with what happened last.
+        """
+        lines = [
+            f"    scan {scan}: {_signals(wire)}  {pins}"
+            for scan, (wire, pins) in self._history[-14:]
+        ]
+        raise CaseFailure("\n".join([f"{text} (scan {self._last.scan})", *lines]))
+
+    def _listen(self, record: Record) -> None:
+        if isinstance(record, Scan):
+            self._last = record
+
+
+def _signals(wire: bytes) -> str:
+    """What `FaultCell.wire` gave, to be read: inputs and code, outputs and status."""
+
+    def listed(word: int) -> str:
+        return ",".join(f"{k >> 3}{k & 7}" for k in range(16) if word >> k & 1)
+
+    status, so, code, si = (int.from_bytes(wire[k : k + 2], "little") for k in (0, 2, 4, 6))
+    return f"SI {listed(si)} {code:04X} | SO {listed(so)} {status:04X} |"

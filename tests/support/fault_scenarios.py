@@ -1,0 +1,166 @@
+"""From which state each block starts, which answers it waits for, and what its Done means."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from fault_cell import FaultCell
+from rcx_harness.robot import Axis
+
+__all__ = ["LEVELS", "SCENARIOS", "Scenario", "recover"]
+
+#: Longest that the cell takes to a stable state: boot, new connection, settling [scans].
+_STEADY = 120
+
+_RECOVERY = ("FB_AlarmReset", "FB_ServoOn")
+_START = (*_RECOVERY, "FB_AutoStart")
+_EMERGENCY = (*_START, "FB_EmergencyStop", "FB_ServoOnFromEmergencyStop")
+_STOP = (*_START, "FB_ProgramStop", "FB_ProgramContinue")
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """How a block is tried.
+
+    Attributes:
+        prepare: Brings a cell without faults to the state from which the block starts.
+        answers: Outputs of the controller that it waits for: `SO02`, or `Status`.
+        means: What the controller shows in the scan of Done (Valid): outputs by their state.
+        inputs: Input pins that are not at their default.
+        waits: How many waits there are, each of them limited by Timeout.
+        robot: Properties of the robot that are not as usual.
+        helpers: Blocks that `prepare` and the recovery need.
+    """
+
+    prepare: Callable[[FaultCell], None]
+    answers: tuple[str, ...]
+    means: Mapping[str, bool]
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    waits: int = 1
+    robot: Mapping[str, Any] = field(default_factory=dict)
+    helpers: tuple[str, ...] = _RECOVERY
+
+
+def recover(cell: FaultCell) -> None:
+    """The documented way back, once the causes are removed: reset the alarm, then servo on."""
+    cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, "CPU_OK")
+    if cell["Robot.HoldEmergency"]:
+        cell.help("FB_ServoOnFromEmergencyStop")
+    cell.until(lambda: not cell.on("SO00"), _STEADY, "SO(00) OFF, all causes are removed")
+    if cell.on("SO03"):
+        cell.help("FB_AlarmReset")
+    if not cell.on("SO02"):
+        cell.help("FB_ServoOn")
+    if cell["Robot.HoldStop"]:
+        cell.help("FB_ProgramContinue")
+    cell.until(lambda: bool(cell["Robot.Settled"]), _STEADY, "SI(00) and SI(06) ON and settled")
+
+
+def _rest(cell: FaultCell) -> None:
+    """Let the interval since the last change pass, so that the sequence begins at once."""
+    for _ in range(13):
+        cell.scan()
+
+
+def _program_stands(cell: FaultCell) -> None:
+    recover(cell)
+    if cell.on("SO13"):
+        cell["StopOk"] = False
+        cell.until(lambda: not cell.on("SO13"), 20, "SI(06) OFF stops the program")
+        cell["StopOk"] = True
+        cell.scan()
+        cell.until(lambda: bool(cell["Robot.Settled"]), _STEADY, "SI(06) ON and settled")
+    _rest(cell)
+
+
+def _program_runs(cell: FaultCell) -> None:
+    recover(cell)
+    if not cell.on("SO13"):
+        cell.help("FB_AutoStart")
+
+
+def _program_is_not_reset(cell: FaultCell) -> None:
+    _program_runs(cell)
+    _program_stands(cell)
+
+
+def _alarm(cell: FaultCell) -> None:
+    recover(cell)
+    cell.cell.inject("alarm", group=2, category=334)
+    cell.until(lambda: cell.on("SO03"), 10, "the alarm is shown")
+    _rest(cell)
+
+
+def _servos_are_off(cell: FaultCell) -> None:
+    _alarm(cell)
+    cell.help("FB_AlarmReset")
+
+
+def _axes_at_zero(cell: FaultCell) -> None:
+    recover(cell)
+    cell.cell.robot.positions[:] = [0] * len(cell.cell.robot.positions)
+
+
+def _emergency_stop(cell: FaultCell) -> None:
+    recover(cell)
+    cell.help("FB_EmergencyStop")
+
+
+def _stopped_program(cell: FaultCell) -> None:
+    _program_runs(cell)
+    cell.help("FB_ProgramStop")
+
+
+def _no_power(cell: FaultCell) -> None:
+    cell.cell.inject("power_cycle")
+    cell.until(lambda: not cell["Robot.Connected"], 20, "the link is lost with the power")
+
+
+_POINT_19 = [0x0004, 0, 0x0032, 0x0013, *[0] * 11]
+
+#: Every edge-triggered block of the library.
+SCENARIOS: dict[str, Scenario] = {
+    "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
+    "FB_AutoStart": Scenario(_program_stands, ("SO13",), {"SO13": True}, helpers=_START),
+    "FB_EmergencyStop": Scenario(
+        _program_runs, ("SO00", "SO02"), {"SO00": True, "SO02": False}, waits=2, helpers=_EMERGENCY
+    ),
+    "FB_PowerUp": Scenario(
+        _no_power,
+        ("SO01", "SO04", "SO10", "SO02", "SO14", "SO13"),
+        {"SO13": True, "SO02": True},
+        waits=9,
+    ),
+    "FB_ProgramContinue": Scenario(
+        _stopped_program, ("SO13",), {"SO13": True}, waits=2, helpers=_STOP
+    ),
+    "FB_ProgramReset": Scenario(_program_is_not_reset, ("SO14",), {"SO14": True}, helpers=_START),
+    "FB_ProgramStop": Scenario(_program_runs, ("SO13",), {"SO13": False}, helpers=_STOP),
+    "FB_RemoteCommand": Scenario(
+        _axes_at_zero, ("Status",), {}, {"Code": 0x0001, "Data": _POINT_19}
+    ),
+    "FB_ReturnToOrigin": Scenario(
+        _program_stands,
+        ("SO11",),
+        {"SO11": True},
+        robot={"origin_complete": False, "axes": (Axis(type="incremental"),) * 4},
+    ),
+    "FB_ServoOn": Scenario(_servos_are_off, ("SO02",), {"SO02": True}),
+    "FB_ServoOnFromEmergencyStop": Scenario(
+        _emergency_stop,
+        ("SO00", "SO03", "SO04", "SO02"),
+        {"SO00": False, "SO02": True},
+        waits=4,
+        robot={"mp_ready_in_emergency_stop": False},
+        helpers=_EMERGENCY,
+    ),
+}
+
+#: Every level block of the library.
+LEVELS: dict[str, Scenario] = {
+    "FB_AutoMode": Scenario(recover, ("SO10",), {"SO10": True}),
+    "FB_SequenceControl": Scenario(recover, ("SO12",), {"SO12": True}),
+    "FB_Status": Scenario(recover, ("SO01",), {}),
+}
