@@ -28,7 +28,9 @@ ROOT = Path(__file__).resolve().parents[2]
 #: From then on it says which page it is at [s].
 _PATIENCE_S = 2.0
 
-_OUTPUT = re.compile(r"(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n).*?(\n```)", re.DOTALL)
+_OUTPUT = re.compile(
+    r"^(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$", re.MULTILINE
+)
 
 
 @dataclass(frozen=True)
@@ -179,7 +181,7 @@ def _readme() -> str:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
 
     def paste(match: re.Match[str]) -> str:
-        return match[1] + _run(match["command"]) + match[3]
+        return f"{match[1]}{_run(match['command'])}\n{match[3]}"
 
     return _OUTPUT.sub(paste, text)
 

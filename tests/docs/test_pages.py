@@ -73,3 +73,22 @@ def test_a_stale_page_is_reported(
     assert docs.main([]) == 0
     assert (tmp_path / "page.md").read_text(encoding="utf-8") == "new"
     assert docs.main(["--check"]) == 0
+
+
+@pytest.mark.parametrize("page", ["README.md", "plc/examples/README.md", "docs/scan-model.md"])
+def test_every_block_of_code_that_is_opened_is_closed(page: str) -> None:
+    fences = re.findall(r"^```(.*)$", (_ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
+    assert fences[1::2] == [""] * (len(fences) // 2)
+    assert len(fences) % 2 == 0
+
+
+def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (
+        "# A\n\n<!-- output of: echo new -->\n```text\n{}```\n\nKept.\n\n```iecst\nx := 1;\n```\n"
+    )
+    monkeypatch.setattr(docs, "ROOT", tmp_path)
+    for before in ("", "old\n", "old\n\nolder\n"):
+        (tmp_path / "README.md").write_text(page.format(before), encoding="utf-8")
+        assert docs._readme() == page.format("new\n")
