@@ -6,7 +6,7 @@ documented recovery brings the cell back, and the block does its work.
 
 With normal answers a fault comes at each scan of the sequence, under each pattern (in a long
 sequence the patterns take turns). With an answer that is missing, late or withdrawn it comes
-around each change on the wire; of these cases at most 40 are taken for a block and a fault
+around each change on the wire; of these cases at most 24 are taken for a block and a fault
 (160 without a fault). RCX_FAULTS=all takes them all.
 """
 
@@ -35,7 +35,7 @@ _LATE = 8
 #: A sequence that is so long has the patterns take turns [scans].
 _LONG = 20
 #: Cases with a disturbed answer for a block and a fault.
-_MOST_SHAPED = 40
+_MOST_SHAPED = 24
 
 #: Leave nothing out.
 EVERYTHING = os.environ.get("RCX_FAULTS") == "all"

@@ -82,10 +82,13 @@ def _shift(node: t.Standard, arguments: list[str]) -> Value:
     name, kind = type_name(node.type), node.type
     if name == "BOOL":
         return Value(value if node.name[:2] == "RO" else f"({value} and {count} == 0)")
+    constant = isinstance(node.arguments[1], t.Constant) and not count.startswith("(-")
     if node.name == "SHL":
-        return of_type(f"shl({value}, {count}, {INT_RANGE[name][1]})", kind)
+        mask = INT_RANGE[name][1]
+        if constant and int(count) < WIDTH[name]:
+            return of_type(f"({value} << {count} & {mask})", kind)
+        return of_type(f"shl({value}, {count}, {mask})", kind)
     if node.name == "SHR":
-        constant = isinstance(node.arguments[1], t.Constant) and not count.startswith("(-")
         return of_type(f"({value} >> {count})" if constant else f"shr({value}, {count})", kind)
     sign = "-" if node.name == "ROR" else ""
     return of_type(f"rol({value}, {sign}{count}, {WIDTH[name]})", kind)
