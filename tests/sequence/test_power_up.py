@@ -251,3 +251,14 @@ def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() ->
     assert plc["Robot.HoldEmergency"]
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"
     assert plc.inputs == ["SI06"]
+
+
+def test_a_program_that_runs_without_servos_is_no_power_up() -> None:
+    """The servos go off in the very scans in which the program starts."""
+    plc = _off()
+    plc["PowerUp.Execute"] = True
+    _until(plc, "PROGRAM_START")
+    plc.scan_until(lambda: "SI12" in plc.inputs)
+    plc.outputs(SO02=False, SO14=False, SO13=True)
+    plc.scan_until(lambda: not plc["PowerUp.Busy"])
+    assert plc["PowerUp.ErrorID"] == 0x800C
