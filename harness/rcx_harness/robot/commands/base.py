@@ -25,11 +25,15 @@ class CommandError(Exception):
 
 @dataclass(frozen=True)
 class Call:
-    """A command as the master gave it: code without R, robot 1 to 4, and the fields."""
+    """A command as the master gave it: code without R, robot 1 to 4, and the fields.
+
+    `designated` is R as it was sent, 0 to 4, for the commands where 0 is not robot 1.
+    """
 
     code: int
     robot: int
     values: Mapping[str, Any]
+    designated: int = 0
 
 
 class Execution(Protocol):

@@ -1,0 +1,224 @@
+"""A remote command's telegram: fields, words, and what is wrong with them.
+
+Words are lists of 16: word k is at byte 2k of the area, word 0 the code or status.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
+
+from rcx_harness.errors import InputError
+
+__all__ = ["WORDS", "Command", "Field", "FieldValue", "did_you_mean"]
+
+#: A number, or as many as the field's count says, or a text.
+FieldValue = int | float | str | tuple[int, ...] | tuple[float, ...]
+
+WORDS = 16
+_FORMATS = {"u16": "<H", "s16": "<h", "u32": "<I", "s32": "<i", "f32": "<f"}
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a telegram; see the head of remote_commands.toml for its keys."""
+
+    name: str
+    at: int
+    type: str = "bits"
+    bits: tuple[int, int] = (0, 15)
+    count: int = 1
+    length: int = 0
+    range: tuple[float, float] | None = None
+    values: Mapping[int, str] = field(default_factory=dict)
+    by: str = ""
+    ranges: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    one_bit: bool = False
+    unit: str = ""
+    meaning: str = ""
+
+    @property
+    def fixed(self) -> int | None:
+        """The only value that it may have; None where there is a choice."""
+        return next(iter(self.values)) if len(self.values) == 1 else None
+
+    @property
+    def mask(self) -> int:
+        """Bits of its (first) word that it covers."""
+        if self.type != "bits":
+            return 0xFFFF
+        low, high = self.bits
+        return ((1 << (high - low + 1)) - 1) << low
+
+    @property
+    def words(self) -> Sequence[int]:
+        """Indices of the words it covers."""
+        if self.type == "bits":
+            size = 2
+        elif self.type == "text":
+            size = self.length + self.length % 2
+        else:
+            size = struct.calcsize(_FORMATS[self.type]) * self.count
+        return range(self.at // 2, (self.at + size) // 2)
+
+    def read(self, words: Sequence[int]) -> FieldValue:
+        """Its value in a telegram; numbers as they are on the wire, without scaling."""
+        if self.type == "bits":
+            return (words[self.at // 2] & self.mask) >> self.bits[0]
+        raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
+        if self.type == "text":
+            return raw[: self.length].decode("latin-1").rstrip("\0 ")
+        every = tuple(part[0] for part in struct.iter_unpack(_FORMATS[self.type], raw))
+        return every if self.count > 1 else every[0]
+
+    def write(self, words: list[int], value: FieldValue) -> None:
+        """Put `value` into a telegram.
+
+        Raises:
+            InputError: it does not fit, or is not of the field's kind.
+        """
+        try:
+            if self.type == "bits":
+                self._write_bits(words, int(value))  # type: ignore[arg-type]
+                return
+            if self.type == "text":
+                raw = str(value).encode("ascii").ljust(2 * len(self.words))
+                fits = len(raw) == 2 * len(self.words)
+            else:
+                parts: list[Any] = list(value) if isinstance(value, (tuple, list)) else [value]
+                fits = len(parts) <= self.count
+                parts += [0] * (self.count - len(parts))
+                raw = b"".join(struct.pack(_FORMATS[self.type], part) for part in parts)
+        except (struct.error, UnicodeEncodeError, TypeError, ValueError) as error:
+            raise InputError(f"{self.name} cannot be {value!r}: {error}") from error
+        if not fits:
+            raise InputError(f"{self.name} has no room for {value!r}")
+        for k in self.words:
+            start = 2 * (k - self.at // 2)
+            words[k] = int.from_bytes(raw[start : start + 2], "little")
+
+    def _write_bits(self, words: list[int], value: int) -> None:
+        shifted = value << self.bits[0]
+        if value < 0 or shifted & ~self.mask:
+            width = self.bits[1] - self.bits[0] + 1
+            raise InputError(f"{self.name} cannot be {value}", hint=f"it has {width} bit(s)")
+        words[self.at // 2] = words[self.at // 2] & ~self.mask | shifted
+
+    def problem(self, values: Mapping[str, FieldValue]) -> str:
+        """What is wrong with its value among all `values` of the telegram; empty if nothing."""
+        value = values[self.name]
+        allowed = self.range
+        if self.by:
+            selector = values[self.by]
+            allowed = self.ranges.get(selector) if isinstance(selector, int) else None
+        if self.values and value not in self.values:
+            return f"{self.name} is {value}, which has no meaning"
+        if isinstance(value, str):
+            wrong = next((c for c in value if not " " <= c <= "~"), "")
+            return f"{self.name} has the character {ord(wrong):#04x}, not 0x20 to 0x7e" * bool(
+                wrong
+            )
+        if allowed is None:
+            return ""
+        parts = value if isinstance(value, tuple) else (value,)
+        for part in parts:
+            if not isinstance(part, str) and not allowed[0] <= part <= allowed[1]:
+                return f"{self.name} is {part}, not {allowed[0]} to {allowed[1]}"
+        if self.one_bit and isinstance(value, int) and bin(value).count("1") != 1:
+            return f"{self.name} is {value:#b}, not exactly one bit"
+        return ""
+
+
+@dataclass(frozen=True)
+class Command:
+    """One remote command: its code, and the fields of its telegrams."""
+
+    code: int
+    name: str
+    title: str
+    category: int
+    section: str
+    robot: bool
+    pendant: bool
+    request: tuple[Field, ...] = ()
+    response: tuple[Field, ...] = ()
+    exclusive: tuple[tuple[str, str], ...] = ()
+    robot_zero: str = "robot 1"
+
+    @property
+    def shown(self) -> str:
+        """The code as the manual writes it, `0xR001` or `0x0100`."""
+        return f"0xR{self.code:03X}" if self.robot else f"0x{self.code:04X}"
+
+    def decode(self, words: Sequence[int]) -> dict[str, FieldValue]:
+        """The request's fields by name; nothing is checked."""
+        return {part.name: part.read(words) for part in self.request}
+
+    def encode(self, values: Mapping[str, FieldValue], robot: int = 0) -> tuple[int, ...]:
+        """The 16 words of a request; fields that are not given are 0.
+
+        Raises:
+            InputError: unknown field, value out of its range, or a robot where none is allowed.
+        """
+        if robot and not (self.robot and 0 < robot <= 4):
+            raise InputError(f"{self.shown} {self.name} cannot designate robot {robot}")
+        preset = {part.name: part.fixed for part in self.request if part.fixed is not None}
+        words = self._fill(self.request, {**preset, **values})
+        problem = self.problem(words)
+        if problem:
+            raise InputError(f"{self.shown} {self.name}: {problem}")
+        words[0] = self.code | robot << 12
+        return tuple(words)
+
+    def respond(self, values: Mapping[str, FieldValue]) -> tuple[int, ...]:
+        """The 15 response words of a normal end; fields that are not given are 0."""
+        return tuple(self._fill(self.response, values)[1:])
+
+    def read_response(self, words: Sequence[int]) -> dict[str, FieldValue]:
+        """The response's fields by name, from the 16 words at m."""
+        return {part.name: part.read(words) for part in self.response}
+
+    def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:
+        """What is wrong with a request's data words; empty if nothing.
+
+        Args:
+            words: The 16 words at n; word 0 is not looked at.
+            unused_words: Words without any field must be 0, too.
+        """
+        covered = [0] * WORDS
+        for part in self.request:
+            for k in part.words:
+                covered[k] |= part.mask
+        for k in range(1, WORDS):
+            stray = words[k] & ~covered[k]
+            if stray and (covered[k] or unused_words):
+                kind = "fixed 0" if covered[k] else "not used"
+                return f"n+{2 * k} has bits 0x{stray:04X} set, which are {kind}"
+        values = self.decode(words)
+        for part in self.request:
+            problem = part.problem(values)
+            if problem:
+                return problem
+        for first, second in self.exclusive:
+            if values[first] and values[second]:
+                return f"{first} and {second} cannot both be 1"
+        return ""
+
+    def _fill(self, fields: Sequence[Field], values: Mapping[str, FieldValue]) -> list[int]:
+        by_name = {part.name: part for part in fields}
+        words = [0] * WORDS
+        for name, value in values.items():
+            if name not in by_name:
+                meant = did_you_mean(get_close_matches(name, by_name))
+                hint = meant or f"its fields are: {', '.join(by_name) or 'none'}"
+                raise InputError(f"{self.shown} {self.name} has no field {name!r}", hint=hint)
+            by_name[name].write(words, value)
+        return words
+
+
+def did_you_mean(names: Sequence[str]) -> str:
+    """A hint that names what was perhaps meant; empty without any."""
+    return f"did you mean {' or '.join(names)}" if names else ""
