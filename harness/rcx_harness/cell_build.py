@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rcx_harness.cell_image import check_size
+from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
 from rcx_harness.link import DirectLink, Link
 from rcx_harness.robot import Controller, RobotConfig
@@ -35,7 +36,7 @@ class SourceFiles:
 
 
 def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
-    """Find the files of a program and of the library.
+    """Find the files of a program, and those of the library that it needs.
 
     Args:
         program: Files, or folders whose `.st` files are taken.
@@ -54,7 +55,7 @@ def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
         raise InputError("no such folder", file=folder, hint="--lib is the folder of the library")
     taken = {file.resolve() for file in own}
     found = [file for file in sorted(folder.rglob("*.st")) if file.resolve() not in taken]
-    return SourceFiles(tuple(dict.fromkeys(own)), tuple(found), folder)
+    return SourceFiles(tuple(dict.fromkeys(own)), tuple(needed(own, found)), folder)
 
 
 def check_outputs(outputs: Sequence[str | Path], files: SourceFiles, *inputs: object) -> None:

@@ -176,7 +176,7 @@ def command(name: str) -> Command:
     raise InputError(f"no remote command is called {name!r}", hint=did_you_mean(meant))
 
 
-def _command(groups: Mapping[str, Mapping[str, Any]], **entry: Any) -> Command:
+def _command(groups: Mapping[str, Mapping[str, Any]], /, **entry: Any) -> Command:
     used = []
     for name in entry.pop("groups", ()):
         if name not in groups:

@@ -18,6 +18,7 @@ from rcx_harness.clocks import Timing
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.engine.needed import needed
 from rcx_harness.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
 
@@ -35,7 +36,7 @@ EVENTS = (
 
 @pytest.fixture(scope="module")
 def program() -> Program:
-    return build([*LIBRARY, BENCH]).program
+    return build([BENCH, *needed([BENCH], LIBRARY)]).program
 
 
 def _cell(program: Program, random: Random, seed: int, trace: Path | None = None) -> Cell:
@@ -98,7 +99,7 @@ def test_both_engines_give_the_same_trace(seed: int, tmp_path: Path) -> None:
         pytest.skip("matiec not found: set RCX_MATIEC or PATH")
     for engine in ("matiec", "builtin"):
         random = Random(seed)
-        program = build([*LIBRARY, BENCH], engine).program
+        program = build([BENCH, *needed([BENCH], LIBRARY)], engine).program
         with _cell(program, random, seed, tmp_path / engine) as cell:
             while cell.now_us < SECONDS * 1_000_000:
                 _flip(cell, random)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Value
+from rcx_harness.engine.needed import needed
 
 __all__ = ["LIBRARY", "ROOT", "PlcBench"]
 
@@ -31,7 +32,7 @@ class PlcBench:
         scan_us: int = 10_000,
         margin: str | None = "T#20ms",
     ) -> None:
-        self.program = build([*LIBRARY, program], engine="auto").program
+        self.program = build([program, *needed([program], LIBRARY)], engine="auto").program
         self.now_us = 0
         self.scan_us = scan_us
         self.m, self.n = m, n

@@ -5,11 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-__all__ = ["EMERGENCY_STOP", "SOFT_LIMIT", "STOP", "ActiveAlarm", "AlarmList"]
+__all__ = ["EMERGENCY_STOP", "SOFT_LIMIT", "STOP", "ActiveAlarm", "AlarmList", "CommandError"]
 
 EMERGENCY_STOP = "12.600"
 STOP = "12.400"
 SOFT_LIMIT = "2.334"
+
+
+class CommandError(Exception):
+    """A remote command ends abnormally with the alarm of that number (`"12.600"`)."""
+
+    def __init__(self, number: str) -> None:
+        self.number = number
+        super().__init__(number)
 
 
 @dataclass(frozen=True)

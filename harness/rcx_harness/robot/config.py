@@ -23,6 +23,7 @@ __all__ = ["Axis", "Delay", "Point", "RobotConfig", "RobotProgram"]
 Delay = float | tuple[float, float]
 
 AXES = 6
+ROBOTS = 4
 HIGHEST_POINT = 29999
 
 
@@ -43,6 +44,7 @@ class Axis:
     soft_low: int = -1_000_000  # [pulses]
     soft_high: int = 1_000_000  # [pulses]
     start: int = 0  # position at power-on [pulses]
+    motor_rotation: int = 16384  # [pulses per rotation of the motor]
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,12 @@ class RobotConfig:
     changed_command_status: str = "run"  # run, ready
     auto_speed: int = 100  # [%]
     program_speed: int = 100  # [%]
+    manual_speed: int = 20  # [%]
+    inching_amount: int = 100  # [pulses or 0.001 mm]
+    scara_robots: tuple[int, ...] = (1, 2, 3, 4)
+    power_loses_settings: bool = False
+    servo_needs_motor_power: bool = True
+    semi_absolute_is_incremental: bool = True
     position_flag_bit0: bool = True
     unasked_positions_zero: bool = True
     host_version: int = 0x0108
@@ -181,6 +189,10 @@ class RobotConfig:
     motion_during_program: bool = True
     busy_alarm: str = "4.2"
     servo_off_alarm: str = "4.2"
+    motor_power_alarm: str = "4.2"
+    not_scara_alarm: str = "4.2"
+    origin_method_alarm: str = "4.2"
+    absolute_reset_alarm: str = "4.2"
     undefined_point_alarm: str = "4.2"
 
     def __post_init__(self) -> None:

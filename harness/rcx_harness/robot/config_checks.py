@@ -25,6 +25,9 @@ _RANGES = {
     "robot": (1, 4),
     "auto_speed": (1, 100),
     "program_speed": (1, 100),
+    "manual_speed": (1, 100),
+    "inching_amount": (1, 10000),
+    "motor_rotation": (4, 2**24),
     "host_version": (0, 0xFFFF),
     "host_revision": (0, 0xFFFF),
     "fpga_version": (0, 0xFFFF),
@@ -68,6 +71,9 @@ def check_value(key: str, declared: str, value: Any) -> None:
         _expect(isinstance(value, str), key, value, "a text")
     elif key == "axes":
         _check_axes(value)
+    elif key == "scara_robots":
+        for robot in value if isinstance(value, tuple) else (value,):
+            check_value("robot", "int", robot)
     elif key == "programs":
         _expect(len(value) > 0, key, value, "at least one program")
     elif key.startswith("points"):
@@ -132,6 +138,7 @@ def _check_axes(axes: Any) -> None:
         _expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
         for name in ("type", "origin_method"):
             check_value(name, "str", getattr(axis, name))
+        check_value("motor_rotation", "int", axis.motor_rotation)
         _expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
 
 

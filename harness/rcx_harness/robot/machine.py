@@ -7,12 +7,14 @@ that the state depends on nothing but the calls and their times.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList
 from rcx_harness.robot.config import Point, RobotConfig
 from rcx_harness.robot.motion import AxisMove, Movement
 from rcx_harness.robot.origin import Origins
+from rcx_harness.robot.servos import Servos
+from rcx_harness.robot.settings import Settings
 from rcx_harness.robot.tasks import Programs
 
 __all__ = ["Machine"]
@@ -33,6 +35,8 @@ class Machine:
         self.points: dict[int, Point] = dict(config.points)
         self.positions = [axis.start for axis in config.axes]
         self.origins = Origins(config)
+        self.settings = Settings(config)
+        self.servos = Servos(len(config.axes))
         self.auto_input = config.auto_mode
         self.manual_lock = not config.auto_mode
         self.pendant_authority = config.pendant_authority
@@ -54,7 +58,6 @@ class Machine:
         self.booted = False
         self.si00 = self.si06 = self.si10 = False
         self.emergency = True  # until SI(00) comes ON; this is no shift in operation: no alarm
-        self.servo_on = False
         self.link = "none"
         self.auto_mode = self._auto_selected
         self.sequence_running = False
@@ -66,7 +69,8 @@ class Machine:
     def power_off(self) -> None:
         """Switch the controller off: all that is not stored is lost."""
         self.powered = self.booted = False
-        self.servo_on = False
+        self.servos.switch_all(False)
+        self.settings.lose_power()
         self.pending.clear()
         self._halt(EMERGENCY_STOP)
         self.origins.lose_power()
@@ -90,6 +94,15 @@ class Machine:
             return not self.emergency and not self.alarms.serious
         harmless = (EMERGENCY_STOP, config.link_loss_alarm, config.link_error_alarm)
         return not any(a.serious and a.number not in harmless for a in self.alarms.active)
+
+    @property
+    def servo_on(self) -> bool:
+        """SO(02): the motor power is ON."""
+        return self.servos.motor_power
+
+    def servos_on(self, indices: Iterable[int]) -> bool:
+        """The servo of each of these axes is on."""
+        return self.servos.are_on(indices)
 
     @property
     def origin_running(self) -> bool:
@@ -149,7 +162,7 @@ class Machine:
 
     def request_servo_on(self) -> None:
         """SI(01)."""
-        if self._may_switch_servo_on() and not self.servo_on:
+        if self.may_switch_servo_on() and not self.servos.all_on:
             self._schedule("servo_on_delay")
 
     def request_alarm_reset(self) -> None:
@@ -262,7 +275,7 @@ class Machine:
     def _pendant_blocks(self) -> bool:
         return self.pendant_authority and self.config.pendant_blocks_inputs
 
-    def _may_switch_servo_on(self) -> bool:
+    def may_switch_servo_on(self) -> bool:
         alarm = self.alarms.serious and not self.config.servo_on_with_alarm
         return not self.emergency and self.mp_ready and not alarm and not self._pendant_blocks()
 
@@ -316,7 +329,7 @@ class Machine:
             self.movement = None
 
     def _servo_off(self, number: str) -> None:
-        self.servo_on = False
+        self.servos.switch_all(False)
         self.pending.pop("servo_on_delay", None)
         self._halt(number)
 
@@ -353,7 +366,8 @@ class Machine:
         self.emergency = False
 
     def _on_servo_on_delay(self) -> None:
-        self.servo_on = self._may_switch_servo_on()
+        if self.may_switch_servo_on():
+            self.servos.switch_all(True)
 
     def _on_alarm_reset_delay(self) -> None:
         self.reset_alarms()

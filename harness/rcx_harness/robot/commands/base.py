@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
+from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
 
@@ -13,14 +14,6 @@ __all__ = ["Call", "CommandError", "Execution", "Response", "act", "last", "star
 
 #: Response fields by their names in remote_commands.toml.
 Response = Mapping[str, FieldValue]
-
-
-class CommandError(Exception):
-    """The command ends abnormally with the alarm of that number (`"12.600"`)."""
-
-    def __init__(self, number: str) -> None:
-        self.number = number
-        super().__init__(number)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,76 @@
+"""Which files of a library a program needs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+__all__ = ["needed"]
+
+_COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
+_NAME = re.compile(r"[A-Za-z_]\w*")
+_POU = re.compile(r"\b(?:FUNCTION_BLOCK|FUNCTION|PROGRAM)\s+(\w+)", re.IGNORECASE)
+_TYPE = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL | re.IGNORECASE)
+_OTHER = re.compile(r"\b(?:CONFIGURATION|VAR_GLOBAL)\b", re.IGNORECASE)
+
+
+def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
+    """The files of a library whose names a program mentions, and those that these mention.
+
+    Args:
+        program: The program's own files; one that cannot be read mentions nothing.
+        library: Files of the library.
+
+    Returns:
+        Part of `library`, in its order: those that declare a name which is needed, and those that
+        declare nothing that could be named, or a configuration.
+    """
+    declaring: dict[str, list[Path]] = {}
+    found = set()
+    for file in library:
+        names = _look(file).declared
+        found |= set() if names else {file}
+        for name in names:
+            declaring.setdefault(name, []).append(file)
+    waiting = [*program, *found]
+    while waiting:
+        for name in _look(waiting.pop()).mentioned & declaring.keys():
+            new = [file for file in declaring[name] if file not in found]
+            found.update(new)
+            waiting += new
+    return [file for file in library if file in found]
+
+
+@dataclass(frozen=True)
+class _File:
+    """The names in a file, in upper case, without those in comments.
+
+    `declared` is empty where nothing is, or where a configuration is among it; of types it has
+    the names of the fields, too.
+    """
+
+    mentioned: frozenset[str] = frozenset()
+    declared: frozenset[str] = frozenset()
+
+
+def _look(file: Path) -> _File:
+    try:
+        return _read(file, file.stat().st_mtime_ns)
+    except OSError:
+        return _File()
+
+
+@lru_cache(maxsize=1024)
+def _read(file: Path, stamp: int) -> _File:
+    """The names in a file as it was at `stamp`."""
+    code = _COMMENT.sub(" ", file.read_text(encoding="utf-8", errors="replace"))
+    names = _POU.findall(code)
+    for types in _TYPE.findall(code):
+        names += re.findall(r"(\w+)\s*:", types)
+    return _File(
+        mentioned=frozenset(name.upper() for name in _NAME.findall(code)),
+        declared=frozenset() if _OTHER.search(code) else frozenset(map(str.upper, names)),
+    )

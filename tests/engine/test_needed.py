@@ -1,0 +1,61 @@
+"""A program is compiled with those files of the library that it needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rcx_harness.engine.needed import needed
+
+
+def _files(folder: Path, **texts: str) -> dict[str, Path]:
+    files = {}
+    for name, text in texts.items():
+        files[name] = folder / f"{name}.st"
+        files[name].write_text(text, encoding="utf-8")
+    return files
+
+
+def test_what_is_mentioned_comes_with_what_it_needs_itself(tmp_path: Path) -> None:
+    program = _files(tmp_path, main="PROGRAM Main VAR a : fb_one; END_VAR END_PROGRAM")["main"]
+    files = _files(
+        tmp_path,
+        FB_Two="FUNCTION_BLOCK FB_Two VAR x : RCX_T; END_VAR END_FUNCTION_BLOCK",
+        FB_One="FUNCTION_BLOCK FB_One VAR x : FB_Two; END_VAR END_FUNCTION_BLOCK",
+        RCX_T="TYPE RCX_T : (A, B); END_TYPE",
+        FB_Idle="(* FB_One *) FUNCTION_BLOCK FB_Idle VAR x : FB_One; END_VAR END_FUNCTION_BLOCK",
+    )
+    library = list(files.values())
+    assert needed([program], library) == [files["FB_Two"], files["FB_One"], files["RCX_T"]]
+
+
+def test_a_name_in_a_comment_is_not_mentioned(tmp_path: Path) -> None:
+    program = _files(tmp_path, main="PROGRAM Main (* FB_One *) END_PROGRAM")["main"]
+    library = _files(tmp_path, FB_One="FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK")
+    assert needed([program], list(library.values())) == []
+
+
+def test_a_file_is_known_by_what_it_declares_not_by_its_name(tmp_path: Path) -> None:
+    program = _files(tmp_path, main="PROGRAM Main VAR a : INNER; END_VAR END_PROGRAM")["main"]
+    library = _files(
+        tmp_path, many="TYPE OUTER : INT; INNER : STRUCT x : INT; END_STRUCT; END_TYPE"
+    )
+    assert needed([program], list(library.values())) == [library["many"]]
+
+
+def test_a_configuration_and_a_file_without_names_are_always_needed(tmp_path: Path) -> None:
+    program = _files(tmp_path, main="PROGRAM Main END_PROGRAM")["main"]
+    library = _files(
+        tmp_path,
+        globals="CONFIGURATION c VAR_GLOBAL g : FB_One; END_VAR END_CONFIGURATION",
+        FB_One="FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK",
+        odd="nothing that is known",
+    )
+    assert needed([program], list(library.values())) == list(library.values())
+
+
+def test_a_changed_file_is_read_anew_and_a_missing_one_mentions_nothing(tmp_path: Path) -> None:
+    program = _files(tmp_path, main="PROGRAM Main END_PROGRAM")["main"]
+    library = list(_files(tmp_path, FB_One="FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK").values())
+    assert needed([program, tmp_path / "gone.st"], library) == []
+    program.write_text("PROGRAM Main VAR a : FB_One; END_VAR END_PROGRAM", encoding="utf-8")
+    assert needed([program], library) == library

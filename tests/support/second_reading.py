@@ -1,0 +1,323 @@
+"""The second reading of the remote command guide, and its own judgement of telegrams.
+
+tests/spec/second_reading/*.toml say in another form than spec/remote_commands.toml what each
+command's section prints; the head of category_1.toml gives the grammar. Nothing here looks at the
+spec: the two sides meet in tests/spec/test_second_reading.py.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.spec import load_toml
+from rcx_harness.telegram import WORDS
+
+__all__ = [
+    "Legal",
+    "Place",
+    "Reading",
+    "Row",
+    "every_reading",
+    "first",
+    "place",
+    "reading",
+    "row",
+]
+
+FOLDER = Path(__file__).resolve().parents[1] / "spec" / "second_reading"
+
+_BITS = re.compile(r"([mn])\+(\d+)\.(\d+)(?:-(\d+))?")
+_NUMBER = re.compile(r"([mn])\+(\d+) (u16|s16|u32|s32|f32)(?: x(\d+))?")
+_TEXT = re.compile(r"([mn])\+(\d+) text (\d+)")
+_WORDS = re.compile(r"([mn])\+(\d+)(?:\.\.([mn])\+(\d+))?")
+_CONDITION = re.compile(r"where (.+?) = (.+?): (.+)")
+_INTEGER = r"-?(?:0x[0-9A-Fa-f]+|\d+)"
+_RANGE = re.compile(rf"({_INTEGER})(?:\.\.({_INTEGER}))?")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Some bits of a telegram: `width` of them from bit `low` of the word at byte `at` on.
+
+    `kind` is `u`, `s`, `f` or `t` (one character of a text).
+    """
+
+    side: str
+    at: int
+    low: int
+    width: int
+    kind: str = "u"
+
+    def __str__(self) -> str:
+        if self.kind in "sf" or self.width > 16 or (self.kind == "u" and self.width == 16):
+            return f"{self.side}+{self.at} {self.kind}{self.width}"
+        if self.kind == "t":
+            return f"{self.side}+{self.at} character in bits {self.low}-{self.low + 7}"
+        last = self.low + self.width - 1
+        return f"{self.side}+{self.at}.{self.low}" + (f"-{last}" if last > self.low else "")
+
+    @property
+    def mask(self) -> int:
+        """Its bits in the telegram as one number, bit 0 = bit 0 of word 0."""
+        return ((1 << self.width) - 1) << (8 * self.at + self.low)
+
+    @property
+    def limits(self) -> tuple[int, int]:
+        """Lowest and highest whole number that fits."""
+        if self.kind == "s":
+            return -(1 << (self.width - 1)), (1 << (self.width - 1)) - 1
+        return 0, (1 << self.width) - 1
+
+    def read(self, words: Sequence[int]) -> int:
+        """Its value; of an f32 the bit pattern."""
+        raw = (_number(words) & self.mask) >> (8 * self.at + self.low)
+        return raw - (1 << self.width) if self.kind == "s" and raw > self.limits[1] else raw
+
+    def write(self, words: list[int], value: int) -> None:
+        """Put `value` there; it must be within `limits`."""
+        low, high = self.limits
+        assert low <= value <= high, f"{self} cannot be {value}"
+        raw = (value & ((1 << self.width) - 1)) << (8 * self.at + self.low)
+        whole = _number(words) & ~self.mask | raw
+        words[:] = [(whole >> (16 * k)) & 0xFFFF for k in range(WORDS)]
+
+
+@dataclass(frozen=True)
+class Legal:
+    """A set of the grammar."""
+
+    ranges: tuple[tuple[int, int], ...] = ()
+    anything: bool = False
+    one_bit: bool = False
+    zero_fill: bool = False
+
+    def holds(self, value: int) -> bool:
+        """Whether the number is in it."""
+        if self.anything or (self.one_bit and bin(value).count("1") == 1):
+            return True
+        return any(low <= value <= high for low, high in self.ranges)
+
+    def edges(self) -> set[int]:
+        """Its limits and the numbers beside them."""
+        return {edge + beside for pair in self.ranges for edge in pair for beside in (-1, 0, 1)}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row: equal places one after the other, and what they may hold."""
+
+    places: tuple[Place, ...]
+    what: str
+    legal: Legal = field(default_factory=Legal)
+    conditions: tuple[tuple[Place, Legal, Legal], ...] = ()
+
+    def allowed(self, words: Sequence[int]) -> Legal:
+        """What it may hold in this telegram."""
+        if not self.conditions:
+            return self.legal
+        for other, when, legal in self.conditions:
+            if when.holds(other.read(words)):
+                return legal
+        return Legal(anything=True)
+
+    def problem(self, words: Sequence[int]) -> str:
+        """What is wrong with its values; empty if nothing."""
+        allowed = self.allowed(words)
+        values = [part.read(words) for part in self.places]
+        if allowed.zero_fill:
+            while values and values[-1] == 0:
+                values.pop()
+        for part, value in zip(self.places, values, strict=False):
+            if not allowed.holds(value):
+                return f"{part} ({self.what}) is {value}"
+        return ""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One command as its section prints it."""
+
+    code: int
+    robot: bool
+    section: str
+    pendant: bool
+    robot_zero: str
+    request: tuple[Row, ...]
+    zero: tuple[Place, ...]
+    response: tuple[Row, ...]
+    unused: tuple[Place, ...]
+    not_both: tuple[tuple[Place, Place], ...]
+
+    def __str__(self) -> str:
+        return f"{'0xR' if self.robot else '0x0'}{self.code:03X} ({self.section})"
+
+    def problem(self, words: Sequence[int]) -> str:
+        """What is wrong with a request; empty if nothing. Word 0 is not looked at."""
+        for part in self.zero:
+            if part.read(words):
+                return f"{part} is not 0"
+        for entry in self.request:
+            problem = entry.problem(words)
+            if problem:
+                return problem
+        for first, second in self.not_both:
+            if first.read(words) and second.read(words):
+                return f"{first} and {second} are both 1"
+        return ""
+
+    def mend(self, words: list[int], keep: int = 0) -> None:
+        """Make a request legal by changing illegal values, but no bit of the mask `keep`.
+
+        What is kept may itself be illegal; then the request stays so.
+        """
+        for _ in range(3):  # a changed value may be the condition of another row
+            for entry in self.request:
+                if not entry.problem(words):
+                    continue
+                value = first(entry.allowed(words))
+                for part in entry.places:
+                    if not part.mask & keep:
+                        part.write(words, value)
+
+
+def every_reading() -> dict[int, Reading]:
+    """All commands of the second reading by code."""
+    found: dict[int, Reading] = {}
+    for path in sorted(FOLDER.glob("*.toml")):
+        for entry in _load(path):
+            assert entry.code not in found, f"{path.name}: {entry} twice"
+            found[entry.code] = entry
+    return found
+
+
+def reading(entry: dict[str, Any]) -> Reading:
+    """A command from its TOML table.
+
+    Raises:
+        ValueError: something in it is not in the grammar.
+    """
+    known = {"code", "section", "pendant", "robot_zero", "request", "zero"}
+    known |= {"response", "unused", "not_both", "doubt"}
+    code = str(entry["code"])
+    if set(entry) - known or not re.fullmatch("R?[0-9A-F]{3}", code):
+        raise ValueError(f"{code}: not in the grammar: {sorted(set(entry) - known) or code}")
+    found = Reading(
+        code=int(code.removeprefix("R"), 16),
+        robot=code.startswith("R"),
+        section=entry["section"],
+        pendant=entry.get("pendant", False),
+        robot_zero=entry.get("robot_zero", ""),
+        request=tuple(row(text) for text in entry.get("request", ())),
+        zero=tuple(part for text in entry.get("zero", ()) for part in _zeros(text)),
+        response=tuple(row(text) for text in entry.get("response", ())),
+        unused=tuple(part for text in entry.get("unused", ()) for part in _zeros(text)),
+        not_both=tuple((place(one)[0], place(two)[0]) for one, two in entry.get("not_both", ())),
+    )
+    wrong = [part for part in _sides(found) if part[0] != part[1].side]
+    if wrong:
+        raise ValueError(f"{found}: {wrong[0][1]} is on the wrong side")
+    return found
+
+
+def row(text: str) -> Row:
+    """A row of the grammar.
+
+    Raises:
+        ValueError: it is not one.
+    """
+    parts = text.split(" | ")
+    if len(parts) != 3:
+        raise ValueError(f"not a row: {text!r}")
+    where, what, values = parts
+    if not values.startswith("where "):
+        return Row(place(where), what, _legal(values))
+    conditions = []
+    for clause in values.split("; "):
+        match = _CONDITION.fullmatch(clause)
+        if not match:
+            raise ValueError(f"not a condition: {clause!r}")
+        conditions.append((place(match[1])[0], _legal(match[2]), _legal(match[3])))
+    return Row(place(where), what, conditions=tuple(conditions))
+
+
+def place(text: str) -> tuple[Place, ...]:
+    """A place of the grammar, split into its equal parts.
+
+    Raises:
+        ValueError: it is not one.
+    """
+    found: list[Place] = []
+    if match := _BITS.fullmatch(text):
+        low, high = int(match[3]), int(match[4] or match[3])
+        if low <= high <= 15:
+            found = [Place(match[1], int(match[2]), low, high - low + 1)]
+    elif match := _NUMBER.fullmatch(text):
+        kind, width = match[3][0], int(match[3][1:])
+        starts = range(0, int(match[4] or 1) * width // 8, width // 8)
+        found = [Place(match[1], int(match[2]) + start, 0, width, kind) for start in starts]
+    elif match := _TEXT.fullmatch(text):
+        at = int(match[2])
+        found = [Place(match[1], at + k - k % 2, k % 2 * 8, 8, "t") for k in range(int(match[3]))]
+    last = found[-1] if found else None
+    if last is None or found[0].at % 2 or found[0].at < 2 or last.at + last.width / 8 > 32:
+        raise ValueError(f"not a place: {text!r}")
+    return tuple(found)
+
+
+def first(legal: Legal) -> int:
+    """A value that is legal."""
+    if legal.ranges:
+        return legal.ranges[0][0]
+    return 1 if legal.one_bit else 0
+
+
+def _legal(text: str) -> Legal:
+    ranges = []
+    words = set()
+    for item in text.split(", "):
+        match = _RANGE.fullmatch(item)
+        if match:
+            ranges.append((int(match[1], 0), int(match[2] or match[1], 0)))
+        elif item in ("any", "one bit", "zero fill"):
+            words.add(item)
+        else:
+            raise ValueError(f"not a set: {text!r}")
+    return Legal(tuple(ranges), "any" in words, "one bit" in words, "zero fill" in words)
+
+
+def _zeros(text: str) -> Iterator[Place]:
+    match = _WORDS.fullmatch(text)
+    if not match:
+        yield from place(text)
+        return
+    for at in range(int(match[2]), int(match[4] or match[2]) + 1, 2):
+        yield from place(f"{match[1]}+{at} u16")
+
+
+def _sides(found: Reading) -> Iterator[tuple[str, Place]]:
+    for side, rows, zeros in (
+        ("n", found.request, found.zero),
+        ("m", found.response, found.unused),
+    ):
+        for part in zeros:
+            yield side, part
+        for entry in rows:
+            for part in entry.places:
+                yield side, part
+            for other, _, _ in entry.conditions:
+                yield "n", other  # a response, too, may depend on the request
+
+
+def _number(words: Sequence[int]) -> int:
+    return int.from_bytes(struct.pack(f"<{WORDS}H", *words), "little")
+
+
+@cache
+def _load(path: Path) -> tuple[Reading, ...]:
+    return tuple(reading(entry) for entry in load_toml(path)["command"])
