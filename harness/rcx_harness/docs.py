@@ -1,4 +1,4 @@
-"""Write the generated pages of docs/ and the output blocks of README.md, or check them.
+"""Write the generated pages of docs/, plc/lib and the output blocks of README.md, or check them.
 
 `python -m rcx_harness.docs` writes, `python -m rcx_harness.docs --check` only compares (exit 1
 where a page is not current). It works on the repository, not on an installed package.
@@ -17,6 +17,8 @@ from functools import partial
 from pathlib import Path
 
 from rcx_harness import spec
+from rcx_harness.docs_commands import commands_page
+from rcx_harness.library import files as library_files
 from rcx_harness.process_charts import process_chart, processes
 from rcx_harness.process_svg import process_svg
 from rcx_harness.robot import fidelity
@@ -165,18 +167,6 @@ def _signals() -> Iterator[str]:
             yield f"| {row.signal} | ({row.address}).{row.bit} | `{row.name}` | {row.meaning} |"
 
 
-def _commands() -> Iterator[str]:
-    yield "The remote commands that the virtual controller executes today. `FB_RemoteCommand` sends"
-    yield "these and any other code; R is the robot number, 0 to 4.\n"
-    yield "| Code | Command | Block | Section |\n|---|---|---|---|"
-    for command in spec.commands().values():
-        code = f"0x{'R' if command.robot else '0'}{command.code:03X}"
-        block = _link("plc/lib/command/FB_RemoteCommand.st")
-        if command.code == 0:
-            block = _link("plc/lib/area/FB_Handshake.st")
-        yield f"| `{code}` | {command.title} | {block} | guide {command.section} |"
-
-
 def _readme() -> str:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -200,9 +190,10 @@ def _run(command: str) -> str:
 def pages() -> dict[str, Callable[[], str]]:
     """Every generated file by its path in the repository, with what writes it."""
     return {
+        **library_files(),
         "docs/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
         "docs/commands.md": lambda: _page(
-            "Remote commands", "spec/remote_commands.toml", _commands()
+            "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
         "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/fidelity.md": fidelity.fidelity_page,

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rcx_harness.errors import InputError
-from rcx_harness.telegram import Command, Field, FieldValue, did_you_mean
+from rcx_harness.telegram import Command, Field, FieldValue, Product, did_you_mean
 
 __all__ = [
     "Alarm",
@@ -187,6 +187,9 @@ def _command(groups: Mapping[str, Mapping[str, Any]], /, **entry: Any) -> Comman
         parts = [_field(**part) for table in (*used, entry) for part in table.get(side, ())]
         entry[side] = tuple(sorted(parts, key=lambda part: (part.at, part.bits[0])))
     entry["exclusive"] = tuple(tuple(pair) for pair in entry.get("exclusive", ()))
+    if "product" in entry:
+        limits = entry["product"]
+        entry["product"] = Product(tuple(limits["fields"]), tuple(limits["range"]))
     return Command(**entry)
 
 
@@ -194,8 +197,8 @@ def _field(**entry: Any) -> Field:
     for key in ("bits", "range"):
         if key in entry:
             entry[key] = tuple(entry[key])
-    entry["values"] = {int(key): text for key, text in entry.get("values", {}).items()}
-    entry["ranges"] = {int(key): tuple(pair) for key, pair in entry.get("ranges", {}).items()}
+    entry["values"] = {int(key, 0): text for key, text in entry.get("values", {}).items()}
+    entry["ranges"] = {int(key, 0): tuple(pair) for key, pair in entry.get("ranges", {}).items()}
     return Field(**entry)
 
 

@@ -5,15 +5,16 @@ Words are lists of 16: word k is at byte 2k of the area, word 0 the code or stat
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, cast
 
 from rcx_harness.errors import InputError
 
-__all__ = ["WORDS", "Command", "Field", "FieldValue", "did_you_mean"]
+__all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "did_you_mean", "intervals"]
 
 #: A number, or as many as the field's count says, or a text.
 FieldValue = int | float | str | tuple[int, ...] | tuple[float, ...]
@@ -32,10 +33,10 @@ class Field:
     bits: tuple[int, int] = (0, 15)
     count: int = 1
     length: int = 0
-    range: tuple[float, float] | None = None
+    range: tuple[int, ...] | None = None
     values: Mapping[int, str] = field(default_factory=dict)
     by: str = ""
-    ranges: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    ranges: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
     one_bit: bool = False
     unit: str = ""
     meaning: str = ""
@@ -110,26 +111,37 @@ class Field:
     def problem(self, values: Mapping[str, FieldValue]) -> str:
         """What is wrong with its value among all `values` of the telegram; empty if nothing."""
         value = values[self.name]
+        each = value if isinstance(value, tuple) else (value,)
+        if self.values and any(part not in self.values for part in each):
+            return f"{self.name} is {value}, which has no meaning"
         allowed = self.range
         if self.by:
             selector = values[self.by]
             allowed = self.ranges.get(selector) if isinstance(selector, int) else None
-        if self.values and value not in self.values:
-            return f"{self.name} is {value}, which has no meaning"
+            if allowed is None:
+                return ""
         if isinstance(value, str):
-            wrong = next((c for c in value if not " " <= c <= "~"), "")
-            return f"{self.name} has the character {ord(wrong):#04x}, not 0x20 to 0x7e" * bool(
-                wrong
-            )
+            legal = intervals(allowed or (0x20, 0x7E))
+            wrong = [c for c in value if not any(low <= ord(c) <= high for low, high in legal)]
+            shown = ", ".join(f"0x{low:02X} to 0x{high:02X}" for low, high in legal)
+            return f"{self.name} has the character {wrong[0]!r}, not {shown}" if wrong else ""
         if allowed is None:
             return ""
-        parts = value if isinstance(value, tuple) else (value,)
-        for part in parts:
-            if not isinstance(part, str) and not allowed[0] <= part <= allowed[1]:
-                return f"{self.name} is {part}, not {allowed[0]} to {allowed[1]}"
-        if self.one_bit and isinstance(value, int) and bin(value).count("1") != 1:
+        for part in value if isinstance(value, tuple) else (value,):
+            if not any(low <= part <= high for low, high in intervals(allowed)):
+                shown = " or ".join(f"{low} to {high}" for low, high in intervals(allowed))
+                return f"{self.name} is {part}, not {shown}"
+        if self.one_bit and value and isinstance(value, int) and value & (value - 1):
             return f"{self.name} is {value:#b}, not exactly one bit"
         return ""
+
+
+@dataclass(frozen=True)
+class Product:
+    """Limits of the product of some fields."""
+
+    fields: tuple[str, ...]
+    range: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -146,6 +158,7 @@ class Command:
     request: tuple[Field, ...] = ()
     response: tuple[Field, ...] = ()
     exclusive: tuple[tuple[str, str], ...] = ()
+    product: Product | None = None
     robot_zero: str = "robot 1"
 
     @property
@@ -205,6 +218,11 @@ class Command:
         for first, second in self.exclusive:
             if values[first] and values[second]:
                 return f"{first} and {second} cannot both be 1"
+        if self.product:
+            result = math.prod(cast(int, values[name]) for name in self.product.fields)
+            low, high = self.product.range
+            if not low <= result <= high:
+                return f"{' * '.join(self.product.fields)} is {result}, not {low} to {high}"
         return ""
 
     def _fill(self, fields: Sequence[Field], values: Mapping[str, FieldValue]) -> list[int]:
@@ -217,6 +235,11 @@ class Command:
                 raise InputError(f"{self.shown} {self.name} has no field {name!r}", hint=hint)
             by_name[name].write(words, value)
         return words
+
+
+def intervals(limits: Sequence[int]) -> list[tuple[int, int]]:
+    """The (lowest, highest) pairs of a range that may have gaps: `(0, 31, 256, 287)`."""
+    return list(zip(limits[::2], limits[1::2], strict=True))
 
 
 def did_you_mean(names: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ from rcx_harness import spec
 from rcx_harness.docs import headers
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.types import BlockType, StructType
+from rcx_harness.library import library
 
 _POU = re.compile(r"^(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE\s+)\s*(\w+)", re.MULTILINE)
 
@@ -32,7 +33,8 @@ def _robot() -> dict[str, StructType]:
 @pytest.mark.parametrize("file", LIBRARY, ids=lambda file: str(file.stem))
 def test_a_file_holds_the_pou_of_its_name_and_no_other(file: Path) -> None:
     assert _POU.findall(_code(file)) == [file.stem]
-    assert len(file.read_text(encoding="utf-8").splitlines()) <= 150
+    text = file.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= (170 if "Generated from" in text else 150)
 
 
 @pytest.mark.parametrize("head", headers(), ids=lambda head: str(head.name))
@@ -49,7 +51,7 @@ def test_every_error_id_of_the_blocks_is_in_the_table_and_every_entry_is_used() 
     used = {
         int(number, 16)
         for file in LIBRARY
-        for number in re.findall(r"WORD#16#(8[0-9A-F]{3})\b", _code(file))
+        for number in re.findall(r"WORD#16#(8(?!000)[0-9A-F]{3})\b", _code(file))
     }
     listed = [error["id"] for error in spec.load_toml(spec.folder() / "errors.toml")["error"]]
     assert sorted(used) == listed
@@ -71,10 +73,12 @@ def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaul
     for block in project.blocks.values():
         assert isinstance(block, BlockType)
         pins = [variable.name for variable in block.variables if variable.section == "VAR_OUTPUT"]
-        if "Done" in pins and block.name != "FB_Job":
+        if "Done" in pins and block.name not in ("FB_Job", "FB_CommandJob"):
             assert pins[:5] == outputs
             found.append(block.name)
-    assert sorted(found) == [
+    written = {block.name for block in library().blocks.values() if not block.handwritten}
+    assert written <= set(found)
+    assert sorted(set(found) - written) == [
         "FB_AlarmReset",
         "FB_AutoStart",
         "FB_EmergencyStop",

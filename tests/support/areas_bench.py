@@ -12,7 +12,8 @@ __all__ = ["AreasBench"]
 _PROGRAM: Path = ROOT / "tests/data/library/Areas.st"
 _READERS = ("ReadBit", "ReadPort", "ReadWord", "ReadDoubleWord")
 _WRITERS = ("WriteBit", "WritePort", "WriteWord", "WriteDoubleWord")
-_TWINS = ("Robot", "ReadArea", "WriteArea", "First", "ServoOn", *_READERS, *_WRITERS)
+_SINGLES = ("Robot", "ReadArea", "WriteArea", "First", "ServoOn", "RealTimeValue")
+_TWINS = (*_SINGLES, *_READERS, *_WRITERS)
 
 
 class AreasBench(PlcBench):

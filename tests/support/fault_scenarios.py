@@ -120,13 +120,14 @@ def _no_power(cell: FaultCell) -> None:
 
 _POINT_19 = [0x0004, 0, 0x0032, 0x0013, *[0] * 11]
 
-#: Every edge-triggered block of the library.
+#: Every edge-triggered block of the library; of the generated ones, which are alike, two.
 SCENARIOS: dict[str, Scenario] = {
     "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
     "FB_AutoStart": Scenario(_program_stands, ("SO13",), {"SO13": True}, helpers=_START),
     "FB_EmergencyStop": Scenario(
         _program_runs, ("SO00", "SO02"), {"SO00": True, "SO02": False}, waits=2, helpers=_EMERGENCY
     ),
+    "FB_MovePtp": Scenario(_axes_at_zero, ("Status",), {}, {"Point": 19}),
     "FB_PowerUp": Scenario(
         _no_power,
         ("SO01", "SO04", "SO10", "SO02", "SO14", "SO13"),
@@ -138,6 +139,7 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "FB_ProgramReset": Scenario(_program_is_not_reset, ("SO14",), {"SO14": True}, helpers=_START),
     "FB_ProgramStop": Scenario(_program_runs, ("SO13",), {"SO13": False}, helpers=_STOP),
+    "FB_ReadPoint": Scenario(recover, ("Status",), {}, {"Point": 19}),
     "FB_RemoteCommand": Scenario(
         _axes_at_zero, ("Status",), {}, {"Code": 0x0001, "Data": _POINT_19}
     ),
@@ -161,6 +163,8 @@ SCENARIOS: dict[str, Scenario] = {
 #: Every level block of the library.
 LEVELS: dict[str, Scenario] = {
     "FB_AutoMode": Scenario(recover, ("SO10",), {"SO10": True}),
+    "FB_ContinuousPosition": Scenario(recover, ("Status",), {}),
+    "FB_Jog": Scenario(_axes_at_zero, ("Status",), {}),
     "FB_SequenceControl": Scenario(recover, ("SO12",), {"SO12": True}),
     "FB_Status": Scenario(recover, ("SO01",), {}),
 }

@@ -31,8 +31,9 @@ class PlcBench:
         n: int = 0,
         scan_us: int = 10_000,
         margin: str | None = "T#20ms",
+        engine: str = "auto",
     ) -> None:
-        self.program = build([program, *needed([program], LIBRARY)], engine="auto").program
+        self.program = build([program, *needed([program], LIBRARY)], engine).program
         self.now_us = 0
         self.scan_us = scan_us
         self.m, self.n = m, n

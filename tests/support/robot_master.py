@@ -8,7 +8,16 @@ from typing import Any
 from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 
-__all__ = ["Master"]
+__all__ = ["NORMAL_END", "Master", "abnormal_end"]
+
+#: Words m to m+30 of a normal end without response data.
+NORMAL_END = (0x0200,) + (0,) * 15
+
+
+def abnormal_end(number: str) -> tuple[int, ...]:
+    """Words m to m+30 of an end with that alarm (`"12.600"`)."""
+    group, category = number.split(".")
+    return (0x4000, int(group), int(category)) + (0,) * 13
 
 
 class Master:

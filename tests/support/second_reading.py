@@ -131,7 +131,7 @@ class Row:
         allowed = self.allowed(words)
         values = [part.read(words) for part in self.places]
         if allowed.zero_fill:
-            while values and values[-1] == 0:
+            while values and values[-1] in (0, ord(" ")):
                 values.pop()
         for part, value in zip(self.places, values, strict=False):
             if not allowed.holds(value):

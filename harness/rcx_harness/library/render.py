@@ -1,0 +1,181 @@
+"""The generated files of plc/lib: a command block each, and the types of their pins."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+
+from rcx_harness.library.answer import answer
+from rcx_harness.library.checks import checks
+from rcx_harness.library.packing import packing
+from rcx_harness.library.st import case, guarded, indent, word
+from rcx_harness.library.tables import Array, Block, Enumeration, Input, Library, library
+from rcx_harness.telegram import Command
+
+__all__ = ["files"]
+
+_FROM = "Generated from spec/blocks.toml and spec/remote_commands.toml by `make docs`."
+_TESTS = "tests/command/test_command_blocks.py"
+
+#: Comments stand in one column, but for types that are longer than this.
+_KIND = 24
+
+#: name, type with default, comment
+_Row = tuple[str, str, str]
+
+
+def files() -> dict[str, Callable[[], str]]:
+    """What writes each generated file, by its path in the repository."""
+    tables = library()
+    written: dict[str, Callable[[], str]] = {}
+    for enumeration in tables.enumerations.values():
+        written[f"plc/lib/types/{enumeration.name}.st"] = partial(_enumeration, enumeration)
+    for array in tables.arrays.values():
+        written[f"plc/lib/types/{array.name}.st"] = partial(_array, array)
+    for block in tables.blocks.values():
+        if not block.handwritten:
+            written[f"plc/lib/command/{block.name}.st"] = partial(_block, block, tables)
+    return written
+
+
+def _head(name: str, does: str, section: str, *paragraphs: Iterable[str]) -> list[str]:
+    """The comment at the head of a file."""
+    title = textwrap.wrap(f"{name}: {does} ({section}).", 97)
+    lines = ["(*", *(f" * {line}" for line in title)]
+    for paragraph in paragraphs:
+        lines += [" *", *(f" * {line}" for line in paragraph)]
+    return [*lines, " *)"]
+
+
+def _enumeration(one: Enumeration) -> str:
+    width = max(len(member.name) for member in one.members) + 1
+    last = one.members[-1]
+    rows = []
+    for member in one.members:
+        name = member.name if member is last else f"{member.name},"
+        rows.append(f"    {name:<{width}}  (* {member.meaning} *)")
+    head = _head(one.name, one.does, one.section, [_FROM])
+    return "\n".join([*head, "TYPE", f"  {one.name} : (", *rows, "  );", "END_TYPE", ""])
+
+
+def _array(one: Array) -> str:
+    head = _head(one.name, one.does, one.section, [_FROM])
+    body = f"  {one.name} : ARRAY [1..{one.count}] OF {one.of};"
+    return "\n".join([*head, "TYPE", body, "END_TYPE", ""])
+
+
+def _block(block: Block, tables: Library) -> str:
+    command = block.commands[0]
+    about = [line for part in block.about.strip().split("\n") for line in textwrap.wrap(part, 97)]
+    sections = " and ".join(dict.fromkeys(one.section for one in block.commands))
+    more = [about] if about else []
+    head = _head(block.name, block.does, f"guide {sections}", *more, [_FROM, f"Tests: {_TESTS}"])
+    refused = checks(block, tables)
+    fill = packing(block, tables)
+    if refused:
+        sent = guarded("Refused = WORD#16#0000", fill) if fill else []
+        fill = ["Refused := WORD#16#0000;", *refused, *sent]
+    body = [
+        "IF Execute AND NOT Job.Busy THEN",
+        *indent([*_code(block, tables), *fill]),
+        "END_IF;",
+        "",
+        "Job(Channel := Robot.Command, Execute := Execute, Timeout := Timeout, Code := Code,",
+        f"    Refused := {'Refused' if refused else word(0)}, Connected := Robot.Connected,",
+        "    CpuOk := Robot.SO.SO01_CpuOk, Phase := Robot.Phase, Status := Robot.Status,",
+        "    Running := Robot.Running, Group := Robot.Response[1],",
+        "    Category := Robot.Response[2]);",
+        "",
+        "IF Job.Request THEN",
+        "  Robot.Code := Code;",
+        "  Robot.Data := Data;",
+        "  Robot.CodeRequest := TRUE;",
+        "END_IF;",
+        *answer(block, tables),
+        "Done := Job.Done;",
+        "Busy := Job.Busy;",
+        "Active := Job.Active;",
+        "Error := Job.Error;",
+        "ErrorID := Job.ErrorID;",
+        "AlarmGroup := Job.AlarmGroup;",
+        "AlarmCategory := Job.AlarmCategory;",
+    ]
+    text = "\n".join(body)
+    sections_of_pins = (
+        ("VAR_IN_OUT", [("Robot", "RCX_REF", "")]),
+        ("VAR_INPUT", _inputs(block, command)),
+        ("VAR_OUTPUT", _outputs(block)),
+        ("VAR", _inner(text)),
+    )
+    lines = [*head, f"FUNCTION_BLOCK {block.name}"]
+    for keyword, rows in sections_of_pins:
+        lines += [f"  {keyword}", *_declared(rows), "  END_VAR"]
+    lines += ["", *indent(body), "END_FUNCTION_BLOCK", ""]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _code(block: Block, tables: Library) -> list[str]:
+    """Code with the robot number."""
+    robot = " OR SHL(INT_TO_WORD(RobotNumber), 12)" if block.commands[0].robot else ""
+    if block.select is None:
+        return [f"Code := {word(block.commands[0].code)}{robot};"]
+    members = tables.enumerations[block.select.type].members
+    pairs = zip(members, block.commands, strict=True)
+    rows = [(one.name, f"Code := {word(command.code)};") for one, command in pairs]
+    lines = case(block.select.pin, rows)
+    return [*lines, f"Code := Code{robot};"] if robot else lines
+
+
+def _inputs(block: Block, command: Command) -> list[_Row]:
+    rows = [("Execute", "BOOL", "rising edge starts; may fall at once")]
+    if command.robot:
+        rows.append(("RobotNumber", "INT", f"1 to 4; 0 = {command.robot_zero}"))
+    for pin in (*([block.select] if block.select else []), *block.inputs):
+        rows.append((pin.pin, _type(pin), pin.comment))
+    rows.append(("Timeout", f"TIME := {block.timeout}", "longest wait for the end; T#0s = none"))
+    return rows
+
+
+def _type(pin: Input) -> str:
+    neutral = pin.default in ("", "0", "FALSE", "''", "0.0")
+    return pin.type if neutral else f"{pin.type} := {pin.default}"
+
+
+def _outputs(block: Block) -> list[_Row]:
+    return [
+        ("Done", "BOOL", f"{block.done}; kept while Execute"),
+        ("Busy", "BOOL", "under way, or waiting for its turn; keep calling"),
+        ("Active", "BOOL", "its turn: it holds the command words"),
+        ("Error", "BOOL", "refused, abnormal end, timeout or link; see ErrorID"),
+        ("ErrorID", "WORD", "docs/errors.md; 16#0000 = none"),
+        ("AlarmGroup", "WORD", "of an abnormal end: 12 of 12.600; otherwise 0"),
+        ("AlarmCategory", "WORD", "of an abnormal end: 600 of 12.600; otherwise 0"),
+        *((pin.pin, pin.type, pin.comment) for pin in block.outputs),
+    ]
+
+
+def _inner(body: str) -> list[_Row]:
+    every = (
+        ("Job", "FB_CommandJob", ""),
+        ("Code", "WORD", ""),
+        ("Data", "RCX_WORDS", "held from the rising edge on"),
+        ("Refused", "WORD", "ErrorID of an input that is not legal"),
+        ("Number", "DINT", ""),
+        ("k", "INT", ""),
+    )
+    return [row for row in every if re.search(rf"(?<!\w|\.){row[0]}\b(?! :=.*,)", body)]
+
+
+def _declared(rows: Sequence[_Row]) -> list[str]:
+    width = max(len(name) for name, _, _ in rows)
+    kinds = max((len(kind) for _, kind, comment in rows if comment), default=0)
+    column = width + min(kinds, _KIND) + 10
+    lines = []
+    for name, kind, comment in rows:
+        text = f"    {name:<{width}} : {kind};"
+        if comment:
+            text = f"{text:<{column - 2}}  (* {comment} *)"
+        lines.append(text)
+    return lines

@@ -1,0 +1,63 @@
+"""Structured Text as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+__all__ = ["WIDTH", "case", "guarded", "indent", "loop", "real", "statement", "word"]
+
+WIDTH = 100
+
+
+def word(value: int) -> str:
+    """A WORD literal."""
+    return f"WORD#16#{value:04X}"
+
+
+def real(value: float) -> str:
+    """A REAL literal."""
+    return repr(float(value))
+
+
+def indent(lines: Iterable[str], by: int = 1) -> list[str]:
+    """Lines, moved to the right."""
+    return [f"{'  ' * by}{line}" for line in lines]
+
+
+def statement(text: str, at: int = 0) -> list[str]:
+    """A condition or statement, broken before AND and OR and after commas where it is too long.
+
+    Args:
+        text: The statement in one line.
+        at: How far it will be indented, in steps of two.
+    """
+    room = WIDTH - 2 * at
+    lines = [""]
+    for part in text.replace(" AND ", "\0 AND ").replace(" OR ", "\0 OR ").split("\0"):
+        if lines[-1] and len(lines[-1]) + len(part) > room:
+            lines.append(f"    {part.strip()}")
+        else:
+            lines[-1] += part
+    return lines
+
+
+def guarded(condition: str, lines: Sequence[str], at: int = 0) -> list[str]:
+    """IF condition THEN lines; just the lines where there is no condition."""
+    if not condition:
+        return list(lines)
+    return [*statement(f"IF {condition} THEN", at), *indent(lines), "END_IF;"]
+
+
+def loop(count: int, lines: Sequence[str]) -> list[str]:
+    """The lines for k from 1 to count."""
+    return ["k := 1;", f"WHILE k <= {count} DO", *indent([*lines, "k := k + 1;"]), "END_WHILE;"]
+
+
+def case(selector: str, branches: Sequence[tuple[str, str]]) -> list[str]:
+    """CASE with one statement in each branch; IF where there is one only."""
+    if not branches:
+        return []
+    if len(branches) == 1:
+        return guarded(f"{selector} = {branches[0][0]}", [branches[0][1]])
+    rows = [f"{label}: {text}" for label, text in branches]
+    return [f"CASE {selector} OF", *indent(rows), "END_CASE;"]

@@ -1,0 +1,258 @@
+"""The command blocks, each against what its row of spec/blocks.toml says of its pins.
+
+The test is the controller. What a pin means is read anew from the tables (tests/support/block_pins
+and block_answers); the telegrams are taken apart with spec/remote_commands.toml, whose words the
+guide's own examples prove (test_worked_examples.py).
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from datetime import timedelta
+
+import pytest
+
+from block_answers import answered, blank, same, shown
+from block_pins import Pins, Reading
+from both_engines import ENGINES
+from command_bench import BLOCKS, CommandBench, bench_of
+from rcx_harness.engine.types import BlockType
+from rcx_harness.telegram import WORDS, Command, FieldValue
+from rcx_harness.units import parse_us
+
+pytestmark = [
+    pytest.mark.parametrize("engine", ENGINES, scope="module"),
+    pytest.mark.parametrize("name", list(BLOCKS), scope="module"),
+]
+
+_ROUNDS = 20
+_NOTHING = [0] * WORDS
+
+#: Values that no pin can reach, and why.
+_UNREACHED = {
+    "hand": {3: "none, as 0"},
+    "data_number": {63: "several data at once", 15: "several data at once"},
+}
+
+
+@pytest.fixture
+def plc(engine: str, name: str) -> CommandBench:
+    return bench_of(name, engine)
+
+
+@pytest.fixture
+def reading(name: str) -> Reading:
+    return Reading(BLOCKS[name])
+
+
+@pytest.fixture
+def chance(name: str) -> random.Random:
+    """The same numbers in every run."""
+    return random.Random(name)
+
+
+def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
+    """The request's fields; every bit besides them must be 0.
+
+    A text comes with the spaces that fill it, which is "" for words of 0.
+    """
+    fields = command.decode(words)
+    again = [0] * WORDS
+    for part in command.request:
+        if part.type == "text":
+            raw = b"".join(words[k].to_bytes(2, "little") for k in part.words)
+            fields[part.name] = raw.decode("latin-1").strip("\0")
+            for k in part.words:
+                again[k] = words[k]
+        else:
+            part.write(again, fields[part.name])
+    assert list(words[1:]) == again[1:], "bits set that no field has"
+    return fields
+
+
+def _expected(reading: Reading, pins: Pins) -> dict[str, FieldValue]:
+    """The fields that the pins mean, a text that counts filled with spaces."""
+    fields = reading.fields(pins)
+    for pin in reading.block.inputs:
+        if pin.type == "STRING" and (not pin.when or fields[pin.when[0]] == pin.when[1]):
+            text = str(fields[pin.to[0]])
+            fields[pin.to[0]] = text.ljust(reading.requests[pin.to[0]].length)
+    return fields
+
+
+def _check(reading: Reading, pins: Pins, words: Sequence[int]) -> dict[str, FieldValue]:
+    assert words[0] == reading.code(pins), pins
+    fields = _read(reading.command, words)
+    assert fields == _expected(reading, pins), pins
+    assert reading.command.problem(words) == ""
+    return fields
+
+
+def _draws(reading: Reading, chance: random.Random) -> Iterator[Pins]:
+    yield from (reading.draw(chance) for _ in range(_ROUNDS))
+
+
+def test_the_pins_are_those_of_the_table(plc: CommandBench, reading: Reading) -> None:
+    """Names and types; defaults, the time limit among them."""
+    block = reading.block
+    kind = plc.program.type_of(f"Main.{block.name.removeprefix('FB_')}Block")
+    assert isinstance(kind, BlockType)
+    robot = {"RobotNumber": "INT"} if reading.command.robot else {}
+    inputs = {pin.pin: pin.type for pin in reading.pins.values()} | robot
+    outputs = {pin.pin: pin.type for pin in block.outputs}
+    common_inputs = {"Execute": "BOOL", "Timeout": "TIME"}
+    flags = dict.fromkeys(("Done", "Busy", "Active", "Error"), "BOOL")
+    words = dict.fromkeys(("ErrorID", "AlarmGroup", "AlarmCategory"), "WORD")
+    for section, names in (
+        ("VAR_INPUT", inputs | common_inputs),
+        ("VAR_OUTPUT", outputs | flags | words),
+    ):
+        there = {one.name: one.type for one in kind.variables if one.section == section}
+        assert {name: getattr(one, "name", "") for name, one in there.items()} == names
+    for pin in reading.pins.values():
+        assert plc.pin(pin.pin) == reading.default(pin), pin.pin
+    limit = timedelta(microseconds=parse_us(block.timeout))
+    assert plc.pin("Timeout") == limit
+
+
+def test_a_block_with_its_defaults_sends_a_legal_command(
+    plc: CommandBench, reading: Reading
+) -> None:
+    """Source: design of the library, 3: defaults must form a legal command."""
+    pins = {pin.pin: reading.default(pin) for pin in reading.pins.values()}
+    _check(reading, pins, plc.exchange({}))
+
+
+def test_the_telegram_has_what_the_pins_say(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """Legal values at random; those of pins that do not count are anything."""
+    for pins in _draws(reading, chance):
+        _check(reading, pins, plc.exchange(pins))
+
+
+def test_every_value_of_every_field_can_be_sent(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """The limits of numbers, all of the listed values, each flag set and not set."""
+    command = reading.command
+    codes = set()
+    sent = []
+    for pins in [*reading.edges(chance), *_draws(reading, chance)]:
+        words = plc.exchange(pins)
+        codes.add(words[0])
+        sent.append(_check(reading, pins, words))
+    assert {code & 0x0FFF for code in codes} == {one.code for one in reading.block.commands}
+    assert {code >> 12 for code in codes} == set(range(5 if command.robot else 1))
+    for part in command.request:
+        if part.name in reading.block.zero or part.fixed is not None:
+            continue
+        seen = {fields[part.name] for fields in sent}
+        never = set(_UNREACHED.get(part.name, ()))
+        assert len(seen) > 1, f"{part.name} is always the same"
+        assert {*part.values, *(part.range or ())} - never <= seen, part.name
+        for selector, limits in part.ranges.items():
+            there = {fields[part.name] for fields in sent if fields[part.by] == selector}
+            assert part.type == "text" or {*limits} - never <= there, f"{part.name} of {selector}"
+
+
+def test_illegal_pins_end_in_an_error_and_send_nothing(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """Just beyond each limit and far beyond it; the next legal edge works.
+
+    Source: docs/errors.md, 16#8040 to 16#8047.
+    """
+    for pins, error in reading.refused(chance):
+        plc.set({**pins, "Execute": True})
+        plc.scan()
+        assert plc.words == _NOTHING, pins
+        plc.scan()
+        assert plc.pin("Error"), f"sent: {pins}"
+        assert plc.pin("ErrorID") == error, pins
+        assert not plc.pin("Busy")
+        for _ in range(2):
+            assert plc.words == _NOTHING, pins
+            plc.scan()
+        plc.set({"Execute": False})
+        plc.scan()
+        assert plc.words == _NOTHING, pins
+        assert not plc.pin("Error")
+        legal = reading.draw(chance)
+        _check(reading, legal, plc.exchange(legal))
+
+
+def test_the_inputs_are_sampled_on_the_rising_edge(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """Changed while the block waits for its turn, while the command runs, and after its end."""
+    for _ in range(5):
+        first, other = reading.draw(chance), reading.draw(chance)
+        plc.answer(0x0200)
+        plc.set({**first, "Execute": True})
+        plc.scan(3)
+        assert plc.words[0] == 0, "the controller is not ready"
+        plc.set(other)
+        plc.answer(0)
+        plc.scan_until(lambda: plc.words[0] != 0, most=3)
+        _check(reading, first, plc.words)
+        plc.set(reading.draw(chance))
+        plc.answer(0x0100)
+        plc.scan(2)
+        _check(reading, first, plc.words)
+        plc.end()
+        for illegal, _error in [*reading.refused(chance)][:1]:
+            plc.set(illegal)
+        plc.answer(0)
+        plc.scan(3)
+        assert plc.pin("Done")
+        assert not plc.pin("Error")
+        plc.finish()
+
+
+def test_the_outputs_show_the_response(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """With changed inputs by then; they stay until the next end."""
+    block = reading.block
+    before = blank(block)
+    for pins in _draws(reading, chance):
+        got = answered(block, chance)
+        plc.send(pins)
+        plc.set(reading.draw(chance))
+        plc.answer(0x0100, [0xFFFF] * 15)
+        plc.scan()
+        _compare(plc, before)
+        expected = shown(block, reading.fields(pins), got)
+        plc.end(response=block.commands[0].respond(got))
+        assert plc.pin("Done")
+        _compare(plc, expected)
+        plc.answer(0, [0xFFFF] * 15)
+        plc.scan()
+        plc.finish()
+        _compare(plc, expected)
+        before = expected
+
+
+def test_an_abnormal_end_clears_the_outputs_and_shows_the_alarm(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """Source: remote command guide 1.1: 0x4000, alarm group and alarm category."""
+    block = reading.block
+    for group, category in ((12, 600), (2, 334)):
+        got = answered(block, chance)
+        plc.exchange(reading.draw(chance), block.commands[0].respond(got))
+        plc.send(reading.draw(chance))
+        plc.end(0x4000, [group, category, *[0x0101] * 13])
+        assert (plc.pin("Error"), plc.pin("ErrorID")) == (True, 0x8020)
+        assert (plc.pin("AlarmGroup"), plc.pin("AlarmCategory")) == (group, category)
+        _compare(plc, blank(block))
+        plc.finish()
+        assert (plc.pin("AlarmGroup"), plc.pin("AlarmCategory")) == (0, 0)
+
+
+def _compare(plc: CommandBench, expected: Pins) -> None:
+    got = plc.pins(expected)
+    for name, value in expected.items():
+        assert same(got[name], value), f"{name} is {got[name]}, not {value}"

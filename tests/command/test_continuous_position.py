@@ -1,0 +1,212 @@
+"""FB_ContinuousPosition: the position in every scan, until the status reset command."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import ROOT, PlcBench
+
+PROGRAM = ROOT / "tests/data/library/Levels.st"
+
+#: m+2 to m+30 of the manual's example in pulses: axis 1 = 20001, axis 3 = -12345.
+PULSES = [0, 0, 0, 0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF]
+
+
+def _plc() -> PlcBench:
+    plc = PlcBench(program=PROGRAM)
+    plc.power_up()
+    plc.scan(3)
+    return plc
+
+
+def _reading(plc: PlcBench, **pins: object) -> None:
+    for name, value in pins.items():
+        plc[f"Position.{name}"] = value
+    plc["Position.Enable"] = True
+    plc.scan_until(lambda: plc.words[0] != 0)
+    assert plc["Position.Busy"]
+
+
+def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
+    """Source: remote command guide 4.7.4: 0xR505, bit 0 of n+2."""
+    plc = _plc()
+    _reading(plc, RobotNumber=3)
+    assert plc.words == [0x3505, 0x0001, *[0] * 14]
+
+
+def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
+    """Source: remote command guide 4.7.4, continuous output mode, and its example."""
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    assert plc["Position.Valid"]
+    assert not plc["Position.Busy"]
+    assert plc["Position.Pulses"] == [20001, 0, -12345, 0, 0, 0]
+    plc.answer(0x0100, [*PULSES[:3], 0x4E22, *PULSES[4:]])
+    plc.scan()
+    assert plc["Position.Pulses"][0] == 20002
+    assert plc.words[0] == 0x0505
+
+
+def test_millimetres_come_with_hand_and_arm_rotation() -> None:
+    """Left-handed, arm 1 = 1, arm 2 = -1: bits 2-1, 6-3 and 10-7 of m+6.
+
+    Source: remote command guide 4.7.4, millimeter units
+    """
+    plc = _plc()
+    _reading(plc, Unit="UNIT_MM")
+    assert plc.words[:2] == [0x0506, 0x0001]
+    flags = 0x2 << 1 | 0x1 << 3 | 0xF << 7
+    plc.answer(0x0100, [0, 0, flags, *PULSES[3:]])
+    plc.scan()
+    assert plc["Position.PositionMm"] == pytest.approx([20.001, 0, -12.345, 0, 0, 0])
+    assert plc["Position.HandSystem"] == "HAND_LEFT"
+    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (1, -1)
+    plc.answer(0x0100, [0, 0, 0x2 | 0x2 << 3, *PULSES[3:]])
+    plc.scan()
+    assert plc["Position.HandSystem"] == "HAND_RIGHT"
+    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "2 means 0"
+
+
+def test_the_status_reset_command_stops_it() -> None:
+    """Source: remote command guide 4.7.4: it stops at the status initializing command 0x0000."""
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    plc["Position.Enable"] = False
+    plc.scan()
+    assert plc.words[0] == 0
+    assert not plc["Position.Valid"]
+    assert not plc["Position.Error"]
+    assert plc["Position.Pulses"][0] == 20001, "the last position stays"
+    plc.scan(3)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(3)
+    assert plc.words[0] == 0, "not before the status is 0x0000"
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+
+
+def test_a_block_that_is_not_called_any_more_ends_the_output_and_frees_the_channel() -> None:
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    plc["CallPosition"] = False
+    plc.scan()
+    assert plc.words[0] == 0
+    plc.answer(0)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
+
+
+def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
+    """It has no end status, so nothing else could end it."""
+    plc = _plc()
+    plc["First.Code"], plc["First.Data[1]"], plc["First.Timeout"] = 0x0505, 1, "T#100ms"
+    plc["First.Execute"] = True
+    plc.scan_until(lambda: plc.words[0] == 0x0505)
+    plc.answer(0x0100, PULSES)
+    plc.scan_until(lambda: bool(plc["First.Error"]), most=15)
+    assert plc["First.ErrorID"] == 0x8011
+    assert plc.words[0] == 0
+
+
+def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() -> None:
+    """Source: remote command guide 1.1, note: a command is held until its status changes."""
+    plc = _plc()
+    _reading(plc)
+    plc["Position.Enable"] = False
+    plc.scan(3)
+    assert plc.words[0] == 0x0505
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    assert plc.words[0] == 0
+
+
+def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+    plc = _plc()
+    plc["Position.Enable"] = True
+    plc.scan()
+    plc["Position.Enable"] = False
+    plc.scan(5)
+    assert plc.words[0] == 0
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+
+
+def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x4000, [4, 2])
+    plc.scan()
+    plc.answer(0)
+    assert plc["Position.ErrorID"] == 0x8020
+    assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
+    plc.scan(10)
+    assert plc.words[0] == 0, "it does not start again by itself"
+    plc["Position.Enable"] = False
+    plc.scan()
+    assert not plc["Position.Error"]
+    assert plc["Position.AlarmGroup"] == 0
+
+
+def test_a_normal_end_is_none_that_this_command_can_have() -> None:
+    """Source: remote command guide 4.7.4: the continuous mode ends with the status reset only."""
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x0200, PULSES)
+    plc.scan()
+    assert plc["Position.ErrorID"] == 0x8014
+
+
+def test_a_status_that_falls_back_to_ready_is_a_lost_command() -> None:
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x0100, PULSES)
+    plc.scan(2)
+    plc.answer(0)
+    plc.scan()
+    assert plc["Position.ErrorID"] == 0x8014
+
+
+def test_without_a_first_position_it_ends_at_timeout() -> None:
+    """The command is held until there is a status, as any other.
+
+    Source: remote command guide 1.1, note
+    """
+    plc = _plc()
+    _reading(plc, Timeout="T#100ms")
+    plc.scan_until(lambda: bool(plc["Position.Error"]), most=15)
+    assert plc["Position.ErrorID"] == 0x8011
+    plc.scan(5)
+    assert plc.words[0] == 0x0505
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    assert plc.words[0] == 0
+
+
+@pytest.mark.parametrize("number", [-1, 5])
+def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> None:
+    """Source: remote command guide 4.7.4: R (0 to 4)."""
+    plc = _plc()
+    plc["Position.RobotNumber"], plc["Position.Enable"] = number, True
+    plc.scan(5)
+    assert plc["Position.ErrorID"] == 0x8040
+    assert plc.words[0] == 0
+
+
+def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
+    plc = _plc()
+    _reading(plc)
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    plc["Connected"] = False
+    plc.scan()
+    assert plc["Position.ErrorID"] == 0x8001
+    plc["Connected"] = True
+    plc.answer(0)
+    plc.scan(40)
+    assert plc.words[0] == 0

@@ -1,0 +1,67 @@
+"""REAL values as IEEE 754 patterns: exact, by arithmetic."""
+
+from __future__ import annotations
+
+import random
+import struct
+from collections.abc import Iterator
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import LIBRARY, ROOT
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.needed import needed
+
+PROGRAM = ROOT / "tests/data/library/Texts.st"
+
+#: Edges of the format: smallest and largest denormal and normal numbers, 1, and neighbours.
+PATTERNS = [
+    0x00000000, 0x00000001, 0x00000002, 0x007FFFFF, 0x00800000, 0x00800001, 0x3F7FFFFF,
+    0x3F800000, 0x3F800001, 0x4B000000, 0x4AFFFFFF, 0x4B7FFFFF, 0x4B800000, 0x4F000000,
+    0x7F7FFFFF, 0x7F000000, 0x42C80000, 0xC2C80000, 0x80000001, 0xFF7FFFFF,
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=ENGINES)
+def plc(request: pytest.FixtureRequest) -> Iterator[Program]:
+    yield build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+
+
+def _real(pattern: int) -> float:
+    return float(struct.unpack("<f", struct.pack("<I", pattern))[0])
+
+
+def _patterns() -> list[int]:
+    rng = random.Random(1)
+    some = (rng.getrandbits(32) for _ in range(600))
+    return PATTERNS + [one for one in some if one >> 23 & 0xFF != 0xFF]
+
+
+def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> None:
+    """Source: remote command guide 4.4.1: single-precision real numbers in 32 bits."""
+    for pattern in _patterns():
+        plc.write("Main.Number32", _real(pattern))
+        plc.write("Main.Bits", pattern)
+        plc.scan(0)
+        assert plc.read("Main.Pattern") == pattern, f"{pattern:#010x}"
+        assert plc.read("Main.Back") == _real(pattern), f"{pattern:#010x}"
+
+
+@pytest.mark.parametrize(
+    ("pattern", "real"),
+    [
+        (0x80000000, 0.0),
+        (0x7F800000, _real(0x7F7FFFFF)),
+        (0xFF800000, -_real(0x7F7FFFFF)),
+        (0x7FC00000, 0.0),
+    ],
+)
+def test_what_is_no_finite_number_gives_a_finite_one(
+    plc: Program, pattern: int, real: float
+) -> None:
+    """assumed: the guide does not say that such values occur."""
+    plc.write("Main.Bits", pattern)
+    plc.scan(0)
+    assert plc.read("Main.Back") == real

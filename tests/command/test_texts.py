@@ -1,0 +1,115 @@
+"""Texts in telegrams: two characters a word, the first one in the lower byte."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import LIBRARY, ROOT
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.needed import needed
+
+PROGRAM = ROOT / "tests/data/library/Texts.st"
+
+
+@pytest.fixture(scope="module", params=ENGINES)
+def plc(request: pytest.FixtureRequest) -> Iterator[Program]:
+    yield build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+
+
+def _words(plc: Program, text: str) -> list[int]:
+    words = []
+    plc.write("Main.Text", text)
+    for number in range(1, 9):
+        plc.write("Main.Number", number)
+        plc.scan(0)
+        words.append(int(plc.read("Main.TwoChars")))
+    return words
+
+
+def test_two_characters_go_into_a_word_the_first_into_the_lower_byte(plc: Program) -> None:
+    """"12" is 0x3231.
+
+    Source: remote command guide 1.1
+    """
+    assert _words(plc, "12")[0] == 0x3231
+
+
+def test_a_text_is_filled_with_spaces_to_sixteen_characters(plc: Program) -> None:
+    """Source: remote command guide 4.6.1: the rest of a name is spaces."""
+    assert _words(plc, "P1a") == [0x3150, 0x2061] + [0x2020] * 6
+
+
+def test_every_character_of_a_telegram_has_its_own_code(plc: Program) -> None:
+    """Source: remote command guide 4.3.2: characters 0x20 to 0x7E."""
+    for first in range(0x20, 0x7F, 16):
+        codes = range(first, min(first + 16, 0x7F))
+        words = _words(plc, "".join(map(chr, codes)))
+        sent = [byte for word in words for byte in (word & 0xFF, word >> 8)]
+        assert sent == [*codes, *[0x20] * (16 - len(codes))]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [("", 0), ("x" * 16, 0), ("x" * 17, 0x8046), ("Tab\t", 0x8046), ("\x7f", 0x8046)],
+)
+def test_a_text_too_long_or_with_other_characters_is_refused(
+    plc: Program, text: str, problem: int
+) -> None:
+    """Source: remote command guide 4.3.2: 16 characters, 0x20 to 0x7E."""
+    plc.write("Main.Text", text)
+    plc.scan(0)
+    assert plc.read("Main.Problem") == problem
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("", 0),
+        ("A_Z 09", 0),
+        ("X" * 16, 0),
+        ("X" * 17, 0x8046),
+        ("main", 0x8046),
+        ("A-B", 0x8046),
+        ("A\t", 0x8046),
+    ],
+)
+def test_a_program_name_has_upper_case_letters_digits_and_underscores(
+    plc: Program, name: str, problem: int
+) -> None:
+    """Source: remote command guide 4.6.1"""
+    plc.write("Main.Text", name)
+    plc.scan(0)
+    assert plc.read("Main.NameProblem") == problem
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends it
+        ((0x4241, 0x2043, 0x2020), "ABC"),  # spaces at the end
+        ((0x4120, 0x4220, 0x0000), " A B"),
+        ((0x2020, 0x2020, 0x2020), ""),
+        ((0x0000, 0x4241, 0x0000), ""),
+        ((0x7E7F, 0x1F20, 0x0000), "?~ ?"),
+    ],
+)
+def test_a_response_text_ends_at_zero_and_loses_its_trailing_spaces(
+    plc: Program, words: tuple[int, int, int], text: str
+) -> None:
+    """Source: remote command guide 4.3.2, whose example fills with 0x00."""
+    for k, word in enumerate(words, 1):
+        plc.write(f"Main.W{k}", word)
+    plc.scan(0)
+    assert plc.read("Main.Read") == text
+
+
+def test_every_character_comes_back(plc: Program) -> None:
+    """Source: remote command guide 4.3.2: characters 0x20 to 0x7E."""
+    for code in range(0x21, 0x7F):
+        plc.write("Main.W1", code)
+        plc.scan(0)
+        assert plc.read("Main.Read") == chr(code)

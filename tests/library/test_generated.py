@@ -1,0 +1,87 @@
+"""The generated command blocks: alike but for their pins and words, and named as their tables."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from plc_bench import ROOT
+from rcx_harness.errors import InputError
+from rcx_harness.library import files, library
+from rcx_harness.library import tables as tables_module
+
+BLOCKS = [name for name, block in library().blocks.items() if not block.handwritten]
+
+
+def _parts(name: str) -> tuple[str, str, str]:
+    """The call with its request, the response, and the outputs at the end."""
+    text = (ROOT / f"plc/lib/command/{name}.st").read_text(encoding="utf-8")
+    begin, end = text.index("  Job(Channel"), text.index("  Done := Job.Done;")
+    call, found, response = text[begin:end].partition("  IF Job.Ended THEN")
+    return call, found + response, text[end:]
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> None:
+    """Faults are tried on two blocks; this is why they stand for all."""
+    call, _, end = _parts(name)
+    expected_call, _, expected_end = _parts("FB_MovePtp")
+    assert call.replace("Refused := WORD#16#0000,", "Refused := Refused,") == expected_call
+    assert end == expected_end
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_a_block_samples_its_inputs_only_before_it_works(name: str) -> None:
+    """PLCopen: inputs are sampled on the rising edge."""
+    text = (ROOT / f"plc/lib/command/{name}.st").read_text(encoding="utf-8")
+    head, _, rest = text.partition("  IF Execute AND NOT Job.Busy THEN\n")
+    after = rest.partition("\n  END_IF;\n\n  Job(")[2]
+    block = library().blocks[name]
+    pins = [pin.pin for pin in block.inputs] + ["RobotNumber"]
+    outputs = {pin.pin for pin in block.outputs}
+    assert head
+    for pin in set(pins) - outputs:
+        assert not re.search(rf"\b{pin}\b", after), pin
+
+
+def test_every_generated_file_says_from_what() -> None:
+    for path in files():
+        text = (ROOT / path).read_text(encoding="utf-8")
+        assert "Generated from spec/blocks.toml and spec/remote_commands.toml" in text
+
+
+def test_no_file_is_left_of_a_block_that_is_not_in_the_table() -> None:
+    generated = {ROOT / path for path in files()}
+    for file in (ROOT / "plc/lib").rglob("*.st"):
+        if "Generated from spec/blocks.toml" in file.read_text(encoding="utf-8"):
+            assert file in generated
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"commands": ["MovePtpp"]}, "no remote command"),
+        ({"inputs": ["Pointt"]}, "no pin is called 'Pointt'"),
+        ({"inputs": []}, "no pin for"),
+        ({"outputs": []}, "no pin for positions"),
+        ({"commands": ["MovePtp", "MoveArch"]}, "other fields"),
+        ({"commands": ["MovePtp", "MovePtp"]}, "several commands need"),
+        ({"inputs": [{"pin": "X", "type": "INT", "to": "nothing", "comment": ""}]}, "no field"),
+    ],
+)
+def test_a_mistake_in_the_table_is_told_with_the_block(
+    change: dict[str, object], message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from rcx_harness import spec
+
+    real = spec.load_toml(spec.folder() / "blocks.toml")
+    entry = next(one for one in real["block"] if one["name"] == "FB_MovePtp")
+    table = {**real, "block": [{**entry, **change}]}
+    monkeypatch.setattr(tables_module.spec, "load_toml", lambda path: table)
+    library.cache_clear()
+    try:
+        with pytest.raises(InputError, match=f"FB_MovePtp: .*{message}"):
+            library()
+    finally:
+        library.cache_clear()

@@ -1,0 +1,323 @@
+"""spec/remote_commands.toml against a second, independent reading of the guide.
+
+The second reading is in tests/spec/second_reading/. Both sides judge the same telegrams here; a
+difference means that one of them has misread the section, and the section decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from typing import Any
+
+import pytest
+
+import second_reading
+from rcx_harness import spec
+from rcx_harness.telegram import WORDS
+from second_reading import Legal, Place, Reading, Row
+
+READINGS = second_reading.every_reading()
+SHOWN = 12  # values that a message names; more would say no more
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A value that is legal on one side only, and why it is not on the other."""
+
+    part: Place
+    value: int
+    legal: bool
+    example: str
+
+
+every_command = pytest.mark.parametrize(
+    "reading", READINGS.values(), ids=[f"{code:03X}" for code in READINGS]
+)
+
+
+@every_command
+def test_the_reading_has_each_bit_exactly_once(reading: Reading) -> None:
+    """Bits that the section neither describes nor fixes would go unseen on both sides.
+
+    Source: remote command guide 4.2 to 4.9, the tables of each command
+    """
+    for rows, zeros in ((reading.request, reading.zero), (reading.response, reading.unused)):
+        plain = [part for entry in rows if not entry.conditions for part in entry.places]
+        other = [part for entry in rows if entry.conditions for part in entry.places]
+        seen = _union(other)
+        for part in (*plain, *zeros):
+            assert not part.mask & seen, f"{reading}: {part} is there twice"
+            seen |= part.mask
+        missing = [f"{2 * k}.{b}" for k, b in _bits(~seen)]
+        assert not missing, f"{reading}: bits {', '.join(missing)} are nowhere"
+
+
+def test_the_codes_are_those_of_the_sections() -> None:
+    """116 commands besides the status reset.
+
+    Source: remote command guide 4.2 to 4.9, row "Command code" of each command
+    """
+    codes = set(spec.commands()) - {0x000}
+    odd = {f"{code:03X}" for code in codes ^ set(READINGS)}
+    assert not odd, f"only in one of spec and second reading: {', '.join(sorted(odd))}"
+    assert len(codes) == 116
+
+
+@every_command
+def test_robot_designation_and_section_are_those_of_the_commands_table(reading: Reading) -> None:
+    """A command has a robot designation where its own table has that row.
+
+    Source: remote command guide 4.2 to 4.9, rows of n; 3., list for the programming box
+    """
+    command = _command(reading)
+    mine = (reading.robot, reading.pendant, reading.section.split(" ")[0], (reading.code >> 8) + 1)
+    assert (command.robot, command.pendant, command.section, command.category) == mine, str(reading)
+    if reading.robot:
+        assert command.robot_zero == (reading.robot_zero or "robot 1"), str(reading)
+
+
+@every_command
+def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
+    """Each row is a field of the same bits and the same kind of number; the rest is zero.
+
+    Source: remote command guide 4.2 to 4.9, rows of n+2 to n+30 and m+2 to m+30
+    """
+    command = _command(reading)
+    wrong: list[str] = []
+    for side, rows, fields in (
+        ("n", reading.request, command.request),
+        ("m", reading.response, command.response),
+    ):
+        mine = {part for entry in rows for part in entry.places}
+        theirs = {part for entry in fields for part in _places(side, entry)}
+        either = {part.mask for part in mine & theirs}  # two rows may share bits by a condition
+        lost = [part for part in _sorted(mine - theirs) if part.mask not in either]
+        wrong += [f"{part} is no field of the spec" for part in lost]
+        wrong += [f"{part} is no row of the section" for part in _sorted(theirs - mine)]
+    if wrong:
+        pytest.fail(f"{reading}:\n  " + "\n  ".join(wrong))
+
+
+@every_command
+def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading) -> None:
+    """Values at and beside each limit, under each flag that changes it.
+
+    Source: remote command guide 4.2 to 4.9, legend of each command's table
+    """
+    command = _command(reading)
+    wrong: list[Difference] = []
+    for entry in reading.request:
+        for conditions in product(*_selections(reading, command, entry)):
+            start = [0] * WORDS
+            for part, value in conditions:
+                part.write(start, value)
+            kept = _union(part for part, _ in conditions)
+            reading.mend(start, kept)
+            for part in _tried(entry):
+                for value in _candidates(part, entry, command.request):
+                    words = list(start)
+                    part.write(words, value)
+                    reading.mend(words, kept | part.mask)
+                    wrong += _judged(reading, command, words, part)
+    _agree(reading, wrong)
+
+
+@every_command
+def test_each_bit_alone_is_legal_where_the_commands_section_says_so(reading: Reading) -> None:
+    """Bits that are fixed 0, words that are not used, and flags that exclude each other.
+
+    Source: remote command guide 4.2 to 4.9, rows of n+2 to n+30
+    """
+    command = _command(reading)
+    base = [0] * WORDS
+    reading.mend(base)
+    assert not reading.problem(base), f"{reading}: no legal request was found"
+    every = [Place("n", 2 * k, b, 1) for k in range(1, WORDS) for b in range(16)]
+    flags = [p for entry in reading.request for p in entry.places if p.width == 1]
+    wrong: list[Difference] = []
+    for group in (*((part,) for part in every), *combinations(flags, 2)):
+        for mended in (False, True):
+            words = list(base)
+            for part in group:
+                part.write(words, 1)
+            if mended:
+                reading.mend(words, _union(group))
+            wrong += _judged(reading, command, words, group[-1])
+    _agree(reading, wrong)
+
+
+@every_command
+def test_answers_have_the_values_that_the_commands_section_lists(reading: Reading) -> None:
+    """Source: remote command guide 4.2 to 4.9, legend of each normal end's table."""
+    command = _command(reading)
+    wrong: list[Difference] = []
+    fields = {part: entry for entry in command.response for part in _places("m", entry)}
+    for entry in reading.response:
+        for part in _tried(entry):
+            if part not in fields or entry.conditions:
+                continue
+            for value in _candidates(part, entry, command.response):
+                words = [0] * WORDS
+                for other in entry.places:
+                    other.write(words, second_reading.first(entry.legal))
+                part.write(words, value)
+                theirs = fields[part].problem(command.read_response(words))
+                wrong += _difference(part, value, entry.problem(words), theirs)
+    _agree(reading, wrong)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "told"),
+    [
+        (
+            "speed",
+            {"ranges": {1: (1, 10000), 2: (1, 101)}},
+            r"0xR001 .*\n  n\+6 u16 = 101: not legal",
+        ),
+        ("point", {"range": (0, 30000)}, r"0xR001 .*\n  n\+8 u16 = 30000: not legal by the"),
+        ("axes", {"bits": (0, 6)}, r"0xR001 .*\n  n\+4.6 = 1: not legal by the section, but"),
+        ("speed_mode", {"values": {}}, r"0xR001 .*\n  n\+2.1-2 = 3: not legal by the section"),
+    ],
+)
+def test_a_wrong_field_is_found_and_named(
+    monkeypatch: pytest.MonkeyPatch, name: str, change: dict[str, Any], told: str
+) -> None:
+    """The comparison fails where the spec is wrong, with code, offset and bits."""
+    right = spec.commands()[0x001]
+    fields = tuple(replace(f, **change) if f.name == name else f for f in right.request)
+    wrong = {0x001: replace(right, request=fields)}
+    monkeypatch.setattr(spec, "commands", lambda: wrong)
+    judge = (
+        test_each_bit_alone_is_legal_where_the_commands_section_says_so
+        if "bits" in change
+        else test_requests_are_legal_where_the_commands_section_says_so
+    )
+    with pytest.raises(pytest.fail.Exception, match=told):
+        judge(READINGS[0x001])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "n+6 u16 | speed",
+        "n+7 u16 | speed | any",
+        "n+0 u16 | code | any",
+        "n+30 s32 | position | any",
+        "n+2.3-1 | flags | any",
+        "n+2.16 | flag | 0, 1",
+        "n+6 u16 | speed | 1-100",
+        "n+6 u16 | speed | where n+2.1: 1..100",
+    ],
+)
+def test_a_row_outside_the_grammar_is_refused(text: str) -> None:
+    """A row that is read wrongly would be worse than none."""
+    with pytest.raises(ValueError, match="not a"):
+        second_reading.row(text)
+
+
+def _command(reading: Reading) -> spec.Command:
+    if reading.code not in spec.commands():
+        pytest.fail(f"{reading} is not in the spec")
+    return spec.commands()[reading.code]
+
+
+def _agree(reading: Reading, wrong: Sequence[Difference]) -> None:
+    """Fail with the places, their values that are judged differently, and one request of each."""
+    found: dict[tuple[Place, bool], list[Difference]] = {}
+    for each in wrong:
+        found.setdefault((each.part, each.legal), []).append(each)
+    lines = []
+    for (part, legal), every in found.items():
+        values = sorted({each.value for each in every})
+        shown = ", ".join(map(str, values[:SHOWN])) + ", ..." * (len(values) > SHOWN)
+        judged = "legal by the section, not" if legal else "not legal by the section, but"
+        lines.append(f"{part} = {shown}: {judged} by the spec; {every[0].example}")
+    if lines:
+        pytest.fail(f"{reading}:\n  " + "\n  ".join(lines))
+
+
+def _judged(
+    reading: Reading, command: spec.Command, words: Sequence[int], part: Place
+) -> Iterator[Difference]:
+    """The difference if the two sides judge this request differently."""
+    shown = " ".join(f"n+{2 * k}={words[k]:04X}" for k in range(1, WORDS) if words[k])
+    value = part.read(words)
+    for each in _difference(part, value, reading.problem(words), command.problem(words)):
+        yield replace(each, example=f"{each.example}; request {shown or 'all 0'}")
+
+
+def _difference(part: Place, value: int, mine: str, theirs: str) -> Iterator[Difference]:
+    if bool(mine) != bool(theirs):
+        yield Difference(part, value, not mine, mine or theirs)
+
+
+def _places(side: str, entry: spec.Field) -> Iterator[Place]:
+    """A field of the spec in the second reading's form."""
+    if entry.type == "bits":
+        low, high = entry.bits
+        yield Place(side, entry.at, low, high - low + 1)
+        return
+    size = entry.length if entry.type == "text" else entry.count
+    text = f"text {size}" if entry.type == "text" else f"{entry.type} x{size}"
+    yield from second_reading.place(f"{side}+{entry.at} {text}")
+
+
+def _tried(entry: Row) -> tuple[Place, ...]:
+    """Its places; of a text the first, the second and the last."""
+    text = entry.places[0].kind == "t"
+    return (*entry.places[:2], entry.places[-1]) if text else entry.places
+
+
+def _selections(
+    reading: Reading, command: spec.Command, entry: Row
+) -> Iterator[list[tuple[Place, int]]]:
+    """For each place on which the row depends, by either side, the values to try."""
+    on: dict[Place, list[Legal]] = {}
+    for other, when, _ in entry.conditions:
+        on.setdefault(other, []).append(when)
+    names = {field.name: field for field in command.request}
+    for field in command.request:
+        if field.by in names and set(_places("n", field)) & set(entry.places):
+            on.setdefault(next(_places("n", names[field.by])), [])
+    for part, cases in on.items():
+        low, high = part.limits
+        tried = {edge for case in cases for edge in case.edges()} | {0, 1}
+        if part.width <= 6:
+            tried = set(range(high + 1))
+        yield [(part, value) for value in sorted(tried) if low <= value <= high]
+
+
+def _candidates(part: Place, entry: Row, fields: Sequence[spec.Field]) -> list[int]:
+    """Values worth trying: all of them if few, else the limits on both sides and each bit."""
+    low, high = part.limits
+    if part.width <= 6:
+        return list(range(low, high + 1))
+    tried = {low, 0, 1, high}.union(*(legal.edges() for _, _, legal in entry.conditions))
+    tried |= entry.legal.edges() | {1 << bit for bit in range(part.width)}
+    for field in fields:
+        if part in _places(part.side, field):
+            pairs = [field.range or (0, 0), *field.ranges.values()]
+            edges = {int(edge) for pair in pairs for edge in pair} | set(field.values)
+            tried |= {edge + beside for edge in edges for beside in (-1, 0, 1)}
+    return sorted(value for value in tried if low <= value <= high)
+
+
+def _union(places: Iterator[Place] | Sequence[Place]) -> int:
+    whole = 0
+    for part in places:
+        whole |= part.mask
+    return whole
+
+
+def _bits(mask: int) -> Iterator[tuple[int, int]]:
+    """Word and bit of those that are 1 in n+2 to n+30."""
+    for k in range(1, WORDS):
+        for bit in range(16):
+            if mask >> (16 * k + bit) & 1:
+                yield k, bit
+
+
+def _sorted(places: set[Place]) -> list[Place]:
+    return sorted(places, key=lambda part: (part.at, part.low))

@@ -1,0 +1,129 @@
+"""A PLC with many command blocks, of which one is called: the test is the robot controller."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from plc_bench import PlcBench
+from rcx_harness.engine.base import Value
+from rcx_harness.library.tables import Block, library
+
+__all__ = ["BLOCKS", "CommandBench", "bench_of"]
+
+#: The generated blocks by name, in the order of the table.
+BLOCKS: Mapping[str, Block] = {
+    name: block for name, block in library().blocks.items() if not block.handwritten
+}
+
+#: So many blocks are compiled together: fewer programs take longer each, more of them in all.
+_TOGETHER = 24
+
+
+class CommandBench(PlcBench):
+    """Command blocks between FB_ReadArea and FB_WriteArea, with the controller up.
+
+    Args:
+        names: The blocks; `choose` says which of them is called.
+        engine: `matiec` or `builtin`.
+    """
+
+    def __init__(self, names: Sequence[str], engine: str) -> None:
+        self._names = list(names)
+        self._block = names[0]
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "Bench.st"
+            program.write_text(_program(names), encoding="utf-8")
+            super().__init__(program=program, engine=engine)
+        self.power_up()
+        self._start = self.program.snapshot(), self.now_us, bytes(self.so)
+
+    def choose(self, name: str) -> None:
+        """Go back to the start, all pins at their defaults, and call this block from now on."""
+        snapshot, self.now_us, so = self._start
+        self.program.restore(snapshot)
+        self.so[:] = so
+        self._block = name
+        self["Chosen"] = self._names.index(name) + 1
+
+    def pin(self, name: str) -> Value:
+        """Value of a pin."""
+        return self[f"{_instance(self._block)}.{name}"]
+
+    def pins(self, names: Iterable[str]) -> dict[str, Value]:
+        """Values of some pins."""
+        return {name: self.pin(name) for name in names}
+
+    def set(self, pins: Mapping[str, Value]) -> None:
+        """Set pins."""
+        for name, value in pins.items():
+            self[f"{_instance(self._block)}.{name}"] = value
+
+    def send(self, pins: Mapping[str, Value]) -> list[int]:
+        """Set pins, give a rising edge, and return the 16 words once the code is on the wire."""
+        self.set({**pins, "Execute": True})
+        self.scan_until(lambda: self.words[0] != 0 or self.pin("Error"), most=3)
+        assert not self.pin("Error"), f"refused with {self.pin('ErrorID'):#06x}: {pins}"
+        return self.words
+
+    def end(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
+        """Answer with an end status and up to 15 response words, and scan once."""
+        self.answer(status, response)
+        self.scan()
+
+    def finish(self) -> None:
+        """The PLC takes Execute back, the controller becomes ready."""
+        self.set({"Execute": False})
+        self.answer(0)
+        self.scan(2)
+        assert self.words[0] == 0
+
+    def exchange(self, pins: Mapping[str, Value], response: Sequence[int] = ()) -> list[int]:
+        """A whole command with a normal end; return the words that were sent."""
+        words = self.send(pins)
+        self.end(response=response)
+        assert self.pin("Done")
+        self.finish()
+        return words
+
+
+@lru_cache(maxsize=None)
+def _build(first: int, engine: str) -> CommandBench:
+    return CommandBench(list(BLOCKS)[first : first + _TOGETHER], engine)
+
+
+def bench_of(name: str, engine: str) -> CommandBench:
+    """A bench with the generated block of that name, which is called; compiled once."""
+    place = list(BLOCKS).index(name)
+    bench = _build(place - place % _TOGETHER, engine)
+    bench.choose(name)
+    return bench
+
+
+def _instance(block: str) -> str:
+    return f"{block.removeprefix('FB_')}Block"
+
+
+def _program(names: Sequence[str]) -> str:
+    declared = "".join(f"    {_instance(name)} : {name};\n" for name in names)
+    called = "".join(
+        f"    {k}: {_instance(name)}(Robot := Robot);\n" for k, name in enumerate(names, 1)
+    )
+    return f"""PROGRAM Bench
+  VAR
+    InputArea  : RCX_IMAGE;
+    OutputArea : RCX_IMAGE;
+    Chosen     : INT;
+    Robot      : RCX_REF;
+    ReadArea   : FB_ReadArea;
+    WriteArea  : FB_WriteArea;
+{declared}  END_VAR
+
+  ReadArea(Robot := Robot, Image := InputArea, Connected := TRUE);
+  CASE Chosen OF
+{called}  END_CASE;
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""

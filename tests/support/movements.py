@@ -1,0 +1,38 @@
+"""What the tests of movements by remote command share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robot_master import Master
+
+__all__ = ["ABNORMAL", "FORMAT_ERROR", "MM", "NORMAL", "PULSES", "low_high", "mover", "way_of"]
+
+NORMAL, ABNORMAL = 0x0200, 0x4000
+FORMAT_ERROR = (ABNORMAL, 4, 2)
+#: Position output flags.
+MM, PULSES = 0x8000, 0x4000
+
+
+def mover(**config: Any) -> Master:
+    """A master of a robot with its servos on."""
+    master = Master(**config)
+    master.servo_on()
+    return master
+
+
+def low_high(*values: int) -> tuple[int, ...]:
+    """Signed 32 bit values as words, the lower one first."""
+    return tuple(word for value in values for word in (value & 0xFFFF, value >> 16 & 0xFFFF))
+
+
+def way_of(master: Master, *words: int) -> list[tuple[int, ...]]:
+    """Positions of all axes before a movement and in every cycle of 5 ms until its normal end."""
+    master.send(*words)
+    seen = [tuple(master.robot.positions)]
+    while master.status not in (NORMAL, ABNORMAL):
+        master.run(5)
+        seen.append(tuple(master.robot.positions))
+        assert len(seen) < 4_000, "no end within 20 s"
+    assert master.status == NORMAL
+    return seen

@@ -1,0 +1,80 @@
+"""Category 5: telegrams to programs and tasks, and what the controller tells of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rcx_harness.robot import RobotProgram
+from robot_master import Master
+
+__all__ = [
+    "ALL",
+    "EXECUTE",
+    "FIRST",
+    "INFO",
+    "LINES",
+    "NAME",
+    "NEXT",
+    "NO_TASK",
+    "NUMBER",
+    "REGISTER",
+    "RESET",
+    "SECOND",
+    "SKIP",
+    "STATES",
+    "STEP",
+    "TASK",
+    "info",
+    "lines",
+    "program_master",
+    "states",
+    "telegram",
+    "text_words",
+]
+
+REGISTER, EXECUTE, STEP, SKIP, NEXT, RESET, INFO = 0x401, 0x402, 0x403, 0x404, 0x405, 0x406, 0x408
+STATES, LINES = 0x507, 0x508
+ALL, NUMBER, TASK, NAME = 0, 1, 2, 4
+NO_TASK = 9
+
+#: Each waits for an input of its own, SI(20) or SI(21), and shows what it did at SO3().
+FIRST = RobotProgram("FIRST", steps=("SO(30)=1", "WAIT SI(20)=1", "SO(31)=1"), loop=False)
+SECOND = RobotProgram("SECOND", steps=("SO(32)=1", "WAIT SI(21)=1", "SO(33)=1"), loop=False)
+
+
+def program_master(*programs: RobotProgram, **config: Any) -> Master:
+    """A master, with SI(00) and SI(06) ON and these programs, else FIRST and SECOND."""
+    master = Master(programs=programs or (FIRST, SECOND), **config)
+    master.power_up()
+    return master
+
+
+def text_words(text: str) -> tuple[int, ...]:
+    """16 characters in n+12 to n+26, filled with spaces."""
+    raw = text.encode().ljust(16)
+    return tuple(raw[k] | raw[k + 1] << 8 for k in range(0, 16, 2))
+
+
+def telegram(
+    code: int, method: int, *, program: int = 0, task: int = 0, priority: int = 0, name: str = ""
+) -> tuple[int, ...]:
+    """A command of category 5."""
+    words = (code, method, program, task, priority, 0)
+    return (*words, *text_words(name)) if name else words
+
+
+def states(master: Master) -> list[int]:
+    """States of tasks 1 to 8."""
+    return list(master.execute(STATES)[2:10])
+
+
+def lines(master: Master) -> list[int]:
+    """Lines of tasks 1 to 8."""
+    return list(master.execute(LINES)[2:10])
+
+
+def info(master: Master, program: int) -> tuple[int, int, int, int]:
+    """Program, task, line and priority, as the program execution information tells them."""
+    answer = master.execute(*telegram(INFO, NUMBER, program=program))
+    assert answer[0] == 0x0200
+    return answer[2], answer[3], answer[4], answer[5]

@@ -1,0 +1,39 @@
+"""Controllers for the tests of stored data, and telegrams in words."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+from robot_master import Master
+
+__all__ = ["long_words", "power_cycle", "ready", "real_words", "text_words"]
+
+
+def ready(**config: Any) -> Master:
+    """A master with a controller that takes commands; no points unless given."""
+    master = Master(**{"points": {}, **config})
+    master.power_up()
+    return master
+
+
+def long_words(*values: int) -> tuple[int, ...]:
+    """Signed 32 bit numbers, lower word first."""
+    return struct.unpack(f"<{2 * len(values)}H", struct.pack(f"<{len(values)}i", *values))
+
+
+def real_words(value: float) -> tuple[int, ...]:
+    """A single-precision number, lower word first."""
+    return struct.unpack("<2H", struct.pack("<f", value))
+
+
+def text_words(text: str, filler: str) -> tuple[int, ...]:
+    """Sixteen characters, the first in the lower byte."""
+    return struct.unpack("<8H", text.ljust(16, filler).encode("latin-1"))
+
+
+def power_cycle(master: Master) -> None:
+    """Switch the controller off and on, and let it boot."""
+    master.robot.inject("power_cycle")
+    master.run(1000)
+    master.power_up()
