@@ -5,12 +5,15 @@ Default axis: 1 000 000 pulses/s, 5 000 000 pulses/s^2.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
-from rcx_harness.robot import Point
-from rcx_harness.robot.motion import AxisMove, Movement
+from rcx_harness.robot import Axis, Point
+from rcx_harness.robot.motion import Movement
+from rcx_harness.robot.paths import AxisMove, PtpPath
+from rcx_harness.robot.stored import Hand
 from robot_master import Master
 
 WAY = Point((100000, -50000, 0, 0, 0, 0))
@@ -42,6 +45,8 @@ def _seconds(data: tuple[int, ...], **config: Any) -> float:
         # 0.2 s up and 0.1 s down leave 25 000 at 500 000: 0.05 s
         pytest.param((0x0024, 0, 50, 19, 0, 0, 0, 0, 0, 50), {}, 0.350, id="acceleration 50 %"),
         pytest.param((0x0044, 0, 50, 19, 0, 0, 0, 0, 0, 0, 50), {}, 0.350, id="deceleration 50 %"),
+        pytest.param((0x0004, 0, 50, 19), {"parameters": {"ACCEL": 50}}, 0.350, id="ACCEL 50 %"),
+        pytest.param((0x0004, 0, 50, 19), {"parameters": {"DECEL": 50}}, 0.350, id="DECEL 50 %"),
     ],
 )
 def test_time_of_a_movement(data: tuple[int, ...], config: dict[str, Any], seconds: float) -> None:
@@ -55,31 +60,30 @@ def test_all_axes_start_and_end_together() -> None:
     Rule: profile.
     """
     ways = [(0, 100000), (1, -50000)]
-    moves = [AxisMove(k, 0, end, 500000, 5e6, 5e6) for k, end in ways]
-    movement = Movement(moves, start_us=0)
+    path = PtpPath([AxisMove(k, 0, end, 500000, 5e6, 5e6) for k, end in ways])
+    movement = Movement(path, start_us=0)
     positions = [0, 0, 7]
     assert movement.duration_us == 300000
-    movement.advance(150000, positions)
+    movement.advance(150000, positions, {})
     assert positions == [50000, -25000, 7]
-    movement.advance(50000, positions)  # 5 000 000 / 2 * 0.05^2
+    movement.advance(50000, positions, {})  # 5 000 000 / 2 * 0.05^2
     assert positions == [6250, -3125, 7]
-    movement.advance(250000, positions)
+    movement.advance(250000, positions, {})
     assert positions == [93750, -46875, 7]
-    movement.advance(100000, positions)
+    movement.advance(100000, positions, {})
     assert positions == [25000, -12500, 7]
     assert not movement.done
-    movement.advance(300000, positions)
+    movement.advance(300000, positions, {})
     assert positions == [100000, -50000, 7]
     assert movement.done
 
 
 def test_a_movement_never_overshoots_and_never_turns_back() -> None:
     """Rule: profile."""
-    moves = [AxisMove(0, -3, 99997, 1e6, 5e6, 1e6)]
-    movement = Movement(moves, start_us=0)
+    movement = Movement(PtpPath([AxisMove(0, -3, 99997, 1e6, 5e6, 1e6)]), start_us=0)
     positions, before = [-3], -3
     for now in range(0, movement.duration_us + 5000, 1000):
-        movement.advance(now, positions)
+        movement.advance(now, positions, {})
         assert before <= positions[0] <= 99997
         before = positions[0]
     assert before == 99997
@@ -87,8 +91,89 @@ def test_a_movement_never_overshoots_and_never_turns_back() -> None:
 
 def test_a_movement_without_a_way_is_done_at_once() -> None:
     """Rule: profile."""
-    movement = Movement([AxisMove(0, 5, 5, 1e6, 5e6, 5e6)], start_us=10)
+    movement = Movement(PtpPath([AxisMove(0, 5, 5, 1e6, 5e6, 5e6)]), start_us=10)
     positions = [5]
-    movement.advance(10, positions)
+    movement.advance(10, positions, {})
     assert movement.done
     assert positions == [5]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("code", [0x0001, 0x0003])
+def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> None:
+    """But not stay there, nor go farther.
+
+    Rule: limits-on-the-way.
+    """
+    axes = (Axis(start=sign * 1_000_100), Axis())
+    points = {
+        19: Point((sign * 999_000, 500, 0, 0, 0, 0)),
+        20: Point((sign * 1_000_100, 500, 0, 0, 0, 0)),
+        21: Point((sign * 1_000_101, 500, 0, 0, 0, 0)),
+    }
+    master = Master(axes=axes, points=points)
+    master.servo_on()
+    assert master.execute(code, 0, 0, 0, 20)[:3] == (0x4000, 2, 334)
+    assert master.execute(code, 0, 0, 0, 21)[:3] == (0x4000, 2, 334)
+    assert master.execute(code, 0, 0, 0, 19)[0] == 0x0200
+    assert master.robot.positions == [sign * 999_000, 500]
+
+
+@pytest.mark.parametrize(
+    ("flags", "speed", "step"),
+    [
+        pytest.param(0x0004, 100, 500, id="100 %"),
+        pytest.param(0x0004, 50, 250, id="50 %: a half of what the slow axis lets it do, too"),
+        pytest.param(0x0006, 90, 450, id="90 mm/s"),
+        pytest.param(0x0006, 200, 500, id="200 mm/s"),
+    ],
+)
+def test_the_slowest_axis_limits_the_speed_of_the_tool(flags: int, speed: int, step: int) -> None:
+    """A line at 60 degrees: the first axis, which can do 50 mm/s, does a half of the way.
+
+    So the tool does at most 100 mm/s, 0.5 mm in 5 ms.
+
+    Rule: path-speed.
+    """
+    axes = (Axis(max_speed=50_000), Axis())
+    master = Master(axes=axes, points={19: Point((50_000, 86_603, 0, 0, 0, 0))})
+    master.servo_on()
+    master.send(0x0003, flags, 0, speed, 19)
+    master.run(500)
+    before = list(master.robot.positions)
+    master.run(5)
+    assert math.dist(before, master.robot.positions) == pytest.approx(step, abs=1)
+
+
+def test_the_axes_that_carry_a_turning_hand_stay_within_their_limits() -> None:
+    """The tool is 10 mm from R and stays where it is while R turns by 180 degrees.
+
+    On the way, at 90 degrees, axis 2 has to be at -10 mm.
+
+    Rule: limits-on-the-way, coordinates.
+    """
+    for low, status in ((-9_999, 0x4000), (-10_000, 0x0200)):
+        axes = (Axis(), Axis(soft_low=low), Axis(), Axis())
+        there = Point((10_000, 0, 0, 180_000, 0, 0), mm=True)
+        hands = {(1, 0): Hand((10_000, 0, 0, 1))}
+        master = Master(axes=axes, points={19: there}, hands=hands)
+        master.servo_on()
+        assert master.execute(0x0003, 0, 0, 0, 19)[0] == status
+        assert master.robot.positions == ([0] * 4 if status == 0x4000 else [20_000, 0, 0, 180_000])
+
+
+def test_a_movement_goes_on_without_anything_new_from_the_master() -> None:
+    """After its end status, too, where it ended within the tolerance.
+
+    Rule: arrival.
+    """
+    parameters = {"TOLE": 16_384}
+    master = Master(points={19: WAY}, end_in_tolerance=True, parameters=parameters)
+    master.servo_on()
+    master.send(0x0001, 0x0004, 0, 10, 19)
+    assert master.finish()[0] == 0x0200
+    assert 83_000 < master.robot.positions[0] < 90_000
+    for _ in range(100):
+        master.robot.cycle(master.now_us, bytes(master.si))
+        master.now_us += 5_000
+    assert master.robot.positions == [100_000, -50_000, 0, 0]

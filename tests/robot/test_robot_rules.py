@@ -30,7 +30,7 @@ def test_a_rule_is_either_from_the_manual_or_assumed() -> None:
 
 def test_every_rule_is_named_by_a_test() -> None:
     named: set[str] = set()
-    for file in HERE.glob("test_*.py"):
+    for file in HERE.rglob("test_*.py"):
         for line in re.findall(r"Rule: ([\w, -]+)\.", file.read_text(encoding="utf-8")):
             named |= {name.strip() for name in line.split(",")}
     rules = {rule.id for rule in RULES}

@@ -5,13 +5,16 @@ from rcx_harness.robot.controller import CYCLE_US, Controller
 from rcx_harness.robot.events import EVENTS
 from rcx_harness.robot.findings import Violation
 from rcx_harness.robot.leds import Led
+from rcx_harness.robot.stored import Hand, Pallet
 
 __all__ = [
     "CYCLE_US",
     "EVENTS",
     "Axis",
     "Controller",
+    "Hand",
     "Led",
+    "Pallet",
     "Point",
     "RobotConfig",
     "RobotProgram",

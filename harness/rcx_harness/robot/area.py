@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import port
@@ -60,21 +60,18 @@ def reserved_bytes_of(area: bytes) -> bytes:
     return bytes(area[at] for at in signals().reserved_bytes)
 
 
-def build_area(general: bytearray, words: Sequence[int], on: Iterable[str]) -> bytearray:
+def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:
     """An output area.
 
     Args:
         general: An area with what the robot programs put out.
         words: Words m to m+30; or the first two, where the rest are the programs'.
-        on: The dedicated outputs that are ON, by short name.
+        dedicated: Bytes 32 (low) and 33 with the dedicated outputs.
     """
     area = bytearray(general)
     (_WORDS if len(words) == len(WORDS_AT_REST) else _DEDICATED_WORDS).pack_into(area, 0, *words)
-    bits = 0
-    for name in on:
-        bits |= OUTPUTS[name]
-    area[_BITS_AT] = bits & 0xFF
-    area[_BITS_AT + 1] = bits >> 8
+    area[_BITS_AT] = dedicated & 0xFF
+    area[_BITS_AT + 1] = dedicated >> 8
     return area
 
 

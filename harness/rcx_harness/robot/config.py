@@ -6,25 +6,22 @@ which. Times are in milliseconds.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config_checks import check_programs, check_value
+from rcx_harness.robot.config_data import DATA, check_data
+from rcx_harness.robot.config_file import line_of, read_value
+from rcx_harness.robot.config_stored import STORED, check_stored
+from rcx_harness.robot.stored import AXES, EXAMPLE_POINTS, ROBOTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec import load_toml
 
-__all__ = ["Axis", "Delay", "Point", "RobotConfig", "RobotProgram"]
+__all__ = ["AXES", "ROBOTS", "Axis", "Delay", "Point", "RobotConfig", "RobotProgram"]
 
 #: Milliseconds, fixed or as (shortest, longest), drawn anew each time from the seed.
 Delay = float | tuple[float, float]
-
-AXES = 6
-ROBOTS = 4
-HIGHEST_POINT = 29999
 
 
 @dataclass(frozen=True)
@@ -45,29 +42,11 @@ class Axis:
     soft_high: int = 1_000_000  # [pulses]
     start: int = 0  # position at power-on [pulses]
     motor_rotation: int = 16384  # [pulses per rotation of the motor]
-
-
-@dataclass(frozen=True)
-class Point:
-    """Point data (guide, 4.3.1): `data` per axis as on the wire, pulses or 0.001 mm.
-
-    `hand` is 0 (none), 1 (right-handed) or 2 (left-handed); `arm1` and `arm2` are -1, 0 or 1.
-    """
-
-    data: tuple[int, ...] = (0,) * AXES
-    mm: bool = False
-    hand: int = 0
-    arm1: int = 0
-    arm2: int = 0
-
-
-#: The points of the manual's examples, so that they run without a robot file: the move to point 19
-#: (guide, 2; its place is ours), to point 100 (4.2.1), the reference to point 50 (4.3.1).
-_EXAMPLE_POINTS = {
-    19: Point((120_000, -45_000, 30_000, 0, 0, 0)),
-    50: Point((10_000, -20_000, 5_000, -18_000, 0, 0), mm=True),
-    100: Point((123_456, -123, 0, 0, 0, 0)),
-}
+    robot_type: int = 2000  # number of the robot's type; 2000 is a YK250X
+    holding_torque: int = 0  # with servo on, at rest [% of the maximum torque]
+    moving_torque: int = 10  # added on the way, in its direction [% of the maximum torque]
+    rated_torque: int = 20  # [% of the maximum torque]
+    workpiece: int | None = None  # where something stands that PUSH meets [pulses]
 
 
 @dataclass(frozen=True)
@@ -93,7 +72,13 @@ class RobotConfig:
 
     size: int = 48
     axes: tuple[Axis, ...] = _AXES
-    points: Mapping[int, Point] = field(default_factory=lambda: dict(_EXAMPLE_POINTS))
+    points: Mapping[int, Point] = field(default_factory=lambda: dict(EXAMPLE_POINTS))
+    comments: Mapping[int, str] = field(default_factory=dict)
+    pallets: Mapping[int, Pallet] = field(default_factory=dict)
+    shifts: Mapping[int, Shift] = field(default_factory=dict)
+    hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and number
+    variables: Mapping[str, float] = field(default_factory=dict)  # by SGI5, SGR5
+    parameters: Mapping[str, int | tuple[int, ...]] = field(default_factory=dict)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
 
     # State at power-on and of the surroundings
@@ -150,6 +135,9 @@ class RobotConfig:
     reset_clears_outputs: bool = False
     loss_clears_inputs: bool = True
     program_words_between_commands: bool = True
+    waiting_is_standby: bool = True
+    program_info_while_running: bool = True
+    name_filler: str = "spaces"  # zeros, spaces
 
     # Remote commands
     skip_run_status: str = "short"  # never, short, always
@@ -157,13 +145,29 @@ class RobotConfig:
     changed_command_status: str = "run"  # run, ready
     auto_speed: int = 100  # [%]
     program_speed: int = 100  # [%]
+    movei_start_position: str = "keep"  # keep, reset
+    end_in_tolerance: bool = False
+    jog_limit: str = "alarm"  # alarm, normal
     manual_speed: int = 20  # [%]
     inching_amount: int = 100  # [pulses or 0.001 mm]
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
+    arch_zero_is_parameter: bool = False
     power_loses_settings: bool = False
     servo_needs_motor_power: bool = True
     semi_absolute_is_incremental: bool = True
+    comment_filler: str = "zeros"  # zeros, spaces
+    real_to_integer: str = "round"  # round, truncate
+    several_elements: bool = True
+    max_payload: int = 50  # [kg]
     position_flag_bit0: bool = True
+    position_hand: bool = False
+    clock: str = "2014-01-01 10:59:59"  # at time 0
+    option_slots: tuple[int, ...] = (0x0401, 0x0100, 0, 0)
+    ivy2_unit: int = 0
+    newest_message_first: bool = True
+    motor_data_of_all_robots: bool = False
+    real_time_items: Mapping[int, str] = field(default_factory=lambda: {13: "motor_duty"})
+    real_time_interval: float = 5.0  # [ms]
     unasked_positions_zero: bool = True
     host_version: int = 0x0108
     host_revision: int = 0x0030
@@ -193,12 +197,29 @@ class RobotConfig:
     not_scara_alarm: str = "4.2"
     origin_method_alarm: str = "4.2"
     absolute_reset_alarm: str = "4.2"
+    undefined_program_alarm: str = "4.2"
+    undefined_task_alarm: str = "4.2"
+    manual_mode_alarm: str = "4.2"
+    absent_controller_alarm: str = "4.2"
+    impossible_date_alarm: str = "4.2"
     undefined_point_alarm: str = "4.2"
+    no_circle_alarm: str = "4.2"
+    undefined_pallet_alarm: str = "4.2"
+    undefined_data_alarm: str = ""  # comments, shifts, hands, messages; empty: they are empty or 0
+    work_position_alarm: str = "4.2"
+    point_unit_alarm: str = "4.2"
+    overflow_alarm: str = "4.2"
+    division_alarm: str = "4.2"
 
     def __post_init__(self) -> None:
         """Refuse values that no controller could have (InputError)."""
         for entry in fields(self):
-            check_value(entry.name, str(entry.type), getattr(self, entry.name))
+            if entry.name in STORED:
+                check_stored(entry.name, getattr(self, entry.name), len(self.axes))
+            elif entry.name in DATA:
+                check_data(entry.name, getattr(self, entry.name))
+            else:
+                check_value(entry.name, str(entry.type), getattr(self, entry.name))
         check_programs(self.programs, self.size)
 
     def __deepcopy__(self, memo: object) -> RobotConfig:
@@ -210,12 +231,18 @@ class RobotConfig:
         wanted = robot or 1
         return tuple(k for k, axis in enumerate(self.axes) if axis.robot == wanted)
 
+    @property
+    def workpieces(self) -> Mapping[int, int]:
+        """Where something stands that PUSH meets: index into `axes` to pulses."""
+        given = ((index, axis.workpiece) for index, axis in enumerate(self.axes))
+        return {index: place for index, place in given if place is not None}
+
     @classmethod
     def load(cls, path: str | Path) -> RobotConfig:
         """Read a robot file: keys as the fields of this class.
 
-        Axes are `[[axes]]` tables, programs `[[programs]]` tables, points `[points.19]` tables with
-        `mm = [...]` (numbers in mm) or `pulses = [...]`, `hand`, `arm1`, `arm2`.
+        Axes are `[[axes]]` tables, programs `[[programs]]` tables; config_stored.py says how points
+        and the other stored data are written.
 
         Raises:
             InputError: unreadable file, unknown key (near names are given) or impossible value.
@@ -223,82 +250,9 @@ class RobotConfig:
         file = Path(path)
         table = load_toml(file)
         try:
-            values = {key: _read(cls, key, value) for key, value in table.items()}
+            tables: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
+            values = {key: read_value(cls, key, value, tables) for key, value in table.items()}
             return cls(**values)
         except InputError as error:
-            word = re.search(r"'([\w.]+)'", error.message)
-            line = _line_of(file, word[1]) if word else None
+            line = line_of(file, error.message)
             raise InputError(error.message, file=file, line=line, hint=error.hint) from error
-
-
-def _read(kind: type[Any], key: str, value: Any) -> Any:
-    """A TOML value as the field wants it."""
-    _known(kind, key)
-    if key == "axes":
-        return tuple(_table(Axis, entry, key) for entry in _tables(value, key))
-    if key == "programs":
-        return tuple(_table(RobotProgram, entry, key) for entry in _tables(value, key))
-    if key == "points":
-        if not isinstance(value, dict):
-            raise InputError("'points' must be tables", hint="write [points.19]")
-        return dict(_point(number, entry) for number, entry in value.items())
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _tables(value: Any, key: str) -> list[dict[str, Any]]:
-    if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-        raise InputError(f"'{key}' must be tables", hint=f"write [[{key}]]")
-    return value
-
-
-def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
-    values = {name: tuple(v) if isinstance(v, list) else v for name, v in entry.items()}
-    for name, value in values.items():
-        _known(kind, name, f" in [[{key}]]")
-        declared = next(str(one.type) for one in fields(kind) if one.name == name)
-        check_value(name, declared, value)
-    return kind(**values)
-
-
-def _point(number: str, entry: Any) -> tuple[int, Point]:
-    what = f"'points.{number}'"
-    if not number.isdigit() or int(number) > HIGHEST_POINT or not isinstance(entry, dict):
-        raise InputError(f"{what} is not a point", hint="write [points.0] to [points.29999]")
-    known = ("mm", "pulses", "hand", "arm1", "arm2")
-    for name in entry:
-        if name not in known:
-            raise InputError(f"unknown key '{name}' in {what}", hint=_near(name, known))
-    given = [unit for unit in ("mm", "pulses") if unit in entry]
-    if len(given) != 1:
-        raise InputError(f"{what} needs either mm = [...] or pulses = [...]")
-    data = entry[given[0]]
-    if not isinstance(data, list) or len(data) > AXES or not all(map(_is_number, data)):
-        raise InputError(f"{what} needs at most {AXES} numbers in {given[0]}")
-    scale = 1000 if given[0] == "mm" else 1
-    wire = [round(value * scale) for value in data] + [0] * (AXES - len(data))
-    rest = {name: value for name, value in entry.items() if name not in ("mm", "pulses")}
-    return int(number), Point(tuple(wire), mm=given[0] == "mm", **rest)
-
-
-def _known(kind: type[Any], key: str, where: str = "") -> None:
-    names = [entry.name for entry in fields(kind)]
-    if key not in names:
-        raise InputError(f"unknown key '{key}'{where}", hint=_near(key, names))
-
-
-def _near(name: str, known: Any) -> str:
-    near = get_close_matches(name, list(known))
-    return f"did you mean {' or '.join(near)}" if near else "see docs/fidelity.md for the keys"
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _line_of(file: Path, key: str) -> int | None:
-    """The line where `key` stands, as tomllib does not tell."""
-    pattern = re.compile(rf"^\s*(\[+\s*)?{re.escape(key)}\b")
-    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
-        if pattern.match(line):
-            return number
-    return None

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot.script import Start, script
+from rcx_harness.robot.script import Task, script
 
-__all__ = ["alarm_code", "check_programs", "check_value"]
+__all__ = ["alarm_code", "check_programs", "check_value", "expect", "is_number", "near"]
 
 _CHOICES = {
     "size": (48, 256),
@@ -17,8 +19,13 @@ _CHOICES = {
     "skip_run_status": ("never", "short", "always"),
     "changed_command_status": ("run", "ready"),
     "ip_address": ("set", "none", "duplicate"),
+    "movei_start_position": ("keep", "reset"),
+    "jog_limit": ("alarm", "normal"),
     "di17_mode": ("ABS", "ABS/ORG"),
     "type": ("absolute", "incremental", "semi_absolute"),
+    "comment_filler": ("zeros", "spaces"),
+    "name_filler": ("zeros", "spaces"),
+    "real_to_integer": ("round", "truncate"),
     "origin_method": ("sensor", "stroke_end", "mark"),
 }
 _RANGES = {
@@ -28,12 +35,21 @@ _RANGES = {
     "manual_speed": (1, 100),
     "inching_amount": (1, 10000),
     "motor_rotation": (4, 2**24),
+    "robot_type": (1, 0xFFFF),
+    "holding_torque": (-100, 100),
+    "moving_torque": (0, 100),
+    "rated_torque": (1, 100),
+    "ivy2_unit": (0, 0xFFFF),
     "host_version": (0, 0xFFFF),
     "host_revision": (0, 0xFFFF),
     "fpga_version": (0, 0xFFFF),
     "driver_version": (0, 0xFFFF),
+    "max_payload": (0, 2_000_000),
     "alarm_history_length": (1, 100_000),
 }
+_PROGRAMS = 100
+#: Alarms that need not be.
+_NO_ALARM = ("power_on_alarm", "undefined_data_alarm")
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
 
@@ -52,33 +68,33 @@ def check_value(key: str, declared: str, value: Any) -> None:
     if key in _CHOICES:
         choices = _CHOICES[key]
         right = value in choices and type(value) is type(choices[0])
-        _expect(right, key, value, " or ".join(map(str, choices)))
+        expect(right, key, value, " or ".join(map(str, choices)))
     elif declared == "Delay":
         _check_delay(key, value)
     elif declared == "bool":
-        _expect(isinstance(value, bool), key, value, "true or false")
-    elif declared == "int":
+        expect(isinstance(value, bool), key, value, "true or false")
+    elif declared == "int | None" and value is None:
+        pass
+    elif declared in ("int", "int | None"):
         low, high = _RANGES.get(key, _INT32)
         whole = isinstance(value, int) and not isinstance(value, bool)
-        _expect(whole and low <= value <= high, key, value, f"{low} to {high}")
+        expect(whole and low <= value <= high, key, value, f"{low} to {high}")
     elif declared == "float":
         _check_number(key, value)
     elif key.endswith(("_alarm", "_alarms")):
         for number in (value,) if isinstance(value, str) else value:
-            if number != "" or key != "power_on_alarm":
+            if number != "" or key not in _NO_ALARM:
                 alarm_code(number, key)
     elif declared == "str":
-        _expect(isinstance(value, str), key, value, "a text")
+        expect(isinstance(value, str), key, value, "a text")
     elif key == "axes":
         _check_axes(value)
     elif key == "scara_robots":
-        for robot in value if isinstance(value, tuple) else (value,):
-            check_value("robot", "int", robot)
+        right = isinstance(value, tuple) and all(robot in (1, 2, 3, 4) for robot in value)
+        expect(right, key, value, "a list of robot numbers 1 to 4")
     elif key == "programs":
-        _expect(len(value) > 0, key, value, "at least one program")
-    elif key.startswith("points"):
-        for number, point in value.items():
-            _check_point(number, point)
+        expect(len(value) > 0, key, value, "at least one program")
+        expect(len(value) <= _PROGRAMS, key, f"{len(value)} tables", f"{_PROGRAMS} at most")
 
 
 def check_programs(programs: Any, size: int) -> None:
@@ -86,11 +102,13 @@ def check_programs(programs: Any, size: int) -> None:
     for program in programs:
         steps = program.steps
         texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
-        _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
+        expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
         for step in script(steps, size):
-            number = step.number if isinstance(step, Start) else 1
+            number = step.number if isinstance(step, Task) else 1
             allowed = f"START 1 to START {len(programs)}"
-            _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
+            expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
+        right = isinstance(program.name, str) and program.name.isascii()
+        expect(right, "name", program.name, "upper case letters, digits and _")
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
@@ -102,52 +120,50 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,5})\.(\d{1,5})", number) if isinstance(number, str) else None
     code = (int(match[1]), int(match[2])) if match else (-1, -1)
     fits = all(0 <= part <= 0xFFFF for part in code)
-    _expect(fits, key, number, 'group and category as "12.600"')
+    expect(fits, key, number, 'group and category as "12.600"')
     return code
 
 
-def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
+def expect(condition: bool, key: str, value: Any, allowed: str) -> None:
+    """Refuse the value of a key unless the condition holds (InputError)."""
     if not condition:
         raise InputError(f"'{key}' cannot be {value!r}", hint=f"it may be {allowed}")
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """It is a finite number."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """A hint on a name that is not known."""
+    meant = get_close_matches(name, list(known))
+    return f"did you mean {' or '.join(meant)}" if meant else "see docs/fidelity.md for the keys"
 
 
 def _check_delay(key: str, value: Any) -> None:
     pair = value if isinstance(value, tuple) else (value, value)
-    right = len(pair) == 2 and all(map(_is_number, pair)) and 0 <= pair[0] <= pair[1]
-    _expect(right, key, value, "milliseconds, or [shortest, longest]")
+    right = len(pair) == 2 and all(map(is_number, pair)) and 0 <= pair[0] <= pair[1]
+    expect(right, key, value, "milliseconds, or [shortest, longest]")
 
 
 def _check_number(key: str, value: Any) -> None:
     if key in _POSITIVE or key == "duration":
-        _expect(_is_number(value) and value > 0, key, value, "a number above 0")
+        expect(is_number(value) and value > 0, key, value, "a number above 0")
     else:
-        _expect(_is_number(value) and value >= 0, key, value, "a number from 0 on")
+        expect(is_number(value) and value >= 0, key, value, "a number from 0 on")
 
 
 def _check_axes(axes: Any) -> None:
     for robot in {axis.robot for axis in axes} | {1}:
         count = sum(axis.robot == robot for axis in axes)
-        _expect(1 <= count <= 6, "axes", count, f"1 to 6 for robot {robot}")
+        expect(1 <= count <= 6, "axes", count, f"1 to 6 for robot {robot}")
     for axis in axes:
         for name in _POSITIVE:
             _check_number(name, getattr(axis, name))
-        _expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
+        expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
         for name in ("type", "origin_method"):
             check_value(name, "str", getattr(axis, name))
         check_value("motor_rotation", "int", axis.motor_rotation)
-        _expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
-
-
-def _check_point(number: int, point: Any) -> None:
-    key = f"points.{number}"
-    _expect(0 <= number <= 29999, key, number, "0 to 29999")
-    _expect(len(point.data) == 6, key, point.data, "six numbers")
-    for value in point.data:
-        _expect(_INT32[0] <= value <= _INT32[1], key, value, "32 bit numbers")
-    _expect(point.hand in (0, 1, 2), key, point.hand, "hand 0, 1 or 2")
-    for turn in (point.arm1, point.arm2):
-        _expect(turn in (-1, 0, 1), key, turn, "arm rotation -1, 0 or 1")
+        check_value("workpiece", "int | None", axis.workpiece)
+        expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")

@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterator
 from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.alarms import AlarmList
 from rcx_harness.robot.area import Overlay, build_area, input_words
 from rcx_harness.robot.config import Point, RobotConfig
+from rcx_harness.robot.connection import lose_link, regain_link
 from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
 from rcx_harness.robot.findings import Findings, Violation
 from rcx_harness.robot.handshake import Handshake
 from rcx_harness.robot.leds import Led, module_led, network_led
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.outputs import dedicated_outputs
 from rcx_harness.robot.ports import port
+from rcx_harness.robot.requests import REQUESTS
 from rcx_harness.robot.tasks import Programs
 
 __all__ = ["CYCLE_US", "Controller"]
 
 #: The controller's I/O update interval (manual chapter 5, 4) [us].
 CYCLE_US = 5000
-
-_REQUESTS: dict[str, Callable[[Machine], None]] = {
-    "SI01": Machine.request_servo_on,
-    "SI12": Machine.request_program_start,
-    "SI14": lambda machine: machine.request_origin("SI14"),
-    "SI15": Machine.request_program_reset,
-    "SI16": Machine.request_alarm_reset,
-    "SI17": lambda machine: machine.request_origin("SI17"),
-}
 
 
 class _State:
@@ -110,6 +103,11 @@ class Controller:
     def positions(self) -> list[int]:
         """Current position of every axis [pulses]; may be set."""
         return self._state.machine.positions
+
+    @property
+    def workpieces(self) -> dict[int, int]:
+        """Where something stands that PUSH meets: index of the axis to pulses; may be set."""
+        return self._state.machine.motion.workpieces
 
     @property
     def points(self) -> dict[int, Point]:
@@ -232,13 +230,13 @@ class Controller:
         state, machine = self._state, self._state.machine
         if si is None:
             if state.was_connected is not False:
-                machine.lose_link(in_operation=bool(state.was_connected))
+                lose_link(machine, in_operation=bool(state.was_connected))
                 state.inputs.disconnect()
                 state.handshake.disconnect(machine)
                 state.was_connected = False
             return
         if not state.was_connected:
-            machine.regain_link()
+            regain_link(machine)
             state.was_connected = True
         machine.program.ports.inputs = bytes(si)
         edges = state.inputs.take(state.now_us, si)
@@ -250,8 +248,8 @@ class Controller:
         disabled |= config.parallel_disables_si and config.parallel_io != "none"
         machine.si10 = state.inputs.is_on("SI10") and not disabled
         if not disabled:
-            for name in sorted(edges & _REQUESTS.keys()):
-                _REQUESTS[name](machine)
+            for name in sorted(edges & REQUESTS.keys()):
+                REQUESTS[name](machine)
 
     def _next_due_us(self) -> int | None:
         state = self._state
@@ -269,23 +267,8 @@ class Controller:
         words = state.handshake.shown
         if words[0] == 0 and self.config.program_words_between_commands:
             words = words[:2]
-        area = build_area(state.machine.program.ports.outputs, words, self._outputs_on())
+        machine = state.machine
+        area = build_area(machine.program.ports.outputs, words, dedicated_outputs(machine))
+        machine.data.real_time.lay_over(area)
         state.overlay.apply(area)
         return bytes(area)
-
-    def _outputs_on(self) -> Iterator[str]:
-        machine = self._state.machine
-        states = {
-            "SO00": machine.emergency,
-            "SO01": True,
-            "SO02": machine.servo_on,
-            "SO03": machine.alarms.serious,
-            "SO04": machine.mp_ready,
-            "SO10": machine.auto_mode,
-            "SO11": machine.origin_complete,
-            "SO12": machine.sequence_running,
-            "SO13": machine.program.running,
-            "SO14": machine.program.is_reset,
-            "SO15": machine.alarms.warning,
-        }
-        return (name for name, on in states.items() if on)

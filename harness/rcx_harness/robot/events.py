@@ -10,6 +10,7 @@ from typing import Any
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config_checks import alarm_code
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.ports import port as port_by_name
 
 __all__ = ["EVENTS", "happen"]
 
@@ -21,7 +22,12 @@ def _alarm(machine: Machine, group: int = 99, category: int = 999) -> None:
 
 
 def _parallel(machine: Machine, port: int, on: int) -> None:
-    """Only the stop signal counts (manual chapter 1, 4.1); what that does is Machine.stopped."""
+    """An input of the parallel I/O board, by its port and bit as the robot language writes them.
+
+    Of the dedicated ones only the stop signal counts (manual chapter 1, 4.1), see Machine.stopped;
+    the others are what robot programs and I/O port reference read.
+    """
+    machine.program.ports.set_input(port_by_name(f"DI({port:02})"), on)
     if port == _PARALLEL_STOP:
         machine.parallel_stop = bool(on)
 
@@ -87,7 +93,10 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     "safety_off": ("that safety setting ends", _set("inputs_disabled", False)),
     "parallel_stop": ("DI06 of the parallel I/O board turns OFF", _set("parallel_stop", False)),
     "parallel_stop_release": ("DI06 turns ON", _set("parallel_stop", True)),
-    "parallel_input": ("a dedicated input of that board: port = 1 for DI01, on = 1", _parallel),
+    "parallel_input": (
+        "an input of that board: port = 1 for DI01, 20 for DI(20), on = 1",
+        _parallel,
+    ),
     "program_end": (
         "the robot program comes to its end",
         lambda machine: machine.program.end_main(),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from enum import Enum
 
+from rcx_harness.robot.alarms import ActiveAlarm, Place
 from rcx_harness.robot.area import WORDS_AT_REST
 from rcx_harness.robot.commands import Call, CommandError, Execution, Response, start
+from rcx_harness.robot.commands.base import answers_absent
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.config_checks import alarm_code
 from rcx_harness.robot.findings import Findings
@@ -16,6 +18,7 @@ __all__ = ["Handshake", "Phase", "Words"]
 
 Words = tuple[int, ...]
 
+_ROBOT, _AXIS = 0, 1  # kind and detail of a Place
 READY, RUN, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
 
 
@@ -47,7 +50,7 @@ class Handshake:
         self._taken: Words = WORDS_AT_REST
         self._due_us = 0
         self._execution: Execution | None = None
-        self._failure = ""
+        self._failure: CommandError | None = None
         self._blocked = False  # a code stands there that must go back to 0x0000 first
         self._reported = 0  # the code that was last found to be set too early
 
@@ -83,7 +86,7 @@ class Handshake:
     def disconnect(self, machine: Machine) -> None:
         """The link is lost: what runs ends abnormally, and that is shown until a reset."""
         if self.phase is Phase.RUNNING and self._execution and not self._execution.stoppable:
-            self._end_abnormally(machine, self._config.link_loss_alarm)
+            self._end_abnormally(machine, CommandError(self._config.link_loss_alarm))
         elif self.phase not in (Phase.READY, Phase.ENDED):
             self._rest(WORDS_AT_REST)
 
@@ -143,11 +146,11 @@ class Handshake:
 
     def _begin(self, machine: Machine) -> None:
         """Execute what was taken; a short command may end in this cycle."""
-        self._failure = ""
+        self._failure = None
         try:
             self._execution = start(machine, _check(machine, self._taken))
         except CommandError as alarm:
-            self._execution, self._failure = None, alarm.number
+            self._execution, self._failure = None, alarm
         self.phase = Phase.RUNNING
         if self._config.skip_run_status == "never":
             self._show(RUN, WORDS_AT_REST[1:])
@@ -160,8 +163,8 @@ class Handshake:
             try:
                 response = self._execution.step(machine)
             except CommandError as alarm:
-                self._failure = alarm.number
-        ended = response is not None or self._failure
+                self._failure = alarm
+        ended = response is not None or self._failure is not None
         if self.phase is Phase.ABANDONED:
             if ended:
                 self._rest(words)
@@ -177,12 +180,18 @@ class Handshake:
             interim = execution.interim(machine)
             self._show(RUN, _command(self._taken).respond(interim))
 
-    def _end_abnormally(self, machine: Machine, number: str) -> None:
+    def _end_abnormally(self, machine: Machine, failure: CommandError) -> None:
+        number = failure.number
+        place = _place(self._taken[0], failure)
+        machine.alarms.latest_of_command = ActiveAlarm(number, machine.now_us, False, place)
         if self._config.command_alarm_is_serious:
             machine.raise_alarm(number, serious=True)
         elif not machine.alarms.has(number):
-            machine.alarms.note(number, machine.now_us)
-        self._end(ABNORMAL_END, alarm_code(number) + (0,) * 13)
+            machine.alarms.note(number, machine.now_us, place=place)
+        data: Words = (0,) * 13
+        if failure.response:
+            data = _command(self._taken).respond(failure.response)[2:]
+        self._end(ABNORMAL_END, (*alarm_code(number), *data))
 
     def _end(self, status: int, response: Words) -> None:
         self._execution = None
@@ -206,6 +215,16 @@ def _command(words: Words) -> Command:
     return commands()[words[0] & 0x0FFF]
 
 
+def _place(code: int, failure: CommandError) -> Place | None:
+    """Where the alarm of a command comes from: its robot, or None for the controller."""
+    entry = commands().get(code & 0x0FFF)
+    own = failure.number.startswith("12.")  # alarms of stops and of the network
+    if entry is None or not entry.robot or own:
+        return None
+    axis = (_AXIS, failure.axis) if failure.axis else (0, 0)
+    return Place(_ROBOT, code >> 12 or 1, *axis)
+
+
 def _check(machine: Machine, words: Words) -> Call:
     """Code, robot, authority and format; the call, if all of them are right."""
     config = machine.config
@@ -213,7 +232,7 @@ def _check(machine: Machine, words: Words) -> Call:
     robot = words[0] >> 12
     if entry is None or entry.code == 0 or (robot and not entry.robot):
         raise CommandError(config.undefined_code_alarm)
-    if robot > 4 or not config.axes_of(robot):
+    if robot > 4 or not (config.axes_of(robot) or answers_absent(entry.code)):
         raise CommandError(config.absent_robot_alarm)
     if machine.pendant_authority and not entry.pendant:
         raise CommandError(config.pendant_alarm)

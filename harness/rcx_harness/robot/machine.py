@@ -7,12 +7,15 @@ that the state depends on nothing but the calls and their times.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList
 from rcx_harness.robot.config import Point, RobotConfig
-from rcx_harness.robot.motion import AxisMove, Movement
-from rcx_harness.robot.origin import Origins
+from rcx_harness.robot.data import Data
+from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.motion import Motion, Movement
+from rcx_harness.robot.origin import OriginRun, Origins
+from rcx_harness.robot.paths import Path
 from rcx_harness.robot.servos import Servos
 from rcx_harness.robot.settings import Settings
 from rcx_harness.robot.tasks import Programs
@@ -32,11 +35,15 @@ class Machine:
         self.rng = random.Random(seed)
         self.now_us = 0
         self.alarms = AlarmList(config.alarm_history_length)
-        self.points: dict[int, Point] = dict(config.points)
+        self.memory = Memory(config)
+        self.points: dict[int, Point] = self.memory.points
         self.positions = [axis.start for axis in config.axes]
+        self.motion = Motion()
+        self.motion.workpieces.update(config.workpieces)
         self.origins = Origins(config)
         self.settings = Settings(config)
         self.servos = Servos(len(config.axes))
+        self.data = Data(config)
         self.auto_input = config.auto_mode
         self.manual_lock = not config.auto_mode
         self.pendant_authority = config.pendant_authority
@@ -55,6 +62,7 @@ class Machine:
         if self.powered:
             return
         self.powered = True
+        self.data.accumulated.power_on()
         self.booted = False
         self.si00 = self.si06 = self.si10 = False
         self.emergency = True  # until SI(00) comes ON; this is no shift in operation: no alarm
@@ -62,12 +70,14 @@ class Machine:
         self.auto_mode = self._auto_selected
         self.sequence_running = False
         self.program = Programs(self.config, self.config.program_is_reset)
-        self.movement: Movement | None = None
+        self.motion.forget()
         self.pending: dict[str, int] = {}
-        self._schedule("boot_time")
+        self.schedule("boot_time")
 
     def power_off(self) -> None:
         """Switch the controller off: all that is not stored is lost."""
+        if self.powered:
+            self.data.observe(self)
         self.powered = self.booted = False
         self.servos.switch_all(False)
         self.settings.lose_power()
@@ -119,24 +129,25 @@ class Machine:
         return self.auto_input and not self.manual_lock
 
     def advance(self, now_us: int) -> None:
-        """Let time pass: answers that are due, the program, and the movement."""
+        """Let time pass: answers that are due, the program, and the movements."""
         self.now_us = now_us
         self._follow_stops()
         while self._answer_next():
             self._follow_stops()
         self.program.advance(now_us)
-        if self.movement:
-            self.movement.advance(now_us, self.positions)
-            if self.movement.done:
-                self.movement = None
+        if self.motion.under_way:
+            self.motion.advance(now_us, self.positions)
+        self.data.observe(self)
 
     def next_due_us(self) -> int | None:
         """When something happens by itself; None if nothing is under way."""
         due = list(self.pending.values())
-        if self.movement:
+        if self.motion.under_way:
             due.append(self.now_us)
         if (program_us := self.program.next_due_us(self.now_us)) is not None:
             due.append(program_us)
+        if (data_us := self.data.next_due_us(self.now_us)) is not None:
+            due.append(data_us)
         return min(due, default=None)
 
     def raise_alarm(self, number: str, *, serious: bool | None = None) -> None:
@@ -148,7 +159,7 @@ class Machine:
             return
         self.alarms.activate(number, self.now_us, serious=True)
         if self.config.alarm_stops_servo:
-            self._servo_off(number)
+            self.switch_servos_off(number)
 
     def reset_alarms(self) -> str:
         """Reset what can be reset; the number of an alarm that stays, else empty."""
@@ -157,42 +168,6 @@ class Machine:
             lasting.append(EMERGENCY_STOP)
         self.alarms.reset(lasting)
         return self.alarms.active[0].number if self.alarms.active else ""
-
-    # Requests by the dedicated inputs; each is refused silently, as the real outputs are.
-
-    def request_servo_on(self) -> None:
-        """SI(01)."""
-        if self.may_switch_servo_on() and not self.servos.all_on:
-            self._schedule("servo_on_delay")
-
-    def request_alarm_reset(self) -> None:
-        """SI(16)."""
-        self._schedule("alarm_reset_delay")
-
-    def request_program_reset(self) -> None:
-        """SI(15)."""
-        running = self.program.busy and not self.config.reset_while_running
-        if self.auto_mode and not running and not self._pendant_blocks():
-            self._schedule("program_reset_delay")
-
-    def request_program_start(self) -> None:
-        """SI(12)."""
-        if self._pendant_blocks() or not self.auto_mode or self.program.running:
-            return
-        if self.stopped and not self.emergency:
-            self.raise_alarm(STOP)
-        if self._may_run_program():
-            self._schedule("program_start_delay")
-
-    def request_origin(self, name: str) -> None:
-        """SI(14) or SI(17): `SI14`, `SI17`."""
-        servo = self.servo_on or not self.config.origin_needs_servo
-        free = not self._pendant_blocks() and not self.movement and not self.origin_running
-        if servo and free and self._may_move():
-            groups = self.origins.plan(name)
-            if groups:
-                self.origins.begin(groups)
-                self._schedule("origin_time")
 
     def press_emergency_stop(self) -> None:
         """SAFETY connector or programming box: an alarm even where SI(00) has stopped already."""
@@ -204,12 +179,45 @@ class Machine:
         """The power of the motors; without it there is no servo ON."""
         self.main_power = on
         if not on:
-            self._servo_off(self.config.servo_off_alarm)
+            self.switch_servos_off(self.config.servo_off_alarm)
 
-    def move(self, moves: Sequence[AxisMove]) -> Movement:
-        """Start a movement."""
-        self.movement = Movement(moves, self.now_us)
-        return self.movement
+    def move(
+        self, robot: int, path: Path, *, relative: Hashable | None = None, pushing: bool = False
+    ) -> Movement:
+        """Start a movement of one robot; `relative` and `pushing` as in Movement."""
+        config = self.config
+        tolerance = None
+        if config.end_in_tolerance:
+            tolerance = {
+                index: self.memory.parameters.get(robot, path.arrival, place)
+                for place, index in enumerate(config.axes_of(robot))
+            }
+        again = relative if config.movei_start_position == "keep" else None
+        movement = Movement(path, self.now_us, again, tolerance, pushing)
+        self.motion.start(robot, movement)
+        self.settings.begin_movement(robot, path.target)
+        return movement
+
+    def return_to_origin(self, groups: Iterable[tuple[int, ...]]) -> OriginRun:
+        """Start a return-to-origin of these axes, one group after the other."""
+        run = self.origins.begin(groups)
+        for index in run.axes:
+            self.motion.forget(self.config.axes[index].robot)
+        self.schedule("origin_time")
+        return run
+
+    def halt_axes(self, indices: Iterable[int], number: str) -> None:
+        """End what any of these axes takes part in, with the alarm `number` as its reason."""
+        axes = set(indices)
+        self.motion.stop(self.now_us, self.positions, number, axes)
+        if self.origins.moves(axes):
+            self._stop_origin(number)
+
+    def switch_servos_off(self, number: str) -> None:
+        """All servos; what runs ends with the alarm `number` as its reason."""
+        self.servos.switch_all(False)
+        self.pending.pop("servo_on_delay", None)
+        self._halt(number)
 
     def draw_us(self, key: str) -> int:
         """A delay of the configuration [us], drawn from the seed where it is a range."""
@@ -239,25 +247,7 @@ class Machine:
         elif self.config.auto_mode_delay == 0:
             self.auto_mode = True
         elif not self.auto_mode:
-            self._schedule("auto_mode_delay")
-
-    def lose_link(self, *, in_operation: bool) -> None:
-        """There is no connection: SI(00), SI(06) and SI(10) turn off inside."""
-        self.si00 = self.si06 = self.si10 = False
-        self.link = "lost" if in_operation else "none"
-        if self.config.loss_clears_inputs:
-            self.program.ports.forget_inputs()
-        if in_operation:
-            self.raise_alarm(self.config.link_loss_alarm)
-        else:
-            self._schedule("link_error_delay")
-
-    def regain_link(self) -> None:
-        """The connection is there (again)."""
-        self.link = "normal"
-        self.pending.pop("link_error_delay", None)
-        if not self.config.link_error_latches:
-            self.alarms.clear(self.config.link_error_alarm)
+            self.schedule("auto_mode_delay")
 
     def _answer_next(self) -> bool:
         """Give the answer that is due first; False if none is due yet."""
@@ -268,23 +258,28 @@ class Machine:
         getattr(self, f"_on_{name}")()
         return True
 
-    def _schedule(self, key: str) -> None:
+    def schedule(self, key: str) -> None:
+        """Let an answer (`_on_...`) come when its delay of the configuration is over."""
         if key not in self.pending:  # else a skipped cycle would shift all later draws
             self.pending[key] = self.now_us + self.draw_us(key)
 
-    def _pendant_blocks(self) -> bool:
+    def pendant_blocks(self) -> bool:
+        """The programming box has authority, and dedicated inputs have none."""
         return self.pendant_authority and self.config.pendant_blocks_inputs
 
     def may_switch_servo_on(self) -> bool:
+        """Nothing is in the way of servo ON."""
         alarm = self.alarms.serious and not self.config.servo_on_with_alarm
-        return not self.emergency and self.mp_ready and not alarm and not self._pendant_blocks()
+        return not self.emergency and self.mp_ready and not alarm and not self.pendant_blocks()
 
-    def _may_move(self) -> bool:
+    def may_move(self) -> bool:
+        """Neither a stop nor an alarm keeps the axes from moving."""
         return not self.emergency and not self.stopped and not self.alarms.serious
 
-    def _may_run_program(self) -> bool:
+    def may_run_program(self) -> bool:
+        """Nothing is in the way of a program start."""
         servo = self.servo_on or not self.config.program_needs_servo
-        return self.auto_mode and servo and self._may_move()
+        return self.auto_mode and servo and self.may_move()
 
     def _follow_stops(self) -> None:
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
@@ -292,16 +287,16 @@ class Machine:
         if not self.booted:
             return
         if wanted and not self.emergency:
-            self._schedule("emergency_stop_delay")
+            self.schedule("emergency_stop_delay")
         elif not wanted and self.emergency and "emergency_stop_delay" not in self.pending:
-            self._schedule("emergency_release_delay")
+            self.schedule("emergency_release_delay")
         if wanted:
             self.pending.pop("emergency_release_delay", None)
         if self.stopped:
             self._stop()
         if self.si10 and self.config.sequence_program:
             if not self.sequence_running:
-                self._schedule("sequence_delay")
+                self.schedule("sequence_delay")
         else:
             self.pending.pop("sequence_delay", None)
             self.sequence_running = False
@@ -309,35 +304,24 @@ class Machine:
     def _stop(self) -> None:
         """The stop input is OFF: program and movements end (12.400)."""
         if self.program.busy and "program_stop_delay" not in self.pending:
-            self._schedule("program_stop_delay")
+            self.schedule("program_stop_delay")
             self.raise_alarm(STOP)
         self.pending.pop("program_start_delay", None)
-        self._stop_movement(STOP)
+        if self.motion.under_way:
+            self.motion.stop(self.now_us, self.positions, STOP)
         if self.origin_running:
-            self._stop_origin()
+            self._stop_origin(STOP)
             self.raise_alarm(STOP)
 
-    def _stop_origin(self) -> None:
+    def _stop_origin(self, number: str) -> None:
         self.pending.pop("origin_time", None)
-        self.origins.interrupt()
-
-    def _stop_movement(self, number: str) -> None:
-        if self.movement:
-            self.movement.advance(self.now_us, self.positions)
-            if not self.movement.done:
-                self.movement.stopped_by = number
-            self.movement = None
-
-    def _servo_off(self, number: str) -> None:
-        self.servos.switch_all(False)
-        self.pending.pop("servo_on_delay", None)
-        self._halt(number)
+        self.origins.interrupt(number)
 
     def _halt(self, number: str) -> None:
-        """Program, movement and return-to-origin end at once."""
+        """Program, movements and return-to-origin end at once."""
         self._pause_program()
-        self._stop_movement(number)
-        self._stop_origin()
+        self.motion.stop(self.now_us, self.positions, number)
+        self._stop_origin(number)
         self.pending.pop("program_start_delay", None)
 
     def _pause_program(self) -> None:
@@ -359,7 +343,7 @@ class Machine:
 
     def _on_emergency_stop_delay(self) -> None:
         self.emergency = True
-        self._servo_off(EMERGENCY_STOP)
+        self.switch_servos_off(EMERGENCY_STOP)
         self.raise_alarm(EMERGENCY_STOP, serious=True)
 
     def _on_emergency_release_delay(self) -> None:
@@ -376,7 +360,7 @@ class Machine:
         self.program.reset()
 
     def _on_program_start_delay(self) -> None:
-        if self._may_run_program():
+        if self.may_run_program():
             self.program.start(self.now_us)
 
     def _on_auto_mode_delay(self) -> None:
@@ -390,4 +374,4 @@ class Machine:
 
     def _on_origin_time(self) -> None:
         if self.origins.arrive(self.positions):
-            self._schedule("origin_time")
+            self.schedule("origin_time")

@@ -1,78 +1,151 @@
-"""A point-to-point movement: all axes start and end together, the slowest with a trapezoid.
-
-The manual gives no motion times. This profile is the usual one: constant acceleration, constant
-speed, constant deceleration; without the speed phase where the way is too short for it.
-"""
+"""What moves: at most one movement of each robot, and each robot for itself."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Hashable, Mapping
 from dataclasses import dataclass
 
-__all__ = ["AxisMove", "Movement"]
+from rcx_harness.robot.paths import Path
+
+__all__ = ["Motion", "Movement"]
 
 
-@dataclass(frozen=True)
-class AxisMove:
-    """One axis of a movement: index, way in pulses, limits in pulses/s and pulses/s^2."""
-
-    axis: int
-    start: int
-    target: int
-    speed: float
-    acceleration: float
-    deceleration: float
-
-    def phases(self) -> tuple[float, float, float]:
-        """Seconds of acceleration, constant speed and deceleration."""
-        way = abs(self.target - self.start)
-        peak = min(
-            self.speed,
-            math.sqrt(2 * way * self.acceleration * self.deceleration
-                      / (self.acceleration + self.deceleration)),
-        )  # fmt: skip
-        if peak == 0:
-            return (0.0, 0.0, 0.0)
-        up, down = peak / self.acceleration, peak / self.deceleration
-        return (up, way / peak - (up + down) / 2, down)
-
-
+@dataclass(eq=False)
 class Movement:
     """A movement under way.
 
     Attributes:
-        done: It has reached its target.
+        path: Its way.
+        start_us: When it started.
+        duration_us: From start to target [us].
+        relative: What makes it the same relative movement again (MOVEI, DRIVEI), else None.
+        tolerance: Per axis, how near to its target it counts as arrived [pulses].
+        pushing: It stops at workpieces.
+        done: It has reached its target, or is near enough to it.
+        finished: It has reached its target.
         stopped_by: Number of the alarm that stopped it on its way, else empty.
+        blocked_us: Since when a pushing axis stands at a workpiece, else None.
     """
 
-    def __init__(self, moves: Sequence[AxisMove], start_us: int) -> None:
-        self._moves = tuple(moves)
-        self._start_us = start_us
-        self._phases = max((move.phases() for move in moves), key=sum, default=(0.0, 0.0, 0.0))
-        self.done = False
-        self.stopped_by = ""
+    path: Path
+    start_us: int
+    relative: Hashable | None = None
+    tolerance: Mapping[int, int] | None = None
+    pushing: bool = False
+    done: bool = False
+    finished: bool = False
+    stopped_by: str = ""
+    blocked_us: int | None = None
+
+    def __post_init__(self) -> None:
+        """How long it takes."""
+        self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))  # no cycle more for 1e-9 us
+
+    def advance(self, now_us: int, positions: list[int], workpieces: Mapping[int, int]) -> None:
+        """Put the moving axes of `positions` [pulses] where they are at `now_us`."""
+        passed = now_us - self.start_us
+        arrived = passed >= self.duration_us
+        places = self.path.target if arrived else self.path.at(passed / 1e6)
+        for index, place in places.items():
+            positions[index] = round(place)
+        blocked = self.pushing and self._hold_at(workpieces, positions)
+        if not blocked:
+            self.blocked_us = None
+        elif self.blocked_us is None:
+            self.blocked_us = now_us
+        self.finished = arrived and not blocked
+        near = passed >= self.path.approach * 1e6 and self._near(positions)
+        self.done = self.finished or (near and not blocked)
+
+    def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
+        """Keep the axes from going through workpieces; True if one stands there."""
+        held = False
+        for index, start in self.path.at(0.0).items():
+            if index in workpieces:
+                place, now = workpieces[index], positions[index]
+                if start <= place < now or now < place <= start:
+                    positions[index] = place
+                    held = True
+        return held
+
+    def _near(self, positions: list[int]) -> bool:
+        if self.tolerance is None:
+            return False
+        ways = {index: abs(end - positions[index]) for index, end in self.path.target.items()}
+        return all(way <= self.tolerance.get(index, 0) for index, way in ways.items())
+
+
+class Motion:
+    """All movements, by robot.
+
+    Attributes:
+        workpieces: Index of an axis, and where something stands that a pushing axis stops at.
+    """
+
+    def __init__(self) -> None:
+        self.workpieces: dict[int, int] = {}
+        self._movements: dict[int, Movement] = {}
+        self._interrupted: dict[int, tuple[Hashable, Mapping[int, int]]] = {}
 
     @property
-    def duration_us(self) -> int:
-        """From start to target [us]."""
-        return math.ceil(round(sum(self._phases) * 1e6, 3))  # no cycle more for 1e-9 us
+    def under_way(self) -> bool:
+        """Any robot moves."""
+        return bool(self._movements)
+
+    def moving(self, robot: int) -> bool:
+        """That robot moves."""
+        movement = self._movements.get(robot)
+        return movement is not None and not movement.done
+
+    def start(self, robot: int, movement: Movement) -> None:
+        """Start a movement; what was interrupted before is no longer remembered."""
+        self.forget(robot)
+        self._movements[robot] = movement
 
     def advance(self, now_us: int, positions: list[int]) -> None:
-        """Put the moving axes of `positions` [pulses] where they are at `now_us`."""
-        passed = now_us - self._start_us
-        self.done = passed >= self.duration_us
-        share = 1.0 if self.done else self._share(passed / 1e6)
-        for move in self._moves:
-            positions[move.axis] = move.start + round((move.target - move.start) * share)
+        """Let all robots go on."""
+        for robot, movement in list(self._movements.items()):
+            movement.advance(now_us, positions, self.workpieces)
+            if movement.finished:
+                del self._movements[robot]
 
-    def _share(self, t: float) -> float:
-        """Part of the way that is done `t` seconds after the start, 0 to 1."""
-        up, even, down = self._phases
-        whole = up / 2 + even + down / 2  # the way, in units of the peak speed
-        if t < up:
-            return t * t / (2 * up) / whole
-        if t < up + even:
-            return (t - up / 2) / whole
-        left = up + even + down - t
-        return 1.0 - left * left / (2 * down) / whole
+    def stop(
+        self, now_us: int, positions: list[int], number: str, axes: Collection[int] | None = None
+    ) -> None:
+        """An alarm: what has not arrived by now stays where it is.
+
+        Args:
+            now_us: When the axes stop.
+            positions: Of all axes [pulses]; changed.
+            number: The alarm.
+            axes: Only movements in which one of these takes part; None: all movements.
+        """
+        self.advance(now_us, positions)
+        for robot, movement in list(self._movements.items()):
+            if axes is None or not movement.path.target.keys().isdisjoint(axes):
+                del self._movements[robot]
+                if movement.done:
+                    continue
+                movement.stopped_by = number
+                if movement.relative is not None:
+                    self._interrupted[robot] = (movement.relative, movement.path.target)
+
+    def cancel(self, robot: int) -> None:
+        """End a movement where it is, without an alarm."""
+        self._movements.pop(robot, None)
+
+    def forget(self, robot: int | None = None) -> None:
+        """A relative movement that was interrupted begins anew from where the robot is.
+
+        Without a robot this is so for all of them.
+        """
+        if robot is None:
+            self._interrupted.clear()
+        else:
+            self._interrupted.pop(robot, None)
+
+    def kept_target(self, robot: int, relative: Hashable) -> Mapping[int, int] | None:
+        """Where an interrupted movement was to end, index to pulses; None if it was another one."""
+        key, target = self._interrupted.get(robot, (None, None))
+        return target if key == relative else None

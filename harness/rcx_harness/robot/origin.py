@@ -2,12 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+
 from rcx_harness.robot.config import RobotConfig
 
-__all__ = ["Origins"]
+__all__ = ["OriginRun", "Origins"]
 
 _ABSOLUTE = ("absolute",)
 _OTHERS = ("incremental", "semi_absolute")
+
+
+@dataclass(eq=False)
+class OriginRun:
+    """One return-to-origin.
+
+    Attributes:
+        groups: Axes that are on their way; one group after the other, the first is moving.
+        done: All have arrived.
+        stopped_by: Number of the alarm that stopped it, else empty.
+    """
+
+    groups: list[tuple[int, ...]]
+    done: bool = False
+    stopped_by: str = ""
+
+    @property
+    def axes(self) -> set[int]:
+        """The axes that have not arrived."""
+        return {index for group in self.groups for index in group}
 
 
 class Origins:
@@ -15,14 +38,12 @@ class Origins:
 
     Attributes:
         complete: Per axis: its return-to-origin is complete.
-        under_way: Groups of axes that one return-to-origin performs one after the other; the first
-            is moving.
     """
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
         self.complete = [config.origin_complete] * len(config.axes)
-        self.under_way: list[tuple[int, ...]] = []
+        self._run: OriginRun | None = None
 
     def plan(self, name: str) -> list[tuple[int, ...]]:
         """The groups of axes that an input (`SI14`, `SI17`) moves; none if it has no effect."""
@@ -34,38 +55,53 @@ class Origins:
         types = (_ABSOLUTE, _OTHERS) if self._config.di17_mode == "ABS/ORG" else (_ABSOLUTE,)
         return [group for kind in types if (group := self._axes(kind))]
 
-    def begin(self, groups: list[tuple[int, ...]]) -> None:
+    def moves(self, axes: Collection[int]) -> bool:
+        """Any of these axes is on its way, or will be."""
+        return self._run is not None and not self._run.axes.isdisjoint(axes)
+
+    def begin(self, groups: Iterable[tuple[int, ...]]) -> OriginRun:
         """Start with the first group."""
-        self.under_way = groups
-        if self._config.origin_clears_complete:
-            self._mark(groups[0], False)
+        self._run = OriginRun(list(groups))
+        self._leave(self._run)
+        return self._run
 
     def arrive(self, positions: list[int]) -> bool:
         """The first group has arrived; True if another one follows."""
-        group = self.under_way.pop(0)
+        run = self._run
+        if run is None:
+            return False
+        group = run.groups.pop(0)
         self._mark(group, True)
         for k in group:
             if self._config.axes[k].type != "semi_absolute":
                 positions[k] = 0
-        if self.under_way:
-            self.begin(self.under_way)
-        return bool(self.under_way)
+        if run.groups:
+            self._leave(run)
+            return True
+        run.done = True
+        self._run = None
+        return False
 
-    def interrupt(self) -> None:
+    def interrupt(self, number: str) -> None:
         """A stop: what was moving has no origin now, what was to follow does not move."""
-        if self.under_way:
-            self._mark(self.under_way[0], False)
-            self.under_way = []
+        if self._run:
+            self._mark(self._run.groups[0], False)
+            self._run.stopped_by = number
+            self._run = None
 
     def lose_power(self) -> None:
         """Without power only absolute axes keep their origin."""
-        self.interrupt()
         if self._config.power_loses_origin:
             kept = self._config.axes
             self.complete = [
                 done and axis.type == "absolute"
                 for done, axis in zip(self.complete, kept, strict=True)
             ]
+
+    def _leave(self, run: OriginRun) -> None:
+        """The first group leaves its place."""
+        if self._config.origin_clears_complete:
+            self._mark(run.groups[0], False)
 
     def _axes(self, types: tuple[str, ...]) -> tuple[int, ...]:
         axes = self._config.axes

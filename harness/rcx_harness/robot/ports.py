@@ -1,4 +1,4 @@
-"""The ports that a robot program reads and writes (manual chapter 3, 2)."""
+"""The ports that a robot program reads and writes (manual chapter 3, 2; guide, 4.5.1)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cache
 
 from rcx_harness.errors import InputError
 
-__all__ = ["Port", "Ports", "port"]
+__all__ = ["Port", "Ports", "port", "port_of"]
 
 _BITS_AT = 32
 _LAST_PORT = 0o15  # the language has ports up to 27, this board takes them up to 15
@@ -16,18 +16,26 @@ _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)
 
+#: Ports that are not in the areas, and how many there are of each kind; SI and SO from 16() on.
+_BANKS = {"DI": 24, "DO": 24, "MO": 24, "LO": 2, "TO": 1, "SI": 24, "SO": 24}
+
 _NAME = re.compile(r"S([IO])(?:([WD])\(?(\d+)\)?|(1?[0-7])\(\)|\(?(1?[0-7])([0-7])\)?)")
+_OTHER = re.compile(r"(D[IO]|MO|LO|TO)(?:([0-2]?[0-7])\(\)|\(([0-2]?[0-7])([0-7])\))")
 
 
 @dataclass(frozen=True)
 class Port:
-    """Where a port lies: `size` bytes at `at`; one bit of the byte if `bit` is not None."""
+    """Where a port lies: `size` bytes at `at`; one bit of the byte if `bit` is not None.
+
+    `bank` is its kind where it does not lie in the areas, else empty.
+    """
 
     name: str
     output: bool
     at: int
     size: int
     bit: int | None = None
+    bank: str = ""
 
     @property
     def signed(self) -> bool:
@@ -36,18 +44,21 @@ class Port:
 
     def check(self, size: int) -> None:
         """Refuse a word that an area of `size` bytes does not have (InputError)."""
-        if self.at + self.size > size:
+        if not self.bank and self.at + self.size > size:
             raise InputError(f"{self.name} needs the extended area", hint="set size = 256")
 
 
 @cache
 def port(name: str) -> Port:
-    """The port with a name of the robot language: `SO(20)`, `SO2()`, `SOW(2)` or `SOD(2)`.
+    """The port with a name of the robot language: `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)`, `MO(20)`.
 
     Raises:
         InputError: no such port, or one that is not general-purpose.
     """
     text = name.replace(" ", "").upper()
+    if other := _OTHER.fullmatch(text):
+        number = int(other[2] or other[3], 8)
+        return _other(text, other[1], number, int(other[4]) if other[4] else None)
     match = _NAME.fullmatch(text)
     if not match:
         raise InputError(f"{name} is no port", hint="write SO(20), SO2(), SOW(2) or SOD(2)")
@@ -61,6 +72,28 @@ def port(name: str) -> Port:
     return Port(text, output, _BITS_AT + number, 1, int(match[6]) if match[6] else None)
 
 
+def port_of(kind: str, number: int, bit: int | None = None) -> Port:
+    """A port of the robot language by its kind, such as `DO`.
+
+    Args:
+        kind: DI, DO, MO, LO, TO, SI or SO.
+        number: As in its name, counted: 10() is the eighth.
+        bit: One bit of it; None: all eight.
+    """
+    name = f"{kind}{number:o}()" if bit is None else f"{kind}({number:o}{bit})"
+    if kind in ("SI", "SO") and number <= _LAST_PORT:
+        return Port(name, kind == "SO", _BITS_AT + number, 1, bit)
+    return Port(name, kind[1] == "O", number, 1, bit, bank=kind)
+
+
+def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
+    first = _FIRST_FREE if kind in ("DO", "MO") else 0
+    if not first <= number < _BANKS[kind]:
+        hint = "DO and MO have the ports 2 to 27, LO 0 and 1, TO 0, DI 0 to 27"
+        raise InputError(f"{text} is no port", hint=hint)
+    return port_of(kind, number, bit)
+
+
 def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
     last = number + 1 if double else number
     free = any(number in part and last in part for part in (_WORDS, _EXTENDED))
@@ -71,14 +104,16 @@ def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
 
 
 class Ports:
-    """The general-purpose part of both areas.
+    """The general-purpose part of both areas, and the ports that are not in them.
 
     Attributes:
         inputs: The area as the master sent it last.
         outputs: What the robot programs wrote, as an area.
+        banks: All other ports by kind: one byte each.
     """
 
     def __init__(self, size: int) -> None:
+        self.banks = {kind: bytearray(count) for kind, count in _BANKS.items()}
         self.inputs = bytes(size)
         self.outputs = bytearray(size)
 
@@ -89,11 +124,16 @@ class Ports:
     def clear_outputs(self) -> None:
         """All outputs OFF or 0."""
         self.outputs = bytearray(len(self.outputs))
+        for kind, bank in self.banks.items():
+            if kind[1] == "O":
+                bank[:] = bytes(len(bank))
 
     def read(self, place: Port) -> int:
         """The value of an input or output."""
         self._check(place)
-        area = self.outputs if place.output else self.inputs
+        area: bytes | bytearray = self.outputs if place.output else self.inputs
+        if place.bank:
+            area = self.banks[place.bank]
         value = int.from_bytes(
             area[place.at : place.at + place.size], "little", signed=place.signed
         )
@@ -108,13 +148,26 @@ class Ports:
         if not place.output:
             raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
         self._check(place)
+        self._store(self.banks[place.bank] if place.bank else self.outputs, place, value)
+
+    def set_input(self, place: Port, value: int) -> None:
+        """Set an input that does not come from the master: `DI(20)` or `DI2()`.
+
+        Raises:
+            InputError: any other port.
+        """
+        if place.output or not place.bank:
+            raise InputError(f"{place.name} is not an input of the parallel I/O board")
+        self._store(self.banks[place.bank], place, value)
+
+    def _store(self, area: bytearray, place: Port, value: int) -> None:
         if place.bit is None:
             raw = (value & (1 << 8 * place.size) - 1).to_bytes(place.size, "little")
-            self.outputs[place.at : place.at + place.size] = raw
+            area[place.at : place.at + place.size] = raw
         elif value & 1:
-            self.outputs[place.at] |= 1 << place.bit
+            area[place.at] |= 1 << place.bit
         else:
-            self.outputs[place.at] &= ~(1 << place.bit)
+            area[place.at] &= ~(1 << place.bit)
 
     def _check(self, place: Port) -> None:
         place.check(len(self.inputs))

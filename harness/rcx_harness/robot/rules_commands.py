@@ -1,4 +1,4 @@
-"""The rules on remote commands and movements; see rules.py."""
+"""The rules on the handshake and format of remote commands; see rules.py."""
 
 from __future__ import annotations
 
@@ -22,9 +22,6 @@ COMMAND_RULES: tuple[Rule, ...] = (
         "0x4000 has the alarm's group in m+2 and its category in m+4; the rest is 0.",
     ),
     manual(
-        "both-outputs", "guide, 4.2.1", "Both position output flags end in 4.2 Input format error."
-    ),
-    manual(
         "safety-commands",
         "guide, 3",
         "A safety setting that disables dedicated inputs disables all commands.",
@@ -40,12 +37,6 @@ COMMAND_RULES: tuple[Rule, ...] = (
         "guide, 4.7.4",
         "In continuous mode positions come with status 0x0100 until the status reset command.",
     ),
-    manual(
-        "stop-in-motion",
-        "guide, 1.2",
-        "A command that an emergency stop interrupts ends abnormally with 12.600.",
-    ),
-    manual("soft-limit", "guide, 1.1", "A target beyond a soft limit ends in 2.334."),
     assumed(
         "command-times",
         "command_accept_delay command_delay status_reset_delay skip_run_status",
@@ -79,19 +70,9 @@ COMMAND_RULES: tuple[Rule, ...] = (
         "An alarm that ends a command goes into the history; SO(03) stays as it is.",
     ),
     assumed(
-        "movement-beside",
-        "motion_during_program",
-        "Movements by command are possible while a program runs, not during a return-to-origin.",
-    ),
-    assumed(
         "reset-command",
         "",
         "0x0604 ends abnormally with the number of an alarm that it could not reset.",
-    ),
-    assumed(
-        "unasked-positions",
-        "unasked_positions_zero",
-        "m+8 to m+30 are 0 where no position was asked for; axes that are not there are 0.",
     ),
     assumed(
         "flag-bit-0",
@@ -102,26 +83,5 @@ COMMAND_RULES: tuple[Rule, ...] = (
         "versions",
         "host_version host_revision fpga_version driver_version",
         "The versions of the manual's example.",
-    ),
-    # Movements
-    assumed(
-        "example-points",
-        "points",
-        "A robot without points of its own knows those of the manual's examples: 19, 50 and 100; "
-        "where point 19 lies is ours.",
-    ),
-    assumed(
-        "profile",
-        "axes auto_speed program_speed",
-        "PTP: all axes start and end together, the slowest with constant acceleration and speed. "
-        "A speed in % is taken of the automatic speed, a direct one of the maximum; without one "
-        "the program speed counts, without acceleration 100 %.",
-    ),
-    assumed("halt", "", "A stop or emergency stop halts the axes at once, without a ramp."),
-    assumed(
-        "millimetres",
-        "axes",
-        "Millimetres are pulses by a factor per axis, as on a Cartesian robot; hands and arm "
-        "rotation are kept in points and do not count in movements.",
     ),
 )

@@ -2,16 +2,20 @@
 
     WAIT SI(20)=1        SO(20)=1        SOW(2)=256      A%=SIW(3)       DELAY 500
     SET SO(20)           SO2()=A         SOD(2)=&H11111  C=SID(2)        START 2
-    RESET SO(20)         OUT SO(20),200  HALT
+    RESET SO(20)         OUT SO(20),200  MO(20)=1        A=DI2()         SUSPEND 2
+    GOSUB *PICK          *PICK:          RETURN          END             RESTART 2
+    HALT
 
-DELAY and the time of OUT are in ms. START starts another program, by its place in the list of
-programs, as a task beside this one. HALT ends all tasks.
+DELAY and the time of OUT are in ms. START starts another program, by its number (its place in the
+list of programs), as a task beside this one; SUSPEND holds its task and RESTART lets it go on.
+GOSUB does the steps from a label to RETURN. END goes to the end of the program, as RETURN does
+where no GOSUB went before it. HALT ends all tasks.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Protocol
@@ -19,11 +23,12 @@ from typing import Protocol
 from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import Port, Ports, port
 
-__all__ = ["Delay", "Start", "Step", "Wait", "World", "script"]
+__all__ = ["Delay", "End", "Gosub", "Return", "Step", "Task", "Wait", "World", "script"]
 
+_LABEL = r"\*[A-Z][A-Z0-9_]*"
 _VARIABLE = r"[A-Z][A-Z0-9_]*[%!]?"
 _NUMBER = r"-?\d+|&H[0-9A-F]+"
-_PORT = r"S[IO](?:[WD]\(\d+\)|\d+\(\)|\(?\d+\)?)"
+_PORT = r"(?:S[IO](?:[WD]\(\d+\)|\d+\(\)|\(?\d+\)?)|(?:D[IO]|MO|LO|TO)(?:\d+\(\)|\(\d+\)))"
 _HINT = "write one of: WAIT SI(20)=1, SO(20)=1, SOW(2)=256, A=SIW(3), DELAY 500, SET SO(20) ..."
 
 
@@ -56,14 +61,35 @@ class Delay:
 
 
 @dataclass(frozen=True)
-class Start:
-    """Start program `number` (1 is the first) as a task."""
+class Task:
+    """Start program `number` (1 is the first) as a task, or act on its task.
 
+    `what` is `START`, `SUSPEND` or `RESTART`.
+    """
+
+    what: str
     number: int
 
 
-#: A step that waits, starts a task, or is done at once.
-Step = Wait | Delay | Start | Callable[[World], None]
+@dataclass(frozen=True)
+class Gosub:
+    """Go on behind the label that is step `at`, until a RETURN."""
+
+    at: int
+
+
+@dataclass(frozen=True)
+class Return:
+    """Back behind the GOSUB."""
+
+
+@dataclass(frozen=True)
+class End:
+    """To the end of the program."""
+
+
+#: A step that waits, acts on a task, goes elsewhere, or is done at once.
+Step = Wait | Delay | Task | Gosub | Return | End | Callable[[World], None]
 
 
 @cache
@@ -71,13 +97,20 @@ def script(lines: tuple[str, ...], size: int) -> tuple[Step, ...]:
     """The steps of a program on a robot whose areas have `size` bytes.
 
     Raises:
-        InputError: a line that is not understood, or a port that is not there.
+        InputError: a line that is not understood, or a port or label that is not there.
     """
-    return tuple(_step(line, size) for line in lines)
+    texts = tuple(line.upper().strip() for line in lines)
+    labels = {text.rstrip(": "): k for k, text in enumerate(texts) if text.startswith("*")}
+    return tuple(_step(line, text, size, labels) for line, text in zip(lines, texts, strict=True))
 
 
-def _step(line: str, size: int) -> Step:
-    text = line.upper().strip()
+def _step(line: str, text: str, size: int, labels: Mapping[str, int]) -> Step:
+    if match := re.fullmatch(rf"GOSUB\s+({_LABEL})", text):
+        if match[1] not in labels:
+            raise InputError(
+                f"'steps' has no label {match[1]}", hint=f"write {match[1]}: as a step"
+            )
+        return Gosub(labels[match[1]])
     for name in re.findall(rf"\b{_PORT}", text):
         port(name).check(size)
     for pattern, make in _FORMS:
@@ -140,13 +173,20 @@ def _halt(world: World) -> None:
     world.halt()
 
 
+def _pass(world: World) -> None:
+    """A label."""
+
+
 _FORMS: tuple[tuple[re.Pattern[str], Callable[..., Step]], ...] = tuple(
     (re.compile(pattern), make)
     for pattern, make in (
         (rf"WAIT\s+({_PORT})\s*=\s*({_NUMBER})", _wait),
         (r"DELAY\s+(\d+)", lambda ms: Delay(int(ms) * 1000)),
-        (r"START\s+(\d+)", lambda number: Start(int(number))),
+        (r"(START|SUSPEND|RESTART)\s+(\d+)", lambda what, number: Task(what, int(number))),
         (r"HALT", lambda: _halt),
+        (r"END", End),
+        (r"RETURN", Return),
+        (rf"{_LABEL}\s*:", lambda: _pass),
         (rf"SET\s+({_PORT})", lambda name: _set(name, 1)),
         (rf"RESET\s+({_PORT})", lambda name: _set(name, 0)),
         (rf"OUT\s+({_PORT})(?:\s*,\s*(\d+))?", _out),

@@ -1,27 +1,50 @@
-"""The robot programs: which task runs, how far it has come, and what SO(13) and SO(14) show."""
+"""The robot programs and their tasks: which runs, how far it has come, what SO(13) and SO(14) show.
+
+Every program has one place in the list of programs, which is its number, and one `Task`. That is
+in the table of tasks once the program is registered there: by a remote command, by START, or as the
+main program, which is in task 1 from power-on.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+
 from rcx_harness.robot.config import RobotConfig, RobotProgram
 from rcx_harness.robot.ports import Port, Ports
-from rcx_harness.robot.script import Delay, Start, Step, Wait, script
+from rcx_harness.robot.script import Delay, End, Gosub, Return, Step, Wait, script
+from rcx_harness.robot.script import Task as TaskStep
 
-__all__ = ["Programs", "Task"]
+__all__ = ["NEXT", "RUN", "STEP", "TASKS", "Programs", "Task"]
+
+#: Numbers of the tasks.
+TASKS = range(1, 17)
+#: How far a task goes that is started: on and on, one line, or one line with its subroutine.
+RUN, STEP, NEXT = "run", "step", "next"
 
 #: Steps of a task in one controller cycle; a program that never waits goes on in the next one.
 _STEPS = 100
+#: Priority of the main program and of programs that others start.
+_PRIORITY = 32
 
 
 class Task:
     """One program as a task. `elapsed_us` is how far it has come without counting its stops.
 
-    `state` is `ready` (reset, or not yet started), `running`, `stopped` or `ended`.
+    `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
+
+    Attributes:
+        number: In the table of tasks; 0 while the program is not registered.
+        priority: 1 (first in each cycle) to 64.
+        temporary: A program has registered it; it leaves the table at its end or reset.
     """
 
     def __init__(self, program: RobotProgram, size: int) -> None:
         self.program = program
         self._size = size
         self.state = "ready"
+        self.number = 0
+        self.priority = _PRIORITY
+        self.temporary = False
         self.rewind()
         self.since_us = 0
 
@@ -38,6 +61,10 @@ class Task:
         self.until_us: int | None = None
         """When the delay under way ends, counted as `elapsed_us`; None without one."""
         self.waits = False
+        self.calls: tuple[int, ...] = ()
+        """The GOSUBs that have not returned yet, by their places."""
+        self.mode = RUN
+        self.depth = 0
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -47,27 +74,62 @@ class Task:
         return (Delay(round(self.program.duration * 1000)),)
 
     @property
+    def line(self) -> int:
+        """The line that it executes, from 1 on."""
+        return self.at + 1
+
+    @property
     def endless(self) -> bool:
         """It runs and does nothing at all, for ever."""
-        return self.program.loop and not self.program.steps
+        return self.program.loop and not self.program.steps and self.mode == RUN
 
-    def go(self, now_us: int) -> None:
-        """Start, or go on after a stop."""
-        if self.state != "stopped":
+    def go(self, now_us: int, mode: str = RUN) -> None:
+        """Start, or go on after a stop, as far as the mode says."""
+        if self.state not in ("stopped", "suspended"):
             self.rewind()
         self.state = "running"
         self.since_us = now_us
+        self.mode = mode
+        self.depth = len(self.calls)
 
-    def pause(self, now_us: int) -> None:
-        """A stop: the time until it goes on does not count."""
+    def pause(self, now_us: int, state: str = "stopped") -> None:
+        """A stop, or another `state` to wait in: the time until it goes on does not count."""
         if self.state == "running":
-            self.state = "stopped"
+            self.state = state
             self.elapsed_us += now_us - self.since_us
 
     def end(self) -> None:
         """It has come to its end; its next start begins at the beginning."""
-        if self.state in ("running", "stopped"):
+        if self.state in ("running", "stopped", "suspended"):
             self.state = "ended"
+            self.rewind()
+        self._leave()
+
+    def reset(self) -> None:
+        """To its beginning, and not running."""
+        self.rewind()
+        self.state = "ready"
+        self._leave()
+
+    def skip(self) -> None:
+        """Leave out the line where it stands."""
+        self.until_us, self.waits = None, False
+        self.state = "stopped"
+        self.at += 1
+        self.come_round()
+
+    def come_round(self) -> None:
+        """If it stands behind its last line now: back to the first, or its end."""
+        if self.at < len(self.steps):
+            return
+        self.rewind()
+        if not self.program.loop:
+            self.end()
+
+    @property
+    def has_done_its_line(self) -> bool:
+        """It was to do one line only, and has."""
+        return self.mode == STEP or (self.mode == NEXT and len(self.calls) <= self.depth)
 
     def due_us(self, now_us: int) -> int | None:
         """When it goes on by itself; None if it waits for an input, or does not run."""
@@ -77,12 +139,16 @@ class Task:
             return now_us
         return self.since_us + self.until_us - self.elapsed_us
 
+    def _leave(self) -> None:
+        if self.temporary:
+            self.number, self.temporary = 0, False
+
 
 class Programs:
     """All tasks, and what they act on: ports and variables.
 
     Attributes:
-        tasks: One for each program of the configuration; the first is the main program.
+        tasks: One for each program of the configuration, in the order of their numbers.
         is_reset: The program has been reset and not started since: SO(14).
         variables: The variables of the programs, by name.
     """
@@ -92,27 +158,84 @@ class Programs:
         self.ports = Ports(config.size)
         self.variables: dict[str, int] = {}
         self.tasks = [Task(program, config.size) for program in config.programs]
+        self.tasks[0].number = TASKS[0]
         self.is_reset = is_reset
         self._now_us = 0
         self._pulses: list[tuple[int, Port]] = []
+        self._to_start: dict[int, str] | None = None
+        self._to_reset: Collection[int] | None = None
+
+    @property
+    def main(self) -> Task:
+        """The main program: that in task 1, else the first."""
+        return self.in_task(TASKS[0]) or self.tasks[0]
 
     @property
     def running(self) -> bool:
         """The robot program is being executed: SO(13)."""
         if self._config.running_shows_all_tasks:
             return self.busy
-        return self.tasks[0].state == "running"
+        return self.main.state == "running"
 
     @property
     def busy(self) -> bool:
         """Any task runs."""
         return any(task.state == "running" for task in self.tasks)
 
+    def in_task(self, number: int) -> Task | None:
+        """What is registered in a task."""
+        return next((task for task in self.tasks if task.number == number), None)
+
+    def register(self, task: Task, number: int, priority: int, *, temporary: bool = False) -> bool:
+        """Register a program in a task; what was there before leaves the table.
+
+        Args:
+            task: The program's.
+            number: 1 to 16; 0: the lowest vacant one, where its own counts as vacant.
+            priority: 1 to 64.
+            temporary: See Task.
+
+        Returns:
+            False if no task is vacant.
+        """
+        if number == 0:
+            taken = {other.number for other in self.tasks if other is not task}
+            number = next((one for one in TASKS if one not in taken), 0)
+        if number == 0:
+            return False
+        before = self.in_task(number)
+        if before and before is not task:
+            before.reset()
+            before.number = 0
+        task.number, task.priority, task.temporary = number, priority, temporary
+        return True
+
+    def order_start(self, modes: Mapping[int, str] | None, *, beside: bool = False) -> None:
+        """What the next `start` is to start.
+
+        Args:
+            modes: RUN, STEP or NEXT by place in `tasks`; None: run all that can run.
+            beside: What was ordered before is still to be started, too.
+        """
+        if not beside:
+            self._to_start = {}
+        either = None in (modes, self._to_start)
+        self._to_start = None if either else {**(self._to_start or {}), **(modes or {})}
+
+    def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
+        """What the next `reset` is to reset: places in `tasks`, None for all; as order_start."""
+        if not beside:
+            self._to_reset = ()
+        either = None in (places, self._to_reset)
+        self._to_reset = None if either else (*(self._to_reset or ()), *(places or ()))
+
     def start(self, now_us: int) -> None:
-        """SI(12): go on with what was stopped, else start the main program."""
-        stopped = [task for task in self.tasks if task.state == "stopped"]
-        for task in stopped or self.tasks[:1]:
-            task.go(now_us)
+        """Start what was ordered."""
+        modes = self._to_start
+        if modes is None:
+            modes = dict.fromkeys(self._startable(), RUN)
+        for place, mode in modes.items():
+            self.tasks[place].go(now_us, mode)
         self.is_reset = False
 
     def pause(self, now_us: int) -> None:
@@ -121,10 +244,14 @@ class Programs:
             task.pause(now_us)
 
     def reset(self) -> None:
-        """SI(15): all tasks to their beginning."""
+        """Bring what was ordered to its beginning."""
+        if self._to_reset is not None:
+            for place in self._to_reset:
+                self.tasks[place].reset()
+            self.is_reset = all(task.state == "ready" for task in self.tasks if task.number)
+            return
         for task in self.tasks:
-            task.rewind()
-            task.state = "ready"
+            task.reset()
         self.is_reset = True
         self._pulses.clear()
         if self._config.reset_clears_outputs:
@@ -137,7 +264,7 @@ class Programs:
 
     def end_main(self) -> None:
         """The main program has come to its end."""
-        self.tasks[0].end()
+        self.main.end()
         if self._config.main_ends_tasks:
             self.halt()
 
@@ -147,14 +274,16 @@ class Programs:
         self._pulses.append((self._now_us + 1000 * ms, place))
 
     def advance(self, now_us: int) -> None:
-        """Let every running task do what it can."""
+        """Let every running task do what it can, those of a high priority first."""
         self._now_us = now_us
         for due_us, place in self._pulses:
             if due_us <= now_us:
                 self.ports.write(place, 0)
         if self._pulses:
             self._pulses = [entry for entry in self._pulses if entry[0] > now_us]
-        for task in self.tasks:
+        if not self.busy:
+            return
+        for task in sorted(self.tasks, key=lambda task: task.priority):
             if task.state == "running" and not task.endless:
                 self._work(task, now_us)
 
@@ -166,17 +295,30 @@ class Programs:
                 due.append(task_us)
         return min(due, default=None)
 
+    def _startable(self) -> list[int]:
+        """Places of the registered tasks that go on or begin; if there are none, of the ended."""
+        registered = [place for place, task in enumerate(self.tasks) if task.number]
+        waiting = [k for k in registered if self.tasks[k].state in ("stopped", "ready")]
+        if waiting or self.busy:
+            return waiting
+        return [k for k in registered if self.tasks[k].state == "ended"]
+
     def _work(self, task: Task, now_us: int) -> None:
         steps = task.steps
         for _ in range(_STEPS):
-            if task.at == len(steps):
+            if task.at >= len(steps):
                 self._finish(task, now_us)
                 return
             if not self._done(task, steps[task.at], now_us):
                 return
             if task.state != "running":
+                task.at += task.state == "suspended"
                 return
             task.at += 1
+            if task.has_done_its_line:
+                task.pause(now_us)
+                task.come_round()
+                return
 
     def _done(self, task: Task, step: Step, now_us: int) -> bool:
         """Do a step; False if the task has to wait in it."""
@@ -190,19 +332,36 @@ class Programs:
             if passed_us < task.until_us:
                 return False
             task.until_us = None
-        elif isinstance(step, Start):
-            other = self.tasks[step.number - 1]
-            if other.state in ("ready", "ended"):
-                other.go(now_us)
+        elif isinstance(step, TaskStep):
+            self._act_on(step, now_us)
+        elif isinstance(step, Gosub):
+            task.calls += (task.at,)
+            task.at = step.at
+        elif isinstance(step, Return) and task.calls:
+            task.at, task.calls = task.calls[-1], task.calls[:-1]
+        elif isinstance(step, (Return, End)):
+            task.at = len(task.steps) - 1
         else:
             step(self)
         return True
+
+    def _act_on(self, step: TaskStep, now_us: int) -> None:
+        other = self.tasks[step.number - 1]
+        if step.what == "SUSPEND":
+            other.pause(now_us, "suspended")
+        elif step.what == "RESTART":
+            if other.state == "suspended":
+                other.go(now_us)
+        elif other.state in ("ready", "ended") and (
+            other.number or self.register(other, 0, _PRIORITY, temporary=True)
+        ):
+            other.go(now_us)
 
     def _finish(self, task: Task, now_us: int) -> None:
         if task.program.loop:
             task.rewind()
             task.since_us = now_us
-        elif task is self.tasks[0]:
+        elif task is self.main:
             self.end_main()
         else:
             task.end()

@@ -10,7 +10,16 @@ from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
 
-__all__ = ["Call", "CommandError", "Execution", "Response", "act", "last", "start"]
+__all__ = [
+    "Call",
+    "CommandError",
+    "Execution",
+    "Response",
+    "act",
+    "answers_absent",
+    "last",
+    "start",
+]
 
 #: Response fields by their names in remote_commands.toml.
 Response = Mapping[str, FieldValue]
@@ -52,16 +61,29 @@ _S = TypeVar("_S", bound=_Starter)
 
 _ACTIONS: dict[int, _Action] = {}
 _STARTERS: dict[int, _Starter] = {}
+_ABSENT: set[int] = set()
 
 
-def act(*codes: int) -> Callable[[_Action], _Action]:
-    """Register a function that does the whole command when its `command_delay` is over."""
+def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
+    """Register a function that does the whole command when its `command_delay` is over.
+
+    Args:
+        codes: Without R.
+        absent: It answers for a robot that is not there, too.
+    """
 
     def register(function: _Action) -> _Action:
         _ACTIONS.update(dict.fromkeys(codes, function))
+        if absent:
+            _ABSENT.update(codes)
         return function
 
     return register
+
+
+def answers_absent(code: int) -> bool:
+    """The command answers for a robot that is not there."""
+    return code in _ABSENT
 
 
 def last(*codes: int) -> Callable[[_S], _S]:

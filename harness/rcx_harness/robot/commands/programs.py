@@ -1,0 +1,155 @@
+"""Category 5: program operation setting (guide, 4.6).
+
+A normal end says that the command was received, as a key of the programming box is: programs start
+and are reset a moment later, which SO(13) and SO(14) show.
+"""
+
+from __future__ import annotations
+
+from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP
+from rcx_harness.robot.commands.base import Call, CommandError, Response, act
+from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.tasks import NEXT, RUN, STEP
+
+__all__ = ["execute", "execute_line", "read_info", "register", "reset", "skip"]
+
+_ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other is the name
+_NAME_LENGTH = 16
+_COMMON, _IN_COMMON = "COMMON", 10000
+_MODES = {0x403: STEP, 0x405: NEXT}
+
+
+@act(0x401)
+def register(machine: Machine, call: Call) -> Response:
+    """Register a program in a task, from its first line on (4.6.1)."""
+    program, values = machine.program, call.values
+    task = program.tasks[_place(machine, call)]
+    before = program.in_task(values["task"]) if values["task"] else None
+    if "running" in (task.state, before.state if before else ""):
+        raise CommandError(machine.config.busy_alarm)
+    task.reset()
+    if not program.register(task, values["task"], values["priority"]):
+        raise CommandError(machine.config.undefined_task_alarm)
+    return {}
+
+
+@act(0x402)
+def execute(machine: Machine, call: Call) -> Response:
+    """Run programs (4.6.2); one that runs goes on."""
+    _check_may_run(machine)
+    program, modes = machine.program, None
+    if call.values["method"] != _ALL:
+        place = _registered(machine, call)
+        modes = {} if program.tasks[place].state == "running" else {place: RUN}
+    _order_start(machine, modes)
+    return {}
+
+
+@act(0x403, 0x405)
+def execute_line(machine: Machine, call: Call) -> Response:
+    """Do one line of a program that does not run (4.6.2)."""
+    _check_may_run(machine)
+    place = _stopped(machine, call)
+    _order_start(machine, {place: _MODES[call.code]})
+    return {}
+
+
+@act(0x404)
+def skip(machine: Machine, call: Call) -> Response:
+    """Leave out one line of a program that does not run (4.6.2)."""
+    _check_auto(machine)
+    place = _stopped(machine, call)
+    machine.program.tasks[place].skip()
+    machine.program.is_reset = False
+    return {}
+
+
+@act(0x406)
+def reset(machine: Machine, call: Call) -> Response:
+    """Reset all programs or one, none of which runs (4.6.3)."""
+    _check_auto(machine)
+    program = machine.program
+    place = None if call.values["method"] == _ALL else _registered(machine, call)
+    busy = program.busy if place is None else program.tasks[place].state == "running"
+    if busy and not machine.config.reset_while_running:
+        raise CommandError(machine.config.busy_alarm)
+    under_way = "program_reset_delay" in machine.pending
+    program.order_reset(None if place is None else (place,), beside=under_way)
+    machine.schedule("program_reset_delay")
+    return {}
+
+
+@act(0x408)
+def read_info(machine: Machine, call: Call) -> Response:
+    """Where a program stands (4.6.4)."""
+    place = _registered(machine, call)
+    task = machine.program.tasks[place]
+    if task.state == "running" and not machine.config.program_info_while_running:
+        raise CommandError(machine.config.busy_alarm)
+    name = task.program.name
+    filler = " " if machine.config.name_filler == "spaces" else "\0"
+    return {
+        "program": place + 1,
+        "task": task.number,
+        "line": task.line + (_IN_COMMON if name == _COMMON else 0),
+        "priority": task.priority,
+        "program_name": name[:_NAME_LENGTH].ljust(_NAME_LENGTH, filler),
+    }
+
+
+def _place(machine: Machine, call: Call) -> int:
+    """Place of the designated program; of equal names the lowest."""
+    tasks, values = machine.program.tasks, call.values
+    if values["method"] == _TASK:
+        task = machine.program.in_task(values["task"])
+        if task is None:
+            raise CommandError(machine.config.undefined_task_alarm)
+        return tasks.index(task)
+    if values["method"] == _NUMBER:
+        place = int(values["program"]) - 1
+    else:
+        names = [task.program.name[:_NAME_LENGTH] for task in tasks]
+        name = values["program_name"]
+        place = names.index(name) if name in names else len(tasks)
+    if place >= len(tasks):
+        raise CommandError(machine.config.undefined_program_alarm)
+    return place
+
+
+def _registered(machine: Machine, call: Call) -> int:
+    place = _place(machine, call)
+    if not machine.program.tasks[place].number:
+        raise CommandError(machine.config.undefined_task_alarm)
+    return place
+
+
+def _stopped(machine: Machine, call: Call) -> int:
+    place = _registered(machine, call)
+    if machine.program.tasks[place].state == "running":
+        raise CommandError(machine.config.busy_alarm)
+    return place
+
+
+def _check_auto(machine: Machine) -> None:
+    if not machine.auto_mode:
+        raise CommandError(machine.config.manual_mode_alarm)
+
+
+def _check_may_run(machine: Machine) -> None:
+    """Refuse what SI(12) could not start either; with the alarm that says why."""
+    if machine.emergency:
+        raise CommandError(EMERGENCY_STOP)
+    if machine.stopped:
+        raise CommandError(STOP)
+    for alarm in machine.alarms.active:
+        if alarm.serious:
+            raise CommandError(alarm.number)
+    _check_auto(machine)
+    if not machine.may_run_program():
+        raise CommandError(machine.config.servo_off_alarm)
+
+
+def _order_start(machine: Machine, modes: dict[int, str] | None) -> None:
+    under_way = "program_start_delay" in machine.pending
+    machine.program.order_start(modes, beside=under_way)
+    machine.schedule("program_start_delay")

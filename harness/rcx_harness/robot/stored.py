@@ -1,0 +1,117 @@
+"""What the controller stores besides programs: its kinds of data, their numbers and names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from rcx_harness.spec import command
+
+__all__ = [
+    "AXES",
+    "COUNTS",
+    "EXAMPLE_POINTS",
+    "FIRST_REAL",
+    "PALLET_POINTS",
+    "ROBOTS",
+    "ROBOT_PARAMETERS",
+    "VARIABLES",
+    "Hand",
+    "Pallet",
+    "Point",
+    "Shift",
+    "parameter_names",
+    "parameter_ranges",
+    "variable_number",
+]
+
+AXES = 6
+ROBOTS = 4
+#: How many there are of each; they are numbered from 0 (guide, 4.3).
+COUNTS = {"points": 30000, "comments": 30000, "pallets": 40, "shifts": 40, "hands": 32}
+#: A pallet is defined by this many points in a row.
+PALLET_POINTS = 5
+#: How many static variables there are of each type; SGR0 has the number 256 (guide, 4.4.1).
+VARIABLES = 32
+FIRST_REAL = 256
+#: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
+ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
+
+#: Shift data of axes 1 to 4 [0.001 mm, 0.001 degree] (guide, 4.3.4).
+Shift = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Point data (guide, 4.3.1): `data` per axis as on the wire, pulses or 0.001 mm.
+
+    `hand` is 0 (none), 1 (right-handed) or 2 (left-handed); `arm1` and `arm2` are -1, 0 or 1.
+    """
+
+    data: tuple[int, ...] = (0,) * AXES
+    mm: bool = False
+    hand: int = 0
+    arm1: int = 0
+    arm2: int = 0
+
+
+@dataclass(frozen=True)
+class Pallet:
+    """Pallet data (guide, 4.3.3): work positions in X, Y and Z, the first of its five points."""
+
+    nx: int
+    ny: int
+    nz: int
+    first: int
+
+    @property
+    def count(self) -> int:
+        """Number of its work positions; they are numbered from 1."""
+        return self.nx * self.ny * self.nz
+
+
+@dataclass(frozen=True)
+class Hand:
+    """Hand data (guide, 4.3.5), as on the wire: 0.001 mm, data 4 is 1 on the R axis.
+
+    Data 1 of a SCARA robot's hand that is not on the R axis is an integer without scale.
+    """
+
+    data: tuple[int, int, int, int] = (0, 0, 0, 0)
+
+    @property
+    def on_r_axis(self) -> bool:
+        """It turns with the R axis."""
+        return self.data[3] == 1
+
+
+#: The points of the manual's examples, so that they run without a robot file: the move to point 19
+#: (guide, 2; its place is ours), to point 100 (4.2.1), the reference to point 50 (4.3.1).
+EXAMPLE_POINTS = {
+    19: Point((120_000, -45_000, 30_000, 0, 0, 0)),
+    50: Point((10_000, -20_000, 5_000, -18_000, 0, 0), mm=True),
+    100: Point((123_456, -123, 0, 0, 0, 0)),
+}
+
+
+def variable_number(name: str) -> int | None:
+    """Number of `SGI5` or `SGR5` in remote commands; None if there is no such variable."""
+    kind, digits = name[:3], name[3:]
+    if kind not in ("SGI", "SGR") or not digits.isdecimal() or int(digits) >= VARIABLES:
+        return None
+    return int(digits) + (FIRST_REAL if kind == "SGR" else 0)
+
+
+@lru_cache(maxsize=1)
+def parameter_names() -> Mapping[int, str]:
+    """Names of the parameters by number, from the table of remote commands."""
+    field = next(part for part in command("WriteParameter").request if part.name == "parameter")
+    return {number: text.partition(",")[0] for number, text in field.values.items()}
+
+
+@lru_cache(maxsize=1)
+def parameter_ranges() -> Mapping[str, tuple[float, float]]:
+    """Lowest and highest value of each parameter by name, from the same table."""
+    field = next(part for part in command("WriteParameter").request if part.name == "value")
+    return {parameter_names()[k]: (pair[0], pair[-1]) for k, pair in field.ranges.items()}

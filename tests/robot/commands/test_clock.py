@@ -1,0 +1,146 @@
+"""Date and time in the controller: set, read, and running on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import RobotConfig
+from robot_master import NORMAL_END, Master, abnormal_end
+
+READ_DATE, READ_TIME, SET_DATE, SET_TIME = 0x511, 0x512, 0x602, 0x603
+#: Milliseconds that pass from one command to the next.
+DAY_MS = 24 * 3600 * 1000
+
+
+def _master(**config: Any) -> Master:
+    master = Master(**config)
+    master.power_up()
+    return master
+
+
+def _read(master: Master, code: int) -> tuple[int, ...]:
+    status, unused, *words = master.execute(code)
+    assert (status, unused) == (0x0200, 0)
+    assert not any(words[3:])
+    return tuple(words[:3])
+
+
+def _pass(master: Master, ms: int) -> None:
+    """Let virtual time pass, without the cycles in between."""
+    master.now_us += ms * 1000
+    master.run(5)
+
+
+def test_the_examples_show_the_date_and_the_time() -> None:
+    """2014-01-01, 10:59:59, in the first second after power-on.
+
+    Rule: clock.
+    Source: remote command guide 4.7.13, 4.7.14
+    """
+    master = _master()
+    assert master.execute(0x0511) == (0x0200, 0, 0x000E, 1, 1, *(0,) * 11)
+    assert master.execute(0x0512) == (0x0200, 0, 0x000A, 0x003B, 0x003B, *(0,) * 11)
+
+
+def test_the_examples_set_the_date_and_the_time() -> None:
+    """2014-02-02 and 08:45:00; the one does not touch the other.
+
+    Rule: clock-set, clock.
+    Source: remote command guide 4.8.1, 4.8.2
+    """
+    master = _master()
+    assert master.execute(0x0602, 0, 0x000E, 2, 2) == NORMAL_END
+    assert _read(master, READ_TIME) == (10, 59, 59)
+    assert master.execute(0x0603, 0, 8, 0x002D, 0) == NORMAL_END
+    assert _read(master, READ_TIME) == (8, 45, 0)
+    assert _read(master, READ_DATE) == (14, 2, 2)
+
+
+def test_the_clock_runs_from_the_second_that_was_set() -> None:
+    """Rule: clock."""
+    master = _master()
+    master.send(SET_TIME, 0, 23, 59, 58)
+    assert master.finish() == NORMAL_END
+    set_us = master.now_us
+    master.send()
+    master.run(50)
+    _pass(master, 960 - (master.now_us - set_us) // 1000)
+    assert _read(master, READ_TIME) == (23, 59, 58)
+    assert _read(master, READ_TIME) == (23, 59, 59)
+    _pass(master, 1000)
+    assert (_read(master, READ_DATE), _read(master, READ_TIME)) == ((14, 1, 2), (0, 0, 0))
+
+
+def test_the_clock_goes_on_without_power() -> None:
+    """Rule: clock."""
+    master = _master(clock="2023-12-31 12:00:00")
+    master.robot.inject("power_off")
+    _pass(master, DAY_MS)
+    master.robot.inject("power_on")
+    master.run(500)
+    assert _read(master, READ_DATE) == (24, 1, 1)
+    assert _read(master, READ_TIME) == (12, 0, 1)
+
+
+def test_months_have_their_length_and_the_year_99_is_followed_by_0() -> None:
+    """Rule: clock."""
+    for start, after in (
+        ("2024-02-28", (24, 2, 29)),
+        ("2023-02-28", (23, 3, 1)),
+        ("2099-12-31", (0, 1, 1)),
+    ):
+        master = _master(clock=f"{start} 00:00:00")
+        _pass(master, DAY_MS)
+        assert _read(master, READ_DATE) == after
+
+
+@pytest.mark.parametrize("date", [(24, 2, 29), (0, 1, 1), (99, 12, 31), (25, 4, 30)])
+def test_dates_of_2000_to_2099_can_be_set(date: tuple[int, int, int]) -> None:
+    """Source: remote command guide 4.8.1."""
+    master = _master()
+    assert master.execute(SET_DATE, 0, *date) == NORMAL_END
+    assert _read(master, READ_DATE) == date
+
+
+@pytest.mark.parametrize("date", [(25, 2, 29), (24, 2, 30), (25, 4, 31)])
+def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> None:
+    """The date stays.
+
+    Rule: clock.
+    """
+    master = _master(impossible_date_alarm="9.1")
+    assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
+    assert _read(master, READ_DATE) == (14, 1, 1)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        (SET_DATE, 0, 100, 1, 1),
+        (SET_DATE, 0, 14, 0, 1),
+        (SET_DATE, 0, 14, 13, 1),
+        (SET_DATE, 0, 14, 1, 0),
+        (SET_DATE, 0, 14, 1, 32),
+        (SET_TIME, 0, 24, 0, 0),
+        (SET_TIME, 0, 0, 60, 0),
+        (SET_TIME, 0, 0, 0, 60),
+    ],
+)
+def test_values_beyond_the_clock_are_refused(words: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.8.1, 4.8.2."""
+    master = _master()
+    assert master.execute(*words) == abnormal_end("4.2")
+    assert (_read(master, READ_DATE), _read(master, READ_TIME)) == ((14, 1, 1), (10, 59, 59))
+
+
+@pytest.mark.parametrize("clock", ["2014-01-01", "2014-02-30 10:00:00", "1999-12-31 23:59:59", 14])
+def test_a_wrong_clock_in_the_robot_file_is_refused(clock: object, tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text(f"clock = {clock!r}\n")
+    with pytest.raises(InputError, match="'clock' cannot be") as caught:
+        RobotConfig.load(file)
+    assert "2014-01-01 10:59:59" in caught.value.hint

@@ -1,0 +1,135 @@
+"""The selected shift and hand, and the arm designation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import NORMAL_END, Master, abnormal_end
+
+SHIFT, HAND, ARM = 0x03B, 0x03C, 0x03D
+HIGHEST = {SHIFT: 39, HAND: 31, ARM: 1}
+TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2))
+
+
+def _master(**config: Any) -> Master:
+    master = Master(**config)
+    master.power_up()
+    return master
+
+
+def _values(master: Master, robot: int = 1) -> dict[int, int]:
+    settings = master.robot.machine.settings.of(robot)
+    return {SHIFT: settings.shift, HAND: settings.hand, ARM: settings.arm}
+
+
+@pytest.mark.parametrize(("code", "value"), [(SHIFT, 4), (HAND, 1), (ARM, 0)])
+def test_the_printed_example_selects_shift_hand_or_arm_of_robot_1(code: int, value: int) -> None:
+    """Shift 4, hand 1, right-handed system; nothing else changes.
+
+    Rule: robot-settings.
+    Source: remote command guide 4.2.17, 4.2.18, 4.2.19
+    """
+    master = _master()
+    for every, highest in HIGHEST.items():
+        master.execute(every, 0, highest)
+    assert _values(master) == HIGHEST
+    assert master.execute(code, 0, value) == NORMAL_END
+    assert _values(master) == {**HIGHEST, code: value}
+
+
+@pytest.mark.parametrize("code", [SHIFT, HAND, ARM])
+def test_a_number_beyond_the_range_is_refused(code: int) -> None:
+    """Shift 0 to 39, hand 0 to 31, arm 0 or 1.
+
+    Source: remote command guide 4.2.17, 4.2.18, 4.2.19
+    """
+    master = _master()
+    assert master.execute(code, 0, HIGHEST[code]) == NORMAL_END
+    for value in (HIGHEST[code] + 1, 0xFFFF):
+        assert master.execute(code, 0, value) == abnormal_end("4.2")
+    assert _values(master)[code] == HIGHEST[code]
+    assert master.execute(code, 0, 0) == NORMAL_END
+    assert _values(master)[code] == 0
+
+
+@pytest.mark.parametrize("code", [SHIFT, HAND, ARM])
+def test_words_that_are_not_used_must_be_0(code: int) -> None:
+    """N+2, and n+6 to n+30.
+
+    Source: remote command guide 4.2.17, 4.2.18, 4.2.19
+    """
+    master = _master()
+    for at in (1, 3, 15):
+        words = [code, 0, 1] + [0] * 13
+        words[at] = 1
+        assert master.execute(*words) == abnormal_end("4.2")
+    assert _values(master) == {SHIFT: 0, HAND: 0, ARM: 0}
+
+
+def test_each_robot_has_its_own_shift_hand_and_arm() -> None:
+    """Rule: robot-settings.
+
+    Source: remote command guide 4.2.17 to 4.2.19, R
+    """
+    master = _master(axes=TWO_ROBOTS)
+    for code, value in ((SHIFT, 5), (HAND, 6), (ARM, 1)):
+        assert master.execute(code | 0x2000, 0, value) == NORMAL_END
+    assert _values(master, 2) == {SHIFT: 5, HAND: 6, ARM: 1}
+    assert _values(master, 1) == {SHIFT: 0, HAND: 0, ARM: 0}
+
+
+@pytest.mark.parametrize("code", [SHIFT, HAND])
+def test_a_shift_or_hand_that_was_never_defined_may_be_refused(code: int) -> None:
+    """One that has been defined is selected.
+
+    Rule: select-undefined.
+    """
+    master = _master(undefined_data_alarm="1.2")
+    assert master.execute(code, 0, 3) == abnormal_end("1.2")
+    assert _values(master)[code] == 0
+    define = {SHIFT: 0x010C, HAND: 0x0110}[code]
+    assert master.execute(define, 0, 3, 0, 1000) == NORMAL_END
+    assert master.execute(code, 0, 3) == NORMAL_END
+    assert _values(master)[code] == 3
+
+
+def test_arm_designation_is_valid_only_when_scara_robot_is_specified() -> None:
+    """Rule: arm-scara, arm-robots.
+
+    Source: remote command guide 4.2.19
+    """
+    master = _master(axes=TWO_ROBOTS, scara_robots=(2,), not_scara_alarm="1.9")
+    assert master.execute(0x103D, 0, 1) == abnormal_end("1.9")
+    assert master.execute(0x003D, 0, 1) == abnormal_end("1.9")
+    assert master.execute(0x203D, 0, 1) == NORMAL_END
+    assert (_values(master, 1)[ARM], _values(master, 2)[ARM]) == (0, 1)
+
+
+def test_the_arm_follows_its_designation_when_the_robot_moves() -> None:
+    """Rule: arm-follows."""
+    master = Master()
+    master.servo_on()
+    settings = master.robot.machine.settings.of(1)
+    master.execute(ARM, 0, 1)
+    assert settings.arm_status == 0
+    master.execute(0x0001, 0, 0, 0, 19)
+    assert settings.arm_status == 1
+
+
+def test_before_they_are_set_shift_and_hand_are_0_and_the_arm_is_right_handed() -> None:
+    """Rule: first-settings."""
+    assert _values(_master()) == {SHIFT: 0, HAND: 0, ARM: 0}
+
+
+@pytest.mark.parametrize(("loses", "left"), [(False, HIGHEST), (True, dict.fromkeys(HIGHEST, 0))])
+def test_what_a_power_cycle_leaves_of_the_designations(loses: bool, left: dict[int, int]) -> None:
+    """Rule: settings-power."""
+    master = _master(power_loses_settings=loses)
+    for code, highest in HIGHEST.items():
+        master.execute(code, 0, highest)
+    master.robot.inject("power_cycle")
+    master.run(300)
+    assert _values(master) == left

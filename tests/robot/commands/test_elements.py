@@ -1,0 +1,135 @@
+"""Assigning to single elements of points and shifts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rcx_harness.robot import Point
+from robot_master import NORMAL_END, abnormal_end
+from stored_data import long_words, ready
+
+PULSES, MM, SHIFT = 0x0240, 0x0241, 0x0245
+DATA = (10, 20, 30, 40, 50, 60)
+POINT = Point(DATA)
+MM_POINT = Point(DATA, mm=True, hand=2, arm1=1, arm2=-1)
+
+
+def _but(place: int, value: int, data: tuple[int, ...]) -> tuple[int, ...]:
+    """The data with another value in one place."""
+    return (*data[:place], value, *data[place + 1 :])
+
+
+@pytest.mark.parametrize(("code", "point"), [(PULSES, POINT), (MM, MM_POINT)])
+@pytest.mark.parametrize("place", range(6))
+def test_the_value_goes_to_the_designated_data_alone(code: int, point: Point, place: int) -> None:
+    """Bit 0 is data 1, bit 5 is data 6; hand and arm rotation stay.
+
+    Source: remote command guide 4.4.4
+    """
+    for value in (1000, -(2**31), 2**31 - 1):
+        master = ready(points={1: point, 2: point})
+        assert master.execute(code, 0, 1, 1 << place, *long_words(value)) == NORMAL_END
+        assert master.robot.points == {1: replace(point, data=_but(place, value, DATA)), 2: point}
+
+
+def test_the_printed_example_assigns_1_mm_to_data_4() -> None:
+    """Source: remote command guide 4.4.4."""
+    master = ready(points={1: MM_POINT})
+    assert master.execute(0x0241, 0, 0x0001, 0x0008, 0x03E8) == NORMAL_END
+    assert master.robot.points[1].data == (10, 20, 30, 1000, 50, 60)
+
+
+@pytest.mark.parametrize(("code", "point"), [(PULSES, MM_POINT), (MM, POINT)])
+def test_the_input_format_must_be_that_of_the_point(code: int, point: Point) -> None:
+    """Rule: point-units.
+
+    Source: remote command guide 4.4.4, note
+    """
+    master = ready(points={1: point}, point_unit_alarm="6.1")
+    assert master.execute(code, 0, 1, 1, 5) == abnormal_end("6.1")
+    assert master.robot.points == {1: point}
+
+
+def test_a_point_without_data_has_no_elements() -> None:
+    """Source: remote command guide 4.4.4."""
+    master = ready(undefined_point_alarm="6.5")
+    assert master.execute(PULSES, 0, 1, 1, 5) == abnormal_end("6.5")
+    assert master.execute(MM, 0, 1, 1, 5) == abnormal_end("6.5")
+    assert not master.robot.points
+
+
+@pytest.mark.parametrize("place", range(4))
+def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
+    """Bit 0 is data 1, bit 3 is data 4.
+
+    Source: remote command guide 4.4.4
+    """
+    for value in (1000, -(2**31), 2**31 - 1):
+        master = ready(shifts={1: (10, 20, 30, 40), 2: (1, 2, 3, 4)})
+        assert master.execute(SHIFT, 0, 1, 1 << place, *long_words(value)) == NORMAL_END
+        expected = _but(place, value, (10, 20, 30, 40))
+        assert master.robot.machine.memory.shifts == {1: expected, 2: (1, 2, 3, 4)}
+
+
+def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
+    """Or it is an alarm.
+
+    Rule: undefined-data.
+    Source: remote command guide 4.4.4
+    """
+    master = ready()
+    assert master.execute(SHIFT, 0, 39, 2, 0x03E8) == NORMAL_END
+    assert master.robot.machine.memory.shifts == {39: (0, 1000, 0, 0)}
+    master = ready(undefined_data_alarm="6.5")
+    assert master.execute(SHIFT, 0, 39, 2, 0x03E8) == abnormal_end("6.5")
+
+
+@pytest.mark.parametrize("code", [PULSES, MM, SHIFT])
+def test_several_data_numbers_get_the_value_and_none_is_refused(code: int) -> None:
+    """A configuration may allow exactly one.
+
+    Rule: several-elements.
+    Source: remote command guide 4.4.4, tt
+    """
+    point = POINT if code == PULSES else MM_POINT
+    shifts = {1: (10, 20, 30, 40)}
+    master = ready(points={1: point}, shifts=shifts, several_elements=False)
+    assert master.execute(code, 0, 1, 0b1001, 7) == abnormal_end("4.2")
+    assert master.execute(code, 0, 1, 0b0000, 7) == abnormal_end("4.2")
+    assert (master.robot.points[1], master.robot.machine.memory.shifts) == (point, shifts)
+    master = ready(points={1: point}, shifts=shifts)
+    assert master.execute(code, 0, 1, 0b0000, 7) == abnormal_end("4.2")
+    assert master.execute(code, 0, 1, 0b1001, 7) == NORMAL_END
+    changed = master.robot.points[1].data, master.robot.machine.memory.shifts[1]
+    assert changed == (
+        (DATA, (7, 20, 30, 7)) if code == SHIFT else ((7, 20, 30, 7, 50, 60), shifts[1])
+    )
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param((PULSES, 1, 1, 1, 5), id="pulses: n+2"),
+        pytest.param((PULSES, 0, 30000, 1, 5), id="pulses: point 30000"),
+        pytest.param((PULSES, 0, 1, 0x40, 5), id="pulses: data number bit 6"),
+        pytest.param((PULSES, 0, 1, 0x8000, 5), id="pulses: data number bit 15"),
+        pytest.param((PULSES, 0, 1, 1, 5, 0, 1), id="pulses: n+12"),
+        pytest.param((MM, 1, 2, 1, 5), id="millimetres: n+2"),
+        pytest.param((MM, 0, 30000, 1, 5), id="millimetres: point 30000"),
+        pytest.param((MM, 0, 2, 0x40, 5), id="millimetres: data number bit 6"),
+        pytest.param((MM, 0, 2, 1, 5, 0, 1), id="millimetres: n+12"),
+        pytest.param((SHIFT, 1, 1, 1, 5), id="shift: n+2"),
+        pytest.param((SHIFT, 0, 40, 1, 5), id="shift: shift 40"),
+        pytest.param((SHIFT, 0, 1, 0x10, 5), id="shift: data number bit 4"),
+        pytest.param((SHIFT, 0, 1, 1, 5, 0, 1), id="shift: n+12"),
+    ],
+)
+def test_a_wrong_telegram_on_elements_changes_nothing(words: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.4.4."""
+    points, shifts = {1: POINT, 2: MM_POINT}, {1: (10, 20, 30, 40)}
+    master = ready(points=points, shifts=shifts)
+    assert master.execute(*words) == abnormal_end("4.2")
+    assert master.robot.points == points
+    assert master.robot.machine.memory.shifts == shifts

@@ -1,0 +1,175 @@
+"""Inching: by the inching movement amount, in pulses, Cartesian and tool coordinates.
+
+Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2, soft limits +-1 000 000.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import Axis
+from rcx_harness.robot.stored import Hand
+from robot_master import Master, abnormal_end
+
+PULSES, CARTESIAN, TOOL = 0x0024, 0x0025, 0x0026
+FRAMES = [PULSES, CARTESIAN, TOOL]
+PULSE_OUTPUT, MM_OUTPUT = 0x4000, 0x8000
+MINUS = 0x0080
+
+
+def _incher(amount: int, **config: Any) -> Master:
+    """Servos on, the amount set by command for robot 1."""
+    master = Master(**config)
+    master.servo_on()
+    assert master.execute(0x0027, 0, amount)[0] == 0x0200
+    return master
+
+
+@pytest.mark.parametrize(
+    ("code", "flag"), [(PULSES, PULSE_OUTPUT), (CARTESIAN, MM_OUTPUT), (TOOL, MM_OUTPUT)]
+)
+def test_inching_of_axis_2_by_50_as_in_the_examples(code: int, flag: int) -> None:
+    """From -173 to -123 pulses; 50 are 0.050 mm.
+
+    Source: remote command guide 4.2.7, examples
+    """
+    starts = (12_345, -173, 2_000, 0)
+    master = _incher(50, axes=tuple(Axis(start=start) for start in starts))
+    answer = master.execute(code, flag, 0x0002)
+    data = (0x3039, 0x0000, 0xFF85, 0xFFFF, 0x07D0, 0x0000)
+    assert answer == (0x0200, 0, 0, 0, *data, *(0,) * 6)
+
+
+@pytest.mark.parametrize(
+    ("code", "pulses"),
+    [
+        pytest.param(PULSES, 100, id="100 pulses"),
+        pytest.param(CARTESIAN, 50, id="0.1 mm at 500 pulses/mm"),
+        pytest.param(TOOL, 50, id="0.1 mm in tool coordinates"),
+    ],
+)
+@pytest.mark.parametrize("place", range(4))
+@pytest.mark.parametrize(("direction", "sign"), [(0, 1), (MINUS, -1)])
+def test_an_amount_of_100_is_100_pulses_or_0_1_mm(
+    code: int, pulses: int, place: int, direction: int, sign: int
+) -> None:
+    """Without a position output m+2 to m+30 are 0.
+
+    Rule: inching, jog-frames.
+    Source: remote command guide 4.2.7, tt and d
+    """
+    master = _incher(100, axes=(Axis(pulses_per_mm=500),) * 4)
+    answer = master.execute(code, 0, 1 << place | direction)
+    assert answer == (0x0200, *(0,) * 15)
+    expected = [0, 0, 0, 0]
+    expected[place] = sign * pulses
+    assert master.robot.positions == expected
+
+
+@pytest.mark.parametrize("amount", [1, 10_000])
+@pytest.mark.parametrize("code", FRAMES)
+def test_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
+    """Source: remote command guide 4.2.8, dddd."""
+    master = _incher(amount)
+    assert master.execute(code, 0, 0x0001)[0] == 0x0200
+    assert master.robot.positions == [amount, 0, 0, 0]
+
+
+@pytest.mark.parametrize("code", FRAMES)
+def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
+    """10 000 pulses at 1 % (10 000/s): 2 ms up, 998 ms, 2 ms down; 201 cycles and the first one.
+
+    Rule: inching-speed.
+    """
+    master = _incher(10_000, manual_speed=1)
+    master.send(code, 0, 0x0001)
+    start = master.now_us
+    master.finish()
+    assert master.now_us - start == 1_010_000
+
+
+@pytest.mark.parametrize("code", FRAMES)
+@pytest.mark.parametrize(("direction", "start"), [(0, 499_901), (MINUS, -599_901)])
+def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, start: int) -> None:
+    """One pulse too far ends in 2.334; exactly to the limit is possible.
+
+    Rule: soft-limit.
+    """
+    axes = (Axis(), Axis(start=start, soft_low=-600_000, soft_high=500_000))
+    master = _incher(100, axes=axes)
+    assert master.execute(code, PULSE_OUTPUT, 0x0002 | direction) == abnormal_end("2.334")
+    assert master.robot.positions == [0, start]
+    master.execute(0x0027, 0, 99)
+    assert master.execute(code, 0, 0x0002 | direction)[0] == 0x0200
+
+
+@pytest.mark.parametrize("code", FRAMES)
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param((0, 0x0003), id="two axes"),
+        pytest.param((0, 0x0000), id="no axis"),
+        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
+        pytest.param((0, 0x8001), id="axis bit 15 is fixed 0"),
+        pytest.param((0x0001, 0x0001), id="flag bit 0 is fixed 0"),
+        pytest.param((0xC000, 0x0001), id="both position outputs"),
+        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
+    ],
+)
+def test_only_one_axis_can_be_specified_and_the_rest_is_fixed_0(
+    code: int, words: tuple[int, ...]
+) -> None:
+    """Source: remote command guide 4.2.7, command table."""
+    master = _incher(100)
+    assert master.execute(code, *words) == abnormal_end("4.2")
+    assert master.robot.positions == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("code", FRAMES)
+def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
+    """Only a jog does.
+
+    Source: remote command guide 4.2.7, abnormal end
+    """
+    master = _incher(10_000, manual_speed=1)
+    master.send(code, PULSE_OUTPUT, 0x0001)
+    master.run(500)
+    master.turn_and_wait("SI06", False, 5)
+    assert master.words == abnormal_end("12.400")
+    assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 498 ms at 10/ms
+
+
+@pytest.mark.parametrize("code", FRAMES)
+def test_inching_of_an_axis_that_is_not_there(code: int) -> None:
+    """Rule: other-alarms."""
+    master = _incher(100, no_axis_alarm="6.4")
+    assert master.execute(code, 0, 0x0020) == abnormal_end("6.4")
+
+
+@pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])
+def test_inching_along_turned_coordinates(code: int, expected: list[int]) -> None:
+    """The shift is turned by 45 degrees, the hand by 90; 100 / sqrt(2) is 70.7.
+
+    Rule: coordinates.
+    """
+    master = _incher(
+        100,
+        axes=(Axis(), Axis(), Axis(), Axis(start=90_000)),
+        shifts={1: (0, 0, 0, 45_000)},
+        hands={(1, 1): Hand((10_000, 0, 0, 1))},
+    )
+    master.execute(0x003B, 0, 1)
+    master.execute(0x003C, 0, 1)
+    assert master.execute(code, 0, 0x0001)[0] == 0x0200
+    assert master.robot.positions == [*expected, 0, 90_000]
+
+
+def test_each_robot_has_its_own_amount() -> None:
+    """Source: remote command guide 4.2.8, R."""
+    master = _incher(100, axes=(Axis(), Axis(robot=2)))
+    master.execute(0x2027, 0, 7)
+    assert master.execute(0x2024, 0, 0x0001)[0] == 0x0200
+    assert master.execute(0x0024, 0, 0x0001)[0] == 0x0200
+    assert master.robot.positions == [100, 7]

@@ -1,0 +1,223 @@
+"""Assignment to I/O ports, and their reference."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import RobotProgram
+from rcx_harness.robot.ports import port
+from robot_master import NORMAL_END, Master, abnormal_end
+
+WRITE, WRITE_BIT, READ = 0x300, 0x301, 0x304
+DI, DO, MO, LO, TO, SI, SO = range(7)
+
+
+def _master(**config: Any) -> Master:
+    master = Master(**config)
+    master.power_up()
+    return master
+
+
+def _word(kind: int, port: int, bit: int = 0) -> int:
+    """Word n+4: `port` as its name is written, 12 for DO12()."""
+    return kind << 12 | port // 10 << 8 | port % 10 << 4 | bit
+
+
+def _value(master: Master, kind: int, port: int) -> int:
+    word = _word(kind, port)
+    answer = master.execute(READ, 0, word)
+    assert answer == (0x0200, 0, word, answer[3], *(0,) * 12)
+    return answer[3]
+
+
+def test_the_printed_examples_write_do12_and_read_it_back() -> None:
+    """DO12() = 7, word 0x1120.
+
+    Rule: port-commands.
+    Source: remote command guide 4.5.1
+    """
+    master = _master()
+    assert master.execute(0x0300, 0, 0x1120, 7) == NORMAL_END
+    assert master.execute(0x0304, 0, 0x1120) == (0x0200, 0, 0x1120, 7, *(0,) * 12)
+    assert master.robot.program.ports.read(port("DO12()")) == 7
+
+
+def test_the_printed_example_switches_bit_1_of_do2() -> None:
+    """DO(21) = 1, word 0x1021; the other bits stay.
+
+    Source: remote command guide 4.5.1
+    """
+    master = _master()
+    master.execute(WRITE, 0, _word(DO, 2), 0b1000_0000)
+    assert master.execute(0x0301, 0, 0x1021, 1) == NORMAL_END
+    assert _value(master, DO, 2) == 0b1000_0010
+    assert master.execute(0x0301, 0, 0x1021, 0) == NORMAL_END
+    assert _value(master, DO, 2) == 0b1000_0000
+
+
+def test_the_printed_example_reads_the_input_port_di2() -> None:
+    """DI2() = 127: the inputs of the parallel I/O board are set one by one.
+
+    Source: remote command guide 4.5.1
+    """
+    master = _master()
+    for bit in range(7):
+        master.robot.inject("parallel_input", port=20 + bit, on=1)
+    assert master.execute(0x0304, 0, 0x0020) == (0x0200, 0, 0x0020, 0x7F, *(0,) * 12)
+    master.robot.inject("parallel_input", port=20, on=0)
+    assert _value(master, DI, 2) == 0x7E
+
+
+def test_the_stop_signal_of_the_parallel_board_is_di06() -> None:
+    """Source: manual chapter 1, 4.1; remote command guide 4.5.1."""
+    master = _master(parallel_io="valid")
+    assert _value(master, DI, 0) == 0x40
+    master.robot.inject("parallel_stop")
+    assert _value(master, DI, 0) == 0
+    assert _value(_master(), DI, 0) == 0
+
+
+@pytest.mark.parametrize("kind", [DO, MO, SO])
+def test_output_ports_2_to_7_10_to_17_and_20_to_27_can_be_assigned(kind: int) -> None:
+    """Each keeps its own value, also where the others have theirs.
+
+    Rule: port-commands, other-ports.
+    Source: remote command guide 4.5.1
+    """
+    master = _master()
+    ports = [*range(2, 8), *range(10, 18), *range(20, 28)]
+    for number in ports:
+        assert master.execute(WRITE, 0, _word(kind, number), 100 + number) == NORMAL_END
+    assert [_value(master, kind, number) for number in ports] == [100 + one for one in ports]
+
+
+@pytest.mark.parametrize(("kind", "ports"), [(LO, (0, 1)), (TO, (0,))])
+def test_arm_lock_and_timer_outputs_can_be_assigned(kind: int, ports: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.5.1."""
+    master = _master()
+    for number in ports:
+        master.execute(WRITE, 0, _word(kind, number), 0xA0 + number)
+        master.execute(WRITE_BIT, 0, _word(kind, number, 3), 1)
+    assert [_value(master, kind, number) for number in ports] == [0xA8 + one for one in ports]
+    after = _word(kind, ports[-1] + 1)
+    assert master.execute(WRITE, 0, after, 1) == abnormal_end("4.2")
+    assert master.execute(READ, 0, after) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize("kind", [DO, MO, SO])
+@pytest.mark.parametrize("number", [0, 1, 8, 9, 18, 19, 28, 30])
+def test_other_output_ports_cannot_be_assigned(kind: int, number: int) -> None:
+    """Source: remote command guide 4.5.1."""
+    master = _master()
+    assert master.execute(WRITE, 0, _word(kind, number), 1) == abnormal_end("4.2")
+    assert master.execute(WRITE_BIT, 0, _word(kind, number), 1) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize("code", [WRITE, WRITE_BIT])
+@pytest.mark.parametrize("kind", [DI, SI, 7, 15])
+def test_inputs_and_unknown_port_types_cannot_be_assigned(code: int, kind: int) -> None:
+    """Source: remote command guide 4.5.1."""
+    assert _master().execute(code, 0, _word(kind, 2), 1) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize("kind", [DI, DO, MO, SI, SO])
+def test_ports_0_to_7_10_to_17_and_20_to_27_can_be_read(kind: int) -> None:
+    """Source: remote command guide 4.5.1."""
+    master = _master()
+    for number in (0, 7, 10, 17, 20, 27):
+        assert master.execute(READ, 0, _word(kind, number))[0] == 0x0200
+    for number in (8, 18, 28, 30):
+        assert master.execute(READ, 0, _word(kind, number)) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        (WRITE, 0, _word(DO, 2, 1), 1),  # a bit number in port units
+        (WRITE, 0, _word(DO, 2), 0x100),
+        (WRITE_BIT, 0, _word(DO, 2, 8), 1),
+        (WRITE_BIT, 0, _word(DO, 2), 2),
+        (READ, 0, _word(DO, 2, 1)),
+        (READ, 0, _word(7, 2)),
+        (READ, 0, _word(DO, 2), 1),
+    ],
+)
+def test_bit_number_and_pattern_have_their_limits(words: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.5.1."""
+    assert _master().execute(*words) == abnormal_end("4.2")
+
+
+def test_serial_outputs_are_what_the_master_reads() -> None:
+    """SO15() is byte m+45; SO16() is beyond the board and is kept only.
+
+    Rule: port-commands, other-ports.
+    Source: remote command guide 4.5.1; manual chapter 1, 4.1
+    """
+    master = _master()
+    master.execute(WRITE, 0, _word(SO, 2), 0x81)
+    master.execute(WRITE_BIT, 0, _word(SO, 15, 6), 1)
+    master.execute(WRITE, 0, _word(SO, 16), 0xFF)
+    assert (master.so[34], master.so[45], master.so[46]) == (0x81, 0x40, 0)
+
+
+def test_serial_inputs_are_what_the_master_sends() -> None:
+    """SI13() is byte n+43; SI0() has the dedicated inputs, here SI(00) and SI(06).
+
+    Source: remote command guide 4.5.1; manual chapter 1, 4.1
+    """
+    master = _master()
+    master.si[43] = 0xC3
+    assert _value(master, SI, 13) == 0xC3
+    assert _value(master, SI, 0) == 0b0100_0001
+    assert _value(master, SI, 16) == 0
+
+
+def test_dedicated_outputs_are_read_as_so0_and_so1() -> None:
+    """SO(01), SO(02), SO(04); SO(10), SO(11) at rest in AUTO mode with the servos on.
+
+    Rule: other-ports.
+    Source: remote command guide 4.5.1
+    """
+    master = _master()
+    master.pulse("SI01")
+    assert (_value(master, SO, 0), _value(master, SO, 1)) == (0b0001_0110, 0b0000_0011)
+    assert (master.so[32], master.so[33]) == (0b0001_0110, 0b0000_0011)
+    assert (_value(master, DO, 0), _value(master, DO, 1)) == (0, 0)
+
+
+def test_robot_programs_and_the_commands_use_the_same_ports() -> None:
+    """The program copies MO2(), which a command has set, to SO3(), once DI(20) is ON.
+
+    Source: remote command guide 4.5.1
+    """
+    steps = ("WAIT DI(20)=1", "A=MO2()", "SO3()=A", "DO(30)=1", "LO(01)=1")
+    master = _master(programs=(RobotProgram(steps=steps, loop=False),))
+    master.execute(WRITE, 0, _word(MO, 2), 0x5A)
+    master.pulse("SI12")
+    assert master.so[35] == 0
+    master.robot.inject("parallel_input", port=20, on=1)
+    master.run(10)
+    assert master.so[35] == 0x5A
+    assert (_value(master, DO, 3), _value(master, LO, 0)) == (1, 2)
+
+
+def test_power_on_clears_the_ports() -> None:
+    """Rule: outputs-kept."""
+    master = _master()
+    for kind in (DO, MO, SO):
+        master.execute(WRITE, 0, _word(kind, 2), 1)
+    master.robot.inject("power_cycle")
+    master.run(500)
+    assert [_value(master, kind, 2) for kind in (DO, MO, SO)] == [0, 0, 0]
+
+
+def test_a_program_reset_clears_all_outputs_where_the_controller_is_set_so() -> None:
+    """Rule: outputs-kept."""
+    for clears in (False, True):
+        master = _master(reset_clears_outputs=clears)
+        for kind in (DO, MO, SO):
+            master.execute(WRITE, 0, _word(kind, 2), 1)
+        master.pulse("SI15")
+        assert [_value(master, kind, 2) for kind in (DO, MO, SO)] == [int(not clears)] * 3

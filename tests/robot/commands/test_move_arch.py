@@ -1,0 +1,108 @@
+"""MOVE with arch designation: one axis gets out of the way, the others follow.
+
+Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2, soft limits +-1 000 000.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from movements import ABNORMAL, FORMAT_ERROR, low_high, mover, way_of
+from rcx_harness.robot import Axis, Point
+
+ARCH_POINT = Point((50_000, -25_000, 20_000, 0, 0, 0))
+
+
+def _arch_words(flags: int, axes: int, position: int, first: int, second: int) -> tuple[int, ...]:
+    """0x0002 at 10 % to point 19."""
+    return (0x0002, flags | 4, axes, 10, 19, 0, 0, 0, *low_high(position, first, second))
+
+
+def test_the_others_move_once_the_arch_axis_has_done_distance_1() -> None:
+    """At 10 % an axis does at most 500 pulses per cycle.
+
+    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The others start when it has done 10 000
+    and have arrived when 5 000 remain to it.
+
+    Rule: arch.
+    Source: remote command guide 4.2.1, arch designation, steps 1 to 4
+    """
+    master = mover(points={19: ARCH_POINT})
+    way = way_of(master, *_arch_words(0, 0x0400, 40_000, 10_000, 5_000))
+    first = next(k for k, at in enumerate(way) if at[0] > 0)
+    assert 10_000 <= way[first][2] <= 11_000
+    assert max(at[2] for at in way) == 40_000
+    arrived = next(k for k, at in enumerate(way) if at[:2] == (50_000, -25_000))
+    assert 24_400 <= way[arrived][2] <= 25_100
+    assert way[-1] == (50_000, -25_000, 20_000, 0)
+
+
+def test_arch_data_in_millimetres_are_converted_for_the_arch_axis() -> None:
+    """40.000 mm at 500 pulses/mm are 20 000 pulses, 10.000 mm are 5000.
+
+    Source: remote command guide 4.2.1, arch designation, d and qqqqqqqq
+    """
+    axes = (Axis(), Axis(), Axis(pulses_per_mm=500))
+    master = mover(axes=axes, points={19: Point((50_000, 0, 0, 0, 0, 0))})
+    way = way_of(master, *_arch_words(0x0010, 0x0400, 40_000, 10_000, 0))
+    first = next(k for k, at in enumerate(way) if at[0] > 0)
+    assert 5_000 <= way[first][2] <= 6_000
+    assert max(at[2] for at in way) == 20_000
+
+
+def test_an_arch_axis_that_is_not_designated_comes_back() -> None:
+    """Rule: arch-axis-alone."""
+    master = mover(points={19: ARCH_POINT})
+    way = way_of(master, *_arch_words(1, 0x0401, 40_000, 0, 0))
+    assert max(at[2] for at in way) == 40_000
+    assert way[-1] == (50_000, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("knob", "distance", "low"), [(False, 0, 0), (True, 0, 8_000), (True, 3_000, 3_000)]
+)
+def test_an_arch_distance_of_0_is_0_or_the_parameter(knob: bool, distance: int, low: int) -> None:
+    """ARCHP1 of axis 3 is 8000 pulses.
+
+    Rule: arch-distances.
+    """
+    parameters = {"ARCHP1": (1, 1, 8_000, 1)}
+    master = mover(points={19: ARCH_POINT}, parameters=parameters, arch_zero_is_parameter=knob)
+    way = way_of(master, *_arch_words(0, 0x0400, 40_000, distance, 0))
+    first = next(at for at in way if at[0] > 0)
+    assert low <= first[2] <= low + 1_000
+
+
+@pytest.mark.parametrize(
+    ("axes", "position", "first", "expected"),
+    [
+        pytest.param(0x0000, 0, 0, FORMAT_ERROR, id="no arch axis"),
+        pytest.param(0x0C00, 0, 0, FORMAT_ERROR, id="two arch axes"),
+        pytest.param(0x4000, 0, 0, FORMAT_ERROR, id="bit 14 is fixed 0"),
+        pytest.param(0x0040, 0, 0, FORMAT_ERROR, id="bit 6 is fixed 0"),
+        pytest.param(0x2000, 0, 0, (ABNORMAL, 6, 4), id="axis 6 is not there"),
+        pytest.param(0x0400, 0, -1, FORMAT_ERROR, id="negative distance"),
+        pytest.param(0x0400, 1_000_001, 0, (ABNORMAL, 2, 334), id="beyond the soft limit"),
+    ],
+)
+def test_arch_data_that_cannot_be(
+    axes: int, position: int, first: int, expected: tuple[int, ...]
+) -> None:
+    """Only one arch axis may be specified; the arch position is within the soft limits.
+
+    Rule: arch-distances, soft-limit.
+    Source: remote command guide 4.2.1, arch designation, uu
+    """
+    master = mover(points={19: ARCH_POINT}, no_axis_alarm="6.4")
+    words = _arch_words(0, axes, position, first, 0)
+    assert master.execute(*words)[:3] == expected
+    assert master.robot.positions == [0, 0, 0, 0]
+
+
+def test_arch_has_no_acceleration_designation() -> None:
+    """Bits 5 and 6 are fixed 0 there.
+
+    Source: remote command guide 4.2.1, arch designation, n+2
+    """
+    master = mover(points={19: ARCH_POINT})
+    assert master.execute(*_arch_words(0x0020, 0x0400, 0, 0, 0))[:3] == FORMAT_ERROR

@@ -1,0 +1,115 @@
+"""MOVET: to a position in tool coordinates.
+
+A hand on the R axis turns with axis 4: at 90 degrees the tool's X is the robot's Y.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, mover, way_of
+from rcx_harness.robot import Axis, Point
+from rcx_harness.robot.stored import Hand
+from robot_master import Master
+
+POINT = Point((10_000, 0, -3_000, 0, 0, 0), mm=True)
+ON_R = Hand((0, 0, 0, 1))
+
+
+def _mover(**config: Any) -> Master:
+    axes = (Axis(start=1_000), Axis(pulses_per_mm=500), Axis(), Axis(start=90_000))
+    return mover(**{"axes": axes, "points": {19: POINT}, **config})
+
+
+@pytest.mark.parametrize("code", [0x0044, 0x0045])
+def test_without_a_hand_on_the_r_axis_the_tool_lies_as_the_robot(code: int) -> None:
+    """10 mm in X and -3 mm in Z from where it is.
+
+    Rule: movet.
+    Source: remote command guide 4.2.21
+    """
+    master = _mover()
+    answer = master.execute(code, MM, 0, 0, 19)
+    assert master.robot.positions == [11_000, 0, -3_000, 90_000]
+    assert answer[4:10] == (11_000, 0, 0, 0, 0xF448, 0xFFFF)
+
+
+@pytest.mark.parametrize("code", [0x0044, 0x0045])
+def test_a_hand_on_the_r_axis_turns_the_tool(code: int) -> None:
+    """R stands at 90 degrees: X of the tool is Y of the robot, where 1 mm is 500 pulses.
+
+    Rule: movet.
+    Source: remote command guide 4.2.21
+    """
+    master = _mover(hands={(1, 0): ON_R})
+    assert master.execute(code, 0, 0, 0, 19)[0] == NORMAL
+    assert master.robot.positions == [1_000, 5_000, -3_000, 90_000]
+
+
+@pytest.mark.parametrize("code", [0x0044, 0x0045])
+def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
+    """Axis 1 alone: the robot's Y moves, Z does not.
+
+    Rule: movet.
+    Source: remote command guide 4.2.21, a and tt
+    """
+    master = _mover(hands={(1, 0): ON_R})
+    assert master.execute(code, 1, 0x0001, 0, 19)[0] == NORMAL
+    assert master.robot.positions == [1_000, 5_000, 0, 90_000]
+
+
+def test_a_point_in_pulses_is_a_way_of_each_axis() -> None:
+    """500 pulses of axis 2 are 1 mm.
+
+    Rule: movet.
+    """
+    master = _mover(points={19: Point((2_000, 500, 0, 0, 0, 0))})
+    assert master.execute(0x0044, 0, 0, 0, 19)[0] == NORMAL
+    assert master.robot.positions == [3_000, 500, 0, 90_000]
+
+
+def test_the_line_of_the_tool_is_straight() -> None:
+    """X and Y of the tool at 45 degrees: the robot's Y alone.
+
+    Source: remote command guide 4.2.21, linear interpolation
+    """
+    axes = (Axis(), Axis(), Axis(), Axis(start=45_000))
+    there = Point((30_000, 30_000, 0, 0, 0, 0), mm=True)
+    master = _mover(axes=axes, hands={(1, 0): ON_R}, points={19: there})
+    seen = set(way_of(master, 0x0045, 0x0006, 0, 100, 19))
+    assert len(seen) > 50
+    assert all(at[0] == 0 for at in seen)
+    assert master.robot.positions == [0, 42_426, 0, 45_000]  # 30 000 times the root of 2
+
+
+def test_speed_in_mm_per_second_with_linear_interpolation_only() -> None:
+    """Source: remote command guide 4.2.21, bb."""
+    master = _mover()
+    assert master.execute(0x0045, 0x0006, 0, 200, 19)[0] == NORMAL
+    assert master.execute(0x0044, 0x0006, 0, 200, 19)[:3] == FORMAT_ERROR
+
+
+@pytest.mark.parametrize("code", [0x0044, 0x0045])
+@pytest.mark.parametrize(
+    ("data", "expected"),
+    [
+        pytest.param((0xC000, 0, 0, 19), FORMAT_ERROR, id="both position outputs"),
+        pytest.param((1, 0, 0, 19), FORMAT_ERROR, id="axis flag without an axis"),
+        pytest.param((0, 0, 0, 30000), FORMAT_ERROR, id="point 30000"),
+        pytest.param((0x0008, 0, 0, 19), FORMAT_ERROR, id="flag bit 3 is fixed 0"),
+        pytest.param((0, 0, 0, 20), (ABNORMAL, 6, 5), id="no such point"),
+        pytest.param((1, 0x0020, 0, 19), (ABNORMAL, 6, 4), id="axis 6 is not there"),
+        pytest.param((0, 0, 0, 21), (ABNORMAL, 2, 334), id="beyond the soft limit"),
+    ],
+)
+def test_what_movet_refuses(code: int, data: tuple[int, ...], expected: tuple[int, ...]) -> None:
+    """Rule: both-outputs, other-alarms, soft-limit.
+
+    Source: remote command guide 4.2.21
+    """
+    points = {19: POINT, 21: Point((1_000_000, 0, 0, 0, 0, 0), mm=True)}
+    master = _mover(points=points, no_axis_alarm="6.4", undefined_point_alarm="6.5")
+    assert master.execute(code, *data)[:3] == expected
+    assert master.robot.positions == [1_000, 0, 0, 90_000]

@@ -1,0 +1,382 @@
+"""Absolute reset, and the return-to-origin commands."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import NORMAL_END, Master, abnormal_end
+
+MOVE, RESET, ROBOT, AXIS = 0x0030, 0x0031, 0x0032, 0x0033
+#: Quarter rotations every 1000 pulses.
+MARK = Axis(origin_method="mark", motor_rotation=4000, start=1300)
+ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
+SEMI = Axis(start=700, type="semi_absolute")
+
+
+def _master(*axes: Axis, **config: Any) -> Master:
+    """Servos on; each group of axes takes 200 ms to its origin."""
+    master = Master(axes=axes, origin_time=200, **config)
+    master.servo_on()
+    return master
+
+
+# The absolute reset movement
+
+
+@pytest.mark.parametrize(
+    ("start", "direction", "end"),
+    [
+        (1300, "+", 2000),
+        (1300, "-", 1000),
+        (-1300, "+", -1000),
+        (-1300, "-", -2000),
+        (3000, "+", 3000),
+        (3000, "-", 3000),
+        (0, "-", 0),
+    ],
+)
+def test_the_axis_moves_to_the_nearest_position_where_absolute_reset_can_be_executed(
+    start: int, direction: str, end: int
+) -> None:
+    """Positions are at every 1/4 rotation of the motor; an axis that is at one stays there.
+
+    Rule: absolute-reset, absolute-reset-model.
+    Source: remote command guide 4.2.10
+    """
+    master = _master(ABSOLUTE, MARK)
+    master.robot.positions[1] = start
+    axis_2 = 0x0082 if direction == "-" else 0x0002
+    assert master.execute(MOVE, 0, axis_2) == NORMAL_END
+    assert master.robot.positions == [700, end]
+
+
+def test_a_motor_has_16384_pulses_per_rotation_unless_the_robot_file_says_otherwise() -> None:
+    """A quarter of it is 4096.
+
+    Rule: absolute-reset-model.
+    """
+    master = _master(Axis(origin_method="mark", start=1))
+    assert master.execute(MOVE, 0, 0x0001) == NORMAL_END
+    assert master.robot.positions == [4096]
+
+
+def test_the_movement_is_made_at_manual_speed() -> None:
+    """From 4999 to 0 pulses at 50 % of 10 000 pulses/s, with 500 000 pulses/s^2.
+
+    10 ms up and 10 ms down over 25 pulses each, 4949 pulses at 5000 pulses/s in 989.8 ms: at the
+    cycle at 1010 ms; and the cycle that takes the command.
+
+    Rule: absolute-reset-model.
+    """
+    axis = Axis(
+        origin_method="mark",
+        motor_rotation=20_000,
+        max_speed=10_000.0,
+        max_acceleration=500_000.0,
+        start=4999,
+    )
+    master = _master(axis, manual_speed=50)
+    master.send(MOVE, 0, 0x0081)
+    start = master.now_us
+    assert master.finish() == NORMAL_END
+    assert master.now_us - start == 1_015_000
+    assert master.robot.positions == [0]
+
+
+def test_only_a_mark_method_axis_is_moved() -> None:
+    """Rule: absolute-reset-model.
+
+    Source: remote command guide 4.2.10
+    """
+    master = _master(ABSOLUTE, MARK, origin_method_alarm="1.3")
+    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("1.3")
+    assert master.robot.positions == [700, 1300]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        pytest.param((0, 0), id="no axis"),
+        pytest.param((0, 0x0080), id="a direction without an axis"),
+        pytest.param((0, 0x0003), id="two axes"),
+        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
+        pytest.param((0, 0x0101), id="axis bit 8 is fixed 0"),
+        pytest.param((1, 0x0001), id="n+2 is not used"),
+        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
+    ],
+)
+def test_a_wrong_absolute_reset_movement_telegram_moves_nothing(data: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.2.10."""
+    master = _master(MARK, MARK)
+    assert master.execute(MOVE, *data) == abnormal_end("4.2")
+    assert master.robot.positions == [1300, 1300]
+
+
+def test_the_movement_needs_the_servo_and_no_stop() -> None:
+    """Source: remote command guide 1.2."""
+    master = _master(MARK, servo_off_alarm="1.5")
+    master.execute(0x0035)
+    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("1.5")
+    master.execute(0x0034)
+    master.turn_and_wait("SI06", False)
+    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("12.400")
+    master.turn_and_wait("SI06", True)
+    master.turn_and_wait("SI00", False)
+    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("12.600")
+    assert master.robot.positions == [1300]
+
+
+# The absolute reset
+
+
+def test_absolute_reset_of_axis_2_of_robot_1() -> None:
+    """The printed example, after the movement of the example before it.
+
+    Rule: absolute-reset, absolute-reset-model.
+    Source: remote command guide 4.2.11
+    """
+    master = _master(ABSOLUTE, MARK, origin_complete=False)
+    assert master.execute(MOVE, 0, 0x0082) == NORMAL_END
+    assert master.execute(RESET, 0, 0x0002) == NORMAL_END
+    assert master.robot.origins == [False, True]
+    assert master.robot.positions == [700, 0]
+
+
+def test_the_axis_must_be_at_a_position_where_absolute_reset_is_possible() -> None:
+    """Rule: absolute-reset, absolute-reset-model.
+
+    Source: remote command guide 4.2.11
+    """
+    master = _master(MARK, origin_complete=False, absolute_reset_alarm="1.1")
+    assert master.execute(RESET, 0, 0x0001) == abnormal_end("1.1")
+    assert master.robot.origins == [False]
+    assert master.robot.positions == [1300]
+
+
+def test_absolute_reset_can_be_used_only_for_a_mark_type_axis() -> None:
+    """Rule: absolute-reset-model.
+
+    Source: remote command guide 4.2.11
+    """
+    master = _master(Axis(), origin_complete=False, origin_method_alarm="1.3")
+    assert master.execute(RESET, 0, 0x0001) == abnormal_end("1.3")
+    assert master.robot.origins == [False]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        pytest.param((0, 0), id="an error occurs if no axis has been specified"),
+        pytest.param((0, 0x0003), id="two axes"),
+        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
+        pytest.param((0, 0x0081), id="there is no direction"),
+        pytest.param((1, 0x0001), id="n+2 is not used"),
+        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
+    ],
+)
+@pytest.mark.parametrize("code", [RESET, AXIS])
+def test_a_telegram_without_exactly_one_axis_is_refused(code: int, data: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.2.11, 4.2.12."""
+    master = _master(MARK, MARK, origin_complete=False)
+    master.robot.positions[:] = [1000, 1000]
+    assert master.execute(code, *data) == abnormal_end("4.2")
+    assert master.robot.origins == [False, False]
+    assert master.robot.positions == [1000, 1000]
+
+
+@pytest.mark.parametrize("code", [MOVE, RESET, AXIS])
+def test_the_axis_is_one_of_the_designated_robot(code: int) -> None:
+    """Source: remote command guide 4.2.10 to 4.2.12, R and tt."""
+    master = _master(MARK, MARK, Axis(robot=2), no_axis_alarm="1.6", origin_method_alarm="1.3")
+    assert master.execute(code, 0, 0x0004) == abnormal_end("1.6")
+    assert master.execute(code | 0x2000, 0, 0x0002) == abnormal_end("1.6")
+    if code != AXIS:
+        assert master.execute(code | 0x2000, 0, 0x0001) == abnormal_end("1.3")
+
+
+# The return-to-origin in robot units
+
+
+@pytest.mark.parametrize(
+    ("flags", "positions", "complete"),
+    [
+        pytest.param(0x0000, [0, 0, 700], [True, True, True], id="all axes"),
+        pytest.param(0x0002, [700, 0, 700], [False, True, True], id="incremental type axes"),
+        pytest.param(0x0004, [0, 700, 700], [True, False, False], id="absolute type axes"),
+    ],
+)
+def test_which_axes_a_return_to_origin_in_robot_units_moves(
+    flags: int, positions: list[int], complete: list[bool]
+) -> None:
+    """A semi-absolute axis searches where it is, together with the incremental ones.
+
+    Rule: origin-command, origin-command-axes.
+    Source: remote command guide 4.2.12, robot units
+    """
+    master = _master(ABSOLUTE, INCREMENTAL, SEMI, origin_complete=False)
+    assert master.execute(ROBOT, flags) == NORMAL_END
+    assert master.robot.positions == positions
+    assert master.robot.origins == complete
+
+
+def test_semi_absolute_axes_belong_to_neither_type_if_the_robot_file_says_so() -> None:
+    """Rule: origin-command-axes."""
+    master = _master(INCREMENTAL, SEMI, origin_complete=False, semi_absolute_is_incremental=False)
+    assert master.execute(ROBOT, 0x0002) == NORMAL_END
+    assert master.robot.origins == [True, False]
+
+
+def test_the_incomplete_flag_moves_only_the_axes_without_origin() -> None:
+    """Rule: origin-command.
+
+    Source: remote command guide 4.2.12, robot units, c
+    """
+    master = _master(ABSOLUTE, ABSOLUTE, INCREMENTAL, INCREMENTAL)
+    master.robot.origins[:] = [True, False, False, True]
+    assert master.execute(ROBOT, 0x0008) == NORMAL_END
+    assert master.robot.positions == [700, 0, 0, 700]
+    assert master.robot.origins == [True, True, True, True]
+
+
+@pytest.mark.parametrize(
+    ("code", "positions"),
+    [(0x0032, [0, 0, 0]), (0x1032, [0, 700, 700]), (0x2032, [700, 0, 700])],
+)
+def test_without_a_robot_number_a_return_to_origin_is_performed_at_all_robots(
+    code: int, positions: list[int]
+) -> None:
+    """Rule: origin-command.
+
+    Source: remote command guide 4.2.12, robot units, R
+    """
+    axes = [Axis(start=700, robot=robot) for robot in (1, 2, 3)]
+    master = _master(*axes)
+    assert master.execute(code) == NORMAL_END
+    assert master.robot.positions == positions
+
+
+def test_absolute_axes_return_first_then_the_others() -> None:
+    """200 ms each, and the cycle that takes the command.
+
+    Rule: origin-command-axes.
+    """
+    master = _master(INCREMENTAL, ABSOLUTE)
+    master.send(ROBOT)
+    master.run(205)
+    assert (master.status, master.robot.positions) == (0x0100, [700, 0])
+    master.run(200)
+    assert (master.status, master.robot.positions) == (0x0200, [0, 0])
+
+
+@pytest.mark.parametrize("flags", [0x0006, 0x000A, 0x000C, 0x000E, 0x0001, 0x0010, 0x8000])
+def test_only_one_designation_can_be_enabled(flags: int) -> None:
+    """And every other bit is fixed 0.
+
+    Source: remote command guide 4.2.12, robot units
+    """
+    master = _master(ABSOLUTE, INCREMENTAL)
+    assert master.execute(ROBOT, flags) == abnormal_end("4.2")
+    assert master.execute(ROBOT, 0, 1) == abnormal_end("4.2")
+    assert master.robot.positions == [700, 700]
+
+
+def test_with_no_axis_to_move_the_command_ends_normally() -> None:
+    """Rule: origin-command-axes."""
+    master = _master(ABSOLUTE)
+    assert master.execute(ROBOT, 0x0002) == NORMAL_END
+    assert master.execute(ROBOT, 0x0008) == NORMAL_END
+    assert master.robot.positions == [700]
+
+
+def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
+    """One that is incomplete prevents it.
+
+    Rule: origin-command-mark.
+    Source: manual chapter 5, 2, SI(17)
+    """
+    master = _master(ABSOLUTE, MARK, origin_method_alarm="1.3")
+    assert master.execute(ROBOT) == NORMAL_END
+    assert master.robot.positions == [0, 1300]
+    master.robot.positions[0] = 700
+    master.robot.origins[1] = False
+    assert master.execute(ROBOT) == abnormal_end("1.3")
+    assert master.execute(AXIS, 0, 0x0002) == abnormal_end("1.3")
+    assert master.robot.positions == [700, 1300]
+    assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
+
+
+# The return-to-origin in axis units
+
+
+def test_return_to_origin_of_axis_1_of_robot_1() -> None:
+    """The printed example.
+
+    Rule: origin-command.
+    Source: remote command guide 4.2.12, axis units
+    """
+    master = _master(ABSOLUTE, ABSOLUTE, origin_complete=False)
+    assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
+    assert master.robot.positions == [0, 700]
+    assert master.robot.origins == [True, False]
+
+
+def test_return_to_origin_of_an_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
+    """Rule: origin-command.
+
+    Source: remote command guide 4.2.12, axis units, R
+    """
+    master = _master(INCREMENTAL, Axis(start=700, robot=2), Axis(start=700, robot=2))
+    assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
+    assert master.robot.positions == [0, 700, 700]
+    assert master.execute(AXIS | 0x2000, 0, 0x0002) == NORMAL_END
+    assert master.robot.positions == [0, 700, 0]
+
+
+# What both need, and what ends them
+
+
+@pytest.mark.parametrize("words", [(ROBOT,), (AXIS, 0, 0x0001)])
+def test_a_return_to_origin_by_command_needs_what_a_movement_needs(words: tuple[int, ...]) -> None:
+    """Rule: origin-command-needs."""
+    master = _master(ABSOLUTE, servo_off_alarm="1.5")
+    master.execute(0x0035)
+    assert master.execute(*words) == abnormal_end("1.5")
+    master.execute(0x0034)
+    master.turn_and_wait("SI06", False)
+    assert master.execute(*words) == abnormal_end("12.400")
+    master.turn_and_wait("SI06", True)
+    master.turn_and_wait("SI00", False)
+    assert master.execute(*words) == abnormal_end("12.600")
+    assert master.robot.positions == [700]
+
+
+@pytest.mark.parametrize(("name", "number"), [("SI06", "12.400"), ("SI00", "12.600")])
+def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> None:
+    """The axis on its way has no origin; the one that was to follow keeps its own.
+
+    Rule: origin-command-needs.
+    Source: remote command guide 1.2
+    """
+    master = _master(ABSOLUTE, INCREMENTAL)
+    master.send(ROBOT)
+    master.run(100)
+    master.turn(name, on=False)
+    assert master.finish() == abnormal_end(number)
+    assert master.robot.origins == [False, True]
+    assert master.robot.positions[1] == 700
+
+
+@pytest.mark.parametrize("robot", [1, 2])
+def test_a_return_to_origin_is_refused_while_another_one_is_under_way(robot: int) -> None:
+    """SI(14) moves the axis of robot 1; robot 2 has to wait, too.
+
+    Rule: origin-command-needs.
+    """
+    master = _master(INCREMENTAL, Axis(start=700, robot=2), busy_alarm="1.0")
+    master.turn_and_wait("SI14", True, 100)
+    assert master.execute(AXIS | robot << 12, 0, 0x0001) == abnormal_end("1.0")
+    master.run(200)
+    assert master.robot.positions == [0, 700]

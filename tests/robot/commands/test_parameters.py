@@ -1,0 +1,196 @@
+"""Parameters: assignment and reference, per robot and per axis."""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import NORMAL_END, Master, abnormal_end
+from stored_data import long_words, power_cycle, ready
+
+WRITE, READ = 0x0220, 0x0224
+#: The table of the guide: number, and the limits of an axis parameter.
+AXIS_PARAMETERS = {
+    257: (1, 100),
+    258: (1, 100),
+    259: (1, 16384),
+    260: (1, 9999999),
+    264: (1, 9999999),
+    265: (1, 9999999),
+    266: (-1000, 1000),
+    267: (1, 32767),
+    268: (0, 1),
+    269: (0, 100),
+    270: (1, 100),
+}
+WEIGHT, WEIGHTG, AXWGHT = 1, 2, 262
+EVERY = [(WEIGHT, 0), (WEIGHTG, 0), (AXWGHT, 1), *((number, 1) for number in AXIS_PARAMETERS)]
+FIVE_AXES = (Axis(), Axis(), Axis(robot=2), Axis(robot=2), Axis())
+
+
+def _write(master: Master, number: int, axes: int, value: int, robot: int = 0) -> tuple[int, ...]:
+    return master.execute(robot << 12 | WRITE, 0, number, axes, *long_words(value))
+
+
+def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, ...]:
+    """Words m+8 and m+10; all others are as they must be."""
+    answer = master.execute(robot << 12 | READ, 0, number, axes)
+    assert answer[:4] == (0x0200, 0, number, axes)
+    assert answer[6:] == (0,) * 10
+    return answer[4:6]
+
+
+def test_the_printed_examples_read_and_assign_a_parameter() -> None:
+    """The tolerance of axis 3 is 1000, the OUT effective position of axis 1 is 131071.
+
+    Source: remote command guide 4.4.2
+    """
+    master = ready(parameters={"OUTPOS": (131071, 1, 1, 1)})
+    assert master.execute(0x0220, 0, 0x0103, 0x0004, 0x03E8) == NORMAL_END
+    assert _read(master, 0x0103, 0x0004) == (0x03E8, 0)
+    assert master.robot.machine.memory.parameters.get(1, "TOLE", 2) == 1000
+    answer = master.execute(0x0224, 0, 0x0104, 0x0001)
+    assert answer[:7] == (0x0200, 0, 0x0104, 0x0001, 0xFFFF, 0x0001, 0)
+
+
+@pytest.mark.parametrize(("number", "limits"), AXIS_PARAMETERS.items())
+def test_an_axis_parameter_takes_its_whole_range_and_no_more(
+    number: int, limits: tuple[int, int]
+) -> None:
+    """Source: remote command guide 4.4.2."""
+    master = ready()
+    for value in limits:
+        assert _write(master, number, 0b1000, value) == NORMAL_END
+        assert _read(master, number, 0b1000) == long_words(value)
+    for value in (limits[0] - 1, limits[1] + 1, -(2**31), 2**31 - 1):
+        assert _write(master, number, 0b1000, value) == abnormal_end("4.2")
+    assert _read(master, number, 0b1000) == long_words(limits[1])
+
+
+@pytest.mark.parametrize(
+    ("number", "axes", "limit"), [(WEIGHT, 0, 30), (WEIGHTG, 0, 30_000), (AXWGHT, 1, 30)]
+)
+def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: int) -> None:
+    """Here 30 kg.
+
+    Rule: payload.
+    Source: remote command guide 4.4.2
+    """
+    master = ready(max_payload=30)
+    for value in (0, limit):
+        assert _write(master, number, axes, value) == NORMAL_END
+        assert _read(master, number, axes) == long_words(value)
+    for value in (-1, limit + 1, 2**31 - 1):
+        assert _write(master, number, axes, value) == abnormal_end("4.2")
+    assert _read(master, number, axes) == long_words(limit)
+
+
+def test_the_payload_in_kg_and_in_g_is_one() -> None:
+    """7 kg are 7000 g; 7999 g are 7 kg.
+
+    Rule: payload.
+    Source: remote command guide 4.4.2
+    """
+    master = ready()
+    _write(master, WEIGHT, 0, 7)
+    assert _read(master, WEIGHTG, 0) == long_words(7000)
+    _write(master, WEIGHTG, 0, 7999)
+    assert _read(master, WEIGHT, 0) == long_words(7)
+    assert _read(master, AXWGHT, 1) == long_words(0)
+
+
+def test_parameters_as_delivered() -> None:
+    """Rule: parameter-defaults.
+
+    Source: remote command guide 4.4.2
+    """
+    expected = {1: 0, 2: 0, 257: 100, 258: 100, 259: 80, 260: 2000, 262: 0, 264: 2000, 265: 2000}
+    expected |= {266: 100, 267: 1000, 268: 0, 269: 0, 270: 100}
+    master = ready()
+    for number, value in expected.items():
+        assert _read(master, number, 0 if number < 257 else 2) == long_words(value)
+
+
+@pytest.mark.parametrize("number", AXIS_PARAMETERS)
+def test_each_axis_of_each_robot_has_its_own_value(number: int) -> None:
+    """Axes 1, 2 and 5 of the controller are robot 1, axes 3 and 4 robot 2; robot 0 is robot 1.
+
+    Source: remote command guide 4.4.2
+    """
+    master = ready(axes=FIVE_AXES)
+    places = [(1, 0b001), (1, 0b010), (1, 0b100), (2, 0b01), (2, 0b10)]
+    before = _read(master, number, 1)
+    high = AXIS_PARAMETERS[number][1]
+    other = high if before != long_words(high) else high - 1
+    for robot, axes in places:
+        assert _read(master, number, axes, robot) == before
+        assert _write(master, number, axes, other, robot) == NORMAL_END
+        values = [_read(master, number, a, r) for r, a in places]
+        assert values.count(long_words(other)) == places.index((robot, axes)) + 1
+    assert _read(master, number, 0b100, 0) == long_words(other)
+
+
+def test_each_robot_has_its_own_payload() -> None:
+    """Source: remote command guide 4.4.2."""
+    master = ready(axes=FIVE_AXES)
+    _write(master, WEIGHT, 0, 3, robot=1)
+    _write(master, WEIGHT, 0, 4, robot=2)
+    assert _read(master, WEIGHT, 0, robot=0) == long_words(3)
+    assert _read(master, WEIGHT, 0, robot=2) == long_words(4)
+
+
+@pytest.mark.parametrize(("number", "axes"), EVERY)
+@pytest.mark.parametrize("code", [WRITE, READ])
+def test_only_one_axis_can_be_specified_and_none_for_robot_parameters(
+    code: int, number: int, axes: int
+) -> None:
+    """Rule: parameter-axis.
+
+    Source: remote command guide 4.4.2
+    """
+    master = ready()
+    value = (1, 0) if code == WRITE else ()
+    for wrong in (0b11, 0b101, 0x40, 0x100, 0x8000, 1 - axes):
+        assert master.execute(code, 0, number, wrong, *value) == abnormal_end("4.2")
+    assert master.execute(code, 0, number, axes, *value)[0] == 0x0200
+
+
+def test_an_axis_or_robot_that_is_not_there_has_no_parameters() -> None:
+    """Robot 1 has three axes, robot 2 has two.
+
+    Source: remote command guide 4.4.2
+    """
+    master = ready(axes=FIVE_AXES, no_axis_alarm="6.6", absent_robot_alarm="6.7")
+    assert _write(master, 257, 0b100, 50, robot=1) == NORMAL_END
+    assert _write(master, 257, 0b1000, 50, robot=1) == abnormal_end("6.6")
+    assert _write(master, 257, 0b100, 50, robot=2) == abnormal_end("6.6")
+    assert master.execute(0x2224, 0, 257, 0b100000) == abnormal_end("6.6")
+    assert _write(master, 257, 1, 50, robot=3) == abnormal_end("6.7")
+    assert master.execute(0x3224, 0, 1) == abnormal_end("6.7")
+
+
+@pytest.mark.parametrize("code", [WRITE, READ])
+def test_other_parameter_numbers_and_other_words_are_refused(code: int) -> None:
+    """Source: remote command guide 4.4.2."""
+    master = ready()
+    value = (1, 0) if code == WRITE else ()
+    for number in (0, 3, 256, 261, 263, 271, 65535):
+        for axes in (0, 1):
+            assert master.execute(code, 0, number, axes, *value) == abnormal_end("4.2")
+    for place in (2, 12, 30) if code == WRITE else (2, 8, 12, 30):
+        words = [code, 0, 257, 1, *value] + [0] * (12 - len(value))
+        words[place // 2] = 1
+        assert master.execute(*words) == abnormal_end("4.2")
+
+
+def test_parameters_survive_a_power_cycle() -> None:
+    """Rule: stored.
+
+    Source: remote command guide 4.4.2
+    """
+    master = ready()
+    _write(master, 257, 1, 33)
+    _write(master, WEIGHT, 0, 5)
+    power_cycle(master)
+    assert _read(master, 257, 1) == long_words(33)
+    assert _read(master, WEIGHT, 0) == long_words(5)

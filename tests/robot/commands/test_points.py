@@ -1,0 +1,216 @@
+"""Point data: definition, reference, assignment, addition and subtraction."""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.robot import Point
+from robot_master import NORMAL_END, abnormal_end
+from stored_data import long_words, power_cycle, ready
+
+WRITE, READ, ASSIGN, ADD, SUBTRACT = 0x0100, 0x0101, 0x0230, 0x0234, 0x0235
+#: The data of the guide's examples, as printed: 10000, -20000, 5000, -18000.
+PRINTED = (0x2710, 0x0000, 0xB1E0, 0xFFFF, 0x1388, 0x0000, 0xB9B0, 0xFFFF, 0, 0, 0, 0)
+PULSES = Point((10000, -20000, 5000, -18000, 0, 0))
+MM = Point((10000, -20000, 5000, -18000, 0, 0), mm=True)
+LEFT = Point((1, 2, 3, 4, 5, 6), mm=True, hand=2, arm1=-1, arm2=1)
+
+
+def test_the_defined_point_is_read_back_in_its_unit() -> None:
+    """Source: remote command guide 4.3.1."""
+    master = ready()
+    assert master.execute(WRITE, 0, 100, 0, *PRINTED) == NORMAL_END
+    assert master.execute(WRITE, 1, 50, 0, *PRINTED) == NORMAL_END
+    assert master.robot.points == {100: PULSES, 50: MM}
+    assert master.execute(READ, 0, 100) == (0x0200, 0, 100, 0, *PRINTED)
+    assert master.execute(READ, 0, 50) == (0x0200, 0, 50, 1, *PRINTED)
+
+
+def test_point_data_have_32_bits_on_each_of_six_axes() -> None:
+    """Source: remote command guide 4.3.1."""
+    master = ready()
+    extremes = long_words(-(2**31), 2**31 - 1, -1, 1, -(2**31), 2**31 - 1)
+    assert master.execute(WRITE, 0, 29999, 0, *extremes) == NORMAL_END
+    assert master.execute(READ, 0, 29999) == (0x0200, 0, 29999, 0, *extremes)
+
+
+@pytest.mark.parametrize(("bits", "hand"), [(0, 0), (1, 1), (2, 2), (3, 0)])
+def test_two_bits_tell_the_hand_system(bits: int, hand: int) -> None:
+    """01 is right-handed, 10 left-handed, all else none.
+
+    Rule: point-hand.
+    Source: remote command guide 4.3.1
+    """
+    master = ready()
+    master.execute(WRITE, 1 | bits << 1, 7)
+    assert master.execute(READ, 0, 7)[3] == 1 | hand << 1
+
+
+@pytest.mark.parametrize("low", [3, 7])
+@pytest.mark.parametrize(
+    ("bits", "shown"), [(0b0000, 0), (0b0001, 1), (0b1111, 15), (0b0010, 0), (0b1110, 0)]
+)
+def test_four_bits_tell_the_arm_rotation(low: int, bits: int, shown: int) -> None:
+    """0001 is 1, 1111 is -1, all else 0; arm 1 from bit 3, arm 2 from bit 7.
+
+    Rule: point-hand.
+    Source: remote command guide 4.3.1
+    """
+    master = ready()
+    master.execute(WRITE, 1 | bits << low, 7)
+    assert master.execute(READ, 0, 7)[3] == 1 | shown << low
+
+
+@pytest.mark.parametrize("unit", [0, 1])
+def test_hand_and_arm_rotation_count_only_in_millimetres_with_a_scara_robot(unit: int) -> None:
+    """Rule: point-hand.
+
+    Source: remote command guide 4.3.1
+    """
+    flag = 0b0001_0001_01 << 1 | unit
+    for robots in ((), (1,)):
+        master = ready(scara_robots=robots)
+        master.execute(WRITE, flag, 7)
+        assert master.execute(READ, 0, 7)[3] == (flag if unit and robots else unit)
+
+
+def test_a_point_that_is_not_defined_has_no_data_to_refer_to() -> None:
+    """Source: remote command guide 4.3.1."""
+    master = ready(undefined_point_alarm="6.5")
+    assert master.execute(READ, 0, 0) == abnormal_end("6.5")
+
+
+def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
+    """Point 2 stays, and the comment of point 1, too.
+
+    Source: remote command guide 4.4.3
+    """
+    master = ready(points={100: LEFT, 1: PULSES}, comments={1: "ONE", 100: "HUNDRED"})
+    assert master.execute(ASSIGN, 0, 1, 100) == NORMAL_END
+    assert master.robot.points == {1: LEFT, 100: LEFT}
+    assert master.robot.machine.memory.comments == {1: "ONE", 100: "HUNDRED"}
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        (ADD, (11000, -20000, 4999, -18000, 0, 7)),
+        (SUBTRACT, (9000, -20000, 5001, -18000, 0, -7)),
+    ],
+)
+def test_point_2_is_added_to_or_subtracted_from_point_1(
+    code: int, expected: tuple[int, ...]
+) -> None:
+    """Source: remote command guide 4.4.3."""
+    second = Point((1000, 0, -1, 0, 0, 7))
+    master = ready(points={1: PULSES, 100: second})
+    assert master.execute(code, 0, 1, 100) == NORMAL_END
+    assert master.robot.points == {1: Point(expected), 100: second}
+
+
+def test_a_point_can_be_added_to_itself() -> None:
+    """Source: remote command guide 4.4.3."""
+    master = ready(points={1: LEFT})
+    master.execute(ADD, 0, 1, 1)
+    assert master.robot.points[1].data == (2, 4, 6, 8, 10, 12)
+
+
+def test_the_sum_keeps_hand_and_arm_rotation_of_point_1() -> None:
+    """Rule: point-units.
+
+    Source: remote command guide 4.4.3
+    """
+    master = ready(points={1: LEFT, 100: MM})
+    master.execute(ADD, 0, 1, 100)
+    assert master.robot.points[1] == Point(
+        (10001, -19998, 5003, -17996, 5, 6), mm=True, hand=2, arm1=-1, arm2=1
+    )
+
+
+@pytest.mark.parametrize("code", [ADD, SUBTRACT])
+def test_points_of_different_units_are_not_added(code: int) -> None:
+    """Rule: point-units.
+
+    Source: remote command guide 4.4.3
+    """
+    master = ready(points={1: PULSES, 100: MM}, point_unit_alarm="6.1")
+    assert master.execute(code, 0, 1, 100) == abnormal_end("6.1")
+    assert master.execute(code, 0, 100, 1) == abnormal_end("6.1")
+    assert master.robot.points == {1: PULSES, 100: MM}
+
+
+def test_a_sum_beyond_32_bits_changes_nothing() -> None:
+    """Rule: overflow.
+
+    Source: remote command guide 4.4.3
+    """
+    top, least = Point((2**31 - 1, 0, 0, 0, 0, 0)), Point((1, 0, 0, 0, 0, 0))
+    master = ready(points={1: top, 2: least}, overflow_alarm="6.2")
+    assert master.execute(ADD, 0, 1, 2) == abnormal_end("6.2")
+    assert master.robot.points[1] == top
+    assert master.execute(SUBTRACT, 0, 1, 2) == NORMAL_END
+    assert master.execute(ADD, 0, 1, 2) == NORMAL_END
+    assert master.robot.points[1] == top
+
+
+@pytest.mark.parametrize("code", [ASSIGN, ADD, SUBTRACT])
+def test_both_points_must_be_defined(code: int) -> None:
+    """Only the destination of an assignment need not be.
+
+    Source: remote command guide 4.4.3
+    """
+    master = ready(points={1: PULSES}, undefined_point_alarm="6.5")
+    assert master.execute(code, 0, 1, 2) == abnormal_end("6.5")
+    assert master.robot.points == {1: PULSES}
+    ends = NORMAL_END if code == ASSIGN else abnormal_end("6.5")
+    assert master.execute(code, 0, 2, 1) == ends
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param((WRITE, 0x0800, 1), id="definition: flag bit 11"),
+        pytest.param((WRITE, 0x8000, 1), id="definition: flag bit 15"),
+        pytest.param((WRITE, 0, 30000), id="definition: point 30000"),
+        pytest.param((WRITE, 0, 1, 1), id="definition: n+6"),
+        pytest.param((0x1100, 0, 1), id="definition: robot 1"),
+        pytest.param((READ, 0, 30000), id="reference: point 30000"),
+        pytest.param((READ, 1, 1), id="reference: n+2"),
+        pytest.param((READ, 0, 1, 1), id="reference: n+6"),
+        pytest.param((ASSIGN, 0, 30000, 1), id="assignment: point 1 is 30000"),
+        pytest.param((ASSIGN, 0, 1, 30000), id="assignment: point 2 is 30000"),
+        pytest.param((ADD, 0, 1, 1, 1), id="addition: n+8"),
+        pytest.param((ADD, 1, 1, 1), id="addition: n+2"),
+        pytest.param((SUBTRACT, 0, 1, 65535), id="subtraction: point 2 is 65535"),
+    ],
+)
+def test_a_wrong_telegram_on_points_changes_nothing(words: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.3.1, 4.4.3."""
+    master = ready(points={1: PULSES})
+    assert master.execute(*words) == abnormal_end("4.2")
+    assert master.robot.points == {1: PULSES}
+
+
+def test_points_survive_a_power_cycle() -> None:
+    """Rule: stored.
+
+    Source: remote command guide 4.3.1
+    """
+    master = ready()
+    master.execute(WRITE, 0, 100, 0, *PRINTED)
+    power_cycle(master)
+    assert master.execute(READ, 0, 100) == (0x0200, 0, 100, 0, *PRINTED)
+
+
+def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
+    """The points that commands write are those that movements take.
+
+    Source: remote command guide 4.3.1
+    """
+    master = ready()
+    before = master.robot.snapshot()
+    master.execute(WRITE, 0, 100, 0, *PRINTED)
+    master.robot.restore(before)
+    machine = master.robot.machine
+    assert not master.robot.points
+    assert machine.points is machine.memory.points

@@ -1,0 +1,274 @@
+"""Category 5: single lines, reset and information of robot programs."""
+
+from __future__ import annotations
+
+import pytest
+
+from program_commands import (
+    ALL,
+    EXECUTE,
+    FIRST,
+    INFO,
+    NAME,
+    NEXT,
+    NUMBER,
+    REGISTER,
+    RESET,
+    SKIP,
+    STEP,
+    TASK,
+    info,
+    lines,
+    program_master,
+    states,
+    telegram,
+)
+from rcx_harness.robot import RobotProgram
+from robot_master import NORMAL_END, abnormal_end
+
+#: Line 1 calls the lines 4 to 6.
+CALLING = RobotProgram(
+    "CALLING",
+    steps=("GOSUB *SUB", "SO(31)=1", "END", "*SUB:", "SO(30)=1", "RETURN"),
+    loop=False,
+)
+
+
+# Lines
+
+
+def test_step_executes_one_line_and_enters_the_subroutine() -> None:
+    """Lines 1, 4, 5, 6, then 2.
+
+    Rule: program-lines.
+    Source: remote command guide 4.6.2
+    """
+    master = program_master(CALLING)
+    seen = []
+    for _ in range(5):
+        assert master.execute(*telegram(STEP, NUMBER, program=1)) == NORMAL_END
+        seen.append((lines(master)[0], master.so[35]))
+        assert not master.on("SO13")
+    assert seen == [(5, 0), (6, 1), (2, 1), (3, 3), (1, 3)]
+
+
+def test_next_executes_the_entire_subroutine() -> None:
+    """Line 1 with the lines 4 to 6, then 2.
+
+    Rule: program-lines.
+    Source: remote command guide 4.6.2
+    """
+    master = program_master(CALLING)
+    seen = []
+    for _ in range(3):
+        assert master.execute(*telegram(NEXT, NUMBER, program=1)) == NORMAL_END
+        seen.append((lines(master)[0], master.so[35]))
+    assert seen == [(2, 1), (3, 3), (1, 3)]
+
+
+def test_skip_leaves_one_line_out() -> None:
+    """Rule: program-lines.
+
+    Source: remote command guide 4.6.2
+    """
+    master = program_master(RobotProgram(steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False))
+    assert master.execute(*telegram(SKIP, TASK, task=1)) == NORMAL_END
+    assert (lines(master)[0], master.so[35]) == (2, 0)
+    master.execute(*telegram(STEP, TASK, task=1))
+    assert (lines(master)[0], master.so[35]) == (3, 0b010)
+    master.execute(*telegram(SKIP, TASK, task=1))
+    assert (lines(master)[0], master.so[35]) == (1, 0b010)
+
+
+def test_a_program_goes_on_behind_a_line_that_was_skipped() -> None:
+    """The wait of line 2 is left out; then the program runs on.
+
+    Rule: program-lines.
+    """
+    master = program_master(FIRST)
+    master.execute(*telegram(STEP, NUMBER, program=1))
+    master.execute(*telegram(SKIP, NUMBER, program=1))
+    assert lines(master)[0] == 3
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    assert master.so[35] == 0b11
+
+
+def test_a_step_in_a_line_that_waits_goes_on_until_it_is_done() -> None:
+    """SO(13) is ON meanwhile; the line after it is not executed.
+
+    Rule: program-lines, program-received.
+    """
+    master = program_master(FIRST)
+    for _ in range(2):
+        assert master.execute(*telegram(STEP, NUMBER, program=1)) == NORMAL_END
+    assert master.on("SO13")
+    assert lines(master)[0] == 2
+    master.si[34] = 1
+    master.run(10)
+    assert not master.on("SO13")
+    assert (lines(master)[0], master.so[35]) == (3, 1)
+
+
+def test_a_program_that_begins_again_is_at_its_first_line_after_the_last_step() -> None:
+    """Rule: program-lines."""
+    master = program_master(RobotProgram(steps=("SO(30)=1", "SO(31)=1"), loop=True))
+    for line in (2, 1, 2):
+        master.execute(*telegram(STEP, NUMBER, program=1))
+        assert (lines(master)[0], states(master)[0]) == (line, 0)
+
+
+def test_a_running_program_is_not_stepped_skipped_or_reset() -> None:
+    """Rule: busy-programs."""
+    master = program_master(busy_alarm="9.2")
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    for code in (STEP, SKIP, NEXT, RESET):
+        assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("9.2")
+    assert master.execute(*telegram(RESET, ALL)) == abnormal_end("9.2")
+    assert lines(master)[0] == 2
+
+
+@pytest.mark.parametrize("code", [STEP, SKIP, NEXT, INFO])
+def test_all_programs_can_be_run_and_reset_only(code: int) -> None:
+    """Source: remote command guide 4.6.2, 4.6.4."""
+    master = program_master()
+    for method in (ALL, 3, 5, 6, 7):
+        assert master.execute(*telegram(code, method, program=1, task=1)) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize("code", [EXECUTE, RESET])
+def test_other_designation_methods_are_an_error(code: int) -> None:
+    """Source: remote command guide 4.6.2, 4.6.3."""
+    master = program_master()
+    for method in (3, 5, 6, 7):
+        assert master.execute(*telegram(code, method, program=1, task=1)) == abnormal_end("4.2")
+    assert master.execute(*telegram(code, NUMBER, program=101)) == abnormal_end("4.2")
+    assert master.execute(*telegram(code, TASK, task=17)) == abnormal_end("4.2")
+
+
+# Reset
+
+
+def test_the_example_resets_a_program_by_its_name() -> None:
+    """Its execution line is 1 again; flag and name as the text describes them.
+
+    Source: remote command guide 4.6.3
+    """
+    program = RobotProgram("ABC_DE", steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False)
+    master = program_master(program)
+    master.execute(*telegram(STEP, NUMBER, program=1))
+    assert lines(master)[0] == 2
+    name = (0x4241, 0x5F43, 0x4544, 0x2020, 0x2020, 0x2020, 0x2020, 0x2020)
+    assert master.execute(0x0406, 4, 0, 0, 0, 0, *name) == NORMAL_END
+    assert lines(master)[0] == 1
+    master.execute(*telegram(SKIP, NUMBER, program=1))
+    assert master.execute(0x0406, 4, 0, 0, 0, 0, *name[:3]) == NORMAL_END
+    assert lines(master)[0] == 1
+
+
+def test_so14_shows_that_all_programs_have_been_reset() -> None:
+    """Rule: program-received.
+
+    Source: remote command guide 4.6.3
+    """
+    master = program_master(program_reset_delay=50)
+    master.execute(*telegram(STEP, NUMBER, program=1))
+    assert not master.on("SO14")
+    master.send(*telegram(RESET, ALL))
+    assert master.finish() == NORMAL_END
+    assert not master.on("SO14")
+    master.run(55)
+    assert master.on("SO14")
+
+
+def test_so14_comes_with_the_last_program_that_is_reset() -> None:
+    """Rule: busy-programs."""
+    master = program_master()
+    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master.execute(*telegram(SKIP, NUMBER, program=1))
+    master.execute(*telegram(SKIP, NUMBER, program=2))
+    master.execute(*telegram(RESET, NUMBER, program=2))
+    assert (lines(master)[:2], master.on("SO14")) == ([2, 1], False)
+    master.execute(*telegram(RESET, TASK, task=1))
+    assert (lines(master)[:2], master.on("SO14")) == ([1, 1], True)
+
+
+def test_two_resets_in_a_row_are_both_carried_out() -> None:
+    """Rule: program-received."""
+    master = program_master(program_reset_delay=300)
+    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    for number in (1, 2):
+        master.execute(*telegram(SKIP, NUMBER, program=number))
+    for number in (1, 2):
+        master.execute(*telegram(RESET, NUMBER, program=number))
+    assert lines(master)[:2] == [2, 2]
+    master.run(300)
+    assert lines(master)[:2] == [1, 1]
+
+
+def test_the_reset_input_still_resets_all_after_a_single_reset() -> None:
+    """Source: manual chapter 5, 2, SI(15)."""
+    master = program_master()
+    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master.execute(*telegram(RESET, NUMBER, program=2))
+    for number in (1, 2):
+        master.execute(*telegram(SKIP, NUMBER, program=number))
+    master.pulse("SI15")
+    assert (lines(master)[:2], master.on("SO14")) == ([1, 1], True)
+
+
+def test_a_running_program_is_reset_where_the_controller_allows_it() -> None:
+    """Rule: program-reset-running."""
+    master = program_master(reset_while_running=True)
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    assert master.execute(*telegram(RESET, NUMBER, program=1)) == NORMAL_END
+    assert (lines(master)[0], master.on("SO13"), master.on("SO14")) == (1, False, True)
+
+
+# Information
+
+
+def test_the_example_shows_program_task_line_priority_and_name() -> None:
+    """Program 1 "ABCDEFGH" in task 2, line 101, priority 32; the text fills the name with spaces.
+
+    Rule: program-info, name-filler.
+    Source: remote command guide 4.6.4
+    """
+    steps = tuple("SO(30)=1" for _ in range(120))
+    name = (0x4241, 0x4443, 0x4645, 0x4847)
+    for filler, rest in (("spaces", 0x2020), ("zeros", 0)):
+        master = program_master(RobotProgram("ABCDEFGH", steps=steps), name_filler=filler)
+        master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))
+        for _ in range(100):
+            master.execute(*telegram(SKIP, NUMBER, program=1))
+        answer = master.execute(0x0408, 1, 1)
+        assert answer == (0x0200, 0, 1, 2, 0x65, 0x20, *name, *(rest,) * 4, 0, 0)
+
+
+def test_the_line_of_the_program_common_is_shown_with_10000_more() -> None:
+    """Rule: program-info, program-info-details.
+
+    Source: remote command guide 4.6.4
+    """
+    master = program_master(RobotProgram("COMMON", steps=("SO(30)=1", "SO(31)=1")))
+    assert info(master, 1)[2] == 10001
+    master.execute(*telegram(STEP, NUMBER, program=1))
+    assert info(master, 1)[2] == 10002
+
+
+def test_a_running_program_answers_unless_the_controller_refuses_it() -> None:
+    """Rule: program-info-details."""
+    for answers in (True, False):
+        master = program_master(program_info_while_running=answers, busy_alarm="9.2")
+        master.execute(*telegram(EXECUTE, NUMBER, program=1))
+        answer = master.execute(*telegram(INFO, TASK, task=1))
+        assert answer[:6] == ((0x0200, 0, 1, 1, 2, 32) if answers else (*abnormal_end("9.2")[:6],))
+
+
+def test_a_name_without_effect_may_hold_anything() -> None:
+    """The name counts only with its own designation method.
+
+    Source: remote command guide 4.6.4
+    """
+    master = program_master()
+    assert master.execute(INFO, NUMBER, 1, 0, 0, 0, 0x0100)[0] == 0x0200
+    assert master.execute(INFO, NAME, 0, 0, 0, 0, 0x0100)[0] == 0x4000

@@ -1,0 +1,209 @@
+"""PUSH: one axis moves to a target and pushes what stands in its way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, PULSES, mover
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Axis, Point, RobotConfig
+from robot_master import Master
+
+ONE, FORCE, TIME = 0x0001, 0x0080, 0x0100  # flags
+AXIS_3 = 0x0004
+EVERY = [0x004B, 0x004C, 0x004D]
+
+
+def _mover(workpiece: int | None = 4_500, **config: Any) -> Master:
+    """Axis 3 has 500 pulses/mm; a workpiece stands at 4500 pulses = 9.000 mm."""
+    axes = (Axis(start=1), Axis(start=2), Axis(pulses_per_mm=500, workpiece=workpiece), Axis())
+    point = Point((7, 7, 10_000, 7, 0, 0), mm=True)
+    return mover(**{"axes": axes, "points": {19: point}, **config})
+
+
+def _words(code: int, flags: int = 0, force: int = 0, time: int = 0) -> tuple[int, ...]:
+    """Axis 3 to 5000 pulses = 10.000 mm with 50 %."""
+    target = {0x004B: (19, 0), 0x004C: (10_000, 0), 0x004D: (5_000, 0)}[code]
+    return (code, flags | ONE | 0x0004, AXIS_3, 50, *target, 0, 0, force & 0xFFFF, time)
+
+
+def _pushes_for(master: Master, *words: int) -> int:
+    """From reaching 4500 pulses to the end status [ms]."""
+    master.send(*words)
+    touched = 0
+    for _ in range(7_000):
+        master.run(5)
+        if master.robot.positions[2] == 4_500 and not touched:
+            touched = master.now_us
+        if master.status in (NORMAL, ABNORMAL):
+            break
+    assert master.status == NORMAL
+    return (master.now_us - touched) // 1000
+
+
+@pytest.mark.parametrize("code", EVERY)
+def test_push_completed_at_time_out(code: int) -> None:
+    """The axis stands at the workpiece, also when that is gone; bit 0 of m+6 is 1.
+
+    Rule: push.
+    Source: remote command guide 4.2.23, p
+    """
+    master = _mover()
+    assert _pushes_for(master, *_words(code, MM | FORCE | TIME, 100, 100)) == 100
+    assert master.words == (NORMAL, 0, 0, 1, 1, 0, 2, 0, 9_000, *(0,) * 7)
+    master.robot.workpieces.clear()
+    master.run(500)
+    assert master.robot.positions == [1, 2, 4_500, 0]
+
+
+@pytest.mark.parametrize("code", EVERY)
+def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
+    """Nothing stands in its way: the target is reached, and bit 0 of m+6 is 0.
+
+    Rule: push.
+    Source: remote command guide 4.2.23, p
+    """
+    master = _mover(workpiece=None)
+    answer = master.execute(*_words(code, PULSES | FORCE | TIME, 100, 100))
+    assert answer == (NORMAL, 0, 0, 0, 1, 0, 2, 0, 5_000, *(0,) * 7)
+    assert master.robot.positions == [1, 2, 5_000, 0]
+
+
+@pytest.mark.parametrize("time", [1, 250, 32767])
+def test_the_push_time_period(time: int) -> None:
+    """In cycles of 5 ms.
+
+    Source: remote command guide 4.2.23, jjjj
+    """
+    pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
+    assert time <= pushed < time + 10 if time > 5 else pushed <= 10
+
+
+def test_without_a_push_time_period_the_parameter_counts() -> None:
+    """PSHTIME of that axis.
+
+    Rule: push-parameters.
+    """
+    master = _mover(parameters={"PSHTIME": (10, 10, 300, 10)})
+    assert _pushes_for(master, *_words(0x004D)) == 300
+
+
+def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
+    """It is taken away after 100 of 200 ms: the axis goes on to its target.
+
+    Rule: push-model.
+    """
+    master = _mover()
+    master.send(*_words(0x004D, TIME, time=200))
+    master.run(250)
+    assert master.robot.positions[2] == 4_500
+    assert master.status == 0x0100
+    master.robot.workpieces.clear()
+    assert master.finish()[3] == 0
+    assert master.robot.positions[2] == 5_000
+
+
+def test_a_place_of_a_workpiece_that_cannot_be() -> None:
+    """Rule: push-model."""
+    with pytest.raises(InputError, match="workpiece"):
+        RobotConfig(axes=(Axis(workpiece=2**31),))
+
+
+def test_a_workpiece_beyond_the_target_is_not_met() -> None:
+    """Rule: push-model."""
+    assert _mover(workpiece=5_001).execute(*_words(0x004D))[:4] == (NORMAL, 0, 0, 0)
+
+
+def test_other_movements_do_not_stop_at_a_workpiece() -> None:
+    """Rule: push-model."""
+    master = _mover()
+    assert master.execute(0x0013, ONE, AXIS_3, 0, 5_000)[0] == NORMAL
+    assert master.robot.positions[2] == 5_000
+
+
+def test_the_push_speed_ratio_reduces_the_speed() -> None:
+    """5000 pulses at 50 % of 1 000 000/s: a triangle, 0.063 s; at 1 % of that: 1 s.
+
+    Rule: push-parameters.
+    """
+    master = _mover(workpiece=None, parameters={"PSHSPD": 1})
+    master.send(*_words(0x004D))
+    master.run(900)
+    assert master.status == 0x0100
+    assert master.finish(200)[0] == NORMAL
+
+
+@pytest.mark.parametrize("code", EVERY)
+@pytest.mark.parametrize(
+    ("flags", "force", "time", "expected"),
+    [
+        pytest.param(FORCE, -1000, 0, NORMAL, id="force -1000 %"),
+        pytest.param(FORCE, 1000, 0, NORMAL, id="force 1000 %"),
+        pytest.param(FORCE, -1001, 0, ABNORMAL, id="force -1001 %"),
+        pytest.param(FORCE, 1001, 0, ABNORMAL, id="force 1001 %"),
+        pytest.param(TIME, 0, 32767, NORMAL, id="32767 ms"),
+        pytest.param(TIME, 0, 0, ABNORMAL, id="0 ms"),
+        pytest.param(TIME, 0, 32768, ABNORMAL, id="32768 ms"),
+        pytest.param(0x0008, 0, 0, ABNORMAL, id="flag bit 3 is fixed 0"),
+        pytest.param(0x0200, 0, 0, ABNORMAL, id="flag bit 9 is fixed 0"),
+        pytest.param(0xC000, 0, 0, ABNORMAL, id="both position outputs"),
+        pytest.param(0x0006, 0, 0, ABNORMAL, id="speed flag 11"),
+    ],
+)
+def test_force_and_time_within_their_ranges(
+    code: int, flags: int, force: int, time: int, expected: int
+) -> None:
+    """Rule: both-outputs.
+
+    Source: remote command guide 4.2.23, ffff and jjjj
+    """
+    master = _mover(workpiece=None)
+    assert master.execute(*_words(code, flags, force, time))[0] == expected
+
+
+@pytest.mark.parametrize("code", EVERY)
+@pytest.mark.parametrize(
+    ("flags", "axes", "expected"),
+    [
+        pytest.param(0, AXIS_3, FORMAT_ERROR, id="flag bit 0 is fixed 1"),
+        pytest.param(ONE, 0, FORMAT_ERROR, id="no axis"),
+        pytest.param(ONE, 0x000C, FORMAT_ERROR, id="two axes"),
+        pytest.param(ONE, 0x0020, (ABNORMAL, 6, 4), id="axis 6 is not there"),
+    ],
+)
+def test_push_can_only_be_executed_for_one_axis(
+    code: int, flags: int, axes: int, expected: tuple[int, ...]
+) -> None:
+    """Rule: one-axis, other-alarms.
+
+    Source: remote command guide 4.2.23
+    """
+    master = _mover(no_axis_alarm="6.4")
+    assert master.execute(code, flags, axes, 0, 19)[:3] == expected
+
+
+def test_the_stop_input_ends_a_push_with_12_400() -> None:
+    """Rule: stop-alarm.
+
+    Source: manual chapter 4, 4
+    """
+    master = _mover()
+    master.send(*_words(0x004D, TIME, time=10_000))
+    master.run(500)
+    master.turn_and_wait("SI06", False, 5)
+    assert master.words[:4] == (ABNORMAL, 0x000C, 0x0190, 0)
+    assert master.robot.positions[2] == 4_500
+
+
+def test_a_target_of_push_beyond_the_soft_limit() -> None:
+    """Rule: soft-limit."""
+    words = (0x004D, ONE, AXIS_3, 0, 0x4241, 0x000F)  # 1 000 001
+    assert _mover().execute(*words)[:3] == (ABNORMAL, 2, 334)
+
+
+def test_a_push_to_a_point_that_is_not_defined() -> None:
+    """Rule: other-alarms."""
+    master = _mover(undefined_point_alarm="6.5")
+    assert master.execute(0x004B, ONE, AXIS_3, 0, 20)[:3] == (ABNORMAL, 6, 5)

@@ -1,0 +1,277 @@
+"""Category 8: real time output in words 24 to 127 of the extended area."""
+
+from __future__ import annotations
+
+import struct
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Axis, RobotConfig
+from rcx_harness.robot.quantities import QUANTITIES
+from robot_master import NORMAL_END, Master, abnormal_end
+
+DEFINE, READ, ENABLE = 0x701, 0x702, 0x703
+DUTY = 13
+#: 20 % of the maximum torque is 100 % of the rated one.
+HOLDING = (Axis(holding_torque=20), Axis(holding_torque=-10), Axis(robot=2, holding_torque=1))
+
+
+def _master(**config: Any) -> Master:
+    master = Master(**{"size": 256, "axes": HOLDING, **config})
+    master.power_up()
+    return master
+
+
+def _word(master: Master, number: int) -> int:
+    return int(struct.unpack_from("<H", master.so, 2 * number)[0])
+
+
+def test_the_examples_define_word_24_as_the_motor_duty_of_robot_1_axis_2_and_show_it() -> None:
+    """Enabled, it is put out: -10 % of the maximum torque is 50 % of the rated one.
+
+    Rule: real-time-output, real-time-items.
+    Source: remote command guide 4.9.1, 4.9.2, 4.9.3
+    """
+    master = _master()
+    master.pulse("SI01")
+    assert master.execute(0x0701, 0, 0x18, 0, 0x0D, 1, 2) == NORMAL_END
+    answer = (0x0200, 0, 0x18, 0, 0x0D, 1, 2, *(0,) * 9)
+    assert master.execute(0x0702, 0, 0x18) == answer
+    assert _word(master, 24) == 0
+    assert master.execute(0x0703, 0, 1) == NORMAL_END
+    assert _word(master, 24) == 50
+
+
+def test_each_word_shows_what_was_defined_for_it_last() -> None:
+    """Words 24 and 127 are the first and the last.
+
+    Rule: real-time-output.
+    Source: remote command guide 4.9.1
+    """
+    master = _master()
+    master.pulse("SI01")
+    master.execute(DEFINE, 0, 24, 0, DUTY, 1, 2)
+    master.execute(DEFINE, 0, 24, 0, DUTY, 1, 1)
+    master.execute(DEFINE, 0, 127, 0, DUTY, 2, 1)
+    master.execute(ENABLE, 0, 1)
+    assert (_word(master, 24), _word(master, 127)) == (100, 5)
+    assert not any(master.so[50:254])
+
+
+def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
+    """While the function is invalid, all of them.
+
+    Rule: real-time-update.
+    Source: remote command guide 4.9.3
+    """
+    master = _master()
+    master.pulse("SI01")
+    for word in (24, 25):
+        master.robot.write_port(f"SOW({word})", 0x1234)
+    master.execute(DEFINE, 0, 24, 0, DUTY, 1, 1)
+    assert (_word(master, 24), _word(master, 25)) == (0x1234, 0x1234)
+    master.execute(ENABLE, 0, 1)
+    assert (_word(master, 24), _word(master, 25)) == (100, 0x1234)
+    master.execute(ENABLE, 0, 0)
+    assert (_word(master, 24), _word(master, 25)) == (0x1234, 0x1234)
+
+
+def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
+    """Also in cycles in which the master changes nothing.
+
+    Rule: real-time-update.
+    """
+    axes = (Axis(moving_torque=10), Axis())
+    master = _master(axes=axes)
+    master.pulse("SI01")
+    master.execute(DEFINE, 0, 30, 0, DUTY, 1, 1)
+    master.execute(ENABLE, 0, 1)
+    master.send(0x001, 4, 0, 100, 19)
+    master.run(50)
+    image = bytes(master.si)
+    seen: list[int] = []
+    for _ in range(200):
+        master.so = master.robot.cycle(master.now_us, image)
+        master.now_us += 5000
+        if not seen or seen[-1] != _word(master, 30):
+            seen.append(_word(master, 30))
+    assert master.status == 0x0200
+    assert seen == [50, 0]
+
+
+def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
+    """Every 40 ms; the positions in between are not shown.
+
+    Rule: real-time-update.
+    """
+    items = {1: "position_pulses"}
+    master = _master(real_time_interval=40.0, real_time_items=items)
+    master.execute(DEFINE, 0, 30, 0, 1, 1, 1)
+    master.execute(ENABLE, 0, 1)
+    seen = []
+    for number in range(40):
+        master.robot.positions[0] = number
+        master.run(5)
+        seen.append(_word(master, 30))
+    steps = sorted(set(seen[8:]))
+    assert len(steps) >= 4
+    assert {after - before for before, after in pairwise(steps)} == {8}
+
+
+def test_definitions_and_validity_survive_a_power_cycle() -> None:
+    """Rule: real-time-stored."""
+    master = _master()
+    master.execute(DEFINE, 0, 24, 0, DUTY, 1, 1)
+    master.execute(ENABLE, 0, 1)
+    master.robot.inject("power_cycle")
+    master.run(500)
+    master.turn_and_wait("SI00", False)
+    master.turn_and_wait("SI00", True)
+    master.pulse("SI16")
+    master.pulse("SI01")
+    assert _word(master, 24) == 100
+    assert master.execute(READ, 0, 24)[2:7] == (24, 0, DUTY, 1, 1)
+
+
+def test_without_the_extended_area_definitions_are_kept_without_effect() -> None:
+    """Rule: real-time-stored."""
+    master = _master(size=48)
+    master.pulse("SI01")
+    assert master.execute(DEFINE, 0, 24, 0, DUTY, 1, 1) == NORMAL_END
+    assert master.execute(ENABLE, 0, 1) == NORMAL_END
+    assert master.execute(READ, 0, 24)[2:7] == (24, 0, DUTY, 1, 1)
+    assert len(master.so) == 48
+
+
+def test_a_word_without_definition_answers_item_0() -> None:
+    """Rule: real-time-items."""
+    assert _master().execute(READ, 0, 127) == (0x0200, 0, 127, *(0,) * 13)
+
+
+def test_items_that_the_configuration_does_not_name_show_0() -> None:
+    """Their options are not checked.
+
+    Rule: real-time-items.
+    """
+    master = _master()
+    for item in (1, 45):
+        assert master.execute(DEFINE, 0, 24, 0, item, 0xFFFF, 9) == NORMAL_END
+        assert master.execute(READ, 0, 24)[4:7] == (item, 0xFFFF, 9)
+    master.execute(ENABLE, 0, 1)
+    assert _word(master, 24) == 0
+
+
+@pytest.mark.parametrize("options", [(0, 1), (1, 0), (1, 3), (3, 1), (5, 1), (2, 2)])
+def test_an_axis_that_is_not_there_cannot_be_put_out(options: tuple[int, int]) -> None:
+    """Rule: real-time-stored."""
+    master = _master(no_axis_alarm="9.1")
+    assert master.execute(DEFINE, 0, 24, 0, DUTY, *options) == abnormal_end("9.1")
+    assert master.execute(READ, 0, 24)[4] == 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        (DEFINE, 0, 23, 0, DUTY, 1, 1),
+        (DEFINE, 0, 128, 0, DUTY, 1, 1),
+        (DEFINE, 0, 24, 0, 0, 1, 1),
+        (DEFINE, 0, 24, 0, 46, 1, 1),
+        (DEFINE, 0, 24, 1, DUTY, 1, 1),
+        (READ, 0, 23),
+        (READ, 0, 128),
+        (ENABLE, 0, 2),
+        (0x1000 | DEFINE, 0, 24, 0, DUTY, 1, 1),
+    ],
+)
+def test_words_items_and_the_parameter_have_their_limits(words: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.9."""
+    assert _master().execute(*words) == abnormal_end("4.2")
+
+
+def test_every_quantity_can_be_put_out_with_its_sign_and_its_upper_word() -> None:
+    """Axis 2 of robot 1: -70000 pulses (0xFFFE EE90), holding -10 % of the maximum torque.
+
+    Rule: real-time-items.
+    """
+    items = dict(enumerate(QUANTITIES, 1))
+    master = _master(real_time_items=items)
+    master.pulse("SI01")
+    for item in items:
+        assert master.execute(DEFINE, 0, 23 + item, 0, item, 1, 2) == NORMAL_END
+    master.robot.positions[1] = -70_000
+    master.run(10)
+    master.robot.machine.data.accumulated.reset_motors((1,), 3)
+    master.robot.positions[1] += 70_000_000
+    master.run(10)
+    master.robot.positions[1] = -70_000
+    master.execute(ENABLE, 0, 1)
+    shown = {name: _word(master, 23 + item) for item, name in items.items()}
+    seconds = master.now_us // 1_000_000
+    assert shown == {
+        "motor_duty": 50,
+        "motor_duty.high": 0,
+        "torque_of_max": 0xFFF6,
+        "torque_of_max.high": 0xFFFF,
+        "torque_of_rated": 0xFFCE,
+        "torque_of_rated.high": 0xFFFF,
+        "position_pulses": 0xEE90,
+        "position_pulses.high": 0xFFFE,
+        "servo_state": 1,
+        "servo_state.high": 0,
+        "servo_on_count": 1,
+        "servo_on_count.high": 0,
+        "servo_on_time": shown["servo_on_time"],
+        "servo_on_time.high": 0,
+        "moving_distance": 140_000 - 2 * 65536,
+        "moving_distance.high": 2,
+        "power_on_count": 1,
+        "power_on_count.high": 0,
+        "motor_power_on_count": 1,
+        "motor_power_on_count.high": 0,
+        "operating_time": seconds,
+        "operating_time.high": 0,
+    }
+    assert 0 < shown["servo_on_time"] < seconds
+
+
+def test_items_are_named_in_the_robot_file(tmp_path: Path) -> None:
+    """Rule: real-time-items."""
+    file = tmp_path / "robot.toml"
+    file.write_text('[real_time_items]\n1 = "position_pulses"\n45 = "operating_time.high"\n')
+    expected = {1: "position_pulses", 45: "operating_time.high"}
+    assert RobotConfig.load(file).real_time_items == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "hint"),
+    [
+        ('[real_time_items]\n0 = "motor_duty"', "'real_time_items' cannot be 0", "1 to 45"),
+        ('[real_time_items]\n46 = "motor_duty"', "'real_time_items' cannot be 46", "1 to 45"),
+        ('[real_time_items]\n1 = "motor_dutty"', "cannot have 'motor_dutty'", "motor_duty"),
+        ("[real_time_items]\n1 = 5", "'real_time_items' cannot have 5", "motor_duty"),
+        ('[real_time_items]\nx = "motor_duty"', "'real_time_items' must be a table", "write 13"),
+        ("real_time_items = 5", "'real_time_items' must be a table", "write 13"),
+        ("option_slots = [1, 2, 3]", "'option_slots' cannot be (1, 2, 3)", "4 unit numbers"),
+        ("option_slots = [0, 0, 0, 65536]", "'option_slots' cannot be", "4 unit numbers"),
+        ("option_slots = 5", "'option_slots' cannot be 5", "4 unit numbers"),
+        ("ivy2_unit = 65536", "'ivy2_unit' cannot be 65536", "0 to 65535"),
+        ("[[axes]]\nholding_torque = 101", "'holding_torque' cannot be 101", "-100 to 100"),
+        ("[[axes]]\nmoving_torque = -1", "'moving_torque' cannot be -1", "0 to 100"),
+        ("[[axes]]\nrated_torque = 0", "'rated_torque' cannot be 0", "1 to 100"),
+        ("[[axes]]\nrobot_type = 0", "'robot_type' cannot be 0", "1 to 65535"),
+        ('name_filler = "none"', "'name_filler' cannot be 'none'", "zeros or spaces"),
+    ],
+)
+def test_wrong_keys_of_a_robot_file_are_refused(
+    tmp_path: Path, text: str, message: str, hint: str
+) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text(text + "\n")
+    with pytest.raises(InputError) as caught:
+        RobotConfig.load(file)
+    assert message in caught.value.message
+    assert hint in caught.value.hint

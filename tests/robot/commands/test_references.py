@@ -1,0 +1,368 @@
+"""Category 6: what the controller tells of itself, and what other commands have set."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import NORMAL_END, Master, abnormal_end
+
+CONFIGURATION, SERVOS, PULSES, MM = 0x502, 0x503, 0x505, 0x506
+SPEEDS, DESIGNATION, ARM, ORIGINS = 0x50A, 0x50B, 0x50C, 0x50F
+OF_MAX, OF_RATED, SLOTS, INCHING = 0x510, 0x516, 0x513, 0x514
+REFERENCES = (
+    CONFIGURATION,
+    SERVOS,
+    PULSES,
+    MM,
+    SPEEDS,
+    DESIGNATION,
+    ARM,
+    OF_MAX,
+    INCHING,
+    OF_RATED,
+)
+ROBOT_2 = 0x2000
+NO_AXIS = 9
+
+TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2, robot_type=5000), Axis(robot=2, robot_type=5001))
+
+
+def _master(**config: Any) -> Master:
+    master = Master(**config)
+    master.power_up()
+    return master
+
+
+def _answer(master: Master, *words: int) -> tuple[int, ...]:
+    """Words m+2 to m+30 of a normal end."""
+    status, *response = master.execute(*words)
+    assert status == 0x0200
+    return tuple(response)
+
+
+def _data(*words: int) -> tuple[int, ...]:
+    """m+4 and on; m+2 and all behind is 0."""
+    return (0, *words, *(0,) * (14 - len(words)))
+
+
+# System configuration
+
+
+def test_the_example_shows_a_yk250x_of_four_axes() -> None:
+    """2000 for the robot and four axes, 0 for the axes that are not there.
+
+    Rule: references.
+    Source: remote command guide 4.7.2
+    """
+    assert _answer(_master(), 0x0502) == _data(2000, 0, 2000, 2000, 2000, 2000)
+
+
+def test_each_robot_has_its_own_configuration() -> None:
+    """Source: remote command guide 4.7.2."""
+    master = _master(axes=TWO_ROBOTS)
+    assert _answer(master, 0x1502) == _data(2000, 0, 2000, 2000)
+    assert _answer(master, 0x2502) == _data(5000, 0, 5000, 5001)
+
+
+# Servos
+
+
+def test_the_example_shows_servo_on_and_one_axis_free() -> None:
+    """Axis 3 is free; 9 is no axis.
+
+    Source: remote command guide 4.7.3
+    """
+    master = _master()
+    assert _answer(master, 0x0503) == _data(0, 0, 0, 0, NO_AXIS, NO_AXIS)
+    master.pulse("SI01")
+    assert _answer(master, 0x0503) == _data(1, 1, 1, 1, NO_AXIS, NO_AXIS)
+    assert master.execute(0x036, 0, 0b100) == NORMAL_END
+    assert _answer(master, 0x0503) == _data(1, 1, 2, 1, NO_AXIS, NO_AXIS)
+    assert _answer(_master(axes=TWO_ROBOTS), 0x2503) == _data(0, 0, *(NO_AXIS,) * 4)
+
+
+# Current position
+
+
+def test_the_examples_show_the_current_position() -> None:
+    """Axis 1 20001 pulses, 20.001 mm; axis 3 -12345 pulses, -12.345 mm.
+
+    Source: remote command guide 4.7.4
+    """
+    master = _master()
+    master.robot.positions[0], master.robot.positions[2] = 20001, -12345
+    place = (0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF, 0, 0, 0, 0, 0, 0)
+    assert _answer(master, 0x0505) == (0, 0, 0, *place)
+    assert _answer(master, 0x0506) == (0, 0, 1, *place)
+
+
+@pytest.mark.parametrize(("arm", "flag"), [(0, 0b011), (1, 0b101)])
+def test_the_hand_system_is_that_of_the_arm_where_the_controller_shows_it(
+    arm: int, flag: int
+) -> None:
+    """01 is right-handed, 10 left-handed; bit 0 as the example prints it.
+
+    Rule: position-hand.
+    Source: remote command guide 4.7.4
+    """
+    master = _master(position_hand=True, scara_robots=(1,), axes=TWO_ROBOTS)
+    for robot in (1, 2):
+        master.robot.machine.settings.of(robot).arm_status = arm
+    assert _answer(master, 0x1506)[2] == flag
+    assert _answer(master, 0x2506)[2] == 1
+    assert _answer(_master(), 0x0506)[2] == 1
+
+
+@pytest.mark.parametrize("code", [PULSES, MM])
+def test_continuous_output_goes_on_in_an_alarm_and_has_no_end_status(code: int) -> None:
+    """Every cycle anew with status 0x0100; the status reset command leads to 0x0000.
+
+    Rule: continuous, continuous-details.
+    Source: remote command guide 4.7.4
+    """
+    master = _master()
+    master.send(code, 1)
+    master.run(20)
+    master.turn("SI00", False)
+    seen = []
+    for pulses in range(5):
+        master.robot.positions[1] = pulses
+        master.run(5)
+        seen.append((master.status, master.words[6]))
+    assert master.on("SO03")
+    assert seen == [(0x0100, pulses) for pulses in range(5)]
+    master.send()
+    master.run(5)
+    assert master.words == (0,) * 16
+
+
+# Speeds, arm, inching amount
+
+
+def test_the_example_shows_the_speeds() -> None:
+    """50 % each.
+
+    Source: remote command guide 4.7.8
+    """
+    master = _master()
+    for code in (0x038, 0x039, 0x03A):
+        assert master.execute(code, 0, 50) == NORMAL_END
+    assert _answer(master, 0x050A) == _data(0x32, 0x32, 0x32)
+
+
+def test_speeds_are_read_back_as_they_were_set_for_each_robot() -> None:
+    """Automatic at m+4, manual at m+6, program at m+8.
+
+    Rule: references.
+    Source: remote command guide 4.7.8
+    """
+    master = _master(axes=TWO_ROBOTS, auto_speed=1, manual_speed=2, program_speed=3)
+    for code, percent in ((0x039, 11), (0x038, 12), (0x03A, 13)):
+        master.execute(ROBOT_2 | code, 0, percent)
+    assert _answer(master, 0x150A) == _data(1, 2, 3)
+    assert _answer(master, 0x250A) == _data(11, 12, 13)
+
+
+def test_the_examples_show_the_left_handed_system() -> None:
+    """The arm status follows with the next movement.
+
+    Source: remote command guide 4.7.9, 4.7.10
+    """
+    master = _master()
+    assert _answer(master, 0x050B) == _answer(master, 0x050C) == _data(0)
+    assert master.execute(0x03D, 0, 1) == NORMAL_END
+    assert _answer(master, 0x050B) == _data(1)
+    assert _answer(master, 0x050C) == _data(0)
+    master.pulse("SI01")
+    assert master.execute(0x001, 4, 0, 50, 100)[0] == 0x0200
+    assert _answer(master, 0x050C) == _data(1)
+
+
+@pytest.mark.parametrize("code", [DESIGNATION, ARM])
+def test_a_robot_other_than_a_scara_robot_shows_9(code: int) -> None:
+    """Source: remote command guide 4.7.9, 4.7.10."""
+    master = _master(axes=TWO_ROBOTS, scara_robots=(2,))
+    assert _answer(master, code) == _data(9)
+    assert _answer(master, ROBOT_2 | code) == _data(0)
+
+
+@pytest.mark.parametrize("code", [SPEEDS, DESIGNATION, ARM])
+def test_0_is_shown_where_the_robot_has_no_axis(code: int) -> None:
+    """Robot 5 is no robot at all.
+
+    Rule: absent-robot-zero.
+    Source: remote command guide 4.7.8, 4.7.9, 4.7.10
+    """
+    master = _master(scara_robots=())
+    assert _answer(master, ROBOT_2 | code) == _data(0)
+    assert master.execute(0x5000 | code) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize("code", sorted({*REFERENCES, ORIGINS} - {SPEEDS, DESIGNATION, ARM}))
+def test_other_references_refuse_a_robot_that_is_not_there(code: int) -> None:
+    """Rule: absent-robot-zero."""
+    master = _master(absent_robot_alarm="9.6")
+    assert master.execute(ROBOT_2 | code) == abnormal_end("9.6")
+
+
+def test_the_example_shows_the_inching_amount() -> None:
+    """100; each robot has its own.
+
+    Source: remote command guide 4.7.16
+    """
+    master = _master(axes=TWO_ROBOTS)
+    assert _answer(master, 0x0514) == _data(0x64)
+    master.execute(0x2027, 0, 10000)
+    assert _answer(master, 0x2514) == _data(0x2710)
+    assert _answer(master, 0x1514) == _data(0x64)
+
+
+# Origins
+
+
+def test_the_example_shows_the_origins_of_robot_1() -> None:
+    """All types of axes with motor type 0 and every pattern that has no meaning of its own.
+
+    Source: remote command guide 4.7.11
+    """
+    master = _master()
+    master.robot.origins[2] = False
+    assert _answer(master, 0x150F) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
+    for pattern in (0, 3, 4, 5, 6, 7):
+        assert _answer(master, 0x150F, 0, pattern) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
+
+
+def test_robot_0_is_the_entire_system() -> None:
+    """One state in m+4, also with a motor type, which counts for robots 1 to 4 only.
+
+    Rule: origin-system.
+    Source: remote command guide 4.7.11
+    """
+    axes = (Axis(), Axis(robot=2, type="incremental"))
+    master = _master(axes=axes)
+    assert _answer(master, 0x050F) == _data(1)
+    master.robot.origins[1] = False
+    assert _answer(master, 0x050F) == _data(0)
+    assert _answer(master, 0x050F, 0, 2) == _data(0)
+    assert _answer(master, 0x150F) == _data(1, *(NO_AXIS,) * 5)
+    assert _answer(master, 0x250F) == _data(0, *(NO_AXIS,) * 5)
+
+
+def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None:
+    """Rule: origin-types-read.
+
+    Source: remote command guide 4.7.11
+    """
+    axes = (Axis(), Axis(type="incremental"), Axis(type="semi_absolute"), Axis())
+    master = _master(axes=axes)
+    master.robot.origins[0] = False
+    assert _answer(master, 0x150F, 0, 1) == _data(9, 1, 1, 9, 9, 9)
+    assert _answer(master, 0x150F, 0, 2) == _data(0, 9, 9, 1, 9, 9)
+    assert master.execute(0x150F, 0, 8) == abnormal_end("4.2")
+
+
+# Torques
+
+
+def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
+    """20 % of the maximum, 100 % of the rated torque; 0 for the axes that were not asked for.
+
+    Rule: torque-model.
+    Source: remote command guide 4.7.12, 4.7.18
+    """
+    axes = tuple(Axis(holding_torque=20) for _ in range(4))
+    master = _master(axes=axes)
+    assert _answer(master, 0x0510, 0, 4) == _data(0)
+    master.pulse("SI01")
+    assert _answer(master, 0x0510, 0, 4) == _data(0, 0, 0x14)
+    assert _answer(master, 0x0516, 0, 4) == _data(0, 0, 0x64)
+    assert _answer(master, 0x0510) == _data(20, 20, 20, 20)
+    assert _answer(master, 0x0516, 0, 0b1001) == _data(100, 0, 0, 100)
+
+
+def test_a_moving_axis_needs_torque_in_its_direction() -> None:
+    """With 10 % beside a holding torque of -5 %: 5 and -15 % of the maximum; 10 % is rated.
+
+    Rule: torque-model.
+    Source: remote command guide 4.7.12, 4.7.18
+    """
+    master = _master(axes=(Axis(holding_torque=-5, rated_torque=10), Axis()))
+    master.pulse("SI01")
+    torques = master.robot.machine.data.torques
+    master.send(0x0001, 4, 0, 1, 19)  # point 19: axis 1 plus, axis 2 minus
+    master.run(50)
+    machine = master.robot.machine
+    assert [torques.of_max(machine, axis) for axis in (0, 1)] == [5, -10]
+    assert [torques.of_rated(machine, axis) for axis in (0, 1)] == [50, -50]
+    master.turn_and_wait("SI06", False)
+    assert [torques.of_max(machine, axis) for axis in (0, 1)] == [-5, 0]
+
+
+def test_a_negative_torque_is_shown_as_such() -> None:
+    """-5 is 0xFFFB.
+
+    Source: remote command guide 4.7.12
+    """
+    master = _master(axes=(Axis(holding_torque=-5),))
+    master.pulse("SI01")
+    assert _answer(master, 0x0510) == _data(0xFFFB)
+    assert _answer(master, 0x0516) == _data(0xFFE7)
+
+
+def test_the_max_torque_limits_what_is_shown() -> None:
+    """From the next movement on.
+
+    Rule: torque-model.
+    """
+    master = _master(axes=(Axis(holding_torque=90),))
+    master.pulse("SI01")
+    assert _answer(master, 0x0510) == _data(90)
+    assert master.execute(0x048, 0, 1, 30) == NORMAL_END
+    assert _answer(master, 0x0510) == _data(90)
+    master.execute(0x001, 4, 0, 100, 19)
+    assert _answer(master, 0x0510) == _data(30)
+
+
+@pytest.mark.parametrize("code", [OF_MAX, OF_RATED])
+def test_torques_of_axes_that_are_not_there_are_refused(code: int) -> None:
+    """Source: remote command guide 4.7.12, 4.7.18."""
+    master = _master(no_axis_alarm="9.7")
+    assert master.execute(code, 0, 0b10000) == abnormal_end("9.7")
+    assert master.execute(code, 0, 0b1000000) == abnormal_end("4.2")
+
+
+# Option slots
+
+
+def test_the_example_shows_the_option_slots_of_controller_1() -> None:
+    """EtherNet/IP in slot 1, DIO in slot 2.
+
+    Rule: option-slots.
+    Source: remote command guide 4.7.15
+    """
+    assert _answer(_master(), 0x0513, 0, 1) == _data(0x0401, 0x0100)
+    master = _master(option_slots=(0x0300, 0, 0x0900, 0x0401), ivy2_unit=0x0802)
+    assert _answer(master, 0x0513, 0, 1) == _data(0x0300, 0, 0x0900, 0x0401, 0x0802)
+
+
+def test_controllers_are_numbered_1_to_4_and_there_is_one() -> None:
+    """Rule: option-slots.
+
+    Source: remote command guide 4.7.15
+    """
+    master = _master(absent_controller_alarm="9.8")
+    for number in (2, 3, 4):
+        assert master.execute(SLOTS, 0, number) == abnormal_end("9.8")
+    for number in (0, 5):
+        assert master.execute(SLOTS, 0, number) == abnormal_end("4.2")
+
+
+@pytest.mark.parametrize("code", [*REFERENCES, 0x501, 0x511, 0x512, 0x515])
+def test_words_that_are_not_used_must_be_0(code: int) -> None:
+    """Source: remote command guide 4.7."""
+    master = _master()
+    assert master.execute(code, *(0,) * 14, 1) == abnormal_end("4.2")
+    assert master.execute(code)[0] == 0x0200

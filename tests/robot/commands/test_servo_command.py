@@ -1,0 +1,252 @@
+"""The servo command: on, off, free."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import NORMAL_END, Master, abnormal_end
+
+ON, OFF, FREE = 0x034, 0x035, 0x036
+#: As the servo status reference shows them (guide, 4.7.3).
+STATE = {ON: 1, OFF: 0, FREE: 2}
+TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2), Axis(robot=2))
+
+
+def _master(**config: Any) -> Master:
+    """Motor power and all servos ON."""
+    master = Master(**config)
+    master.servo_on()
+    return master
+
+
+def _states(master: Master) -> list[int]:
+    return master.robot.machine.servos.states
+
+
+def test_the_servo_of_axis_4_of_robot_1_becomes_free() -> None:
+    """The printed example; the motor power, and with it SO(02), stays ON.
+
+    Rule: servo-command, servo-output.
+    Source: remote command guide 4.2.13
+    """
+    master = _master()
+    assert master.execute(FREE, 0, 0x0008) == NORMAL_END
+    assert _states(master) == [1, 1, 1, 2]
+    assert master.on("SO02")
+
+
+@pytest.mark.parametrize("code", [OFF, FREE])
+def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
+    """Rule: servo-command.
+
+    Source: remote command guide 4.2.13
+    """
+    master = _master()
+    assert master.execute(code, 0, 0x0002) == NORMAL_END
+    assert _states(master) == [1, STATE[code], 1, 1]
+    assert master.execute(ON, 0, 0x0002) == NORMAL_END
+    assert _states(master) == [1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("robot", [0, 1])
+def test_all_the_robot_servos_are_switched_if_no_axis_is_specified(robot: int) -> None:
+    """All axes of the robot; R = 0 is robot 1, and robot 2 stays as it is.
+
+    Rule: servo-command.
+    Source: remote command guide 4.2.13
+    """
+    master = _master(axes=TWO_ROBOTS)
+    for code in (FREE, OFF, ON):
+        assert master.execute(code | robot << 12) == NORMAL_END
+        assert _states(master) == [STATE[code], STATE[code], 1, 1]
+
+
+def test_all_the_servos_of_the_designated_robot_are_switched() -> None:
+    """Source: remote command guide 4.2.13, R."""
+    master = _master(axes=TWO_ROBOTS)
+    assert master.execute(OFF | 0x2000) == NORMAL_END
+    assert _states(master) == [1, 1, 0, 0]
+    assert master.execute(ON | 0x2000, 0, 0x0002) == NORMAL_END
+    assert _states(master) == [1, 1, 0, 1]
+
+
+@pytest.mark.parametrize("code", [ON, OFF, FREE])
+@pytest.mark.parametrize(
+    "data",
+    [
+        pytest.param((0, 0x0003), id="two axes"),
+        pytest.param((0, 0x003F), id="all axes by their bits"),
+        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
+        pytest.param((0, 0x0080), id="axis bit 7 is fixed 0"),
+        pytest.param((1, 0x0001), id="n+2 is not used"),
+        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
+    ],
+)
+def test_only_one_axis_can_be_specified(code: int, data: tuple[int, ...]) -> None:
+    """Source: remote command guide 4.2.13."""
+    master = _master()
+    assert master.execute(code, *data) == abnormal_end("4.2")
+    assert _states(master) == [1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("code", [ON, OFF, FREE])
+def test_an_axis_that_the_robot_does_not_have_is_refused(code: int) -> None:
+    """Source: remote command guide 4.2.13, tt."""
+    master = _master(axes=TWO_ROBOTS, no_axis_alarm="1.6")
+    assert master.execute(code, 0, 0x0004) == abnormal_end("1.6")
+    assert _states(master) == [1, 1, 1, 1]
+
+
+def test_an_axis_moves_only_with_its_servo_on() -> None:
+    """Axis 2 is off: axis 1 alone still moves, all axes together do not.
+
+    Source: remote command guide 4.2.13
+    """
+    master = _master(servo_off_alarm="1.5")
+    master.execute(OFF, 0, 0x0002)
+    assert master.execute(0x0001, 0, 0, 0, 19) == abnormal_end("1.5")
+    assert master.execute(0x0001, 0x0001, 0x0001, 0, 19)[0] == 0x0200
+    assert master.robot.positions == [120_000, 0, 0, 0]
+    master.execute(ON, 0, 0x0002)
+    assert master.execute(0x0001, 0, 0, 0, 19)[0] == 0x0200
+    assert master.robot.positions == [120_000, -45_000, 30_000, 0]
+
+
+def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
+    """SI(01) puts the robot servomotor in the ON state.
+
+    Source: manual chapter 5, 2, SI(01)
+    """
+    master = _master()
+    master.execute(OFF, 0, 0x0001)
+    master.execute(FREE, 0, 0x0002)
+    master.pulse("SI01")
+    assert _states(master) == [1, 1, 1, 1]
+
+
+def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
+    """A free axis is braked, too.
+
+    Source: manual chapter 5, 3.1
+    """
+    master = _master()
+    master.execute(FREE, 0, 0x0001)
+    master.turn_and_wait("SI00", False)
+    assert _states(master) == [0, 0, 0, 0]
+    assert not master.on("SO02")
+
+
+def test_servo_on_takes_its_time() -> None:
+    """50 ms, and the cycle that takes the command.
+
+    Rule: servo-on-command.
+    """
+    master = _master(servo_on_delay=50)
+    master.execute(OFF)
+    master.send(ON)
+    master.run(50)
+    assert (master.status, _states(master)) == (0x0100, [0, 0, 0, 0])
+    master.run(5)
+    assert (master.status, _states(master)) == (0x0200, [1, 1, 1, 1])
+
+
+def test_servo_on_goes_on_in_a_copy_of_the_state() -> None:
+    """What is taken back with a snapshot ends there, and changes nothing outside of it.
+
+    Rule: servo-on-command.
+    """
+    master = _master(servo_on_delay=50)
+    master.execute(OFF)
+    master.send(ON)
+    master.run(20)
+    half = master.robot.snapshot()
+    first = master.robot.machine
+    master.robot.restore(half)
+    master.run(50)
+    assert _states(master) == [1, 1, 1, 1]
+    assert first.servos.states == [0, 0, 0, 0]
+
+
+def test_servo_on_in_emergency_stop_ends_with_12_600() -> None:
+    """Rule: servo-on-command."""
+    master = Master()
+    master.run(300)
+    assert master.execute(ON) == abnormal_end("12.600")
+
+
+def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
+    """Rule: servo-on-command.
+
+    Source: remote command guide 1.2
+    """
+    master = _master(servo_on_delay=200)
+    master.execute(OFF)
+    master.send(ON)
+    master.run(50)
+    master.turn("SI00", on=False)
+    assert master.finish() == abnormal_end("12.600")
+    assert _states(master) == [0, 0, 0, 0]
+
+
+def test_servo_on_at_a_serious_alarm_ends_with_its_number() -> None:
+    """Rule: servo-on-command."""
+    master = _master()
+    master.robot.inject("alarm", group=17, category=4)
+    master.run(50)
+    assert master.execute(ON) == abnormal_end("17.4")
+    assert master.execute(0x0042) == abnormal_end("17.4")
+
+
+def test_servo_on_without_main_power_is_refused() -> None:
+    """Rule: servo-on-command."""
+    master = _master(motor_power_alarm="1.4")
+    master.robot.inject("main_power_off")
+    master.run(50)
+    assert master.execute(ON) == abnormal_end("1.4")
+    assert master.execute(0x0042) == abnormal_end("1.4")
+
+
+def test_servo_on_needs_motor_power() -> None:
+    """Or brings it ON, if the robot file says so.
+
+    Rule: servo-on-command.
+    """
+    master = Master(motor_power_alarm="1.4")
+    master.power_up()
+    assert master.execute(ON, 0, 0x0001) == abnormal_end("1.4")
+    assert not master.on("SO02")
+
+    master = Master(servo_needs_motor_power=False)
+    master.power_up()
+    assert master.execute(ON, 0, 0x0001) == NORMAL_END
+    assert master.on("SO02")
+    assert _states(master) == [1, 0, 0, 0]
+
+
+@pytest.mark.parametrize("code", [OFF, FREE])
+def test_off_and_free_are_possible_in_emergency_stop(code: int) -> None:
+    """Rule: servo-off-command."""
+    master = Master()
+    master.run(300)
+    assert master.execute(code, 0, 0x0001) == NORMAL_END
+    assert _states(master) == [STATE[code], 0, 0, 0]
+
+
+@pytest.mark.parametrize("code", [OFF, FREE])
+def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
+    """Axes 3 and 4 return together, by SI(14).
+
+    Rule: servo-off-command.
+    """
+    master = _master(origin_time=400)
+    master.turn_and_wait("SI14", True)
+    assert master.robot.machine.origin_running
+    master.execute(code, 0, 0x0001)
+    assert master.robot.machine.origin_running
+    master.execute(code, 0, 0x0004)
+    assert not master.robot.machine.origin_running
+    master.run(500)
+    assert master.robot.origins == [True, True, False, False]

@@ -1,0 +1,153 @@
+"""Tasks: their states, their lines, and which programs are in them."""
+
+from __future__ import annotations
+
+from program_commands import (
+    ALL,
+    EXECUTE,
+    LINES,
+    NO_TASK,
+    NUMBER,
+    REGISTER,
+    SECOND,
+    SKIP,
+    STATES,
+    TASK,
+    info,
+    lines,
+    program_master,
+    states,
+    telegram,
+)
+from rcx_harness.robot import RobotProgram
+from robot_master import NORMAL_END, abnormal_end
+
+
+def _only(**at: int) -> list[int]:
+    """Values of tasks 1 to 8 by `task1=…`; all others have no task."""
+    return [at.get(f"task{number}", NO_TASK) for number in range(1, 9)]
+
+
+def test_the_states_of_tasks() -> None:
+    """Stopped, running, suspended, standby, none; tasks 9 to 16 are asked for apart.
+
+    Rule: task-states.
+    Source: remote command guide 4.7.5
+    """
+    programs = (
+        RobotProgram("P1", steps=("START 2", "START 3", "SUSPEND 2", "WAIT SI(20)=1")),
+        RobotProgram("P2", steps=("DELAY 60000",)),
+        RobotProgram("P3", steps=("DELAY 60000",)),
+        RobotProgram("P4", steps=("SO(30)=1",)),
+    )
+    master = program_master(*programs)
+    master.execute(*telegram(REGISTER, NUMBER, program=4, task=16, priority=1))
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    assert states(master) == _only(task1=3, task2=2, task3=1)
+    assert master.execute(STATES, 0, 1) == (0x0200, 0, *(NO_TASK,) * 7, 0, *(0,) * 6)
+    master.turn_and_wait("SI06", False)
+    assert states(master) == _only(task1=0, task2=2, task3=0)
+
+
+def test_a_task_that_waits_is_shown_running_where_the_controller_is_set_so() -> None:
+    """Rule: task-states."""
+    master = program_master(waiting_is_standby=False)
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    assert states(master)[0] == 1
+
+
+def test_a_suspended_task_goes_on_with_restart_and_not_with_a_start() -> None:
+    """Rule: task-states."""
+    programs = (
+        RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "WAIT SI(21)=1",
+                                  "RESTART 2", "WAIT SI(27)=1")),
+        RobotProgram("P2", steps=("WAIT SI(22)=1", "SO(30)=1", "WAIT SI(27)=1")),
+    )  # fmt: skip
+    master = program_master(*programs)
+    master.pulse("SI12")
+    master.si[34] = 1
+    master.run(10)
+    assert states(master) == _only(task1=3, task2=2)
+    master.si[34] |= 4
+    master.run(10)
+    master.turn_and_wait("SI06", False)
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    assert (states(master), master.so[35]) == (_only(task1=3, task2=2), 0)
+    master.si[34] |= 2
+    master.run(10)
+    assert (states(master), master.so[35]) == (_only(task1=3, task2=3), 1)
+
+
+def test_a_task_that_suspends_itself_goes_on_behind_that_line() -> None:
+    """Rule: task-states."""
+    programs = (
+        RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1", "RESTART 2", "WAIT SI(27)=1")),
+        RobotProgram("P2", steps=("SUSPEND 2", "SO(30)=1", "WAIT SI(27)=1")),
+    )
+    master = program_master(*programs)
+    master.pulse("SI12")
+    assert (states(master)[1], lines(master)[1], master.so[35]) == (2, 2, 0)
+    master.si[34] = 1
+    master.run(10)
+    assert (states(master)[1], lines(master)[1], master.so[35]) == (3, 3, 1)
+
+
+def test_the_lines_of_tasks() -> None:
+    """Line 1, line 19, line 99, and 0 without a task, as in the example.
+
+    Source: remote command guide 4.7.6
+    """
+    steps = tuple("SO(30)=1" for _ in range(99))
+    master = program_master(*[RobotProgram(f"P{number}", steps=steps) for number in (1, 2, 3)])
+    for program, task, line in ((2, 2, 19), (3, 5, 99)):
+        master.execute(*telegram(REGISTER, NUMBER, program=program, task=task, priority=32))
+        for _ in range(line - 1):
+            master.execute(*telegram(SKIP, TASK, task=task))
+    assert master.execute(0x0508) == (0x0200, 0, 1, 0x13, 0, 0, 0x63, *(0,) * 9)
+    assert master.execute(0x0508, 0, 1) == NORMAL_END
+    for code in (STATES, LINES):
+        assert master.execute(code, 0, 2) == abnormal_end("4.2")
+
+
+def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -> None:
+    """Rule: task-table."""
+    starting = RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1"), loop=False)
+    master = program_master(starting, SECOND)
+    master.pulse("SI12")
+    assert info(master, 2) == (2, 2, 2, 32)
+    master.si[34] = 2
+    master.run(10)
+    assert states(master) == _only(task1=3)
+    master.turn_and_wait("SI06", False)
+    master.pulse("SI15")
+    master.si[34] = 0
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    assert states(master) == _only(task1=3, task2=3)
+    master.turn_and_wait("SI06", False)
+    master.pulse("SI15")
+    assert states(master) == _only(task1=0)
+
+
+def test_tasks_of_a_low_priority_number_go_first() -> None:
+    """The last of them writes the value that stays.
+
+    Rule: priorities.
+    """
+    programs = [RobotProgram(f"P{k}", steps=(f"SO3()={k}", "WAIT SI(20)=1")) for k in (1, 2)]
+    for first, second, last in ((10, 20, 2), (20, 10, 1)):
+        master = program_master(*programs)
+        master.execute(*telegram(REGISTER, NUMBER, program=1, task=1, priority=first))
+        master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=second))
+        master.execute(*telegram(EXECUTE, ALL))
+        assert master.so[35] == last
+
+
+def test_registered_tasks_are_those_of_power_on_after_a_power_cycle() -> None:
+    """Rule: task-table."""
+    master = program_master()
+    master.execute(*telegram(REGISTER, NUMBER, program=2, task=1, priority=5))
+    master.robot.inject("power_cycle")
+    master.run(500)
+    assert info(master, 1) == (1, 1, 1, 32)

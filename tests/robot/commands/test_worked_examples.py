@@ -1,0 +1,190 @@
+"""The controller's side of the 100 worked examples: the printed words, and their printed answers.
+
+tests/data/worked_examples.toml holds them, with the state that the prose takes for granted; its
+`differs` say where print and prose disagree, and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from example_states import found, in_state
+from rcx_harness.spec import load_toml
+from robot_master import NORMAL_END, Master, abnormal_end
+
+_FILE = Path(__file__).resolve().parents[2] / "data" / "worked_examples.toml"
+EXAMPLES: Mapping[int, Mapping[str, Any]] = {
+    example["number"]: example for example in load_toml(_FILE)["example"]
+}
+JOGS = [number for number, example in EXAMPLES.items() if "stopped_by" in example.get("state", {})]
+OTHERS = [number for number in EXAMPLES if number not in JOGS]
+
+#: Where print and prose disagree: what the controller makes of the words that are printed.
+HOLDS, SAME, REFUSED, KNOB, NONE = (
+    "the print holds",
+    "the printed command ends as the meant one",
+    "the printed command is refused, the meant one is not",
+    "the printed answer comes where the name is filled with zeros",
+    "no answer is printed, the table of the section counts",
+)
+DIFFERENT = {
+    9: HOLDS,  # the prose names another example's target
+    10: HOLDS,  # the prose leaves the unit of the output out
+    29: SAME,  # 0x0032 is all robots, 0x1032 robot 1; there is one
+    42: SAME,  # push force and time: 50 printed, 100 in the prose
+    43: SAME,  # the same
+    44: SAME,  # the same
+    47: SAME,  # a comment filled with zeros or with spaces
+    54: HOLDS,  # the robot number in a word that is headed as not used
+    57: HOLDS,  # an addition, not an assignment
+    70: HOLDS,  # an input is read, nothing is put out
+    72: HOLDS,  # the task number does not count with this method
+    73: REFUSED,  # 0x0100 in the flag, of which bits 15 to 3 are fixed 0
+    74: KNOB,  # a name filled with zeros or with spaces
+    79: HOLDS,  # bit 0 of the flag is 1, and is not used
+    92: HOLDS,  # 2:334 is 2.334
+    97: HOLDS,  # the label of WI1 stands for WI3, too
+    98: NONE,
+}
+
+
+def _words(text: str) -> tuple[int, ...]:
+    words = tuple(int(word, 16) for word in text.split())
+    return words + (0,) * (16 - len(words))
+
+
+def _meant(example: Mapping[str, Any], side: str) -> tuple[int, ...]:
+    """The words that count of `command` or `response`."""
+    return _words(example.get(f"meant_{side}", example[side]))
+
+
+def _section(number: int) -> str:
+    return f"{number:03}: {EXAMPLES[number]['section']} {EXAMPLES[number]['title']}"
+
+
+@pytest.mark.parametrize("number", OTHERS, ids=_section)
+def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
+    """Word by word, m to m+30; and what the prose says is found done, without any violation.
+
+    Source: remote command guide 4.2.1 to 4.9.3, examples
+    """
+    example = EXAMPLES[number]
+    master = in_state(example.get("state", {}))
+    assert master.execute(*_meant(example, "command")) == _meant(example, "response")
+    effect = example.get("effect", {})
+    assert found(master, effect) == effect
+    assert not master.texts()
+
+
+def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[int, ...]]:
+    """Jog from `start` for 100 ms until the stop input goes OFF; the words at the end."""
+    state = example["state"]
+    master = in_state({"start_pulses": start})
+    master.send(*_words(example["command"]))
+    master.run(100)
+    assert master.status == 0x0100
+    master.turn(state["stopped_by"], False)
+    return master, master.finish()
+
+
+@pytest.mark.parametrize("number", JOGS, ids=_section)
+def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: int) -> None:
+    """The start is free: the way of a first jog shows from where a second one gets there.
+
+    Source: remote command guide 4.2.6, examples
+    """
+    example = EXAMPLES[number]
+    state = example["state"]
+    place = [round(1000 * v) for v in state.get("stopped_mm", ())] or state["stopped_pulses"]
+    first, _ = _jog(example, place)
+    way = first.robot.positions[0] - place[0]
+    assert way < 0, "axis 1, minus direction"
+    master, answer = _jog(example, [place[0] - way, *place[1:]])
+    assert answer == _words(example["response"])
+    assert master.robot.positions == place[:4]
+    master.send()
+    master.turn(state["stopped_by"], True)
+    master.run(150)
+    assert master.status == 0
+
+
+def test_the_table_names_every_example_where_print_and_prose_disagree() -> None:
+    """And no other; where words are meant that are not printed, it says what becomes of these."""
+    assert {number for number, example in EXAMPLES.items() if "differs" in example} == {*DIFFERENT}
+    meant = {number for number, example in EXAMPLES.items() if "meant_command" in example}
+    assert meant == {number for number, what in DIFFERENT.items() if what in (SAME, REFUSED)}
+    assert [*EXAMPLES] == [*range(1, 101)]
+
+
+@pytest.mark.parametrize(
+    "number", [number for number, what in DIFFERENT.items() if what == SAME], ids=_section
+)
+def test_the_printed_command_ends_as_the_meant_one(number: int) -> None:
+    """Source: remote command guide 4.2.12, 4.2.23, 4.3.2, examples."""
+    example = EXAMPLES[number]
+    master = in_state(example.get("state", {}))
+    assert _words(example["command"]) != _meant(example, "command")
+    assert master.execute(*_words(example["command"])) == _words(example["response"])
+    effect = example.get("effect", {})
+    assert found(master, effect) == effect
+
+
+def test_a_flag_whose_fixed_bits_are_set_resets_no_program() -> None:
+    """The example prints 0x0100; bits 15 to 3 are fixed 0.
+
+    Source: remote command guide 4.6.3, command flag
+    """
+    (number,) = (number for number, what in DIFFERENT.items() if what == REFUSED)
+    example = EXAMPLES[number]
+    master = in_state(example["state"])
+    assert master.execute(*_words(example["command"])) == abnormal_end("4.2")
+    before = [{"program": 1, "task": 1, "priority": 32, "line": 5}]
+    assert found(master, {"registered": before}) == {"registered": before}
+
+
+def test_a_program_name_may_be_filled_with_zeros_as_printed() -> None:
+    """Rule: name-filler.
+
+    Source: remote command guide 4.6.4, example
+    """
+    (number,) = (number for number, what in DIFFERENT.items() if what == KNOB)
+    example = EXAMPLES[number]
+    master = in_state(example["state"], name_filler="zeros")
+    assert master.execute(*_words(example["command"])) == _words(example["response"])
+
+
+def test_where_no_answer_is_printed_it_is_a_normal_end_without_data() -> None:
+    """Source: remote command guide 4.9.1, status."""
+    (number,) = (number for number, what in DIFFERENT.items() if what == NONE)
+    assert EXAMPLES[number]["response"] == ""
+    assert _meant(EXAMPLES[number], "response") == NORMAL_END
+
+
+def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> None:
+    """From when the axis stands at the workpiece.
+
+    Source: remote command guide 4.2.23, examples, push time-period
+    """
+    example = EXAMPLES[44]
+    for words, ms in ((example["command"], 50), (example["meant_command"], 100)):
+        master = in_state(example["state"])
+        master.send(*_words(words))
+        while master.robot.positions[2] != example["state"]["workpiece"]["pulses"]:
+            master.run(5)
+        since_us = master.now_us
+        master.finish()
+        assert master.now_us - since_us == ms * 1000
+
+
+def test_the_move_to_point_19_that_chapter_2_shows() -> None:
+    """No position is asked for, so all response words are 0.
+
+    Source: remote command guide chapter 2, example
+    """
+    master = in_state({"points": {"19": {"pulses": [100000, 0, 0, 0, 0, 0]}}})
+    assert master.execute(0x0001, 0x0004, 0x0000, 0x0032, 0x0013) == NORMAL_END
+    assert master.robot.positions == [100000, 0, 0, 0]

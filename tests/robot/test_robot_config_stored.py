@@ -1,0 +1,170 @@
+"""What a robot file presets of the stored data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Hand, Pallet, Point, RobotConfig
+from stored_data import long_words, ready, real_words, text_words
+
+GOOD = """\
+[points.50]
+mm = [10.0, -0.0005]
+
+[comments]
+50 = "WAIT ORG"
+
+[pallets.10]
+positions = [10, 15, 1]
+first_point = 100
+
+[shifts]
+5 = [10.0, -20.0, 5.0, -18.0]
+6 = [0.001]
+
+[hands.1]
+3 = [10000, -2000, 5000, 1]
+
+[hands.4]
+31 = [-7]
+
+[variables]
+SGI5 = 50
+SGR31 = 0.1
+
+[parameters]
+ACCEL = 80
+TOLE = [10, 20, 30, 40]
+WEIGHT = [1, 2, 3, 4]
+"""
+
+
+def _load(tmp_path: Path, text: str) -> RobotConfig:
+    file = tmp_path / "robot.toml"
+    file.write_text(text, encoding="utf-8")
+    return RobotConfig.load(file)
+
+
+def test_a_robot_file_presets_what_is_stored(tmp_path: Path) -> None:
+    config = _load(tmp_path, GOOD)
+    assert config.points == {50: Point((10000, 0, 0, 0, 0, 0), mm=True)}
+    assert config.comments == {50: "WAIT ORG"}
+    assert config.pallets == {10: Pallet(10, 15, 1, 100)}
+    assert config.shifts == {5: (10000, -20000, 5000, -18000), 6: (1, 0, 0, 0)}
+    assert config.hands == {(1, 3): Hand((10000, -2000, 5000, 1)), (4, 31): Hand((-7, 0, 0, 0))}
+    assert config.variables == {"SGI5": 50, "SGR31": 0.1}
+    assert config.parameters == {"ACCEL": 80, "TOLE": (10, 20, 30, 40), "WEIGHT": (1, 2, 3, 4)}
+
+
+def test_the_reference_commands_answer_the_preset_data(tmp_path: Path) -> None:
+    """Rule: preset-data.
+
+    Source: remote command guide 4.3.2 to 4.3.5, 4.4.1, 4.4.2
+    """
+    config = _load(tmp_path, GOOD)
+    names = ("comments", "pallets", "shifts", "hands", "variables", "parameters")
+    master = ready(**{name: getattr(config, name) for name in names})
+    assert master.execute(0x0105, 0, 50)[4:12] == text_words("WAIT ORG", "\0")
+    assert master.execute(0x0109, 0, 10)[2:7] == (10, 10, 15, 1, 100)
+    assert master.execute(0x010D, 0, 5)[4:12] == long_words(10000, -20000, 5000, -18000)
+    assert master.execute(0x0111, 0, 3)[4:12] == long_words(10000, -2000, 5000, 1)
+    assert master.execute(0x0214, 0, 5)[4:6] == (50, 0)
+    assert master.execute(0x0214, 0, 287)[4:6] == real_words(0.1)
+    for axis, tolerance in enumerate((10, 20, 30, 40)):
+        assert master.execute(0x0224, 0, 259, 1 << axis)[4:6] == (tolerance, 0)
+        assert master.execute(0x0224, 0, 257, 1 << axis)[4:6] == (80, 0)
+    assert master.execute(0x0224, 0, 1)[4:6] == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message", "hint"),
+    [
+        ("points = 3", 1, "'points' must be tables", "[points.19]"),
+        ("\n[points]\n1 = 2", 2, "'points.1' must be a table", "[points.1]"),
+        ("[points.1]\nmm = [nan]", 1, "'points.1' needs at most 6 numbers", ""),
+        ("comments = 3", 1, "'comments' must be a table", "[comments]"),
+        ("\n[comments]\n1 = 2", 2, "'comments.1' must be a text", "WAIT ORG"),
+        ('[comments]\n30000 = ""', 1, "'comments.30000' is not a comment", "29999"),
+        ('[comments]\n1 = "12345678901234567"', 1, "'comments.1' cannot be", "16 characters"),
+        ('[comments]\n1 = "\u00e4"', 1, "'comments.1' cannot be", "0x7E"),
+        ("pallets = 3", 1, "'pallets' must be tables", "[pallets.10]"),
+        ("[pallets.40]", 1, "'pallets.40' is not a pallet", "39"),
+        ("[pallets.x]", 1, "'pallets.x' is not a pallet", "39"),
+        ("[pallets.1]\nposition = 1", 2, "unknown key 'position' in 'pallets.1'", "positions"),
+        ("[pallets.1]\npositions = [1, 1, 1]", 1, "'pallets.1' needs positions", ""),
+        ("[pallets.1]\npositions = [1, 1]\nfirst_point = 1", 1, "'pallets.1' needs", ""),
+        (
+            "[pallets.1]\npositions = [1, 0, 1]\nfirst_point = 1",
+            1,
+            "'pallets.1' cannot be 0",
+            "32767",
+        ),
+        (
+            "[pallets.1]\npositions = [256, 256, 1]\nfirst_point = 1",
+            1,
+            "'pallets.1' cannot be 65536",
+            "32767",
+        ),
+        (
+            "[pallets.1]\npositions = [1, 1, 1]\nfirst_point = 29996",
+            1,
+            "'pallets.1' cannot be 29996",
+            "29995",
+        ),
+        (
+            "[pallets.1]\npositions = [1, 1, 1]\nfirst_point = true",
+            1,
+            "'pallets.1' needs positions",
+            "",
+        ),
+        ("[shifts]\n40 = [1]", 1, "'shifts.40' is not a shift", "39"),
+        ("[shifts]\n1 = [1, 2, 3, 4, 5]", 1, "'shifts.1' needs at most 4 numbers in mm", ""),
+        ("[shifts]\n1 = [3e6]", 1, "'shifts.1' cannot be 3000000000", "32 bit"),
+        ("[hands.5]\n1 = [1]", 1, "'hands.5.1' cannot be 5", "robot 1 to 4"),
+        ("[hands]\n1 = [1]", 1, "'hands.1' is not a robot's table", "[hands.1]"),
+        ("[hands.1]\n32 = [1]", 1, "'hands.32' is not a hand", "31"),
+        ("[hands.1]\n1 = [0.5]", 1, "'hands.1.1' needs at most 4 integers", ""),
+        ("[hands.1]\n1 = [0, 0, 0, 2]", 1, "'hands.1.1' cannot be 2", "data 4 is 0 or 1"),
+        ("[variables]\nSGI32 = 1", 1, "'variables' cannot be 'SGI32'", "SGR31"),
+        ("[variables]\nSGI1 = 0.5", 2, "'SGI1' cannot be 0.5", "32 bit integer"),
+        ("[variables]\nSGR1 = 4e38", 2, "'SGR1' cannot be 4e+38", "single precision"),
+        ("[variables]\nSGR1 = inf", 2, "'SGR1' cannot be inf", "single precision"),
+        ("[parameters]\nACEL = 1", 2, "unknown key 'ACEL' in [parameters]", "ACCEL"),
+        ("[parameters]\nACCEL = 0", 2, "'ACCEL' cannot be 0", "1 to 100"),
+        ("[parameters]\nACCEL = [1, 2]", 2, "'ACCEL' cannot be (1, 2)", "4: one per axis"),
+        ("[parameters]\nWEIGHT = [1]", 2, "'WEIGHT' cannot be (1,)", "4: one per robot"),
+        ('undefined_data_alarm = "x"', 1, "'undefined_data_alarm' cannot be 'x'", "12.600"),
+        ('comment_filler = "none"', 1, "'comment_filler' cannot be 'none'", "zeros or spaces"),
+        ('real_to_integer = "up"', 1, "'real_to_integer' cannot be 'up'", "round or truncate"),
+        ("max_payload = -1", 1, "'max_payload' cannot be -1", "0 to 2000000"),
+    ],
+)
+def test_wrong_stored_data_are_refused_with_line_and_hint(
+    tmp_path: Path, text: str, line: int, message: str, hint: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        _load(tmp_path, text)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+    assert caught.value.line == line
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"points": {30000: Point()}},
+        {"points": {1: Point((0,) * 5)}},
+        {"comments": {-1: ""}},
+        {"pallets": {40: Pallet(1, 1, 1, 0)}},
+        {"shifts": {1: (0, 0, 0)}},
+        {"hands": {(0, 1): Hand()}},
+        {"hands": {(1, 32): Hand()}},
+    ],
+)
+def test_wrong_stored_data_in_python_are_refused_too(values: dict[str, Any]) -> None:
+    with pytest.raises(InputError):
+        RobotConfig(**values)
