@@ -147,6 +147,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
     plc.scan(10)
     assert plc.words[0] == 0, "it does not start again by itself"
+    assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
     plc["Position.Enable"] = False
     plc.scan()
     assert not plc["Position.Error"]

@@ -189,9 +189,11 @@ def test_another_stop_ends_the_jog_with_an_error() -> None:
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400)
     plc.scan(20)
     assert plc.words[0] == 0, "it does not start again by itself"
+    assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400), "until Enable falls"
     plc["Jog.Enable"] = False
     plc.scan()
     assert not plc["Jog.Error"]
+    assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (0, 0)
 
 
 def test_a_soft_limit_ends_the_jog_with_its_alarm() -> None:
@@ -307,3 +309,27 @@ def test_a_jog_waits_for_its_turn() -> None:
     plc.scan()
     plc.answer(0)
     plc.scan_until(lambda: plc.words[0] == 0x0020, most=4)
+
+
+def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
+    """While SI(06) is OFF a movement would end with 12.400."""
+    plc = _plc()
+    _jogging(plc)
+    plc["First.Code"], plc["First.Execute"] = 0x0001, True
+    _stop(plc)
+    while plc.words[0] != 0x0001:
+        assert plc.now_us < 5_000_000
+        assert plc.words[0] == 0
+        plc.scan()
+    assert "SI06" in plc.inputs
+    assert plc["Robot.Settled"]
+
+
+def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
+    """StopOk FALSE is the user's own stop: what does not move goes on working."""
+    plc = _plc()
+    _jogging(plc)
+    plc["StopOk"] = False
+    _stop(plc)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)

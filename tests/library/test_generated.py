@@ -7,9 +7,9 @@ import re
 import pytest
 
 from plc_bench import ROOT
+from rcx_harness import spec
 from rcx_harness.errors import InputError
 from rcx_harness.library import files, library
-from rcx_harness.library import tables as tables_module
 
 BLOCKS = [name for name, block in library().blocks.items() if not block.handwritten]
 
@@ -73,12 +73,10 @@ def test_no_file_is_left_of_a_block_that_is_not_in_the_table() -> None:
 def test_a_mistake_in_the_table_is_told_with_the_block(
     change: dict[str, object], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from rcx_harness import spec
-
     real = spec.load_toml(spec.folder() / "blocks.toml")
     entry = next(one for one in real["block"] if one["name"] == "FB_MovePtp")
     table = {**real, "block": [{**entry, **change}]}
-    monkeypatch.setattr(tables_module.spec, "load_toml", lambda path: table)
+    monkeypatch.setattr(spec, "load_toml", lambda path: table)
     library.cache_clear()
     try:
         with pytest.raises(InputError, match=f"FB_MovePtp: .*{message}"):
