@@ -10,9 +10,9 @@ from fractions import Fraction
 from block_pins import ARRAYS, Pins, members, pattern
 from rcx_harness.engine.base import Value
 from rcx_harness.library.tables import Block, Output
-from rcx_harness.telegram import Field, FieldValue, intervals
+from rcx_harness.telegram import WORDS, Field, FieldValue, intervals
 
-__all__ = ["answered", "blank", "same", "shown"]
+__all__ = ["answered", "blank", "in_words", "same", "shown"]
 
 _BLANK: dict[str, Value] = {"BOOL": False, "REAL": 0.0, "STRING": ""}
 _LETTERS = " ABCxyz019_~!"
@@ -40,6 +40,19 @@ def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
         ]
         fields[name] = tuple(every) if part.count > 1 else every[0]
     return fields
+
+
+def in_words(
+    block: Block, fields: Mapping[str, FieldValue], chance: random.Random
+) -> tuple[int, ...]:
+    """The 15 response words; anything stands where no field is, which a block must not see."""
+    words = list(block.commands[0].respond(fields))
+    for k in range(1, WORDS):
+        covered = 0
+        for part in block.responses.values():
+            covered |= part.mask if k in part.words else 0
+        words[k - 1] |= chance.choice([0, 0xFFFF]) & ~covered
+    return tuple(words)
 
 
 def shown(block: Block, sent: Mapping[str, FieldValue], got: Mapping[str, FieldValue]) -> Pins:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from rcx_harness.engine.base import Value
-from rcx_harness.library.tables import Block, Input, Member, Output, library
+from rcx_harness.library.tables import Block, Input, Member, library
 from rcx_harness.telegram import Field, FieldValue, intervals
 
 __all__ = ["ARRAYS", "Pins", "Reading", "members", "pattern", "single"]
@@ -25,10 +25,8 @@ Pair = tuple[int, int]
 ARRAYS = library().arrays
 _KINDS = library().enumerations
 
-#: Whole numbers that a REAL of single precision holds exactly; the blocks refuse what is beyond.
-_EXACT = 2**24 - 1
-#: Up to here it also holds a thousandth of them so well that nothing but the number comes back.
-_PRECISE = 2**23 * 1000 // 1024
+#: Below 2**13 the steps of a REAL are below half of 0.001; the blocks refuse what is beyond.
+_EXACT = 2**13 * 1000 - 1
 _RANGES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 _DEFAULTS: dict[str, Value] = {"BOOL": False, "REAL": 0.0, "STRING": ""}
 
@@ -218,7 +216,7 @@ class Reading:
             return [long, long[chance.randrange(part.length) :], *([] if counts else ["\t"])]
         if kind == "WORD":
             mask = part.mask >> part.bits[0]
-            return [0, 1, mask, chance.randint(0, mask), 1 << chance.randrange(mask.bit_length())]
+            return [0, 1, mask, chance.randint(1, mask), chance.randint(1, mask)]
         if kind == "REAL" and pin.encoding == "real":
             return [0.0, 3.4028234663852886e38, -1.0, single(chance.uniform(-1e6, 1e6))]
         if not counts:
@@ -228,9 +226,7 @@ class Reading:
         for low, high in self._pairs(fields, pin):
             top = min(high, room) if room else high
             few = range(low, top + 1) if top - low < 16 else ()
-            scaled = kind == "REAL" and high == _EXACT
-            between = chance.randint(-_PRECISE, _PRECISE) if scaled else chance.randint(low, top)
-            values += few or [low, between, top]
+            values += few or [low, chance.randint(low, top), top]
         if kind == "REAL":
             return [single(float(Fraction(step) / Fraction(per_unit))) for step in values]
         return values
@@ -315,7 +311,8 @@ class Reading:
         else:
             pairs = self._pairs(fields, pin)
             lowest, highest = _RANGES[kind]
-            tries = {lowest, highest, *(low - 1 for low, _ in pairs), *(high + 1 for _, high in pairs)}
+            beyond = [value for low, high in pairs for value in (low - 1, high + 1)]
+            tries = {lowest, highest, *beyond}
             for value in sorted(tries):
                 given = value != 0 or not pin.flag
                 inside = any(low <= value <= high for low, high in pairs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 from plc_bench import PlcBench
@@ -48,6 +48,11 @@ class CommandBench(PlcBench):
         self._block = name
         self["Chosen"] = self._names.index(name) + 1
 
+    @property
+    def shown(self) -> list[str]:
+        """Which of the outputs that every command block has are TRUE."""
+        return [name for name in ("Busy", "Active", "Done", "Error") if self.pin(name)]
+
     def pin(self, name: str) -> Value:
         """Value of a pin."""
         return self[f"{_instance(self._block)}.{name}"]
@@ -62,7 +67,11 @@ class CommandBench(PlcBench):
             self[f"{_instance(self._block)}.{name}"] = value
 
     def send(self, pins: Mapping[str, Value]) -> list[int]:
-        """Set pins, give a rising edge, and return the 16 words once the code is on the wire."""
+        """Set pins, give a rising edge, and return the 16 words once the code is on the wire.
+
+        Another command has left its data behind.
+        """
+        self["Robot.Data"] = [0xFFFF] * 15
         self.set({**pins, "Execute": True})
         self.scan_until(lambda: self.words[0] != 0 or self.pin("Error"), most=3)
         assert not self.pin("Error"), f"refused with {self.pin('ErrorID'):#06x}: {pins}"
@@ -89,7 +98,7 @@ class CommandBench(PlcBench):
         return words
 
 
-@lru_cache(maxsize=None)
+@cache
 def _build(first: int, engine: str) -> CommandBench:
     return CommandBench(list(BLOCKS)[first : first + _TOGETHER], engine)
 

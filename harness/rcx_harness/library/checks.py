@@ -18,8 +18,9 @@ Limits = tuple[int, ...]
 
 _ROBOT, _VALUE, _TEXT, _REAL = "16#8040", "16#8045", "16#8046", "16#8047"
 
-#: Whole numbers up to here are exact in a REAL, so that nothing is rounded beyond its scale.
-_EXACT = 2**24 - 1
+#: Up to here every 0.001 mm is a REAL of its own, and comes out of the product as it went in; from
+#: 8192 mm on the steps of a REAL are so wide that a telegram may be 0.001 mm off.
+_EXACT = 8_191_999
 _PRINTABLE = (0x20, 0x7E)
 #: The largest REAL, in full: some PLCs compare a REAL with the exact number.
 _LARGEST = "3.4028234663852886E38"

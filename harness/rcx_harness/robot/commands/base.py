@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from rcx_harness.robot.alarms import CommandError
+from rcx_harness.robot.area import CYCLE_US
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
 
@@ -18,6 +19,7 @@ __all__ = [
     "act",
     "answers_absent",
     "last",
+    "registered",
     "start",
 ]
 
@@ -96,6 +98,11 @@ def last(*codes: int) -> Callable[[_S], _S]:
     return register
 
 
+def registered() -> list[int]:
+    """The codes that have an effect in this controller, without R."""
+    return sorted({*_ACTIONS, *_STARTERS})
+
+
 def start(machine: Machine, call: Call) -> Execution:
     """Begin a command.
 
@@ -110,13 +117,17 @@ def start(machine: Machine, call: Call) -> Execution:
 
 
 class Action:
-    """A command that acts once, `command_delay` after it was taken."""
+    """A command that acts once, `command_delay` after it was taken.
+
+    One that is shorter than a cycle acts at once, so that the run status may be skipped.
+    """
 
     stoppable = False
 
     def __init__(self, machine: Machine, call: Call) -> None:
         self._call = call
-        self._due_us = machine.now_us + machine.draw_us("command_delay")
+        delay_us = machine.draw_us("command_delay")
+        self._due_us = machine.now_us + (0 if delay_us < CYCLE_US else delay_us)
 
     def step(self, machine: Machine) -> Response | None:
         """Act when it is time."""
