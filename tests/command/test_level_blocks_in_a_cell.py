@@ -21,7 +21,7 @@ def cell() -> Cell:
 
 
 def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(cell: Cell) -> None:
-    """Source: remote command guide 4.2.6"""
+    """Source: remote command guide 4.2.6."""
     cell["Main.Jog.Axis"], cell["Main.Jog.PositionOutput"] = 2, "POSITION_PULSES"
     cell["Main.Jog.Direction"] = "DIRECTION_MINUS"
     cell["Main.Jog.Enable"] = True
@@ -72,7 +72,7 @@ def test_a_jog_into_the_soft_limit_ends_with_2_334_and_the_way_back_is_free(cell
 
 
 def test_the_position_is_followed_while_a_program_moves_nothing(cell: Cell) -> None:
-    """Source: remote command guide 4.7.4, continuous output mode"""
+    """Source: remote command guide 4.7.4, continuous output mode."""
     cell["Main.Position.Enable"] = True
     cell.run_until(lambda: bool(cell["Main.Position.Valid"]), within="500ms")
     for place in (1234, -4321):
@@ -88,7 +88,7 @@ def test_the_position_is_followed_while_a_program_moves_nothing(cell: Cell) -> N
 
 
 def test_an_emergency_stop_ends_a_jog_with_12_600(cell: Cell) -> None:
-    """Source: remote command guide 1.2: 0x000C, 0x0258"""
+    """Source: remote command guide 1.2: 0x000C, 0x0258."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
     cell.robot.inject("emergency_stop")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import struct
-from collections.abc import Iterator
 
 import pytest
 
@@ -25,8 +24,8 @@ PATTERNS = [
 
 
 @pytest.fixture(scope="module", params=ENGINES)
-def plc(request: pytest.FixtureRequest) -> Iterator[Program]:
-    yield build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+def plc(request: pytest.FixtureRequest) -> Program:
+    return build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
 
 
 def _real(pattern: int) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 from both_engines import ENGINES
@@ -16,8 +14,8 @@ PROGRAM = ROOT / "tests/data/library/Texts.st"
 
 
 @pytest.fixture(scope="module", params=ENGINES)
-def plc(request: pytest.FixtureRequest) -> Iterator[Program]:
-    yield build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+def plc(request: pytest.FixtureRequest) -> Program:
+    return build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
 
 
 def _words(plc: Program, text: str) -> list[int]:
@@ -31,7 +29,7 @@ def _words(plc: Program, text: str) -> list[int]:
 
 
 def test_two_characters_go_into_a_word_the_first_into_the_lower_byte(plc: Program) -> None:
-    """"12" is 0x3231.
+    """ "12" is 0x3231.
 
     Source: remote command guide 1.1
     """
@@ -80,7 +78,7 @@ def test_a_text_too_long_or_with_other_characters_is_refused(
 def test_a_program_name_has_upper_case_letters_digits_and_underscores(
     plc: Program, name: str, problem: int
 ) -> None:
-    """Source: remote command guide 4.6.1"""
+    """Source: remote command guide 4.6.1."""
     plc.write("Main.Text", name)
     plc.scan(0)
     assert plc.read("Main.NameProblem") == problem
