@@ -225,9 +225,7 @@ def _found_pallets(machine: Machine, wanted: Mapping[str, Any]) -> dict[str, Any
 
 def _found_parameters(machine: Machine, wanted: list[Mapping[str, int]]) -> list[dict[str, int]]:
     get = machine.memory.parameters.get
-    return [
-        {**one, "value": get(1, _PARAMETERS[one["number"]], one["axis"] - 1)} for one in wanted
-    ]
+    return [{**one, "value": get(1, _PARAMETERS[one["number"]], one["axis"] - 1)} for one in wanted]
 
 
 def _found_registered(machine: Machine, wanted: list[Mapping[str, Any]]) -> list[dict[str, Any]]:

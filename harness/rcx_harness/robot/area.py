@@ -11,6 +11,7 @@ from rcx_harness.robot.ports import port
 from rcx_harness.spec import Signal, signals
 
 __all__ = [
+    "CYCLE_US",
     "DEDICATED",
     "INPUTS",
     "OUTPUTS",
@@ -23,6 +24,9 @@ __all__ = [
     "mask_of",
     "reserved_bytes_of",
 ]
+
+#: The controller's I/O update interval (manual chapter 5, 4) [us].
+CYCLE_US = 5000
 
 _WORDS = struct.Struct("<16H")
 _DEDICATED_WORDS = struct.Struct("<2H")

@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.alarms import AlarmList
-from rcx_harness.robot.area import Overlay, build_area, input_words
+from rcx_harness.robot.area import CYCLE_US, Overlay, build_area, input_words
 from rcx_harness.robot.config import Point, RobotConfig
 from rcx_harness.robot.connection import lose_link, regain_link
 from rcx_harness.robot.dedicated import DedicatedInputs
@@ -22,9 +22,6 @@ from rcx_harness.robot.requests import REQUESTS
 from rcx_harness.robot.tasks import Programs
 
 __all__ = ["CYCLE_US", "Controller"]
-
-#: The controller's I/O update interval (manual chapter 5, 4) [us].
-CYCLE_US = 5000
 
 
 class _State:

@@ -32,7 +32,6 @@ class Data:
         self.accumulated.observe(machine.now_us, machine.positions, machine.servos)
         self.real_time.observe(machine)
 
-    def next_due_us(self, now_us: int) -> int | None:
+    def next_due_us(self) -> int | None:
         """When there is something to look at although nothing else happens."""
-        due_us = self.real_time.next_due_us()
-        return due_us if due_us is None or not self.torques.moving else now_us
+        return self.real_time.next_due_us()

@@ -146,7 +146,7 @@ class Machine:
             due.append(self.now_us)
         if (program_us := self.program.next_due_us(self.now_us)) is not None:
             due.append(program_us)
-        if (data_us := self.data.next_due_us(self.now_us)) is not None:
+        if (data_us := self.data.next_due_us()) is not None:
             due.append(data_us)
         return min(due, default=None)
 

@@ -40,7 +40,7 @@ COMMAND_RULES: tuple[Rule, ...] = (
     assumed(
         "command-times",
         "command_accept_delay command_delay status_reset_delay skip_run_status",
-        "How long commands take, and when 0x0100 is skipped.",
+        "How long commands take, and when 0x0100 is skipped: short, what takes less than a cycle.",
     ),
     assumed(
         "changed-command",

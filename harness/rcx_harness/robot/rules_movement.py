@@ -121,7 +121,7 @@ MOVEMENT_RULES: tuple[Rule, ...] = (
     assumed(
         "push-parameters",
         "",
-        "A push force or time that is not given is PSHFRC or PSHTIME; PSHSPD is a part of the "
-        "speed; PSHMTD and PSHJGSP do not count.",
+        "A push time that is not given is PSHTIME; PSHSPD is a part of the speed. PSHFRC, PSHMTD "
+        "and PSHJGSP are stored and do not count.",
     ),
 )

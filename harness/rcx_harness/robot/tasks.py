@@ -85,8 +85,6 @@ class Task:
 
     def go(self, now_us: int, mode: str = RUN) -> None:
         """Start, or go on after a stop, as far as the mode says."""
-        if self.state not in ("stopped", "suspended"):
-            self.rewind()
         self.state = "running"
         self.since_us = now_us
         self.mode = mode
@@ -311,8 +309,9 @@ class Programs:
                 return
             if not self._done(task, steps[task.at], now_us):
                 return
+            if task.state == "suspended":  # by itself: it goes on behind that line
+                task.at += 1
             if task.state != "running":
-                task.at += task.state == "suspended"
                 return
             task.at += 1
             if task.has_done_its_line:

@@ -29,14 +29,9 @@ class Torques:
         self._before = list(positions)
         self.directions = [0] * len(positions)
 
-    @property
-    def moving(self) -> bool:
-        """An axis was moving in the last cycle."""
-        return any(self.directions)
-
     def observe(self, positions: list[int]) -> None:
         """Once in a cycle, after the axes have moved."""
-        if positions == self._before and not self.moving:
+        if positions == self._before and not any(self.directions):
             return
         pairs = zip(positions, self._before, strict=True)
         self.directions = [(now > before) - (now < before) for now, before in pairs]

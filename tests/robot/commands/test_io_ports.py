@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.robot import RobotProgram
+from rcx_harness.errors import InputError
+from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.robot.ports import port
 from robot_master import NORMAL_END, Master, abnormal_end
 
@@ -201,6 +202,24 @@ def test_robot_programs_and_the_commands_use_the_same_ports() -> None:
     master.run(10)
     assert master.so[35] == 0x5A
     assert (_value(master, DO, 3), _value(master, LO, 0)) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    "name", ["DO1()", "MO(17)", "LO2()", "TO1()", "DO30()", "DI(300)", "DI(8)"]
+)
+def test_robot_programs_have_the_same_ports_as_the_commands(name: str) -> None:
+    """Source: remote command guide 4.5.1."""
+    with pytest.raises(InputError, match=r"is no port|cannot have"):
+        RobotConfig(programs=(RobotProgram(steps=(f"SO(20)={name}",)),))
+    with pytest.raises(InputError, match="is no port"):
+        port(name)
+
+
+@pytest.mark.parametrize("name", ["SI(20)", "SO(20)", "DO(20)"])
+def test_only_inputs_of_the_parallel_board_are_set_from_outside(name: str) -> None:
+    ports = _master().robot.program.ports
+    with pytest.raises(InputError, match="not an input of the parallel I/O board"):
+        ports.set_input(port(name), 1)
 
 
 def test_power_on_clears_the_ports() -> None:

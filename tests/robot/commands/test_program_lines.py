@@ -66,14 +66,26 @@ def test_next_executes_the_entire_subroutine() -> None:
     assert seen == [(2, 1), (3, 3), (1, 3)]
 
 
+def test_next_within_a_subroutine_executes_one_line_of_it() -> None:
+    """Rule: program-lines."""
+    master = program_master(CALLING)
+    master.execute(*telegram(STEP, NUMBER, program=1))
+    seen = []
+    for _ in range(2):
+        master.execute(*telegram(NEXT, NUMBER, program=1))
+        seen.append(lines(master)[0])
+    assert seen == [6, 2]
+
+
 def test_skip_leaves_one_line_out() -> None:
     """Rule: program-lines.
 
     Source: remote command guide 4.6.2
     """
     master = program_master(RobotProgram(steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False))
+    master.pulse("SI15")
     assert master.execute(*telegram(SKIP, TASK, task=1)) == NORMAL_END
-    assert (lines(master)[0], master.so[35]) == (2, 0)
+    assert (lines(master)[0], master.so[35], master.on("SO14")) == (2, 0, False)
     master.execute(*telegram(STEP, TASK, task=1))
     assert (lines(master)[0], master.so[35]) == (3, 0b010)
     master.execute(*telegram(SKIP, TASK, task=1))
@@ -115,6 +127,33 @@ def test_a_program_that_begins_again_is_at_its_first_line_after_the_last_step() 
     for line in (2, 1, 2):
         master.execute(*telegram(STEP, NUMBER, program=1))
         assert (lines(master)[0], states(master)[0]) == (line, 0)
+
+
+@pytest.mark.parametrize(("loop", "shown"), [(False, 0b110), (True, 0b111)])
+def test_a_program_has_ended_after_its_last_line_or_goes_on_with_its_first(
+    loop: bool, shown: int
+) -> None:
+    """To run all does not start a program that has ended beside one that is ready.
+
+    Rule: program-lines, execute-programs.
+    """
+    once = RobotProgram("ONCE", steps=("SO(30)=1", "WAIT SI(20)=1"), loop=loop)
+    other = RobotProgram("OTHER", steps=("SO(31)=1", "SO(32)=1", "WAIT SI(20)=1"))
+    master = program_master(once, other)
+    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    for _ in range(2):
+        master.execute(*telegram(SKIP, NUMBER, program=1))
+    master.execute(*telegram(EXECUTE, ALL))
+    assert master.so[35] == shown
+
+
+def test_a_program_without_steps_is_one_line_that_lasts_its_duration() -> None:
+    """Rule: program-length, program-lines."""
+    master = program_master(RobotProgram(duration=200))
+    master.execute(*telegram(STEP, NUMBER, program=1))
+    assert (master.on("SO13"), lines(master)[0]) == (True, 1)
+    master.run(200)
+    assert (master.on("SO13"), lines(master)[0]) == (False, 1)
 
 
 def test_a_running_program_is_not_stepped_skipped_or_reset() -> None:

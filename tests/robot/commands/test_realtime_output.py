@@ -122,6 +122,22 @@ def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
     assert {after - before for before, after in pairwise(steps)} == {8}
 
 
+def test_a_definition_and_the_parameter_do_not_wait_for_the_interval() -> None:
+    """The interval of 60 s counts for values only.
+
+    Rule: real-time-update.
+    """
+    master = _master(real_time_interval=60_000.0)
+    master.pulse("SI01")
+    master.execute(ENABLE, 0, 1)
+    for axis, duty in ((1, 100), (2, 50)):
+        master.execute(DEFINE, 0, 24, 0, DUTY, 1, axis)
+        assert _word(master, 24) == duty
+    for enabled, shown in ((0, 0), (1, 50)):
+        master.execute(ENABLE, 0, enabled)
+        assert _word(master, 24) == shown
+
+
 def test_definitions_and_validity_survive_a_power_cycle() -> None:
     """Rule: real-time-stored."""
     master = _master()

@@ -83,14 +83,34 @@ def test_a_task_that_suspends_itself_goes_on_behind_that_line() -> None:
     """Rule: task-states."""
     programs = (
         RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1", "RESTART 2", "WAIT SI(27)=1")),
-        RobotProgram("P2", steps=("SUSPEND 2", "SO(30)=1", "WAIT SI(27)=1")),
+        RobotProgram("P2", steps=("SO(31)=1", "SUSPEND 2", "SO(30)=1", "WAIT SI(27)=1")),
     )
     master = program_master(*programs)
     master.pulse("SI12")
-    assert (states(master)[1], lines(master)[1], master.so[35]) == (2, 2, 0)
+    assert (states(master)[1], lines(master)[1], master.so[35]) == (2, 3, 2)
     master.si[34] = 1
     master.run(10)
-    assert (states(master)[1], lines(master)[1], master.so[35]) == (3, 3, 1)
+    assert (states(master)[1], lines(master)[1], master.so[35]) == (3, 4, 3)
+
+
+def test_the_time_of_several_stops_does_not_count_in_a_delay() -> None:
+    """100 ms of a delay of 400 ms pass before each of two stops.
+
+    Rule: program-stop, program-restart.
+    """
+    delay = RobotProgram("P1", steps=("DELAY 400", "SO(30)=1", "WAIT SI(27)=1"))
+    master = program_master(delay, program_start_delay=0)
+    for _ in range(2):
+        master.turn("SI12", True)
+        master.run(100)
+        master.turn_and_wait("SI06", False)
+        master.turn_and_wait("SI12", False)
+        master.turn_and_wait("SI06", True)
+    master.turn("SI12", True)
+    master.run(150)
+    assert master.so[35] == 0
+    master.run(100)
+    assert master.so[35] == 1
 
 
 def test_the_lines_of_tasks() -> None:
@@ -142,6 +162,21 @@ def test_tasks_of_a_low_priority_number_go_first() -> None:
         master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=second))
         master.execute(*telegram(EXECUTE, ALL))
         assert master.so[35] == last
+
+
+def test_the_main_program_is_that_in_task_1_else_program_1() -> None:
+    """SO(13) of a controller that shows the main program alone.
+
+    Rule: tasks, task-table.
+    """
+    for task, shown in ((1, True), (3, False)):
+        master = program_master(running_shows_all_tasks=False)
+        master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))
+        master.execute(*telegram(REGISTER, NUMBER, program=2, task=task, priority=32))
+        master.execute(*telegram(EXECUTE, NUMBER, program=2))
+        assert master.on("SO13") is shown
+        master.execute(*telegram(EXECUTE, NUMBER, program=1))
+        assert master.on("SO13")
 
 
 def test_registered_tasks_are_those_of_power_on_after_a_power_cycle() -> None:

@@ -70,6 +70,7 @@ def _section(number: int) -> str:
 def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
     """Word by word, m to m+30; and what the prose says is found done, without any violation.
 
+    Rule: versions, flag-bit-0, millimetres.
     Source: remote command guide 4.2.1 to 4.9.3, examples
     """
     example = EXAMPLES[number]
@@ -147,7 +148,7 @@ def test_a_flag_whose_fixed_bits_are_set_resets_no_program() -> None:
 
 
 def test_a_program_name_may_be_filled_with_zeros_as_printed() -> None:
-    """Rule: name-filler.
+    """Rule: program-info-details.
 
     Source: remote command guide 4.6.4, example
     """

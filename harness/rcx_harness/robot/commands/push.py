@@ -17,8 +17,8 @@ __all__ = ["Push"]
 class Push(Moving):
     """Ends when the axis has pushed for the push time, or has reached its target.
 
-    Force and time that are not given are those of the axis' parameters PSHFRC and PSHTIME; PSHSPD
-    reduces the speed.
+    A time that is not given is the axis' parameter PSHTIME; PSHSPD reduces the speed. The force
+    is checked and has no effect in this model.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -29,7 +29,6 @@ class Push(Moving):
         def parameter(name: str) -> int:
             return parameters.get(call.robot, name, place)
 
-        self.force = values["push_force"] if values["push_force_flag"] else parameter("PSHFRC")
         time_ms = values["push_time"] if values["push_time_flag"] else parameter("PSHTIME")
         self._time_us = time_ms * 1000
         how = pace(machine, call)

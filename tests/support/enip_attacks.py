@@ -1,0 +1,268 @@
+"""A peer of the EtherNet/IP adapter with every kind of bad manners, drawn from one seed."""
+
+from __future__ import annotations
+
+import socket
+import struct
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from random import Random
+
+from enip_frames import HEADER, READ_ONLY, frame, mutate, valid_frames
+
+__all__ = ["ATTACKER", "Attacker", "Report", "Target"]
+
+#: The address attacks come from; the peers that behave have others.
+ATTACKER = "127.0.0.3"
+#: Longest wait for an answer or for the end of a connection [s]; only a failure takes it.
+_PATIENCE_S = 20.0
+_STATUSES = {0x00, 0x01, 0x02, 0x03, 0x64, 0x65, 0x69}
+_HELD = 40
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where the adapter listens, and what the attacker knows of it.
+
+    Attributes:
+        explicit: Host and port of explicit messages, TCP and UDP.
+        cyclic: Host and port of cyclic packets.
+        ids: Connection ids of the master's connection.
+    """
+
+    explicit: tuple[str, int]
+    cyclic: tuple[str, int]
+    ids: tuple[int, ...]
+
+
+@dataclass
+class Report:
+    """What was done, and what came back."""
+
+    seed: int
+    attacks: Counter[str] = field(default_factory=Counter)
+    statuses: Counter[int] = field(default_factory=Counter)
+    silent: int = 0
+    refused: int = 0
+    checks: int = 0
+    grown_kib: int = 0
+
+    def text(self) -> str:
+        """Two lines for a reader."""
+        kinds = ", ".join(f"{name} {number}" for name, number in sorted(self.attacks.items()))
+        answers = ", ".join(f"0x{one:02X}: {n}" for one, n in sorted(self.statuses.items()))
+        return (
+            f"{sum(self.attacks.values())} attacks with seed {self.seed}: {kinds}\n"
+            f"answers by encapsulation status {answers}; {self.silent} connections without one, "
+            f"{self.refused} not taken; {self.checks} checks by the peers that behave; "
+            f"memory grew by {self.grown_kib} KiB"
+        )
+
+
+class Attacker:
+    """One peer with every kind of bad manners."""
+
+    def __init__(self, target: Target, draw: Random, report: Report) -> None:
+        self._target, self._draw, self._report = target, draw, report
+        self._held: list[socket.socket] = []
+        self._slow: list[tuple[socket.socket, bytes]] = []
+        self._udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._udp.bind((ATTACKER, 0))
+        self.last = b""
+        self._kinds: list[tuple[int, Callable[[], None]]] = [
+            (50, self._mutated),
+            (8, self._pieces),
+            (6, self._abandoned),
+            (4, self._oversized),
+            (6, self._never_closed),
+            (2, self._flood),
+            (8, self._slowly),
+            (2, self._never_reading),
+            (8, self._udp_explicit),
+            (12, self._udp_cyclic),
+        ]
+
+    def attack(self) -> None:
+        """Do one attack, of a kind that is drawn."""
+        weights = [weight for weight, _ in self._kinds]
+        kind = self._draw.choices([one for _, one in self._kinds], weights)[0]
+        self._report.attacks[kind.__name__.lstrip("_").replace("_", " ")] += 1
+        kind()
+
+    def close(self) -> None:
+        """Let go of all connections."""
+        for one in (*self._held, *(one for one, _ in self._slow), self._udp):
+            one.close()
+
+    def _connect(self) -> socket.socket | None:
+        """A connection; None where the adapter takes no more from this peer."""
+        try:
+            made = socket.create_connection(
+                self._target.explicit, _PATIENCE_S, source_address=(ATTACKER, 0)
+            )
+        except ConnectionError:
+            self._report.refused += 1
+            return None
+        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return made
+
+    def _register(self, peer: socket.socket) -> int:
+        """A session handle; 0 where the adapter gives none."""
+        try:
+            peer.sendall(frame(0x65, b"\x01\x00\x00\x00"))
+            answer = _receive(peer, HEADER.size + 4)
+        except ConnectionError:
+            return 0
+        return int(HEADER.unpack_from(answer)[2]) if len(answer) == HEADER.size + 4 else 0
+
+    def _mutated(self) -> None:
+        """Damaged frames in a session; whatever comes back must be whole frames."""
+        peer = self._connect()
+        if peer is None:
+            return
+        with peer:
+            session = self._register(peer)
+            frames = valid_frames(self._draw, session)
+            chosen = self._draw.choices(frames, k=self._draw.randrange(1, 6))
+            self._send_all(peer, b"".join(mutate(self._draw, one) for one in chosen))
+            self._take_answers(peer)
+
+    def _pieces(self) -> None:
+        """Frames of nothing but noise, or good ones cut at any place."""
+        peer = self._connect()
+        if peer is None:
+            return
+        with peer:
+            session = self._register(peer)
+            data = b"".join(self._draw.choices(valid_frames(self._draw, session), k=4))
+            if self._draw.random() < 0.3:
+                data = self._draw.randbytes(self._draw.randrange(1, 400))
+            while data:
+                size = self._draw.randrange(1, 60)
+                self._send_all(peer, data[:size])
+                data = data[size:]
+            self._take_answers(peer)
+
+    def _abandoned(self) -> None:
+        """A frame that is not whole, and a connection that is reset."""
+        peer = self._connect()
+        if peer is None:
+            return
+        with peer:
+            peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            whole = self._draw.choice(valid_frames(self._draw, 1))
+            self._send_all(peer, whole[: self._draw.randrange(len(whole) + 1)])
+
+    def _oversized(self) -> None:
+        """A frame as long as the header can say, or one that says so and stops."""
+        peer = self._connect()
+        if peer is None:
+            return
+        with peer:
+            session = self._register(peer)
+            command = self._draw.choice((0x00, 0x04, 0x63, 0x65, 0x6F, 0x70, 0xFFFF))
+            whole = frame(command, self._draw.randbytes(0xFFFF), session)
+            self._send_all(peer, whole[: self._draw.choice((30, 20_000, len(whole)))])
+            self._take_answers(peer)
+
+    def _never_closed(self) -> None:
+        """A connection that is kept, with or without a session."""
+        peer = self._connect()
+        if peer is None:
+            return
+        if self._draw.random() < 0.7:
+            self._register(peer)
+        self._held.append(peer)
+        if len(self._held) > _HELD:
+            self._held.pop(self._draw.randrange(_HELD)).close()
+
+    def _flood(self) -> None:
+        """Many connections at once."""
+        peers = [self._connect() for _ in range(30)]
+        for peer in peers:
+            if peer is not None:
+                peer.close()
+
+    def _slowly(self) -> None:
+        """A frame sent byte by byte, between other attacks."""
+        if len(self._slow) < 8 and (peer := self._connect()) is not None:
+            self._slow.append((peer, self._draw.choice(valid_frames(self._draw, 1))))
+        rest = []
+        for peer, data in self._slow:
+            self._send_all(peer, data[:3])
+            if data[3:]:
+                rest.append((peer, data[3:]))
+            else:
+                peer.close()
+        self._slow = rest
+
+    def _never_reading(self) -> None:
+        """Requests without end from a peer that takes no answer."""
+        peer = self._connect()
+        if peer is None:
+            return
+        with peer:
+            peer.setblocking(False)
+            data = self._draw.choice(READ_ONLY) * 400
+            self.last = data[:24]
+            with suppress(OSError):  # full at last, or the adapter has closed it
+                for _ in range(200):
+                    peer.send(data)
+
+    def _udp_explicit(self) -> None:
+        """Datagrams on the explicit port."""
+        self._send_to(mutate(self._draw, self._draw.choice(valid_frames(self._draw, 0))))
+
+    def _udp_cyclic(self) -> None:
+        """Datagrams on the cyclic port, most of them with the ids of the running connection."""
+        number = self._draw.choice((*self._target.ids, self._draw.randrange(1 << 32)))
+        data = struct.pack("<HI", self._draw.randrange(0x10000), self._draw.choice((1, 0, 3)))
+        data += self._draw.randbytes(48)
+        sequence = self._draw.choice((0, 1, 0x7FFFFFFF, 0xFFFFFFFF, self._draw.randrange(1 << 32)))
+        packet = struct.pack("<HHHIIHH", 2, 0x8002, 8, number, sequence, 0x00B1, len(data)) + data
+        if self._draw.random() < 0.5:
+            packet = mutate(self._draw, packet)
+        self.last = packet
+        with suppress(OSError):
+            self._udp.sendto(packet, self._target.cyclic)
+
+    def _send_to(self, data: bytes) -> None:
+        self.last = data
+        with suppress(OSError):
+            self._udp.sendto(data, self._target.explicit)
+
+    def _send_all(self, peer: socket.socket, data: bytes) -> None:
+        self.last = data
+        with suppress(ConnectionError):  # closed, as it may be
+            peer.sendall(data)
+
+    def _take_answers(self, peer: socket.socket) -> None:
+        """Say that nothing more comes; what the adapter has sent by its close must be frames."""
+        with suppress(OSError):
+            peer.shutdown(socket.SHUT_WR)
+        data = b""
+        try:
+            while piece := peer.recv(65536):
+                data += piece
+        except ConnectionError:
+            return  # reset: what was under way is lost with it
+        except TimeoutError:
+            raise AssertionError("a connection that has ended is not closed") from None
+        self._report.silent += not data
+        while data:
+            assert len(data) >= HEADER.size, f"not a frame: {data.hex(' ')}"
+            _, length, _, status, _, options = HEADER.unpack_from(data)
+            assert status in _STATUSES, f"encapsulation status 0x{status:02X}"
+            assert options == 0
+            assert len(data) >= HEADER.size + length, f"an unfinished frame: {data.hex(' ')}"
+            self._report.statuses[status] += 1
+            data = data[HEADER.size + length :]
+
+
+def _receive(peer: socket.socket, size: int) -> bytes:
+    data = b""
+    while len(data) < size and (piece := peer.recv(size - len(data))):
+        data += piece
+    return data

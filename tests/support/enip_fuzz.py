@@ -1,0 +1,225 @@
+"""Malformed and hostile input for the EtherNet/IP adapter, with well-behaved peers beside it.
+
+`make test` runs a short, seeded part of it, `make fuzz` any length:
+
+    make fuzz FOR=60s SEED=1        (or COUNT=20000)
+
+After every few attacks a client that behaves reads the device, and a master's cyclic connection
+runs all the while. What must hold: each attack is answered with frames of the protocol, or its
+connection is closed; the peers that behave notice nothing; the adapter's memory and open files
+stay bounded; assembly 150 holds nothing that the master has not sent. The same seed and number
+give the same attacks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+
+from enip_attacks import Attacker, Report, Target
+from rcx_harness.enip import Adapter, Client, EnipError
+from rcx_harness.enip.connections import IO_PORT, OwnerState
+from rcx_harness.enip.scanner import Scanner
+from rcx_harness.units import parse_us
+
+__all__ = ["Bench", "FuzzFailure", "Report", "bench", "fuzz"]
+
+#: The master of the robot; packets of its connection must come from there.
+MASTER = "127.0.0.2"
+TO_MASTER = bytes(range(48, 96))
+TO_ROBOT = bytes(range(48))
+#: Longest wait for the start [s]; only a failure takes it.
+_PATIENCE_S = 20.0
+_CHECK_EVERY = 20
+#: What the adapter's processes may grow by after the first hundred attacks [KiB].
+_GROWTH_KIB = 24_000
+
+
+class FuzzFailure(AssertionError):  # noqa: N818 - a failed assertion
+    """The adapter did what it must not do."""
+
+
+@dataclass
+class Bench:
+    """The adapter under attack and the two peers that behave."""
+
+    adapter: Adapter
+    scanner: Scanner
+    reader: Client
+    complaints: Path
+    received: int = 0
+
+    def target(self) -> Target:
+        """What an attacker can know of it."""
+        connection = self.scanner.connection
+        assert connection is not None
+        host, port = self.adapter.address
+        ids = (connection.o_to_t_id, connection.t_to_o_id)
+        return Target((host, port), (host, self.adapter.io_port or IO_PORT), ids)
+
+    def check(self) -> None:
+        """The peers that behave notice nothing, and nothing of the attacker's is in the model."""
+        complaint = self.complaints.read_text(errors="replace")
+        assert not complaint, f"the adapter complains: {complaint[:2000]}"
+        assert self.reader.get_assembly(100) == TO_MASTER
+        with Client(*self.adapter.address) as newcomer:
+            assert newcomer.get_attribute(1, 1, 1) == b"\x7c\x02"
+        assert self.adapter.read_to_robot() == TO_ROBOT, "something was written to the model"
+        received = self.scanner.read()
+        assert received.connected, "the master has lost its connection"
+        assert received.image == TO_MASTER
+        status = self.adapter.shared.status()
+        assert status.owner is OwnerState.RUN, f"the owner is {status.owner.name}"
+        assert status.received > self.received, "the master's packets are not taken any more"
+        self.received = status.received
+
+
+@contextmanager
+def bench() -> Iterator[Bench]:
+    """An adapter with a master that owns its outputs and a reader, both at work."""
+    with (
+        TemporaryDirectory() as folder,
+        _complaints_into(Path(folder) / "stderr") as complaints,
+        Adapter(48, cyclic=0) as adapter,
+        Scanner(
+            adapter.address[0],
+            rpi_us=10_000,
+            multiplier=7,
+            address=MASTER,
+            io_port=0,
+            port=adapter.address[1],
+        ) as scanner,
+        Client(*adapter.address) as reader,
+    ):
+        adapter.write_to_master(TO_MASTER)
+        scanner.write(TO_ROBOT, run=True)
+        scanner.open()
+        made = Bench(adapter, scanner, reader, complaints)
+        deadline = time.monotonic() + _PATIENCE_S
+        while scanner.read().image != TO_MASTER or adapter.read_to_robot() != TO_ROBOT:
+            if time.monotonic() > deadline:
+                raise FuzzFailure("the cyclic connection does not start")
+            time.sleep(0.001)
+        yield made
+
+
+def fuzz(
+    target: Bench,
+    seed: int,
+    goal: Callable[[int], bool],
+    progress: Callable[[int, Report], None] | None = None,
+) -> Report:
+    """Attack until `goal(number of attacks)` is true.
+
+    Raises:
+        FuzzFailure: with seed and number of the attack after which something was wrong.
+    """
+    report = Report(seed)
+    attacker = Attacker(target.target(), Random(seed), report)
+    start_kib = 0
+    number = 0
+    try:
+        for number in count():
+            if number % _CHECK_EVERY == 0:
+                target.check()
+                report.checks += 1
+            if number == 100:
+                start_kib = _memory_kib(target.adapter)
+            if goal(number):
+                break
+            attacker.attack()
+            if progress is not None:
+                progress(number + 1, report)
+        target.check()
+    except (AssertionError, EnipError, OSError) as error:
+        last = attacker.last.hex(" ")
+        raise FuzzFailure(
+            f"seed {seed}, attack {number}: {error or type(error).__name__}; last: {last[:600]}"
+        ) from error
+    finally:
+        attacker.close()
+    if start_kib:
+        report.grown_kib = _memory_kib(target.adapter) - start_kib
+        if report.grown_kib > _GROWTH_KIB:
+            raise FuzzFailure(f"seed {seed}: the adapter's memory grew by {report.grown_kib} KiB")
+    return report
+
+
+@contextmanager
+def _complaints_into(file: Path) -> Iterator[Path]:
+    """Processes that are started meanwhile write their standard error there."""
+    before = os.dup(2)
+    with file.open("wb") as opened:
+        os.dup2(opened.fileno(), 2)
+    try:
+        yield file
+    finally:
+        os.dup2(before, 2)
+        os.close(before)
+
+
+def _memory_kib(adapter: Adapter) -> int:
+    """Resident memory of the adapter's processes; 0 where the system does not tell."""
+    process = adapter._process
+    assert process is not None
+    return sum(_resident_kib(pid) for pid in (process.pid, *_children(process.pid)))
+
+
+def _children(pid: int) -> list[int]:
+    tasks = Path(f"/proc/{pid}/task")
+    if not tasks.is_dir():
+        return []
+    texts = [(task / "children").read_text() for task in tasks.iterdir()]
+    return [int(child) for text in texts for child in text.split()]
+
+
+def _resident_kib(pid: int) -> int:
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    except OSError:
+        return 0
+    return pages * os.sysconf("SC_PAGE_SIZE") // 1024
+
+
+def main() -> int:
+    """`make fuzz`."""
+    parser = argparse.ArgumentParser(description="Attack the EtherNet/IP adapter.")
+    parser.add_argument("--for", dest="duration", default="60s", help="how long, e.g. 10s")
+    parser.add_argument("--count", type=int, help="number of attacks instead")
+    parser.add_argument("--seed", type=int, default=None, help="default: one that is drawn")
+    options = parser.parse_args()
+    seed = options.seed if options.seed is not None else Random().randrange(1 << 32)
+    print(f"seed {seed}", flush=True)
+    end = time.monotonic() + parse_us(options.duration) / 1e6
+    told = time.monotonic()
+
+    def goal(number: int) -> bool:
+        return number >= options.count if options.count else time.monotonic() >= end
+
+    def progress(number: int, report: Report) -> None:
+        nonlocal told
+        if time.monotonic() - told >= 2:
+            told = time.monotonic()
+            print(f"{number} attacks, {report.checks} checks", file=sys.stderr, flush=True)
+
+    try:
+        with bench() as target:
+            report = fuzz(target, seed, goal, progress)
+    except FuzzFailure as failure:
+        print(f"failed: {failure}", file=sys.stderr)
+        return 1
+    print(report.text())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

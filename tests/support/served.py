@@ -1,0 +1,100 @@
+"""A served controller without sockets, processes or a clock, for the tests of `rcx serve`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.shared import LinkState, Status
+from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.serve.host import Host, Settings
+from rcx_harness.serve.station import Station
+from rcx_harness.serve.status import Status as Report
+
+__all__ = ["ImageInMemory", "NetworkInMemory", "ServedHost"]
+
+
+class ImageInMemory:
+    """An area."""
+
+    def __init__(self, size: int) -> None:
+        self.image = bytes(size)
+
+    def read(self) -> bytes:
+        """What was written last."""
+        return self.image
+
+    def write(self, image: bytes, /) -> None:
+        """Set it."""
+        self.image = bytes(image)
+
+
+class NetworkInMemory:
+    """The adapter as the station sees it; the test is the master."""
+
+    def __init__(self, size: int = 48) -> None:
+        self.to_master = ImageInMemory(size)
+        self.to_robot = ImageInMemory(size)
+        self.link = LinkState.UP
+        self.owner = OwnerState.NONE
+        self.generation = 0
+        self.listeners = 0
+
+    def become(self, owner: OwnerState) -> None:
+        """The owner's connection changes its state."""
+        self.owner = owner
+        self.generation += 1
+
+    def send(self, image: bytes) -> None:
+        """A packet of the master's running program."""
+        self.to_robot.write(image)
+        if self.owner is not OwnerState.RUN:
+            self.become(OwnerState.RUN)
+
+    def status(self) -> Status:
+        """As the cyclic part would tell it."""
+        there = self.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE)
+        return Status(
+            owner=self.owner,
+            generation=self.generation,
+            peer="192.168.0.10" if there else "",
+            o_to_t_api_us=10_000 if there else 0,
+            t_to_o_api_us=10_000 if there else 0,
+            owners=int(there),
+            input_only=0,
+            listen_only=self.listeners,
+            received=0,
+            sent=0,
+            dropped=0,
+            missing=0,
+            skipped=0,
+        )
+
+
+class ServedHost(Host):
+    """A host whose controller lives in this process, on the test's time."""
+
+    def __init__(
+        self, config: RobotConfig | None = None, *, idle: str = "loss", address: str = "127.0.0.1"
+    ) -> None:
+        super().__init__(Settings(host=address))
+        config = config or RobotConfig()
+        self.size = config.size
+        self.network = NetworkInMemory(config.size)
+        self.station = Station(Controller(config), self.network, idle)
+        self.now_us = -CYCLE_US
+        self.run(0)
+
+    def run(self, milliseconds: int) -> Report:
+        """Let so much time pass, at least one cycle, and take the controller's report."""
+        for _ in range(max(1, milliseconds * 1000 // CYCLE_US)):
+            self.now_us += CYCLE_US
+            self.station.step(self.now_us)
+        self.take(Report.from_table(json.loads(self.station.report().to_json())))
+        return self.status
+
+    async def happen(self, event: str, args: Mapping[str, int]) -> None:
+        """Let it happen, and one cycle pass."""
+        self.station.happen(event, **args)
+        self.run(0)
