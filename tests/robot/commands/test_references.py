@@ -327,10 +327,10 @@ def test_the_max_torque_limits_what_is_shown() -> None:
 
 
 @pytest.mark.parametrize("code", [OF_MAX, OF_RATED])
-def test_torques_of_axes_that_are_not_there_are_refused(code: int) -> None:
+def test_the_torque_is_0_for_axes_that_are_not_connected(code: int) -> None:
     """Source: remote command guide 4.7.12, 4.7.18."""
     master = _master(no_axis_alarm="9.7")
-    assert master.execute(code, 0, 0b10000) == abnormal_end("9.7")
+    assert _answer(master, code, 0, 0b10000) == _data(0, 0, 0, 0, 0, 0)
     assert master.execute(code, 0, 0b1000000) == abnormal_end("4.2")
 
 

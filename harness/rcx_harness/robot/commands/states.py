@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from rcx_harness.robot.commands.axes import chosen_axes
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.commands.origins import axes_of_type
 from rcx_harness.robot.config import AXES
@@ -70,9 +69,13 @@ def read_origins(machine: Machine, call: Call) -> Response:
 
 @act(0x510, 0x516)
 def read_torques(machine: Machine, call: Call) -> Response:
-    """Current torques of the maximum (4.7.12) or of the rated one (4.7.18); 0 where not asked."""
+    """Current torques of the maximum (4.7.12) or of the rated one (4.7.18).
+
+    0 for axes that are not there, and for those that were not asked for.
+    """
     every = machine.config.axes_of(call.robot)
-    chosen = chosen_axes(machine, call) or every
+    asked = call.values["axes"] or ~0
+    chosen = [index for k, index in enumerate(every) if asked >> k & 1]
     torques = machine.data.torques
     read = torques.of_max if call.code == _OF_MAX else torques.of_rated
     values = [read(machine, index) if index in chosen else 0 for index in every]
