@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from rcx_harness.cell_build import Files, check_outputs, make_link, make_robot, source_files
 from rcx_harness.cell_image import find_image
-from rcx_harness.cell_network import Network
-from rcx_harness.clocks import CYCLE_US, Agenda, Duration, Kind, Timing
+from rcx_harness.cell_network import make_network
+from rcx_harness.clocks import CYCLE_US, Duration, Kind, Timing
 from rcx_harness.contract import ContractMonitor
 from rcx_harness.contract_source import steady_instances
 from rcx_harness.engine.base import Program, Value
@@ -74,11 +74,8 @@ class Cell:
     ) -> None:
         if on_loss not in ("hold", "clear"):
             raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
-        self.robot = robot
-        self.program = program
-        self.timing = timing
-        self.notice = notice
-        """One line on the engine that was taken, or empty."""
+        self.robot, self.program, self.timing = robot, program, timing
+        self._notice = notice
         self.now_us = 0
         self.scans = 0
         self.cycles = 0
@@ -90,8 +87,7 @@ class Cell:
         self._image = find_image(program, size=link.size, m=m, n=n)
         self._no_area = bytes(link.size)
         self._clear = on_loss == "clear"
-        self._agenda = Agenda()
-        self._network = Network(link, timing, self._agenda, matched=self.matched, seed=seed)
+        self._agenda, self._network = make_network(link, timing, matched=self.matched, seed=seed)
         self._status = _status_path(program)
         self._watch = tuple(watch)
         for path in self._watch:
@@ -138,7 +134,8 @@ class Cell:
             lib: Folder of the library, all `.st` below it; default: the library of this package.
             scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"` or `"builtin"`.
-            link: `"direct"` (in process) or `"enip"` (EtherNet/IP on the loopback).
+            link: `"direct"` (in process), `"enip"` (EtherNet/IP on the loopback, in lock-step with
+                virtual time) or `"enip-realtime"` (its cyclic I/O, at the pace of the clock).
             size: Bytes of the PLC's areas, 48 or 256; default: the robot's.
             m: Where the area from the robot begins in the process image, in bytes.
             n: Where the area to the robot begins, in bytes.
@@ -166,7 +163,7 @@ class Cell:
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
-            wire = make_link(link, controller.config.size if size is None else size)
+            wire = make_link(link, controller.config.size if size is None else size, timing)
         except BaseException:
             compiled.close()
             raise
@@ -273,6 +270,11 @@ class Cell:
         return self._network.plc_connected(self.now_us)
 
     @property
+    def notice(self) -> str:
+        """A line on the engine that was taken, one on the network; or empty."""
+        return "\n".join(filter(None, (self._notice, self._network.notice)))
+
+    @property
     def commands(self) -> int:
         """Remote commands whose end the PLC has read."""
         return self._wire.commands
@@ -366,6 +368,7 @@ class Cell:
         self._image.put(so)
         self.program.scan(now)
         si = self._image.get()
+        self._network.scanned(si)
         number, self.scans = self.scans, self.scans + 1
         watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
         self.trace.add(Scan(now, number, so, si, watched))

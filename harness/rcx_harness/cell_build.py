@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rcx_harness.cell_image import check_size
+from rcx_harness.clocks import Timing
 from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
 from rcx_harness.link import DirectLink, Link
@@ -101,8 +102,8 @@ def make_robot(
     return Controller(config, seed=seed)
 
 
-def make_link(name: str, size: int) -> Link:
-    """The link called `"direct"` or `"enip"`.
+def make_link(name: str, size: int, timing: Timing) -> Link:
+    """The link called `"direct"`, `"enip"` or `"enip-realtime"`.
 
     Raises:
         InputError: no such link.
@@ -113,6 +114,10 @@ def make_link(name: str, size: int) -> Link:
         from rcx_harness.enip import LockstepLink  # the network only when it is asked for
 
         return LockstepLink(size)
+    if name == "enip-realtime":
+        from rcx_harness.realtime import RealTimeLink
+
+        return RealTimeLink(size, timing)
     raise InputError(f"unknown link {name!r}", hint="use direct or enip")
 
 

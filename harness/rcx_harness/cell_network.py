@@ -4,17 +4,57 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from random import Random
-from typing import Any
+from typing import Any, Protocol
 
 from rcx_harness.clocks import Agenda, Kind, Timing
-from rcx_harness.link import Link
+from rcx_harness.link import Link, RealLink
 
-__all__ = ["Network"]
+__all__ = ["AnyNetwork", "Network", "make_network"]
 
 _TO_ROBOT, _TO_PLC = 0, 1
 
 #: How long a scanner takes at least to open a connection anew.
 _REOPEN_US = 100_000
+
+
+class AnyNetwork(Protocol):
+    """What a cell asks of its network; `Network` says what each of it means."""
+
+    @property
+    def input(self) -> bytes: ...  # noqa: D102
+
+    @property
+    def notice(self) -> str: ...  # noqa: D102
+
+    def set_cable(self, up: bool) -> None: ...  # noqa: D102
+
+    def set_adapter(self, up: bool) -> None: ...  # noqa: D102
+
+    def robot_connected(self, now_us: int) -> bool: ...  # noqa: D102
+
+    def plc_connected(self, now_us: int) -> bool: ...  # noqa: D102
+
+    def scanned(self, image: bytes) -> None: ...  # noqa: D102
+
+    def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None: ...  # noqa: D102
+
+    def produce_to_plc(self, now_us: int) -> None: ...  # noqa: D102
+
+    def deliver(self, now_us: int, packet: tuple[int, int, bytes]) -> None: ...  # noqa: D102
+
+    def snapshot(self) -> object: ...  # noqa: D102
+
+    def restore(self, snapshot: Any) -> None: ...  # noqa: D102
+
+
+def make_network(
+    link: Link, timing: Timing, *, matched: bool, seed: int
+) -> tuple[Agenda, AnyNetwork]:
+    """The clock and the network of a cell: the link's own if it is a real one."""
+    if isinstance(link, RealLink):
+        return link.make_network(matched=matched)
+    agenda = Agenda()
+    return agenda, Network(link, timing, agenda, matched=matched, seed=seed)
 
 
 class Network:
@@ -50,6 +90,8 @@ class Network:
         self._due = [0, 0]
         self.input = bytes(link.size)
         """What the PLC has received so far."""
+        self.notice = ""
+        """Something to tell at the end of a run; here there is nothing."""
 
     def set_cable(self, up: bool) -> None:
         """Plug or unplug the cable."""
@@ -71,6 +113,9 @@ class Network:
     def plc_connected(self, now_us: int) -> bool:
         """Does the PLC still receive packets: the status its scanner shows."""
         return self._alive(_TO_PLC, now_us)
+
+    def scanned(self, image: bytes) -> None:
+        """A scan has ended; what it put out goes with the next packet produced."""
 
     def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None:
         """The PLC's scanner sends its output image as it is now."""

@@ -1,4 +1,4 @@
-"""The command `rcx`: run, check, encode, decode."""
+"""The command `rcx`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness import cli_check, cli_codec
+from rcx_harness import cli_check, cli_codec, cli_eds, cli_scan, cli_serve
 from rcx_harness.cell import EVENTS
 from rcx_harness.cli_report import RunProgress, print_outcome
 from rcx_harness.clocks import Duration
@@ -61,6 +61,9 @@ def run(
     duration: Annotated[str, typer.Option("--for", help="Virtual time to run.")] = "5s",
     engine: Annotated[str, typer.Option(help="auto, matiec or builtin.")] = "auto",
     link: Annotated[str, typer.Option(help="direct, or enip: real EtherNet/IP.")] = "direct",
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
+    ] = False,
     size: Annotated[
         int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
     ] = None,
@@ -101,6 +104,7 @@ def run(
         duration=duration,
         engine=engine,
         link=link,
+        realtime=realtime,
         size=size,
         m=m,
         n=n,
@@ -161,6 +165,11 @@ def decode(
 ) -> None:
     """Say what the words of a telegram mean."""
     cli_codec.decode(words, response)
+
+
+app.command()(cli_eds.eds)
+app.command()(cli_scan.scan)
+app.command()(cli_serve.serve)
 
 
 def _phases(text: str) -> str | dict[str, Duration]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
-__all__ = ["DirectLink", "Link"]
+__all__ = ["DirectLink", "Link", "RealLink"]
 
 
 @runtime_checkable
@@ -32,6 +32,18 @@ class Link(Protocol):
 
     def close(self) -> None:
         """End the connection and free what it holds."""
+
+
+@runtime_checkable
+class RealLink(Link, Protocol):
+    """A link whose packets travel by themselves, in real time."""
+
+    def make_network(self, *, matched: bool) -> tuple[Any, Any]:
+        """The agenda and the network of a cell on this link.
+
+        Args:
+            matched: Do master and robot agree on the area's size?
+        """
 
 
 class DirectLink:

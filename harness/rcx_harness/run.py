@@ -23,6 +23,8 @@ __all__ = ["Outcome", "RunOptions", "run"]
 #: Reports on the way come this often [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
+#: Default time-out in real time: the longer of so many intervals and of this time.
+_PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class RunOptions:
     duration: str = "5s"
     engine: str = "auto"
     link: str = "direct"
+    realtime: bool = False
     size: int | None = None
     m: int = 0
     n: int = 0
@@ -93,14 +96,14 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
         lib=options.lib,
         scan=options.scan,
         engine=options.engine,
-        link=options.link,
+        link=_link(options),
         size=options.size,
         m=options.m,
         n=options.n,
         robot=options.robot,
         rpi=options.rpi,
         jitter=options.jitter,
-        timeout=options.timeout,
+        timeout=_timeout(options),
         phases=options.phases,
         on_loss=options.on_loss,
         seed=options.seed,
@@ -139,6 +142,26 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
             connected,
             outputs,
         )
+
+
+def _link(options: RunOptions) -> str:
+    """The cell's link; in real time the network is a real one and has its own jitter."""
+    if not options.realtime:
+        return options.link
+    if options.link != "enip":
+        raise InputError("only a real network runs in real time", hint="add --link enip")
+    if parse_us(options.jitter):
+        raise InputError(
+            "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
+        )
+    return "enip-realtime"
+
+
+def _timeout(options: RunOptions) -> str | int | None:
+    """In real time this computer may be late without the link being lost."""
+    if options.timeout is None and options.realtime:
+        return max(_PATIENT_INTERVALS * parse_us(options.rpi), _PATIENT_US)
+    return options.timeout
 
 
 def _title(options: RunOptions, cell: Cell) -> str:

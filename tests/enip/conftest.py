@@ -1,17 +1,19 @@
-"""A device of 48 bytes without sockets, and the frames to speak to it."""
+"""A device without sockets on a clock of its own, and the frames to speak to it."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import pytest
 
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.objects import ObjectModel
-from rcx_harness.enip.router import Router
+from rcx_harness.enip.connections import ConnectionParameters, OwnerState
+from rcx_harness.enip.device import Device
+from rcx_harness.enip.network_interface import NetworkInterface
+from rcx_harness.enip.origin import Origin
 from rcx_harness.enip.session import Session
+
+LOCAL, PEER = ("192.168.0.2", 44818), "192.168.0.10"
 
 
 def hexa(text: str) -> bytes:
@@ -19,43 +21,103 @@ def hexa(text: str) -> bytes:
     return bytes.fromhex(text)
 
 
+class MemoryImage:
+    """An assembly in plain memory, which counts how often it was written."""
+
+    def __init__(self, size: int) -> None:
+        self.data = bytes(size)
+        self.writes = 0
+
+    def read(self) -> bytes:
+        """All of it."""
+        return self.data
+
+    def write(self, image: bytes) -> None:
+        """All of it, counted."""
+        assert len(image) == len(self.data)
+        self.data = image
+        self.writes += 1
+
+
 @dataclass
-class Device:
-    """The device under test with its two images."""
+class FakeCyclicPart:
+    """Keeps what the Connection Manager tells it."""
 
-    to_master: bytearray = field(default_factory=lambda: bytearray(48))
-    to_robot: bytearray = field(default_factory=lambda: bytearray(48))
+    port: int = 2222
+    added: list[ConnectionParameters] = field(default_factory=list)
+    removed: list[int] = field(default_factory=list)
 
-    def __post_init__(self) -> None:
-        identity = Identity()
-        images = memoryview(self.to_master), memoryview(self.to_robot)
-        self.router = Router(ObjectModel(*images, identity), identity)
-        handles = itertools.count(1)
-        # AF_INET (2), port 44818 (0xAF12), 192.168.0.2, big endian
-        address = hexa("0002 AF12 C0A80002 0000000000000000")
-        self.connect: Callable[[], Session] = lambda: Session(
-            self.router, handles.__next__, address
+    def add(self, parameters: ConnectionParameters) -> None:
+        """A connection was opened."""
+        self.added.append(parameters)
+
+    def remove(self, number: int) -> None:
+        """A connection was closed."""
+        self.removed.append(number)
+
+
+class Bench:
+    """The device under test, and all it can touch."""
+
+    def __init__(self, size: int = 48, cyclic: bool = True, **settings: Any) -> None:
+        self.now = 1000.0
+        self.resets = 0
+        self.owner = OwnerState.NONE
+        self.master_image, self.robot_image = MemoryImage(size), MemoryImage(size)
+        self.cyclic = FakeCyclicPart()
+        self.device = Device(
+            self.master_image,
+            self.robot_image,
+            cyclic=self.cyclic if cyclic else None,
+            owner_state=lambda: self.owner,
+            interface=NetworkInterface("192.168.0.2", "255.255.255.0", hexa("02A0B0C0D0E0")),
+            clock=lambda: self.now,
+            **settings,
         )
+        self.device.on_reset = self._count_reset
 
-    def ask(self, request: str) -> bytes:
+    def _count_reset(self) -> None:
+        self.resets += 1
+
+    @property
+    def to_master(self) -> bytes:
+        """Assembly 100."""
+        return self.master_image.data
+
+    @property
+    def to_robot(self) -> bytes:
+        """Assembly 150."""
+        return self.robot_image.data
+
+    def connect(self, peer: str = PEER) -> Session:
+        """A new TCP connection."""
+        return self.device.connect(LOCAL, peer)
+
+    def ask(self, request: str, origin: Origin | None = None) -> bytes:
         """Answer to a CIP request given in hexadecimal digits."""
-        return self.router.answer(hexa(request))
+        return self.device.router.answer(hexa(request), origin or Origin(PEER, LOCAL[0], 1))
 
 
 @pytest.fixture
-def device() -> Device:
-    return Device()
+def bench() -> Bench:
+    return Bench()
 
 
 @pytest.fixture
-def session(device: Device) -> Session:
+def make_bench() -> type[Bench]:
+    """For a device with other settings."""
+    return Bench
+
+
+@pytest.fixture
+def session(bench: Bench) -> Session:
     """A connection on which nothing has been said yet."""
-    return device.connect()
+    return bench.connect()
 
 
 @pytest.fixture
-def registered(device: Device) -> Session:
+def registered(bench: Bench) -> Session:
     """A connection whose session handle is 1."""
-    connection = device.connect()
+    connection = bench.connect()
     connection.receive(hexa("6500 0400 00000000 00000000 0000000000000000 00000000 0100 0000"))
     return connection

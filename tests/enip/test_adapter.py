@@ -44,7 +44,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             super().__init__(*args, **kwargs)
             names.append(self.name)
 
-    monkeypatch.setattr("rcx_harness.enip.adapter.SharedMemory", Recording)
+    monkeypatch.setattr("rcx_harness.enip.shared.SharedMemory", Recording)
     return names
 
 

@@ -10,19 +10,17 @@ from typing import Any
 import pytest
 
 from rcx_harness.enip import Identity
-from rcx_harness.enip.objects import ObjectModel
-from rcx_harness.enip.router import Router
 
 NAME = b"RCX3 virtual controller".hex()
 ATTRIBUTES_1_TO_7 = f"7C02 2B00 0500 0101 3000 01000000 17{NAME}"
 
 
-def test_identity_gives_all_its_attributes(device: Any) -> None:
+def test_identity_gives_all_its_attributes(bench: Any) -> None:
     """Vendor 636, device type 43, product code 5, revision 1.1, status, serial number, name.
 
     Source: manual chapter 5, 4 (device type)
     """
-    assert device.ask("0102 2001 2401") == bytes.fromhex(f"8100 0000 {ATTRIBUTES_1_TO_7}")
+    assert bench.ask("0102 2001 2401") == bytes.fromhex(f"8100 0000 {ATTRIBUTES_1_TO_7}")
 
 
 @pytest.mark.parametrize(
@@ -38,16 +36,16 @@ def test_identity_gives_all_its_attributes(device: Any) -> None:
         ("08", "03"),
     ],
 )
-def test_identity_gives_each_attribute(device: Any, attribute: str, value: str) -> None:
-    assert device.ask(f"0E03 2001 2401 30{attribute}") == bytes.fromhex(f"8E00 0000 {value}")
+def test_identity_gives_each_attribute(bench: Any, attribute: str, value: str) -> None:
+    assert bench.ask(f"0E03 2001 2401 30{attribute}") == bytes.fromhex(f"8E00 0000 {value}")
 
 
-def test_a_list_of_attributes_is_answered_with_a_status_for_each(device: Any) -> None:
+def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> None:
     """Number of attributes, then for each its number, status and value; the list has a failure."""
-    assert device.ask("0302 2001 2401 0300 0100 6300 0800") == bytes.fromhex(
+    assert bench.ask("0302 2001 2401 0300 0100 6300 0800") == bytes.fromhex(
         "8300 0A00 0300 0100 0000 7C02 6300 1400 0800 0000 03"
     )
-    assert device.ask("0302 2001 2401 0100 0200") == bytes.fromhex("8300 0000 0100 0200 0000 2B00")
+    assert bench.ask("0302 2001 2401 0100 0200") == bytes.fromhex("8300 0000 0100 0200 0000 2B00")
 
 
 @pytest.mark.parametrize(
@@ -60,35 +58,35 @@ def test_a_list_of_attributes_is_answered_with_a_status_for_each(device: Any) ->
     ],
 )
 def test_a_list_of_another_length_than_it_says_is_refused(
-    device: Any, request_: str, status: int
+    bench: Any, request_: str, status: int
 ) -> None:
-    assert device.ask(request_) == bytes([0x83, 0, status, 0])
+    assert bench.ask(request_) == bytes([0x83, 0, status, 0])
 
 
-def test_the_master_reads_what_the_robot_has_written(device: Any) -> None:
+def test_the_master_reads_what_the_robot_has_written(bench: Any) -> None:
     """Assembly 100 carries 48 bytes from the robot to the master.
 
     Source: manual chapter 1, 4.1
     """
-    device.to_master[:] = bytes(range(48))
-    assert device.ask("0E03 2004 2464 3003") == bytes.fromhex("8E000000") + bytes(range(48))
+    bench.master_image.data = bytes(range(48))
+    assert bench.ask("0E03 2004 2464 3003") == bytes.fromhex("8E000000") + bytes(range(48))
 
 
-def test_the_robot_finds_what_the_master_has_written(device: Any) -> None:
+def test_the_robot_finds_what_the_master_has_written(bench: Any) -> None:
     """Assembly 150 carries 48 bytes from the master to the robot.
 
     Source: manual chapter 1, 4.1
     """
     image = bytes(range(100, 148))
-    assert device.ask("1003 2004 2496 3003" + image.hex()) == bytes.fromhex("9000 0000")
-    assert bytes(device.to_robot) == image
-    assert device.ask("0E03 2004 2496 3003") == bytes.fromhex("8E000000") + image
-    assert bytes(device.to_master) == bytes(48)
+    assert bench.ask("1003 2004 2496 3003" + image.hex()) == bytes.fromhex("9000 0000")
+    assert bench.to_robot == image
+    assert bench.ask("0E03 2004 2496 3003") == bytes.fromhex("8E000000") + image
+    assert bench.to_master == bytes(48)
 
 
 @pytest.mark.parametrize("instance", ["64", "96"])
-def test_an_assembly_knows_its_size(device: Any, instance: str) -> None:
-    assert device.ask(f"0E03 2004 24{instance} 3004") == bytes.fromhex("8E00 0000 3000")
+def test_an_assembly_knows_its_size(bench: Any, instance: str) -> None:
+    assert bench.ask(f"0E03 2004 24{instance} 3004") == bytes.fromhex("8E00 0000 3000")
 
 
 @pytest.mark.parametrize(
@@ -101,8 +99,8 @@ def test_an_assembly_knows_its_size(device: Any, instance: str) -> None:
         "08 3404 0000 0000 0000 0000 2004 2464 3004",  # a key that takes any device
     ],
 )
-def test_a_path_may_be_written_in_other_ways(device: Any, path: str) -> None:
-    assert device.ask(f"0E{path}") == bytes.fromhex("8E00 0000 3000")
+def test_a_path_may_be_written_in_other_ways(bench: Any, path: str) -> None:
+    assert bench.ask(f"0E{path}") == bytes.fromhex("8E00 0000 3000")
 
 
 @pytest.mark.parametrize(
@@ -119,16 +117,17 @@ def test_a_path_may_be_written_in_other_ways(device: Any, path: str) -> None:
         ("7C02 2B00 0500 81 02", 0x25),  # compatible, but a newer minor revision is asked for
     ],
 )
-def test_an_electronic_key_must_fit_the_identity(device: Any, key: str, status: int) -> None:
-    reply = device.ask(f"0E08 3404 {key} 2004 2464 3004")
+def test_an_electronic_key_must_fit_the_identity(bench: Any, key: str, status: int) -> None:
+    reply = bench.ask(f"0E08 3404 {key} 2004 2464 3004")
     assert reply[:4] == bytes([0x8E, 0, status, 0])
 
 
 @pytest.mark.parametrize(("major", "status"), [("81", 0x00), ("01", 0x25)])
-def test_a_newer_device_fits_a_key_that_asks_for_a_compatible_one(major: str, status: int) -> None:
+def test_a_newer_device_fits_a_key_that_asks_for_a_compatible_one(
+    make_bench: Any, major: str, status: int
+) -> None:
     identity = Identity(minor_revision=3)
-    router = Router(ObjectModel(memoryview(bytes(48)), memoryview(bytes(48)), identity), identity)
-    reply = router.answer(bytes.fromhex(f"0E08 3404 7C02 2B00 0500 {major} 02 2004 2464 3004"))
+    reply = make_bench(identity=identity).ask(f"0E08 3404 7C02 2B00 0500 {major} 02 2004 2464 3004")
     assert reply[:4] == bytes([0x8E, 0, status, 0])
 
 
@@ -140,8 +139,8 @@ def test_a_newer_device_fits_a_key_that_asks_for_a_compatible_one(major: str, st
         ("its number of instances", "03", "0200"),
     ],
 )
-def test_class_attributes(device: Any, what: str, attribute: str, value: str) -> None:
-    assert device.ask(f"0E03 2004 2400 30{attribute}") == bytes.fromhex(f"8E00 0000 {value}"), what
+def test_class_attributes(bench: Any, what: str, attribute: str, value: str) -> None:
+    assert bench.ask(f"0E03 2004 2400 30{attribute}") == bytes.fromhex(f"8E00 0000 {value}"), what
 
 
 @pytest.mark.parametrize(
@@ -157,7 +156,7 @@ def test_class_attributes(device: Any, what: str, attribute: str, value: str) ->
         ("attribute unknown, to be set", "1003 2004 2496 3007 00", 0x14),
         ("service unknown", "4C03 2004 2464 3003", 0x08),
         ("service unknown, on the router", "4C02 2002 2401", 0x08),
-        ("reset of the identity", "0502 2001 2401", 0x08),
+        ("reset of a class", "0502 2001 2400", 0x08),
         ("an assembly has no Get_Attributes_All", "0102 2004 2464", 0x08),
         ("class unknown and service unknown", "4C02 2005 2401", 0x05),
         ("path longer than the request", "0E04 2004 2464 3003", 0x04),
@@ -179,9 +178,14 @@ def test_class_attributes(device: Any, what: str, attribute: str, value: str) ->
     ],
 )
 def test_a_refused_request_gets_its_status_and_changes_nothing(
-    device: Any, why: str, request_: str, status: int
+    bench: Any, why: str, request_: str, status: int
 ) -> None:
     service = bytes.fromhex(request_)[0]
-    assert device.ask(request_) == bytes([service | 0x80, 0, status, 0]), why
-    assert bytes(device.to_master) == bytes(48)
-    assert bytes(device.to_robot) == bytes(48)
+    assert bench.ask(request_) == bytes([service | 0x80, 0, status, 0]), why
+    assert bench.to_master == bytes(48)
+    assert bench.to_robot == bytes(48)
+
+
+def test_a_path_without_an_instance_is_the_class(bench: Any) -> None:
+    """Revision of the Assembly class."""
+    assert bench.ask("0E02 2004 3001") == bytes.fromhex("8E00 0000 0200")

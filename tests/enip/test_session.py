@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from forward_open_bytes import forward_open, opened
 from rcx_harness.enip.session import Session
 
 CONTEXT = "A1A2A3A4A5A6A7A8"
@@ -47,15 +48,15 @@ def test_a_request_within_the_session_is_answered(registered: Session) -> None:
     assert registered.receive(GET_SIZE) == SIZE_IS_48
 
 
-def test_two_connections_have_two_session_handles(registered: Session, device: Any) -> None:
-    second = device.connect()
+def test_two_connections_have_two_session_handles(registered: Session, bench: Any) -> None:
+    second = bench.connect()
     assert second.receive(REGISTER)[4:8] == bytes.fromhex("02000000")
 
 
 def test_a_session_handle_is_valid_on_its_own_connection_only(
-    registered: Session, device: Any
+    registered: Session, bench: Any
 ) -> None:
-    second = device.connect()
+    second = bench.connect()
     assert second.receive(REGISTER)
     assert second.receive(GET_SIZE) == refused("6F00", 0x64)
     assert registered.receive(GET_SIZE) == SIZE_IS_48
@@ -88,7 +89,7 @@ def test_a_request_before_the_registration_has_no_valid_session(session: Session
     assert session.receive(GET_SIZE) == refused("6F00", 0x64)
 
 
-@pytest.mark.parametrize("command", ["0100", "7000", "7200", "FFFF"])
+@pytest.mark.parametrize("command", ["0100", "7100", "7200", "FFFF"])
 def test_an_unknown_command_is_answered_and_the_session_goes_on(
     registered: Session, command: str
 ) -> None:
@@ -176,12 +177,124 @@ def test_list_identity_needs_no_session(session: Session) -> None:
     )
 
 
-def test_list_services_offers_cip_over_tcp(session: Session) -> None:
+@pytest.mark.parametrize(("cyclic", "flags"), [(True, "2001"), (False, "2000")])
+def test_list_services_offers_cip_over_tcp_and_cyclic_io_over_udp(
+    make_bench: Any, cyclic: bool, flags: str
+) -> None:
     name = b"Communications\0\0".hex()
-    assert session.receive(frame("0400", session=0)) == frame(
-        "0400", f"0100 0001 1400 0100 2000 {name}", session=0
+    assert make_bench(cyclic=cyclic).connect().receive(frame("0400", session=0)) == frame(
+        "0400", f"0100 0001 1400 0100 {flags} {name}", session=0
     )
 
 
 def test_list_interfaces_has_none(session: Session) -> None:
     assert session.receive(frame("6400", session=0)) == frame("6400", "0000", session=0)
+
+
+@pytest.mark.parametrize("command", ["0400", "6300", "6400"])
+def test_a_list_command_has_no_data(session: Session, command: str) -> None:
+    assert session.receive(frame(command, "00", session=0)) == refused(command, 0x65, session=0)
+
+
+@pytest.mark.parametrize("command", ["6F00", "7000", "0000", "0100"])
+def test_an_oversized_frame_is_refused_by_its_header_and_ends_the_connection(
+    registered: Session, command: str
+) -> None:
+    """4161 bytes (0x1041): the answer does not wait for them."""
+    header = bytes.fromhex(f"{command} 4110 01000000 00000000 {CONTEXT} 00000000")
+    assert registered.receive(GET_SIZE + header + b"\x00") == SIZE_IS_48 + refused(command, 0x65)
+    assert registered.ended
+    assert registered.receive(GET_SIZE) == b""
+
+
+def test_the_longest_frame_is_taken(registered: Session) -> None:
+    """4160 bytes (0x1040)."""
+    header = bytes.fromhex(f"0000 4010 01000000 00000000 {CONTEXT} 00000000")
+    assert registered.receive(header + bytes(4160) + GET_SIZE) == SIZE_IS_48
+
+
+def test_a_silent_connection_is_overdue_after_120_seconds(bench: Any, registered: Session) -> None:
+    bench.now += 119.9
+    assert not registered.is_overdue()
+    assert registered.receive(GET_SIZE)
+    bench.now += 119.9
+    assert not registered.is_overdue()
+    bench.now += 0.1
+    assert registered.is_overdue()
+
+
+def test_a_nop_keeps_a_connection_alive(bench: Any, registered: Session) -> None:
+    bench.now += 119
+    assert registered.receive(frame("0000")) == b""
+    bench.now += 119
+    assert not registered.is_overdue()
+
+
+def test_the_inactivity_is_attribute_13_of_the_tcp_ip_interface(
+    bench: Any, registered: Session
+) -> None:
+    """0x000A is 10 s; 0 is for ever."""
+    bench.ask("1003 20F5 2401 300D 0A00")
+    bench.now += 10
+    assert registered.is_overdue()
+    bench.ask("1003 20F5 2401 300D 0000")
+    bench.now += 1e6
+    assert not registered.is_overdue()
+
+
+def test_a_frame_that_trickles_in_is_overdue_after_ten_seconds(
+    bench: Any, registered: Session
+) -> None:
+    for byte in GET_SIZE[:20]:
+        assert registered.receive(bytes([byte])) == b""
+        assert not registered.is_overdue()
+        bench.now += 0.5
+    assert registered.is_overdue()
+
+
+def test_ten_seconds_are_for_each_frame(bench: Any, registered: Session) -> None:
+    for _ in range(5):
+        assert registered.receive(GET_SIZE[:30]) == b""
+        bench.now += 9
+        assert registered.receive(GET_SIZE[30:] + GET_SIZE[:3]) == SIZE_IS_48
+        bench.now += 9
+        assert not registered.is_overdue()
+        assert registered.receive(GET_SIZE[3:]) == SIZE_IS_48
+
+
+def test_the_49th_session_is_refused_until_another_ends(bench: Any) -> None:
+    """Encapsulation status 0x02, insufficient memory."""
+    sessions = [bench.connect() for _ in range(49)]
+    answers = [session.receive(REGISTER) for session in sessions]
+    assert {answer[8:12] for answer in answers[:48]} == {bytes(4)}
+    assert len({answer[4:8] for answer in answers[:48]}) == 48
+    assert answers[48] == frame("6500", "0100 0000", session=0, status=2)
+    sessions[5].close()
+    assert sessions[48].receive(REGISTER)[8:12] == bytes(4)
+
+
+def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:
+    """Behind the message: item 0x8000, AF_INET, port 2222, our address.
+
+    The T->O item of the request (port 0x1234) is understood.
+    """
+    message = forward_open()
+    length = len(bytes.fromhex(message))
+    data = (
+        f"00000000 0000 0300 0000 0000 B200 {length:02X}00 {message}"
+        "0180 1000 0002 1234 00000000 0000000000000000"
+    )
+    assert registered.receive(frame("6F00", data)) == frame(
+        "6F00",
+        f"00000000 0000 0300 0000 0000 B200 1E00 {opened().hex()}"
+        "0080 1000 0002 08AE C0A80002 0000000000000000",
+    )
+
+
+def test_a_refused_forward_open_brings_no_socket_address(registered: Session) -> None:
+    message = forward_open(multiplier="08")
+    data = f"00000000 0000 0200 0000 0000 B200 {len(bytes.fromhex(message)):02X}00 {message}"
+    assert registered.receive(frame("6F00", data)) == frame(
+        "6F00",
+        "00000000 0000 0200 0000 0000 B200 1000 D400 0101 3301 0100 4D00 EFBEADDE 0000",
+    )

@@ -19,7 +19,10 @@ ATTACKER = "127.0.0.3"
 #: Longest wait for an answer or for the end of a connection [s]; only a failure takes it.
 _PATIENCE_S = 20.0
 _STATUSES = {0x00, 0x01, 0x02, 0x03, 0x64, 0x65, 0x69}
-_HELD = 40
+_HELD = 20
+_SEND_RR = 0x6F
+#: After header, interface and time-out, number of items, empty address, data's type and length.
+_GENERAL_STATUS_AT = HEADER.size + 6 + 2 + 4 + 4 + 2
 
 
 @dataclass(frozen=True)
@@ -44,20 +47,24 @@ class Report:
     seed: int
     attacks: Counter[str] = field(default_factory=Counter)
     statuses: Counter[int] = field(default_factory=Counter)
+    replies: Counter[int] = field(default_factory=Counter)
     silent: int = 0
     refused: int = 0
     checks: int = 0
     grown_kib: int = 0
 
     def text(self) -> str:
-        """Two lines for a reader."""
+        """Three lines for a reader."""
         kinds = ", ".join(f"{name} {number}" for name, number in sorted(self.attacks.items()))
-        answers = ", ".join(f"0x{one:02X}: {n}" for one, n in sorted(self.statuses.items()))
+        answers, replies = (
+            ", ".join(f"0x{one:02X} {number}" for one, number in sorted(found.items()))
+            for found in (self.statuses, self.replies)
+        )
         return (
             f"{sum(self.attacks.values())} attacks with seed {self.seed}: {kinds}\n"
-            f"answers by encapsulation status {answers}; {self.silent} connections without one, "
-            f"{self.refused} not taken; {self.checks} checks by the peers that behave; "
-            f"memory grew by {self.grown_kib} KiB"
+            f"encapsulation status {answers}; general status {replies}\n"
+            f"{self.silent} connections without an answer, {self.refused} not taken; "
+            f"{self.checks} checks by the peers that behave; memory grew by {self.grown_kib} KiB"
         )
 
 
@@ -77,9 +84,9 @@ class Attacker:
             (6, self._abandoned),
             (4, self._oversized),
             (6, self._never_closed),
-            (2, self._flood),
+            (3, self._flood),
             (8, self._slowly),
-            (2, self._never_reading),
+            (5, self._never_reading),
             (8, self._udp_explicit),
             (12, self._udp_cyclic),
         ]
@@ -96,16 +103,23 @@ class Attacker:
         for one in (*self._held, *(one for one, _ in self._slow), self._udp):
             one.close()
 
-    def _connect(self) -> socket.socket | None:
+    def _connect(self, receive_buffer: int = 0) -> socket.socket | None:
         """A connection; None where the adapter takes no more from this peer."""
+        made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
-            made = socket.create_connection(
-                self._target.explicit, _PATIENCE_S, source_address=(ATTACKER, 0)
-            )
+            made.settimeout(_PATIENCE_S)
+            if receive_buffer:
+                made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
+            made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            made.bind((ATTACKER, 0))
+            made.connect(self._target.explicit)
         except ConnectionError:
+            made.close()
             self._report.refused += 1
             return None
-        made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        except BaseException:
+            made.close()
+            raise
         return made
 
     def _register(self, peer: socket.socket) -> int:
@@ -200,15 +214,15 @@ class Attacker:
 
     def _never_reading(self) -> None:
         """Requests without end from a peer that takes no answer."""
-        peer = self._connect()
+        peer = self._connect(receive_buffer=4096)
         if peer is None:
             return
         with peer:
             peer.setblocking(False)
-            data = self._draw.choice(READ_ONLY) * 400
+            data = self._draw.choice(READ_ONLY) * 100
             self.last = data[:24]
             with suppress(OSError):  # full at last, or the adapter has closed it
-                for _ in range(200):
+                for _ in range(40):
                     peer.send(data)
 
     def _udp_explicit(self) -> None:
@@ -253,11 +267,13 @@ class Attacker:
         self._report.silent += not data
         while data:
             assert len(data) >= HEADER.size, f"not a frame: {data.hex(' ')}"
-            _, length, _, status, _, options = HEADER.unpack_from(data)
+            command, length, _, status, _, options = HEADER.unpack_from(data)
             assert status in _STATUSES, f"encapsulation status 0x{status:02X}"
             assert options == 0
             assert len(data) >= HEADER.size + length, f"an unfinished frame: {data.hex(' ')}"
             self._report.statuses[status] += 1
+            if command == _SEND_RR and not status:
+                self._report.replies[data[_GENERAL_STATUS_AT]] += 1
             data = data[HEADER.size + length :]
 
 

@@ -58,7 +58,7 @@ def _forward_close(serial: int) -> bytes:
 
 
 def _messages(draw: Random) -> list[bytes]:
-    """CIP requests of every kind; only the Set writes, and only where nobody owns the outputs."""
+    """CIP requests of every kind; Set and Reset are refused while a master owns the outputs."""
     inner = b"\x0e\x03\x20\x04\x24\x64\x30\x03"
     unconnected_send = b"\x52\x02\x20\x06\x24\x01" + struct.pack("<BBH", 3, 250, len(inner))
     serial = draw.randrange(1, 0xFFFF)
@@ -71,6 +71,7 @@ def _messages(draw: Random) -> list[bytes]:
         b"\x0e\x04\x21\x00\x04\x00\x24\x64\x30\x04",
         b"\x10\x03\x20\x04\x24\x96\x30\x03" + draw.randbytes(48),
         b"\x10\x03\x20\x01\x24\x01\x30\x01\xff\xff",
+        b"\x05\x02\x20\x01\x24\x01\x00",
         unconnected_send + inner + b"\x01\x00\x01\x00",
         forward_open(serial=serial),
         forward_open(large=True, serial=serial, sizes=(262, 258)),

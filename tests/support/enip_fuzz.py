@@ -18,7 +18,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -29,6 +29,7 @@ from enip_attacks import Attacker, Report, Target
 from rcx_harness.enip import Adapter, Client, EnipError
 from rcx_harness.enip.connections import IO_PORT, OwnerState
 from rcx_harness.enip.scanner import Scanner
+from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
 __all__ = ["Bench", "FuzzFailure", "Report", "bench", "fuzz"]
@@ -37,7 +38,7 @@ __all__ = ["Bench", "FuzzFailure", "Report", "bench", "fuzz"]
 MASTER = "127.0.0.2"
 TO_MASTER = bytes(range(48, 96))
 TO_ROBOT = bytes(range(48))
-#: Longest wait for the start [s]; only a failure takes it.
+#: Longest wait for a packet of the master [s]; only a failure takes it.
 _PATIENCE_S = 20.0
 _CHECK_EVERY = 20
 #: What the adapter's processes may grow by after the first hundred attacks [KiB].
@@ -67,49 +68,49 @@ class Bench:
         return Target((host, port), (host, self.adapter.io_port or IO_PORT), ids)
 
     def check(self) -> None:
-        """The peers that behave notice nothing, and nothing of the attacker's is in the model."""
+        """The peers that behave notice nothing, and nothing of the attacker's is in the model.
+
+        Raises:
+            AssertionError: it is not so.
+        """
         complaint = self.complaints.read_text(errors="replace")
         assert not complaint, f"the adapter complains: {complaint[:2000]}"
-        assert self.reader.get_assembly(100) == TO_MASTER
+        assert self.reader.get_assembly(100) == TO_MASTER, "the reader gets something else"
         with Client(*self.adapter.address) as newcomer:
-            assert newcomer.get_attribute(1, 1, 1) == b"\x7c\x02"
+            assert newcomer.get_attribute(1, 1, 1) == b"\x7c\x02", "the vendor is another"
         assert self.adapter.read_to_robot() == TO_ROBOT, "something was written to the model"
         received = self.scanner.read()
         assert received.connected, "the master has lost its connection"
-        assert received.image == TO_MASTER
-        status = self.adapter.shared.status()
+        assert received.image == TO_MASTER, "the master receives something else"
+        deadline = time.monotonic() + _PATIENCE_S
+        while (status := self.adapter.shared.status()).received <= self.received:
+            assert time.monotonic() < deadline, "the master's packets are not taken any more"
+            time.sleep(0.001)
         assert status.owner is OwnerState.RUN, f"the owner is {status.owner.name}"
-        assert status.received > self.received, "the master's packets are not taken any more"
         self.received = status.received
 
 
 @contextmanager
 def bench() -> Iterator[Bench]:
     """An adapter with a master that owns its outputs and a reader, both at work."""
-    with (
-        TemporaryDirectory() as folder,
-        _complaints_into(Path(folder) / "stderr") as complaints,
-        Adapter(48, cyclic=0) as adapter,
-        Scanner(
-            adapter.address[0],
-            rpi_us=10_000,
-            multiplier=7,
-            address=MASTER,
-            io_port=0,
-            port=adapter.address[1],
-        ) as scanner,
-        Client(*adapter.address) as reader,
-    ):
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        complaints = Path(folder) / "stderr"
+        with _standard_error_into(complaints):
+            adapter = stack.enter_context(Adapter(48, cyclic=0))
+        host, port = adapter.address
+        scanner = stack.enter_context(
+            Scanner(host, multiplier=7, address=MASTER, io_port=0, port=port)
+        )
+        reader = stack.enter_context(Client(host, port))
         adapter.write_to_master(TO_MASTER)
         scanner.write(TO_ROBOT, run=True)
         scanner.open()
-        made = Bench(adapter, scanner, reader, complaints)
         deadline = time.monotonic() + _PATIENCE_S
         while scanner.read().image != TO_MASTER or adapter.read_to_robot() != TO_ROBOT:
             if time.monotonic() > deadline:
                 raise FuzzFailure("the cyclic connection does not start")
             time.sleep(0.001)
-        yield made
+        yield Bench(adapter, scanner, reader, complaints)
 
 
 def fuzz(
@@ -155,13 +156,14 @@ def fuzz(
 
 
 @contextmanager
-def _complaints_into(file: Path) -> Iterator[Path]:
-    """Processes that are started meanwhile write their standard error there."""
+def _standard_error_into(file: Path) -> Iterator[None]:
+    """Processes that are started meanwhile write their standard error to this file."""
+    sys.stderr.flush()
     before = os.dup(2)
     with file.open("wb") as opened:
         os.dup2(opened.fileno(), 2)
     try:
-        yield file
+        yield
     finally:
         os.dup2(before, 2)
         os.close(before)
@@ -190,20 +192,29 @@ def _resident_kib(pid: int) -> int:
     return pages * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
+def _duration(text: str) -> int:
+    try:
+        return parse_us(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def main() -> int:
     """`make fuzz`."""
     parser = argparse.ArgumentParser(description="Attack the EtherNet/IP adapter.")
-    parser.add_argument("--for", dest="duration", default="60s", help="how long, e.g. 10s")
+    parser.add_argument(
+        "--for", dest="duration_us", type=_duration, default="60s", help="how long, e.g. 10s"
+    )
     parser.add_argument("--count", type=int, help="number of attacks instead")
     parser.add_argument("--seed", type=int, default=None, help="default: one that is drawn")
     options = parser.parse_args()
     seed = options.seed if options.seed is not None else Random().randrange(1 << 32)
     print(f"seed {seed}", flush=True)
-    end = time.monotonic() + parse_us(options.duration) / 1e6
+    end = time.monotonic() + options.duration_us / 1e6
     told = time.monotonic()
 
     def goal(number: int) -> bool:
-        return number >= options.count if options.count else time.monotonic() >= end
+        return bool(number >= options.count if options.count else time.monotonic() >= end)
 
     def progress(number: int, report: Report) -> None:
         nonlocal told

@@ -10,5 +10,14 @@ from rcx_harness.enip.client import Client
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.lockstep import LockstepLink
+from rcx_harness.enip.options import AdapterOptions
 
-__all__ = ["Adapter", "CipError", "Client", "EnipError", "Identity", "LockstepLink"]
+__all__ = [
+    "Adapter",
+    "AdapterOptions",
+    "CipError",
+    "Client",
+    "EnipError",
+    "Identity",
+    "LockstepLink",
+]

@@ -6,11 +6,13 @@ import json
 import subprocess
 import sys
 from dataclasses import asdict
-from multiprocessing.shared_memory import SharedMemory
 from types import TracebackType
+from typing import Any
 
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.shared import SharedImages
 from rcx_harness.errors import InputError
 
 __all__ = ["Adapter"]
@@ -23,19 +25,25 @@ _STOP_S = 5.0
 class Adapter:
     """A virtual controller's EtherNet/IP interface, in a process of its own.
 
-    It serves explicit messages over TCP: Identity, Message Router, and the Assemblies 100 (robot
-    to master) and 150 (master to robot; manual chapter 1, section 4). The process ends with
-    `close`, or with its parent.
+    It serves explicit messages to the Assemblies 100 (robot to master) and 150 (master to robot;
+    manual chapter 1, section 4) and to the objects around them, answers who asks for devices, and
+    opens cyclic connections if it is given a port for them. The process ends with `close`, or
+    with its parent.
 
     Args:
         size: Bytes of each assembly, 48 or 256.
         identity: What the Identity object shows.
         host: IPv4 address to listen on.
-        port: TCP port, 0 for any free one.
+        port: TCP and UDP port of explicit messages, 0 for any free one.
+        cyclic: UDP port of cyclic I/O, 0 for any free one; None for explicit messages only, which
+            start faster.
+        options: Limits and manners.
 
     Attributes:
         size: As given.
         address: Host and port it listens on.
+        io_port: UDP port of cyclic I/O, None without.
+        shared: Both assemblies, and the state of the cyclic connections.
 
     Raises:
         InputError: a size that the controller does not have.
@@ -48,6 +56,9 @@ class Adapter:
         identity: Identity | None = None,
         host: str = "127.0.0.1",
         port: int = 0,
+        *,
+        cyclic: int | None = None,
+        options: AdapterOptions | None = None,
     ) -> None:
         if size not in _SIZES:
             raise InputError(
@@ -56,27 +67,38 @@ class Adapter:
             )
         self.size = size
         self._process: subprocess.Popen[str] | None = None
-        # Assembly 100, then 150. Not locked: in lock-step only one side is at work at a time.
-        self._memory = SharedMemory(create=True, size=2 * size)
-        assert self._memory.buf is not None
-        self._images = self._memory.buf
+        self.shared = SharedImages.create(size)
         try:
-            port = self._start(identity or Identity(), host, port)
+            settings = {
+                "memory": self.shared.name,
+                "host": host,
+                "port": port,
+                "cyclic": cyclic,
+                "identity": asdict(identity or Identity()),
+                "options": asdict(options or AdapterOptions()),
+            }
+            started = self._start(settings)
         except BaseException:
             self.close()
             raise
         finally:
-            # Both sides have it open now. Without a name nothing is left behind, however we end.
-            self._memory.unlink()
-        self.address: tuple[str, int] = (host, port)
+            # All sides have it open now. Without a name nothing is left behind, however we end.
+            self.shared.unlink()
+        self.address: tuple[str, int] = (host, started["port"])
+        self.io_port: int | None = started["io_port"]
+
+    @property
+    def alive(self) -> bool:
+        """Does its process run? If it does not, `shared` says what was, not what is."""
+        return self._process is not None and self._process.poll() is None
 
     def read_to_robot(self) -> bytes:
         """What the master has written last: assembly 150."""
-        return bytes(self._images[self.size : 2 * self.size])
+        return self.shared.to_robot.read()
 
     def write_to_master(self, image: bytes) -> None:
         """Set what the master reads, assembly 100; exactly `size` bytes."""
-        self._images[: self.size] = image
+        self.shared.to_master.write(image)
 
     def close(self) -> None:
         """Stop the process and free the memory; more than once does no harm."""
@@ -90,7 +112,7 @@ class Adapter:
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
-        self._memory.close()
+        self.shared.close()
 
     def __enter__(self) -> Adapter:
         """The adapter, already running."""
@@ -105,15 +127,8 @@ class Adapter:
         """Stop it."""
         self.close()
 
-    def _start(self, identity: Identity, host: str, port: int) -> int:
-        """Start the process and wait until it listens; return its port."""
-        settings = {
-            "memory": self._memory.name,
-            "size": self.size,
-            "host": host,
-            "port": port,
-            "identity": asdict(identity),
-        }
+    def _start(self, settings: dict[str, Any]) -> dict[str, Any]:
+        """Start the process and wait until it listens; return its ports."""
         self._process = subprocess.Popen(
             [sys.executable, "-m", _MODULE, json.dumps(settings)],
             stdin=subprocess.PIPE,
@@ -125,10 +140,13 @@ class Adapter:
         if not line:
             code = self._process.wait()
             raise EnipError(f"the EtherNet/IP adapter's process ended at once, exit code {code}")
-        started = json.loads(line)
-        if "port" not in started:
+        started: dict[str, Any] = json.loads(line)
+        if "refused" in started:
+            raise EnipError(started["refused"])
+        if "error" in started:
+            where = f"{settings['host']}:{settings['port']}"
             raise EnipError(
-                f"the EtherNet/IP adapter cannot listen on {host}:{port}: {started['error']}",
+                f"the EtherNet/IP adapter cannot listen on {where}: {started['error']}",
                 hint="choose an address of this machine and a free port",
             )
-        return int(started["port"])
+        return started

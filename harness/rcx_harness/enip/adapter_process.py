@@ -1,4 +1,4 @@
-"""The adapter's own process: the device, its TCP port, and nothing of the parent's.
+"""The adapter's own process: the device, its TCP and UDP ports, and nothing of the parent's.
 
 Started by `rcx_harness.enip.adapter` with its settings as JSON; says on standard output where it
 listens, or why it cannot; ends when its standard input does, that is with its parent at the latest.
@@ -10,101 +10,172 @@ import asyncio
 import itertools
 import json
 import os
+import random
+import secrets
 import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Sized
-from multiprocessing import resource_tracker
-from multiprocessing.shared_memory import SharedMemory
+from contextlib import suppress
 from typing import Any
 
-from rcx_harness.enip.encapsulation import socket_address
+from rcx_harness.enip.connections import EndReason, OwnerState
+from rcx_harness.enip.cyclic_control import CyclicControl
+from rcx_harness.enip.device import Device
+from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.objects import ObjectModel
-from rcx_harness.enip.router import Router
-from rcx_harness.enip.session import Session
+from rcx_harness.enip.network_interface import NetworkInterface, find_interface
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.shared import LinkState, SharedImages
+from rcx_harness.enip.tcp_server import TcpServer
+from rcx_harness.enip.udp import Datagrams
+from rcx_harness.enip.udp_server import UdpServer
 
 __all__ = ["main"]
 
-
-class _Connection(asyncio.Protocol):
-    """One scanner on the TCP port."""
-
-    def __init__(self, router: Router, new_handle: Callable[[], int]) -> None:
-        self._router = router
-        self._new_handle = new_handle
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Start a session; asyncio has set TCP_NODELAY."""
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        address = socket_address(*transport.get_extra_info("sockname"))
-        self._session = Session(self._router, self._new_handle, address)
-
-    def data_received(self, data: bytes) -> None:
-        """Answer what is complete."""
-        if answers := self._session.receive(data):
-            self._transport.write(answers)
-        if self._session.ended:
-            self._transport.close()
+_LOOK_S, _LOOKS_PER_CHECK = 0.05, 20
+_TRIES = 20  # for a port that is free for TCP and UDP
 
 
 def main(argument: str) -> None:
     """Run the adapter until the parent closes our standard input.
 
     Args:
-        argument: JSON object with `memory` (name of the shared images, 100 then 150), `size` of
-            each in bytes, `host`, `port` (0: any free one) and `identity`.
+        argument: JSON object with `memory` (name of the shared images), `host`, `port` (0: any
+            free one), `cyclic` (UDP port of class 1, null for none), `identity` and `options`.
     """
     # Ctrl-C reaches the whole process group; the parent decides when the adapter ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     settings = json.loads(argument)
-    size = settings["size"]
-    identity = Identity(**settings["identity"])
-    memory = _attach(settings["memory"])
-    images = memory.buf
-    assert images is not None
-    with images[:size] as to_master, images[size : 2 * size] as to_robot:
-        router = Router(ObjectModel(to_master, to_robot, identity), identity)
-        asyncio.run(_serve(router, settings["host"], settings["port"]))
-    memory.close()
+    with SharedImages.attach(settings["memory"]) as shared:
+        asyncio.run(_Adapter(settings, shared).run())
 
 
-async def _serve(router: Router, host: str, port: int) -> None:
-    loop = asyncio.get_running_loop()
-    handles = itertools.count(1)
-    try:
-        server = await loop.create_server(
-            lambda: _Connection(router, handles.__next__), host, port, family=socket.AF_INET
+class _Adapter:
+    """The sockets of the device, and what happens to it from time to time."""
+
+    def __init__(self, settings: dict[str, Any], shared: SharedImages) -> None:
+        self._settings = settings
+        self._shared = shared
+        self._control: CyclicControl | None = None
+        self._device: Device | None = None
+
+    async def run(self) -> None:
+        """Serve until the parent has gone."""
+        self._loop = asyncio.get_running_loop()
+        try:
+            await self._start()
+        except EnipError as error:
+            _tell({"refused": str(error)})
+        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+            _tell({"error": str(error)})
+        else:
+            await self._until_parent_gone()
+            self._server.close()
+            self._tcp.close_all()
+        finally:
+            if self._control is not None:
+                self._control.close()
+
+    async def _start(self) -> None:
+        """Open all ports, and tell which.
+
+        Raises:
+            EnipError: the port of cyclic I/O is taken.
+            OSError: the TCP or UDP port is taken, or the address is not ours.
+        """
+        host = socket.gethostbyname(self._settings["host"])
+        if self._settings["cyclic"] is not None:
+            self._control = self._start_cyclic(host, self._settings["cyclic"])
+        interface = find_interface(host)
+        self._device = device = self._make_device(interface)
+        self._tcp = TcpServer(device)
+        device.on_reset = self._reset
+        datagrams = Datagrams(device.listing, random.random)
+        wanted = self._settings["port"]
+        for left in reversed(range(1 if wanted else _TRIES)):
+            self._server = await self._loop.create_server(
+                self._tcp.protocol, host, wanted, family=socket.AF_INET
+            )
+            local = host, self._server.sockets[0].getsockname()[1]
+            try:
+                self._udp = UdpServer(
+                    datagrams,
+                    local,
+                    interface.broadcast_addresses(),
+                    device.objects.explicit_dscp,
+                )
+                break
+            except OSError:
+                self._server.close()
+                if not left:
+                    raise
+        await self._udp.start()
+        _tell({"port": local[1], "io_port": self._control.port if self._control else None})
+
+    def _start_cyclic(self, host: str, port: int) -> CyclicControl:
+        def ended(number: int, reason: EndReason) -> None:
+            with suppress(RuntimeError):  # the loop may have ended before
+                self._loop.call_soon_threadsafe(self._ended, number)
+
+        return CyclicControl(self._shared.name, host, port, ended)
+
+    def _make_device(self, interface: NetworkInterface) -> Device:
+        options = self._settings["options"]
+        options["configurations"] = tuple(options["configurations"])
+        return Device(
+            self._shared.to_master,
+            self._shared.to_robot,
+            Identity(**self._settings["identity"]),
+            AdapterOptions(**options),
+            self._control,
+            lambda: self._shared.owner,
+            interface,
+            incarnation=secrets.randbits(16),
         )
-    except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
-        _tell({"error": str(error)})
-        return
-    parent_gone = asyncio.Event()
 
-    def wait_for_parent() -> None:
-        while os.read(0, 1):
-            pass
-        loop.call_soon_threadsafe(parent_gone.set)
+    def _reset(self) -> None:
+        # Not before the reply to the reset is on its way.
+        self._loop.call_soon(self._tcp.close_all)
 
-    # A thread, because not every platform's event loop can wait for a pipe.
-    threading.Thread(target=wait_for_parent, daemon=True).start()
-    _tell({"port": server.sockets[0].getsockname()[1]})
-    await parent_gone.wait()
-    server.close()
+    def _ended(self, number: int) -> None:
+        if self._device is not None:
+            self._device.connections.ended(number)
 
+    async def _until_parent_gone(self) -> None:
+        parent_gone = asyncio.Event()
 
-def _attach(name: str) -> SharedMemory:
-    """Open the parent's memory without answering for it: the parent removes its name."""
-    if sys.version_info >= (3, 13):
-        return SharedMemory(name, track=False)
+        def wait_for_parent() -> None:
+            while os.read(0, 1):
+                pass
+            self._loop.call_soon_threadsafe(parent_gone.set)
 
-    def no_tracking(name: Sized, rtype: str) -> None:
-        """Before Python 3.13 the only way to keep the resource tracker out."""
+        # A thread, because not every platform's event loop can wait for a pipe.
+        threading.Thread(target=wait_for_parent, daemon=True).start()
+        looking = asyncio.create_task(self._look())
+        await parent_gone.wait()
+        looking.cancel()
 
-    resource_tracker.register = no_tracking
-    return SharedMemory(name)
+    def _lose_cyclic_part(self, device: Device) -> None:
+        """Its process is gone, and cannot say itself that nobody writes the outputs any more."""
+        device.connections.forget_cyclic()
+        if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
+            self._shared.set_owner(OwnerState.TIMED_OUT, None)
+
+    async def _look(self) -> None:
+        """Follow the link's state at once, and time-outs by the second."""
+        assert self._device is not None
+        for turn in itertools.count():
+            link = self._shared.link
+            self._tcp.accepts = self._udp.answers = link is LinkState.UP
+            if link is not LinkState.UP:
+                self._tcp.abort_all()
+            if turn % _LOOKS_PER_CHECK == 0:
+                self._tcp.close_overdue()
+                self._device.connections.expire()
+                if self._control is not None and not self._control.alive:
+                    self._lose_cyclic_part(self._device)
+            await asyncio.sleep(_LOOK_S)
 
 
 def _tell(message: dict[str, Any]) -> None:

@@ -11,7 +11,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 
+from rcx_harness.enip.connection_status import extended_text
+
 __all__ = [
+    "ConnectionService",
     "ElectronicKey",
     "Path",
     "Refusal",
@@ -19,11 +22,13 @@ __all__ = [
     "Request",
     "Service",
     "Status",
+    "decode_key",
     "decode_reply",
     "decode_request",
     "encode_path",
     "encode_reply",
     "encode_request",
+    "extended_text",
     "status_text",
 ]
 
@@ -33,30 +38,55 @@ class Service(IntEnum):
 
     GET_ATTRIBUTES_ALL = 0x01
     GET_ATTRIBUTE_LIST = 0x03
+    RESET = 0x05
     GET_ATTRIBUTE_SINGLE = 0x0E
     SET_ATTRIBUTE_SINGLE = 0x10
+
+
+class ConnectionService(IntEnum):
+    """The services of the Connection Manager (CIP volume 1, chapter 3, 5.5)."""
+
+    FORWARD_CLOSE = 0x4E
+    UNCONNECTED_SEND = 0x52
+    FORWARD_OPEN = 0x54
+    LARGE_FORWARD_OPEN = 0x5B
 
 
 class Status(IntEnum):
     """The general status codes this device answers."""
 
     SUCCESS = 0x00
+    CONNECTION_FAILURE = 0x01
     PATH_SEGMENT_ERROR = 0x04
     PATH_DESTINATION_UNKNOWN = 0x05
     SERVICE_NOT_SUPPORTED = 0x08
+    INVALID_ATTRIBUTE_VALUE = 0x09
     ATTRIBUTE_LIST_ERROR = 0x0A
+    OBJECT_STATE_CONFLICT = 0x0C
     ATTRIBUTE_NOT_SETTABLE = 0x0E
+    PRIVILEGE_VIOLATION = 0x0F
+    DEVICE_STATE_CONFLICT = 0x10
+    REPLY_DATA_TOO_LARGE = 0x11
     NOT_ENOUGH_DATA = 0x13
     ATTRIBUTE_NOT_SUPPORTED = 0x14
     TOO_MUCH_DATA = 0x15
+    INVALID_PARAMETER = 0x20
     KEY_FAILURE_IN_PATH = 0x25
 
 
 class Refusal(Exception):  # noqa: N818 (a refusal is an answer, not a failure)
-    """A request that ends in an error reply with this general status."""
+    """A request that ends in an error reply.
 
-    def __init__(self, status: Status) -> None:
+    Args:
+        status: General status.
+        extended: Additional status, 16-bit words.
+        data: What follows the status, for the services that say more.
+    """
+
+    def __init__(self, status: Status, extended: tuple[int, ...] = (), data: bytes = b"") -> None:
         self.status = status
+        self.extended = extended
+        self.data = data
         super().__init__(status_text(status))
 
 
@@ -96,11 +126,12 @@ class Request:
 
 @dataclass(frozen=True)
 class Reply:
-    """The answer to `service` (without the reply bit)."""
+    """The answer to `service` (without the reply bit), with its additional status words."""
 
     service: int
     status: int
     data: bytes
+    extended: tuple[int, ...] = ()
 
 
 _REPLY_BIT = 0x80
@@ -152,16 +183,21 @@ def decode_request(message: bytes) -> Request:
     return Request(message[0], _decode_path(message[2:end]), message[end:])
 
 
-def encode_reply(service: int, status: int, data: bytes = b"") -> bytes:
-    """Reply without additional status."""
-    return struct.pack("<BBBB", service | _REPLY_BIT, 0, status, 0) + data
+def encode_reply(
+    service: int, status: int, data: bytes = b"", extended: tuple[int, ...] = ()
+) -> bytes:
+    """Reply: service with the reply bit, general status, additional status words, data."""
+    head = struct.pack("<BBBB", service | _REPLY_BIT, 0, status, len(extended))
+    return head + struct.pack(f"<{len(extended)}H", *extended) + data
 
 
 def decode_reply(message: bytes) -> Reply | None:
-    """Take a reply apart; None if it is none. Additional status words are passed over."""
+    """Take a reply apart; None if it is none."""
     if len(message) < 4 or not message[0] & _REPLY_BIT or len(message) < 4 + 2 * message[3]:
         return None
-    return Reply(message[0] & ~_REPLY_BIT, message[2], message[4 + 2 * message[3] :])
+    end = 4 + 2 * message[3]
+    extended = struct.unpack(f"<{message[3]}H", message[4:end])
+    return Reply(message[0] & ~_REPLY_BIT, message[2], message[end:], extended)
 
 
 @lru_cache(maxsize=256)  # a scanner sends the same few paths in every scan
@@ -172,7 +208,7 @@ def _decode_path(path: bytes) -> Path:
     while at < len(path):
         segment, narrow = path[at], path[at + 1]
         if segment == _KEY_SEGMENT and narrow == _KEY_FORMAT and at == 0 and len(path) >= 10:
-            key = _decode_key(path[2:10])
+            key = decode_key(path[2:10])
             at += 10
             continue
         kind = _LOGICAL_SEGMENTS.get(segment & ~_SIXTEEN_BIT)
@@ -191,6 +227,7 @@ def _decode_path(path: bytes) -> Path:
     return Path(numbers["class"], numbers.get("instance", 0), numbers.get("attribute"), key)
 
 
-def _decode_key(data: bytes) -> ElectronicKey:
+def decode_key(data: bytes) -> ElectronicKey:
+    """The eight bytes of an electronic key of format 4."""
     vendor, device_type, product_code, major, minor = _KEY.unpack(data)
     return ElectronicKey(vendor, device_type, product_code, major & 0x7F, minor, bool(major & 0x80))

@@ -15,7 +15,7 @@ from rcx_harness.enip.encapsulation import (
     Frame,
     next_frame,
     unconnected,
-    unconnected_message,
+    unconnected_items,
 )
 from rcx_harness.enip.errors import CipError, EnipError
 
@@ -35,20 +35,23 @@ class Client:
         host: Name or address of the adapter.
         port: Its TCP port.
         timeout_s: Longest wait for the connection and for each answer, in seconds.
+        source: IPv4 address of this machine to connect from; empty for the usual one.
 
     Raises:
         EnipError: no connection, no answer in time, or not an answer of the protocol; from every
             method too.
     """
 
-    def __init__(self, host: str, port: int = PORT, timeout_s: float = 5.0) -> None:
+    def __init__(
+        self, host: str, port: int = PORT, timeout_s: float = 5.0, source: str = ""
+    ) -> None:
         self._name = f"{host}:{port}"
         self._timeout_s = timeout_s
         self._contexts = itertools.count(1)
         self._received = bytearray()
         self._session = 0
         try:
-            self._socket = socket.create_connection((host, port), timeout_s)
+            self._socket = socket.create_connection((host, port), timeout_s, (source, 0))
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
@@ -58,6 +61,16 @@ class Client:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         version = struct.pack("<HH", PROTOCOL_VERSION, 0)
         self._session = self._exchange(Command.REGISTER_SESSION, version).session
+
+    @property
+    def local_host(self) -> str:
+        """IPv4 address of this end of the connection."""
+        return str(self._socket.getsockname()[0])
+
+    @property
+    def remote_host(self) -> str:
+        """IPv4 address of the adapter."""
+        return str(self._socket.getpeername()[0])
 
     def get_assembly(self, instance: int) -> bytes:
         """Data of an Assembly instance.
@@ -99,15 +112,29 @@ class Client:
         Raises:
             CipError: the adapter refused.
         """
-        message = cip.encode_request(service, path, data)
-        answer = self._exchange(Command.SEND_RR_DATA, unconnected(message))
-        content = unconnected_message(answer.data)
-        reply = cip.decode_reply(content) if content is not None else None
-        if reply is None or reply.service != service:
+        return self.exchange(cip.encode_request(service, path, data))[0].data
+
+    def exchange(
+        self, message: bytes, *items: tuple[int, bytes]
+    ) -> tuple[cip.Reply, list[tuple[int, bytes]]]:
+        """Send a CIP request with further items, such as socket addresses.
+
+        Returns:
+            The reply and the items that came with it.
+
+        Raises:
+            CipError: the adapter refused.
+        """
+        answer = self._exchange(Command.SEND_RR_DATA, unconnected(message, *items))
+        content = unconnected_items(answer.data)
+        reply = cip.decode_reply(content[0]) if content is not None else None
+        if content is None or reply is None or reply.service != message[0]:
             raise self._failed("an answer that does not belong to the request")
         if reply.status != cip.Status.SUCCESS:
-            raise CipError(f"service 0x{service:02X} for path {path.hex(' ')}", reply.status)
-        return reply.data
+            path = message[2 : 2 + 2 * message[1]]
+            request = f"service 0x{reply.service:02X} for path {path.hex(' ')}"
+            raise CipError(request, reply.status, reply.extended)
+        return reply, content[1]
 
     def close(self) -> None:
         """End the session and the connection; more than once does no harm."""

@@ -12,25 +12,32 @@ from enum import IntEnum
 
 __all__ = [
     "HEADER_SIZE",
+    "MAX_DATA",
     "PROTOCOL_VERSION",
     "Command",
     "EncapsulationStatus",
     "Frame",
     "Item",
+    "connected",
+    "connected_items",
+    "decode_header",
     "decode_items",
+    "decode_socket_address",
     "encode_items",
     "next_frame",
     "socket_address",
     "unconnected",
+    "unconnected_items",
     "unconnected_message",
 ]
 
 HEADER_SIZE = 24
 PROTOCOL_VERSION = 1
+MAX_DATA = 4096 + 64
+"""Longest data of a frame that the adapter takes: the largest message of a large connection."""
 
 _HEADER = struct.Struct("<HHII8sI")
-_NULL_ADDRESS, _UNCONNECTED_DATA = 0x0000, 0x00B2
-# SendRRData starts with the interface handle (0: CIP) and a time-out that TCP does not use.
+# Data starts with the interface handle (0: CIP) and a time-out that TCP does not use.
 _CIP_INTERFACE = 0
 _INTERFACE = struct.Struct("<IH")
 
@@ -45,6 +52,7 @@ class Command(IntEnum):
     REGISTER_SESSION = 0x0065
     UNREGISTER_SESSION = 0x0066
     SEND_RR_DATA = 0x006F
+    SEND_UNIT_DATA = 0x0070
 
 
 class EncapsulationStatus(IntEnum):
@@ -52,6 +60,7 @@ class EncapsulationStatus(IntEnum):
 
     SUCCESS = 0x00
     INVALID_COMMAND = 0x01
+    INSUFFICIENT_MEMORY = 0x02
     INCORRECT_DATA = 0x03
     INVALID_SESSION = 0x64
     INVALID_LENGTH = 0x65
@@ -59,10 +68,16 @@ class EncapsulationStatus(IntEnum):
 
 
 class Item(IntEnum):
-    """Items of the common packet format in the answers of ListIdentity and ListServices."""
+    """Items of the common packet format."""
 
+    NULL_ADDRESS = 0x0000
     IDENTITY = 0x000C
+    CONNECTED_ADDRESS = 0x00A1
+    CONNECTED_DATA = 0x00B1
+    UNCONNECTED_DATA = 0x00B2
     SERVICES = 0x0100
+    O_TO_T_ADDRESS = 0x8000
+    T_TO_O_ADDRESS = 0x8001
 
 
 @dataclass(frozen=True)
@@ -83,6 +98,10 @@ class Frame:
         )
         return header + self.data
 
+    def with_data(self, data: bytes) -> Frame:
+        """The same frame with these data."""
+        return replace(self, data=data)
+
     def answer(
         self,
         data: bytes = b"",
@@ -92,6 +111,14 @@ class Frame:
         """The frame that answers this one; a new session handle only if given."""
         session = self.session if session is None else session
         return replace(self, session=session, status=int(status), data=data)
+
+
+def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
+    """The first frame without its data, and the length of that; None while there is no header."""
+    if len(data) < HEADER_SIZE:
+        return None
+    command, length, session, status, context, options = _HEADER.unpack_from(data)
+    return Frame(command, session, status, context, options), length
 
 
 def next_frame(buffer: bytearray) -> Frame | None:
@@ -131,10 +158,21 @@ def decode_items(data: bytes) -> list[tuple[int, bytes]] | None:
     return items if at == len(data) else None
 
 
-def unconnected(message: bytes) -> bytes:
-    """Data of a SendRRData that carries an unconnected CIP message."""
-    items = encode_items((_NULL_ADDRESS, b""), (_UNCONNECTED_DATA, message))
+def unconnected(message: bytes, *further: tuple[int, bytes]) -> bytes:
+    """Data of a SendRRData that carries an unconnected CIP message, and further items."""
+    items = encode_items((Item.NULL_ADDRESS, b""), (Item.UNCONNECTED_DATA, message), *further)
     return _INTERFACE.pack(_CIP_INTERFACE, 0) + items
+
+
+def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | None:
+    """The CIP message in the data of a SendRRData and the items behind it; None if it is none."""
+    items = _cip_items(data)
+    if items is None or len(items) < 2:
+        return None
+    (address, no_address), (kind, message) = items[:2]
+    if address != Item.NULL_ADDRESS or no_address or kind != Item.UNCONNECTED_DATA:
+        return None
+    return message, items[2:]
 
 
 def unconnected_message(data: bytes) -> bytes | None:
@@ -142,17 +180,42 @@ def unconnected_message(data: bytes) -> bytes | None:
 
     Further items, the socket addresses that some scanners add, are allowed and passed over.
     """
-    if len(data) < _INTERFACE.size or _INTERFACE.unpack_from(data)[0] != _CIP_INTERFACE:
-        return None
-    items = decode_items(data[_INTERFACE.size :])
+    found = unconnected_items(data)
+    return None if found is None else found[0]
+
+
+def connected(connection_id: int, message: bytes) -> bytes:
+    """Data of a SendUnitData: a message (sequence count first) of a class 3 connection."""
+    address = struct.pack("<I", connection_id)
+    items = encode_items((Item.CONNECTED_ADDRESS, address), (Item.CONNECTED_DATA, message))
+    return _INTERFACE.pack(_CIP_INTERFACE, 0) + items
+
+
+def connected_items(data: bytes) -> tuple[int, bytes] | None:
+    """Connection id and message in the data of a SendUnitData; None if it is none."""
+    items = _cip_items(data)
     if items is None or len(items) < 2:
         return None
-    (address, no_address), (kind, message) = items[:2]
-    if address != _NULL_ADDRESS or no_address or kind != _UNCONNECTED_DATA:
+    (address, connection_id), (kind, message) = items[:2]
+    if address != Item.CONNECTED_ADDRESS or len(connection_id) != 4 or kind != Item.CONNECTED_DATA:
         return None
-    return message
+    return int.from_bytes(connection_id, "little"), message
 
 
 def socket_address(host: str, port: int) -> bytes:
     """An IPv4 address as the protocol carries it: 16 bytes, big endian."""
     return struct.pack(">HH4s8x", 2, port, bytes(int(part) for part in host.split(".")))
+
+
+def decode_socket_address(data: bytes) -> tuple[str, int] | None:
+    """Host and port of a socket address item; None if it is none of IPv4."""
+    if len(data) != 16:
+        return None
+    family, port, host = struct.unpack(">HH4s8x", data)
+    return (".".join(str(byte) for byte in host), port) if family == 2 else None
+
+
+def _cip_items(data: bytes) -> list[tuple[int, bytes]] | None:
+    if len(data) < _INTERFACE.size or _INTERFACE.unpack_from(data)[0] != _CIP_INTERFACE:
+        return None
+    return decode_items(data[_INTERFACE.size :])

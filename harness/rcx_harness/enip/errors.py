@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rcx_harness.enip.cip import status_text
+from rcx_harness.enip.cip import Status, extended_text, status_text
 from rcx_harness.errors import InputError
 
 __all__ = ["CipError", "EnipError"]
@@ -18,8 +18,14 @@ class CipError(EnipError):
     Args:
         request: What was asked, in words.
         status: General status of the reply, 1 to 255.
+        extended: Additional status words of the reply.
     """
 
-    def __init__(self, request: str, status: int) -> None:
+    def __init__(self, request: str, status: int, extended: tuple[int, ...] = ()) -> None:
         self.status = status
-        super().__init__(f"{request} was refused: 0x{status:02X}, {status_text(status)}")
+        self.extended = extended
+        reasons = [f"0x{status:02X}, {status_text(status)}"]
+        # Only the Connection Manager's words have names; its general status is this one.
+        if status == Status.CONNECTION_FAILURE:
+            reasons += [f"0x{code:04X}, {extended_text(code)}" for code in extended[:1]]
+        super().__init__(f"{request} was refused: {'; '.join(reasons)}")

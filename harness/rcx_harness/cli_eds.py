@@ -1,0 +1,46 @@
+"""`rcx eds`: the virtual controller's electronic data sheet, for a PLC's configuration tool."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cli_serve import parse_revision
+from rcx_harness.eds import eds_text
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.errors import InputError
+from rcx_harness.units import parse_us
+
+__all__ = ["eds"]
+
+
+def eds(
+    file: Annotated[
+        Path | None, typer.Argument(help="Where to write it. Default: standard output.")
+    ] = None,
+    size: Annotated[
+        int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
+    ] = 48,
+    product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
+    revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
+    rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
+) -> None:
+    """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
+
+    It is this project's own and describes the simulation. A real controller is connected with
+    the vendor's file.
+    """
+    major, minor = parse_revision(revision)
+    identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)
+    text = eds_text(size, identity, AdapterOptions(rpi_min_us=parse_us(rpi_min)))
+    if file is None:
+        print(text, end="")
+        return
+    try:
+        file.write_text(text, encoding="ascii", newline="\n")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=file) from None
+    print(f"written: {file}")

@@ -1,0 +1,73 @@
+"""`rcx scan`: look at a controller as a PLC's scanner does."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from rcx_harness.enip.client import PORT
+from rcx_harness.enip.connections import ConnectionKind
+from rcx_harness.errors import InputError
+from rcx_harness.scan import ScanOptions
+from rcx_harness.scan import scan as look
+from rcx_harness.units import parse_us
+
+__all__ = ["scan"]
+
+
+def scan(
+    host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
+    duration: Annotated[
+        str, typer.Option("--for", help="How long to print changes; 0s for one look.")
+    ] = "5s",
+    input_only: Annotated[
+        bool, typer.Option("--input-only", help="Read only, whoever is the master. The default.")
+    ] = False,
+    listen_only: Annotated[
+        bool, typer.Option("--listen-only", help="Read along with another connection.")
+    ] = False,
+    write: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Become the master and write, e.g. SI00=1, SI(20)=1, SIW(2)=5; all else 0."
+        ),
+    ] = None,
+    heartbeat: Annotated[
+        int | None, typer.Option(help="Connection point of a reader's heartbeat, if unusual.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
+    address: Annotated[
+        str, typer.Option("--from", help="Address of this machine to work from.")
+    ] = "",
+) -> None:
+    """Open a cyclic connection as a PLC does, and print identity, both areas and every change.
+
+    Without --write nothing is written: the connection carries no data to the robot. With
+    --write the scan is the robot's master for its time; when it ends, the robot has lost its
+    master.
+
+    Exit code: 0, 1 if the connection was lost on the way, 2 if there was none.
+    """
+    if sum((input_only, listen_only, bool(write))) > 1:
+        raise InputError("--input-only, --listen-only and --write exclude each other")
+    kind = ConnectionKind.EXCLUSIVE_OWNER if write else ConnectionKind.INPUT_ONLY
+    options = ScanOptions(
+        host=host,
+        size=size,
+        rpi_us=parse_us(rpi),
+        duration_us=parse_us(duration),
+        kind=ConnectionKind.LISTEN_ONLY if listen_only else kind,
+        writes=write or (),
+        heartbeat=heartbeat,
+        port=port,
+        address=address,
+    )
+    try:
+        held = look(options, lambda line: print(line, flush=True))
+    except KeyboardInterrupt:
+        return  # connection and session are closed
+    if not held:
+        raise typer.Exit(1)

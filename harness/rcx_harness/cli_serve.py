@@ -1,0 +1,114 @@
+"""The command `rcx serve`."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+from collections.abc import Sequence
+from itertools import cycle
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.errors import InputError
+from rcx_harness.serve.host import Settings
+from rcx_harness.serve.run import serve as serve_controllers
+from rcx_harness.units import parse_us
+
+__all__ = ["parse_revision", "serve"]
+
+_SIZES = (48, 256)
+
+
+def serve(
+    address: Annotated[
+        list[str] | None,
+        typer.Option(help="IPv4 address of a controller; once for each. Default: 127.0.0.1."),
+    ] = None,
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(help="Properties of the robot (TOML): one for all, or one per address."),
+    ] = None,
+    size: Annotated[
+        int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
+    ] = None,
+    web: Annotated[
+        int | None, typer.Option(help="TCP port of the web page on 127.0.0.1; 0: any free one.")
+    ] = None,
+    rpi_min: Annotated[
+        str, typer.Option(help="Smallest packet interval that is accepted, from 1ms.")
+    ] = "2ms",
+    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.")] = 0,
+    product_code: Annotated[int, typer.Option(help="Product code of the identity.")] = 5,
+    revision: Annotated[str, typer.Option(help="Revision of the identity.")] = "1.1",
+    port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = 44818,
+    io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = 2222,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
+) -> None:
+    """Serve virtual controllers over EtherNet/IP in real time, for a real PLC.
+
+    Ctrl-C ends it. Exit code: 0, 1 if a controller ended by itself, 2 on bad input.
+    """
+    addresses = _addresses(address or ["127.0.0.1"])
+    robots = _robots(robot or [], len(addresses))
+    if size is not None and size not in _SIZES:
+        raise InputError(f"the areas cannot be {size} bytes long", hint="choose 48 or 256")
+    for name, number in (("--port", port), ("--io-port", io_port), ("--web", web or 1)):
+        if not 1 <= number <= 0xFFFF:
+            raise InputError(f"{name} {number} is no port", hint="ports are 1 to 65535")
+    options = AdapterOptions(rpi_min_us=parse_us(rpi_min))
+    major, minor = parse_revision(revision)
+    every = [
+        Settings(
+            host=one,
+            port=port,
+            cyclic=io_port,
+            robot=file,
+            size=size,
+            seed=seed + number,
+            identity=Identity(
+                product_code=product_code,
+                major_revision=major,
+                minor_revision=minor,
+                serial_number=number + 1,
+            ),
+            options=options,
+        )
+        for number, (one, file) in enumerate(zip(addresses, cycle(robots), strict=False))
+    ]
+    if code := asyncio.run(serve_controllers(every, web, quiet=quiet)):
+        raise typer.Exit(code)
+
+
+def _addresses(texts: Sequence[str]) -> list[str]:
+    for text in texts:
+        try:
+            ipaddress.IPv4Address(text)
+        except ValueError:
+            hint = "write it as 127.0.0.1"
+            raise InputError(f"{text!r} is no IPv4 address", hint=hint) from None
+    twice = [text for text in texts if texts.count(text) > 1]
+    if twice:
+        hint = "127.0.0.2, 127.0.0.3 ... are this computer's, too"
+        raise InputError(f"each controller needs its own address, not {twice[0]} twice", hint=hint)
+    return list(texts)
+
+
+def _robots(files: Sequence[Path], controllers: int) -> list[str]:
+    if len(files) > 1 and len(files) != controllers:
+        raise InputError(
+            f"{len(files)} robot files for {controllers} addresses",
+            hint="give one for all, or one per address in their order",
+        )
+    return [str(file) for file in files] or [""]
+
+
+def parse_revision(text: str) -> tuple[int, int]:
+    """Major and minor revision, `1.1` (InputError: not of this form)."""
+    major, _, minor = text.partition(".")
+    if not (major.isdecimal() and minor.isdecimal()):
+        raise InputError(f"{text!r} is no revision", hint="write it as 1.1")
+    return int(major), int(minor)

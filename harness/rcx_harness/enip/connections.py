@@ -1,0 +1,161 @@
+"""What a class 1 connection is made of, once its Forward Open has been accepted.
+
+The adapter decodes and checks the Forward Open; what is agreed goes, as `ConnectionParameters`,
+to the process that produces and consumes (`cyclic_process`). A scanner describes its end likewise.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import Enum, IntEnum
+from typing import Any
+
+__all__ = [
+    "FIRST_PACKET_US",
+    "IO_PORT",
+    "ConnectionKind",
+    "ConnectionParameters",
+    "EndReason",
+    "OwnerState",
+    "multicast_address",
+]
+
+IO_PORT = 2222
+"""UDP port of class 0 and class 1 packets."""
+
+FIRST_PACKET_US = 10_000_000
+"""The first packet of a connection has at least 10 s (CIP volume 1, chapter 3)."""
+
+_RUN_IDLE_SIZE, _SEQUENCE_SIZE = 4, 2
+_MULTICAST_BASE = int(ipaddress.IPv4Address("239.192.1.0"))
+_MULTICAST_HOSTS, _MULTICAST_BLOCK = 0x3FF, 5
+
+
+class ConnectionKind(str, Enum):
+    """Application types of a connection to the adapter's assemblies."""
+
+    EXCLUSIVE_OWNER = "exclusive owner"
+    INPUT_ONLY = "input only"
+    LISTEN_ONLY = "listen only"
+
+
+class OwnerState(IntEnum):
+    """What became of the connection that owns the outputs (assembly 150)."""
+
+    NONE = 0
+    """There has been none yet."""
+    WAITING = 1
+    """Open, but no packet of the master has come yet."""
+    RUN = 2
+    """Packets come, and the master's program runs."""
+    IDLE = 3
+    """Packets come, but the master's program stands still: its data is not taken."""
+    TIMED_OUT = 4
+    """The master has fallen silent; the connection is gone."""
+    CLOSED = 5
+    """The master has closed the connection (Forward Close)."""
+
+
+class EndReason(str, Enum):
+    """Why the process of the cyclic part has ended a connection by itself."""
+
+    TIMED_OUT = "timed out"
+    """No packet came for the connection's time-out."""
+    NO_OWNER = "no owner"
+    """A listen-only connection whose last companion of another kind has gone."""
+    NO_GROUP = "no multicast group"
+    """A scanner's connection whose multicast group cannot be joined from its address."""
+    OFF = "off"
+    """The adapter has been switched off (`LinkState.OFF`)."""
+
+
+@dataclass(frozen=True)
+class ConnectionParameters:
+    """One class 1 connection as agreed; the same for the end of the target and of the originator.
+
+    Args:
+        number: Name of the connection between the processes; never used twice.
+        kind: Application type.
+        o_to_t_id: Connection id in the packets from the originator to the target.
+        t_to_o_id: Connection id in the packets from the target to the originator. Multicast
+            connections with the same id share one production.
+        o_to_t_api_us: Actual packet interval from the originator, in microseconds.
+        t_to_o_api_us: Actual packet interval from the target, in microseconds.
+        o_to_t_size: Bytes of application data from the originator (without sequence count and
+            run/idle header); 0 for a heartbeat.
+        t_to_o_size: Bytes of application data from the target (without sequence count).
+        multiplier: Connection time-out multiplier as coded, 0 to 7 (4 to 512 intervals).
+        peer: IPv4 address of the other end; packets from elsewhere are dropped. Its UDP port is
+            not looked at.
+        destination: IPv4 address to send our packets to: the peer's or, at the target of a
+            multicast connection, the group.
+        destination_port: UDP port to send our packets to.
+        run_idle: The originator's packets carry the 32-bit run/idle header.
+        multicast: The target's packets go to a multicast group.
+        join: At the originator of a multicast connection, the group to listen to.
+        join_port: The group's UDP port.
+        dscp: Differentiated services code point of our packets, 0 to 63.
+    """
+
+    number: int
+    kind: ConnectionKind
+    o_to_t_id: int
+    t_to_o_id: int
+    o_to_t_api_us: int
+    t_to_o_api_us: int
+    o_to_t_size: int
+    t_to_o_size: int
+    multiplier: int
+    peer: str
+    destination: str
+    destination_port: int = IO_PORT
+    run_idle: bool = True
+    multicast: bool = False
+    join: str = ""
+    join_port: int = IO_PORT
+    dscp: int = 0
+
+    @property
+    def is_owner(self) -> bool:
+        """Does it own the outputs?"""
+        return self.kind is ConnectionKind.EXCLUSIVE_OWNER
+
+    @property
+    def o_to_t_length(self) -> int:
+        """Bytes of the connected data item from the originator, as in the Forward Open."""
+        header = _RUN_IDLE_SIZE if self.run_idle else 0
+        return _SEQUENCE_SIZE + header + self.o_to_t_size
+
+    @property
+    def t_to_o_length(self) -> int:
+        """Bytes of the connected data item from the target, as in the Forward Open."""
+        return _SEQUENCE_SIZE + self.t_to_o_size
+
+    def timeout_us(self, api_us: int) -> int:
+        """Longest silence between two packets that come every `api_us` microseconds."""
+        return api_us * (4 << self.multiplier)
+
+    def as_message(self) -> dict[str, Any]:
+        """As an object of JSON, for the pipe between the processes."""
+        return {**asdict(self), "kind": self.kind.value}
+
+    @classmethod
+    def from_message(cls, message: Mapping[str, Any]) -> ConnectionParameters:
+        """What `as_message` gave."""
+        return cls(**{**message, "kind": ConnectionKind(message["kind"])})
+
+
+def multicast_address(host: str, netmask: str = "255.255.255.0") -> str:
+    """The multicast group an adapter sends to: the first of its block of 32.
+
+    Args:
+        host: Its IPv4 address.
+        netmask: Of its network.
+
+    Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3, 5.3, allocation by host number.
+    """
+    number = int(ipaddress.IPv4Address(host)) & ~int(ipaddress.IPv4Address(netmask)) & 0xFFFFFFFF
+    index = (number - 1) & _MULTICAST_HOSTS
+    return str(ipaddress.IPv4Address(_MULTICAST_BASE + (index << _MULTICAST_BLOCK)))

@@ -1,0 +1,56 @@
+"""What can be chosen about the adapter besides its identity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rcx_harness.errors import InputError
+
+__all__ = ["AdapterOptions"]
+
+_TO_MASTER, _TO_ROBOT = 100, 150
+
+
+@dataclass(frozen=True)
+class AdapterOptions:
+    """Settings of the adapter. What the manual does not tell is assumed, and can be set here.
+
+    Args:
+        rpi_min_us: Smallest packet interval that is accepted, in microseconds. Assumed: 2 ms as
+            the RCX3's predecessor; at least 1 ms.
+        rpi_max_us: Greatest packet interval, in microseconds. Assumed likewise: 3.2 s.
+        input_only: Connection point to name as the consuming one of an Input Only connection.
+        listen_only: The same of a Listen Only connection. Both are assumed: 3 and 4 are usual
+            with communication modules whose assemblies are 100 and 150.
+        configurations: Configuration instances that a connection may name; it may also name none.
+        older_status: Refuse with the fewer extended status codes of earlier editions of CIP.
+        inactivity_s: Seconds of silence after which a TCP connection is closed; 0 for never.
+    """
+
+    rpi_min_us: int = 2_000
+    rpi_max_us: int = 3_200_000
+    input_only: int = 3
+    listen_only: int = 4
+    configurations: tuple[int, ...] = (1, 5, 151)
+    older_status: bool = False
+    inactivity_s: int = 120
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be served.
+
+        Raises:
+            InputError: an interval below 1 ms or none left, instances out of range or used twice,
+                or an inactivity that attribute 13 of the TCP/IP Interface object cannot hold.
+        """
+        if not 1_000 <= self.rpi_min_us <= self.rpi_max_us <= 0xFFFFFFFF:
+            raise InputError(
+                f"packet intervals of {self.rpi_min_us} to {self.rpi_max_us} us cannot be served",
+                hint="the smallest must be at least 1000 us and not above the greatest",
+            )
+        points = (_TO_MASTER, _TO_ROBOT, self.input_only, self.listen_only)
+        if len(set(points)) != len(points):
+            raise InputError("the connection points of Input Only and Listen Only must be others")
+        if not all(1 <= number <= 0xFFFF for number in (*points, *self.configurations)):
+            raise InputError("connection points and configuration instances must be 1 to 65535")
+        if not 0 <= self.inactivity_s <= 3600:
+            raise InputError("the inactivity of TCP connections must be 0 to 3600 s")

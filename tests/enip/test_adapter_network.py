@@ -1,0 +1,211 @@
+"""The adapter's process with real sockets: UDP, cyclic connections, a link that is cut."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from forward_open_bytes import forward_close, forward_open
+from rcx_harness.enip import Adapter, AdapterOptions, CipError, Client, EnipError
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.shared import LinkState
+
+LONG_S = 30.0
+LIST_IDENTITY = bytes.fromhex("6300 0000 00000000 00000000 0100 A3A4A5A6A7A8 00000000")
+FORWARD_OPEN, FORWARD_CLOSE, CONNECTION_MANAGER = 0x54, 0x4E, bytes.fromhex("2006 2401")
+
+
+@pytest.fixture
+def wire() -> Iterator[socket.socket]:
+    """A UDP socket that may broadcast."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
+        udp.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        udp.settimeout(LONG_S)
+        yield udp
+
+
+@pytest.fixture
+def adapter() -> Iterator[Adapter]:
+    """An adapter with cyclic I/O on any free port."""
+    with Adapter(48, cyclic=0) as device:
+        yield device
+
+
+def open_owner(master: Client, **fields: str) -> bytes:
+    """Forward Open of an Exclusive Owner; the data of the reply."""
+    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # 100 ms x 512
+    return master.request(FORWARD_OPEN, CONNECTION_MANAGER, bytes.fromhex(forward_open(**slow))[6:])
+
+
+def ask_for_ever(master: Client) -> None:
+    """Until it is not answered."""
+    while True:
+        master.get_assembly(100)
+
+
+def wait_for_owner(adapter: Adapter, master: Client, state: OwnerState) -> None:
+    """Until the cyclic part, or who speaks for it, says so."""
+    while adapter.shared.owner is not state:
+        master.get_assembly(100)
+
+
+def close_owner(master: Client) -> bytes:
+    return master.request(FORWARD_CLOSE, CONNECTION_MANAGER, bytes.fromhex(forward_close())[6:])
+
+
+def test_who_asks_over_udp_is_told(wire: socket.socket) -> None:
+    """The context comes back; the socket address is the adapter's own."""
+    with Adapter() as adapter:
+        wire.sendto(LIST_IDENTITY, adapter.address)
+        answer, sender = wire.recvfrom(1500)
+        assert sender == adapter.address
+        assert answer[:24] == bytes.fromhex("6300 3F00") + LIST_IDENTITY[4:]
+        address = struct.pack(">HH4s8x", 2, adapter.address[1], bytes([127, 0, 0, 1]))
+        assert answer[24:48] == bytes.fromhex("0100 0C00 3900 0100") + address
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
+def test_a_broadcast_reaches_every_adapter_of_the_machine(wire: socket.socket) -> None:
+    with Adapter(host="127.0.0.31") as one:
+        port = one.address[1]
+        with Adapter(host="127.0.0.32", port=port):
+            wire.sendto(LIST_IDENTITY, ("127.255.255.255", port))
+            senders = {wire.recvfrom(1500)[1] for _ in range(2)}
+    assert senders == {("127.0.0.31", port), ("127.0.0.32", port)}
+
+
+def test_a_udp_port_in_use_is_reported(wire: socket.socket) -> None:
+    wire.bind(("127.0.0.1", 0))
+    port = wire.getsockname()[1]
+    with pytest.raises(EnipError, match=rf"cannot listen on 127\.0\.0\.1:{port}.*free port"):
+        Adapter(port=port)
+
+
+def test_a_port_of_cyclic_io_in_use_is_reported(wire: socket.socket) -> None:
+    wire.bind(("127.0.0.1", 0))
+    port = wire.getsockname()[1]
+    with pytest.raises(EnipError, match=f"cannot use UDP port {port} of 127.0.0.1"):
+        Adapter(cyclic=port)
+
+
+def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapter) -> None:
+    """It outlives the TCP connection that opened it; another one of the same machine closes it."""
+    with Client(*adapter.address) as master:
+        assert len(open_owner(master)) == 26
+        assert master.get_attribute(1, 1, 5) == bytes.fromhex("7100")
+        with pytest.raises(CipError) as refusal:
+            open_owner(master, triad="0200 4D00 EFBEADDE")
+        assert (refusal.value.status, refusal.value.extended) == (0x01, (0x106,))
+    with Client(*adapter.address) as master:
+        assert master.get_attribute(1, 1, 5) == bytes.fromhex("7100")
+        with pytest.raises(CipError, match="object state conflict"):
+            master.set_assembly(150, bytes(48))
+        assert close_owner(master) == bytes.fromhex("0100 4D00 EFBEADDE 0000")
+        assert master.get_attribute(1, 1, 5) == bytes.fromhex("3000")
+        master.set_assembly(150, b"\x01" * 48)
+    assert adapter.read_to_robot() == b"\x01" * 48
+
+
+def test_the_packets_go_to_where_they_are_wanted(adapter: Adapter, wire: socket.socket) -> None:
+    """Sequenced address item (0x8002) with the originator's id, then assembly 100."""
+    wire.bind(("127.0.0.1", 0))
+    adapter.write_to_master(bytes(range(48)))
+    port = wire.getsockname()[1]
+    with Client(*adapter.address) as master:
+        message = bytes.fromhex(forward_open(o_to_t_rpi="A0860100", multiplier="07"))
+        item = bytes.fromhex(f"0002 {port:04X}") + bytes(12)
+        _, items = master.exchange(message, (0x8001, item))
+        assert adapter.io_port is not None
+        ours = bytes.fromhex(f"0002 {adapter.io_port:04X} 7F000001") + bytes(8)
+        assert (0x8000, ours) in items
+        packet, sender = wire.recvfrom(1500)
+        assert sender == ("127.0.0.1", adapter.io_port)
+        assert packet[:10] == bytes.fromhex("0200 0280 0800 78563412")
+        assert packet[14:18] == bytes.fromhex("B100 3200")
+        assert packet[20:] == bytes(range(48))
+        close_owner(master)
+
+
+def test_an_adapter_without_cyclic_io_opens_none() -> None:
+    with Adapter() as adapter, Client(*adapter.address) as master:
+        assert adapter.io_port is None
+        with pytest.raises(CipError) as refusal:
+            open_owner(master)
+        assert refusal.value.extended == (0x113,)
+
+
+def test_the_options_reach_the_device() -> None:
+    options = AdapterOptions(rpi_min_us=200_000, inactivity_s=77, older_status=True)
+    with Adapter(cyclic=0, options=options) as adapter, Client(*adapter.address) as master:
+        assert master.get_attribute(0xF5, 1, 13) == bytes([77, 0])
+        with pytest.raises(CipError) as refusal:
+            open_owner(master)
+        assert refusal.value.extended == (0x111,)
+
+
+def test_a_reset_closes_the_tcp_connections_behind_its_reply() -> None:
+    with Adapter() as adapter, Client(*adapter.address) as master:
+        assert master.request(0x05, bytes.fromhex("2001 2401")) == b""
+        with pytest.raises(EnipError, match="failed to answer"):
+            ask_for_ever(master)
+        with Client(*adapter.address) as again:
+            assert again.get_assembly(100) == bytes(48)
+
+
+@pytest.mark.parametrize("state", [LinkState.CUT, LinkState.OFF])
+def test_an_adapter_that_is_cut_off_answers_nobody(adapter: Adapter, state: LinkState) -> None:
+    master = Client(*adapter.address, timeout_s=LONG_S)
+    open_owner(master)
+    adapter.shared.link = state
+    with pytest.raises(EnipError, match="failed to answer"):
+        ask_for_ever(master)
+    with pytest.raises(EnipError):
+        Client(*adapter.address, timeout_s=LONG_S)
+
+    adapter.shared.link = LinkState.UP
+    while True:
+        try:
+            with Client(*adapter.address, timeout_s=LONG_S) as again:
+                owned = again.get_attribute(1, 1, 5)
+                break
+        except EnipError:
+            continue
+    # A cut alone ends no cyclic connection: that is for its time-out.
+    assert (owned[0] & 1) == (state is LinkState.CUT)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="finds the process by /proc")
+def test_a_cyclic_process_that_dies_leaves_no_owner_behind(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started: list[int] = []
+    popen = subprocess.Popen
+
+    def recording(*args: Any, **kwargs: Any) -> subprocess.Popen[str]:
+        process = popen(*args, **kwargs)
+        started.append(process.pid)
+        return process
+
+    monkeypatch.setattr("rcx_harness.enip.adapter.subprocess.Popen", recording)
+    with Adapter(48, cyclic=0) as adapter, Client(*adapter.address, timeout_s=LONG_S) as master:
+        open_owner(master)
+        wait_for_owner(adapter, master, OwnerState.WAITING)
+        children = Path(f"/proc/{started[0]}/task/{started[0]}/children").read_text().split()
+        (cyclic,) = [int(pid) for pid in children]
+        os.kill(cyclic, signal.SIGKILL)
+        wait_for_owner(adapter, master, OwnerState.TIMED_OUT)
+        assert master.get_attribute(1, 1, 5) == bytes.fromhex("2000")
+        with pytest.raises(CipError) as refusal:
+            open_owner(master)
+        assert refusal.value.extended == (0x113,)
+        assert adapter.alive
+    assert not adapter.alive

@@ -1,0 +1,65 @@
+"""The link over cyclic I/O: the same four calls, without waiting for anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rcx_harness.enip.class1_link import Class1Link
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.errors import InputError
+from rcx_harness.link import Link
+
+ADDRESS = "127.7.0.1"
+
+
+@pytest.fixture
+def link() -> Iterator[Class1Link]:
+    link = Class1Link(48, 4_000, 7, ADDRESS)
+    yield link
+    link.close()
+
+
+def eventually(link: Class1Link, condition: Callable[[], bool]) -> None:
+    """Wait, by requests to the adapter, until something is so."""
+    for _ in range(100_000):
+        if condition():
+            return
+        link.scanner.client.get_attribute(1, 1, 1)
+    raise AssertionError("not within 100,000 requests")
+
+
+def test_it_is_a_link_and_both_areas_are_zero_at_first(link: Class1Link) -> None:
+    assert isinstance(link, Link)
+    assert (link.name, link.size) == ("enip", 48)
+    assert link.scanner_read() == bytes(48)
+    assert link.robot_read() == bytes(48)
+
+
+def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1Link) -> None:
+    link.scanner_write(bytes(range(48)))
+    link.robot_write(bytes(range(100, 148)))
+    assert not link.scanner.read().connected
+    link.scanner.open()
+    eventually(link, lambda: link.robot_read() == bytes(range(48)))
+    eventually(link, lambda: link.scanner_read() == bytes(range(100, 148)))
+    assert link.scanner.read().connected
+    assert link.shared.owner is OwnerState.RUN
+
+
+def test_one_millisecond_is_accepted() -> None:
+    link = Class1Link(256, 1_000, 7, ADDRESS)
+    try:
+        link.scanner.open()
+        assert link.scanner.connection is not None
+        assert link.scanner.connection.t_to_o_api_us == 1_000
+        eventually(link, lambda: link.scanner.read().connected)
+    finally:
+        link.close()
+        link.close()
+
+
+def test_what_the_scanner_cannot_ask_for_is_refused_and_leaves_no_process() -> None:
+    with pytest.raises(InputError, match="a packet interval of 10 us"):
+        Class1Link(48, 10, address=ADDRESS)

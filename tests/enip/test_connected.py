@@ -1,0 +1,210 @@
+"""Class 3: explicit messages within a connection, as bytes.
+
+A SendUnitData: interface 0, time-out 0, two items: connected address (0xA1), connected data (0xB1)
+with the sequence count first.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from forward_open_bytes import forward_close, forward_open, opened, refused
+from rcx_harness.enip.origin import Origin
+from rcx_harness.enip.session import Session
+
+CLASS_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
+"""Server, application trigger, to the Message Router; 504 bytes, point to point, variable."""
+
+CONTEXT = "A1A2A3A4A5A6A7A8"
+GET_SIZE = "0E03 2004 2464 3004"
+SIZE_IS_48 = "8E00 0000 3000"
+
+
+def unit(message: str, connection: str = "01000100", session: str = "01000000") -> bytes:
+    """A whole SendUnitData frame."""
+    length = len(bytes.fromhex(message))
+    data = f"00000000 0000 0200 A100 0400 {connection} B100 {length:02X}{0:02X} {message}"
+    size = len(bytes.fromhex(data))
+    return bytes.fromhex(f"7000 {size:02X}00 {session} 00000000 {CONTEXT} 00000000 {data}")
+
+
+def reply(message: str) -> bytes:
+    """A SendUnitData to the originator's connection id."""
+    return unit(message, connection="78563412")
+
+
+@pytest.fixture
+def connected(bench: Any, registered: Session) -> Session:
+    """Session 1 with a class 3 connection of id 0x00010001, 10 ms times 16."""
+    assert bench.ask(forward_open(**CLASS_3)) == opened()
+    return registered
+
+
+def test_a_request_is_answered_with_its_sequence_count(connected: Session) -> None:
+    assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
+    assert connected.receive(unit(f"0200 {GET_SIZE}")) == reply(f"0200 {SIZE_IS_48}")
+
+
+def test_a_repeated_sequence_count_repeats_the_reply_and_nothing_else(
+    bench: Any, connected: Session
+) -> None:
+    request = unit("0500 1003 2004 2496 3003" + "77" * 48)
+    assert connected.receive(request) == reply("0500 9000 0000")
+    assert connected.receive(request) == reply("0500 9000 0000")
+    assert bench.robot_image.writes == 1
+    assert connected.receive(unit(f"0500 {GET_SIZE}")) == reply("0500 9000 0000")
+    assert connected.receive(unit(f"0600 {GET_SIZE}")) == reply(f"0600 {SIZE_IS_48}")
+
+
+def test_a_refused_request_gets_its_status(connected: Session) -> None:
+    assert connected.receive(unit("0100 0E03 2004 2465 3003")) == reply("0100 8E00 0500")
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        unit(f"0100 {GET_SIZE}", connection="02000100"),  # no such connection
+        unit("0100 0E"),  # half a request
+        unit(""),
+    ],
+)
+def test_what_belongs_to_no_connection_or_is_no_request_has_no_reply(
+    connected: Session, frame: bytes
+) -> None:
+    assert connected.receive(frame) == b""
+    assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
+
+
+def test_a_connection_belongs_to_its_session(bench: Any, connected: Session) -> None:
+    other = bench.connect()
+    other.receive(bytes.fromhex("6500 0400" + "00" * 20 + "0100 0000"))
+    assert other.receive(unit(f"0100 {GET_SIZE}", session="02000000")) == b""
+    assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
+
+
+def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
+    """Encapsulation status 0x64."""
+    assert connected.receive(unit(f"0100 {GET_SIZE}", session="09000000")) == bytes.fromhex(
+        f"7000 0000 09000000 64000000 {CONTEXT} 00000000"
+    )
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "",
+        "00000000 0000 0100 A100 0400 01000100",  # no data item
+        "01000000 0000 0200 A100 0400 01000100 B100 0200 0100",  # not the CIP interface
+        "00000000 0000 0200 A100 0200 0100 B100 0200 0100",  # half a connection id
+        "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # unconnected
+        "00000000 0000 0200 A100 0400 01000100 B100 0900 0100",  # item longer than the frame
+    ],
+)
+def test_malformed_data_are_refused(connected: Session, data: str) -> None:
+    """Encapsulation status 0x03."""
+    length = len(bytes.fromhex(data))
+    head = f"01000000 00000000 {CONTEXT} 00000000"
+    assert connected.receive(bytes.fromhex(f"7000 {length:02X}00 {head} {data}")) == bytes.fromhex(
+        f"7000 0000 01000000 03000000 {CONTEXT} 00000000"
+    )
+
+
+@pytest.mark.parametrize(
+    ("o_to_t", "t_to_o", "answer"),
+    [("0942", "F843", "8E00 1500"), ("F843", "0742", "8E00 1100")],
+)
+def test_messages_and_replies_fit_the_connections_size(
+    bench: Any, registered: Session, o_to_t: str, t_to_o: str, answer: str
+) -> None:
+    """Ten bytes to us do not go into nine, eight from us not into seven: 0x15, 0x11."""
+    bench.ask(forward_open(**{**CLASS_3, "o_to_t": o_to_t, "t_to_o": t_to_o}))
+    assert registered.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {answer}")
+
+
+def test_messages_and_replies_may_be_as_long_as_the_connections_size(
+    bench: Any, registered: Session
+) -> None:
+    bench.ask(forward_open(**{**CLASS_3, "o_to_t": "0A42", "t_to_o": "0842"}))
+    assert registered.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
+
+
+@pytest.mark.parametrize("transport", ["83", "93", "A3"])
+def test_every_trigger_of_a_server_is_the_same(bench: Any, transport: str) -> None:
+    assert bench.ask(forward_open(**{**CLASS_3, "transport": transport})) == opened()
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"path": "2004 2464"}, "2F01"),
+        ({"path": "2002 2402"}, "2F01"),
+        ({"path": "2002"}, "2F01"),
+        ({"path": "2002 2401 2C64"}, "2F01"),
+        ({"t_to_o": "F823"}, "2401"),  # multicast
+        ({"o_to_t": "0042"}, "2701 A20F"),
+        ({"t_to_o": "0042"}, "2801 A20F"),
+        ({"o_to_t_rpi": "00000000"}, "1201 0200 E8030000 10270000"),
+    ],
+)
+def test_a_refused_connection_says_why(bench: Any, fields: dict[str, str], words: str) -> None:
+    assert bench.ask(forward_open(**{**CLASS_3, **fields})) == refused(words)
+    assert bench.device.connections.explicit_connections == 0
+
+
+def test_a_large_connection_has_4002_bytes_at_most(bench: Any) -> None:
+    large = {**CLASS_3, "service": "5B", "t_to_o": "A20F0042"}
+    assert bench.ask(forward_open(**{**large, "o_to_t": "A30F0042"})) == refused(
+        "2701 A20F", service="DB"
+    )
+    assert bench.ask(forward_open(**{**large, "o_to_t": "A20F0042"})) == opened(service="DB")
+
+
+def test_it_is_closed_by_a_forward_close(connected: Session, bench: Any) -> None:
+    assert bench.ask(forward_close(path="2002 2401"))[:4] == bytes.fromhex("CE00 0000")
+    assert connected.receive(unit(f"0100 {GET_SIZE}")) == b""
+
+
+def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:
+    connected.close()
+    assert bench.device.connections.explicit_connections == 0
+    assert bench.ask(forward_open(**CLASS_3)) == opened("02000100")
+
+
+def test_it_times_out_after_its_interval_times_its_multiplier(
+    connected: Session, bench: Any
+) -> None:
+    """10 ms x 16; the first message has 10 s."""
+    bench.now += 9.9
+    assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
+    bench.now += 0.159
+    assert connected.receive(unit(f"0200 {GET_SIZE}")) == reply(f"0200 {SIZE_IS_48}")
+    bench.now += 0.161
+    assert connected.receive(unit(f"0300 {GET_SIZE}")) == b""
+    assert bench.device.connections.explicit_connections == 0
+
+
+def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None:
+    bench.ask(forward_open(**CLASS_3))
+    bench.now += 9.99
+    bench.device.connections.expire()
+    assert bench.device.connections.explicit_connections == 1
+    bench.now += 0.02
+    bench.device.connections.expire()
+    assert bench.device.connections.explicit_connections == 0
+
+
+def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
+    """16 of one machine, 32 of all, then extended status 0x113."""
+
+    def open_from(peer: str, serial: int) -> bytes:
+        triad = f"{serial:02X}00 4D00 EFBEADDE"
+        request = bytes.fromhex(forward_open(**CLASS_3, triad=triad))
+        reply: bytes = bench.device.router.answer(request, Origin(peer, "192.168.0.2", 1))
+        return reply
+
+    assert all(open_from("192.168.0.10", serial)[2] == 0 for serial in range(16))
+    assert open_from("192.168.0.10", 16)[2:6] == bytes.fromhex("0101 1301")
+    assert all(open_from("192.168.0.11", serial)[2] == 0 for serial in range(16, 32))
+    assert open_from("192.168.0.12", 32)[2:6] == bytes.fromhex("0101 1301")

@@ -1,0 +1,327 @@
+"""Forward Open and Forward Close: what is opened, who may be beside whom, what is closed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
+from rcx_harness.enip import AdapterOptions, EnipError
+from rcx_harness.enip.connections import ConnectionKind, ConnectionParameters
+from rcx_harness.enip.encapsulation import Item
+from rcx_harness.enip.origin import Origin
+
+OTHER = "0200 4D00 EFBEADDE"
+INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
+LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
+MULTICAST = "3228"
+
+
+def origin(peer: str = "192.168.0.10", **addresses: str) -> Origin:
+    items = {int(kind[1:], 16): bytes.fromhex(data) for kind, data in addresses.items()}
+    return Origin(peer, "192.168.0.2", 1, items)
+
+
+def test_an_exclusive_owner_is_opened_and_the_cyclic_part_told(bench: Any) -> None:
+    """48 bytes each way, with sequence count, and the run/idle header to the robot.
+
+    Source: manual chapter 1, 4.1
+    """
+    sender = origin()
+    assert bench.ask(forward_open(), sender) == opened()
+    assert bench.cyclic.added == [
+        ConnectionParameters(
+            number=1,
+            kind=ConnectionKind.EXCLUSIVE_OWNER,
+            o_to_t_id=0x00010001,
+            t_to_o_id=0x12345678,
+            o_to_t_api_us=10_000,
+            t_to_o_api_us=10_000,
+            o_to_t_size=48,
+            t_to_o_size=48,
+            multiplier=2,
+            peer="192.168.0.10",
+            destination="192.168.0.10",
+            destination_port=2222,
+            run_idle=True,
+            multicast=False,
+            dscp=47,
+        )
+    ]
+    # Where to send to: AF_INET, port 2222, 192.168.0.2, big endian
+    assert sender.items == [(0x8000, bytes.fromhex("0002 08AE C0A80002 0000000000000000"))]
+
+
+def test_a_connection_of_256_bytes_needs_no_large_forward_open(make_bench: Any) -> None:
+    """262 bytes (0x106) and 258 (0x102).
+
+    Source: manual chapter 1, 4.2
+    """
+    bench = make_bench(size=256)
+    assert bench.ask(forward_open(o_to_t="0649", t_to_o="0249")) == opened()
+    assert bench.cyclic.added[0].o_to_t_size == bench.cyclic.added[0].t_to_o_size == 256
+    assert bench.ask(forward_open(triad=OTHER)) == refused("2701 0601", triad=OTHER)
+
+
+def test_sizes_may_be_called_variable_but_are_the_same(bench: Any) -> None:
+    assert bench.ask(forward_open(o_to_t="354A", t_to_o="324A")) == refused("2701 3600")
+    assert bench.ask(forward_open(o_to_t="364A", t_to_o="324A")) == opened()
+
+
+@pytest.mark.parametrize(
+    ("size", "o_to_t", "t_to_o"), [(48, "36000048", "32000048"), (256, "06010048", "02010048")]
+)
+def test_a_large_forward_open_has_sizes_of_16_bits(
+    make_bench: Any, size: int, o_to_t: str, t_to_o: str
+) -> None:
+    bench = make_bench(size=size)
+    request = forward_open(service="5B", o_to_t=o_to_t, t_to_o=t_to_o)
+    assert bench.ask(request) == opened(service="DB")
+    assert bench.cyclic.added[0].o_to_t_size == bench.cyclic.added[0].t_to_o_size == size
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "2004 2C96 2C64",  # no configuration instance
+        "2004 2401 2C96 2C64",
+        "2004 2405 2C96 2C64",
+        "2004 2497 2C96 2C64",
+        "2004 2496 2464",  # instances instead of connection points
+        "2004 2405 2C96 2C64 8000",  # configuration data of size 0
+        "2100 0400 2500 0500 2D00 9600 2D00 6400",  # 16-bit segments
+        "2004 2405 2004 2C96 2004 2C64",  # class repeated
+        "3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64",  # electronic key
+        "3404 0000 0000 0000 0000 2004 2405 2C96 2C64",  # key of any device
+        "3404 7C02 2B00 0500 0101 430A 2004 2405 2C96 2C64",  # inhibit time 10 ms
+        "5002 10270000 2004 2405 2C96 2C64",  # inhibit time 10000 us
+    ],
+)
+def test_a_path_may_be_written_in_several_ways(bench: Any, path: str) -> None:
+    assert bench.ask(forward_open(path=path)) == opened()
+
+
+def test_the_actual_interval_is_the_requested_one_and_may_differ_by_direction(bench: Any) -> None:
+    request = forward_open(o_to_t_rpi="D0070000", t_to_o_rpi="00D43000")  # 2 ms, 3.2 s
+    assert bench.ask(request) == opened(intervals="D0070000 00D43000")
+    assert bench.cyclic.added[0].o_to_t_api_us == 2_000
+    assert bench.cyclic.added[0].t_to_o_api_us == 3_200_000
+
+
+@pytest.mark.parametrize(("low", "status"), [("E8030000", 0x00), ("E7030000", 0x01)])
+def test_one_millisecond_is_an_option(make_bench: Any, low: str, status: int) -> None:
+    bench = make_bench(options=AdapterOptions(rpi_min_us=1_000))
+    assert bench.ask(forward_open(o_to_t_rpi=low, t_to_o_rpi=low))[2] == status
+
+
+@pytest.mark.parametrize(
+    ("t_to_o", "dscp"), [("3240", 31), ("3244", 43), ("3248", 47), ("324C", 55)]
+)
+def test_the_priority_of_the_packets_chooses_their_code_point(
+    bench: Any, t_to_o: str, dscp: int
+) -> None:
+    assert bench.ask(forward_open(t_to_o=t_to_o)) == opened()
+    assert bench.cyclic.added[0].dscp == dscp
+
+
+def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
+    """Extended status 0x100; a null Forward Open that matches is not supported either (0x132)."""
+    assert bench.ask(forward_open()) == opened()
+    assert bench.ask(forward_open()) == refused("0001")
+    assert bench.ask(forward_open(o_to_t="3608", t_to_o="3208")) == refused("3201")
+    assert len(bench.cyclic.added) == 1
+
+
+@pytest.mark.parametrize("peer", ["192.168.0.10", "192.168.0.11"])
+def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
+    """Extended status 0x106, also for another connection of the same originator."""
+    assert bench.ask(forward_open()) == opened()
+    assert bench.ask(forward_open(triad=OTHER), origin(peer)) == refused("0601", triad=OTHER)
+
+
+def test_an_owner_whose_connection_has_timed_out_may_come_again(bench: Any) -> None:
+    assert bench.ask(forward_open()) == opened()
+    bench.device.connections.ended(1)
+    assert bench.ask(forward_open()) == opened("02000100")
+    assert [each.number for each in bench.cyclic.added] == [1, 2]
+
+
+@pytest.mark.parametrize(("o_to_t", "run_idle"), [("0048", False), ("0248", False), ("0648", True)])
+def test_a_heartbeat_carries_nothing(bench: Any, o_to_t: str, run_idle: bool) -> None:
+    request = forward_open(o_to_t=o_to_t, path="2004 2405 2C03 2C64")
+    assert bench.ask(request) == opened()
+    (parameters,) = bench.cyclic.added
+    assert parameters.kind is ConnectionKind.INPUT_ONLY
+    assert (parameters.o_to_t_size, parameters.t_to_o_size) == (0, 48)
+    assert parameters.run_idle is run_idle
+
+
+def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> None:
+    assert bench.ask(forward_open()) == opened()
+    assert bench.ask(forward_open(**INPUT_ONLY, triad=OTHER))[2] == 0
+    assert bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))[2] == 0
+    kinds = [each.kind.value for each in bench.cyclic.added]
+    assert kinds == ["exclusive owner", "input only", "listen only"]
+
+
+def test_other_heartbeat_points_can_be_chosen(make_bench: Any) -> None:
+    bench = make_bench(options=AdapterOptions(input_only=192, listen_only=193))
+    assert bench.ask(forward_open(**INPUT_ONLY)) == refused("2A01")
+    path = "2004 2405 2CC0 2C64"
+    assert bench.ask(forward_open(o_to_t="0248", path=path)) == opened()
+    path = "2004 2405 2CC1 2C64"
+    assert bench.ask(forward_open(o_to_t="0248", path=path, triad=OTHER))[2] == 0
+
+
+def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None:
+    """They need not be removed one by one: the cyclic part ends them likewise."""
+    assert bench.ask(forward_open()) == opened()
+    assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER))[2] == 0
+    assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
+    assert bench.cyclic.removed == [1]
+    assert bench.device.connections.cyclic_connections == ()
+    assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER)) == refused("1901", triad=OTHER)
+
+
+def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
+    bench.ask(forward_open())
+    bench.ask(forward_open(**INPUT_ONLY, triad=OTHER))
+    bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))
+    bench.device.connections.ended(1)
+    assert [each.number for each in bench.device.connections.cyclic_connections] == [2, 3]
+    bench.device.connections.ended(2)
+    assert bench.device.connections.cyclic_connections == ()
+
+
+@pytest.mark.parametrize("fields", [INPUT_ONLY, LISTEN_ONLY])
+def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]) -> None:
+    """Eight of a kind, then extended status 0x113; the owner still gets in."""
+    assert bench.ask(forward_open(**INPUT_ONLY, triad="0000 4D00 EFBEADDE"))[2] == 0
+    triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in range(0x10, 0x20)]
+    replies = [bench.ask(forward_open(**fields, triad=triad)) for triad in triads]
+    limit = 7 if fields is INPUT_ONLY else 8
+    assert all(reply[2] == 0 for reply in replies[:limit])
+    assert replies[limit:] == [refused("1301", triad=triad) for triad in triads[limit:]]
+    assert bench.ask(forward_open())[2] == 0
+
+
+def test_without_a_cyclic_part_there_are_no_resources(make_bench: Any) -> None:
+    assert make_bench(cyclic=False).ask(forward_open()) == refused("1301")
+
+
+def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
+    def fail(_: object) -> None:
+        raise EnipError("it has ended")
+
+    bench.ask(forward_open())
+    bench.cyclic.remove = bench.cyclic.add = fail
+    assert bench.ask(forward_close())[2] == 0
+    assert bench.ask(forward_open()) == refused("1301")
+    assert not bench.device.connections.is_owned
+
+
+def test_multicast_connections_share_one_production(bench: Any) -> None:
+    """The target's id, the group of 192.168.0.2 (host 2), port 2222; the intervals are the same.
+
+    Another interval is refused with the one required (0x112, meaning 4).
+    """
+    sender = origin()
+    assert bench.ask(forward_open(t_to_o=MULTICAST), sender) == opened("02000100", "01000100")
+    assert sender.items == [
+        (0x8000, bytes.fromhex("0002 08AE C0A80002 0000000000000000")),
+        (0x8001, bytes.fromhex("0002 08AE EFC00120 0000000000000000")),
+    ]
+    second = forward_open(**INPUT_ONLY, t_to_o=MULTICAST, triad=OTHER)
+    assert bench.ask(second) == opened("03000100", "01000100", triad=OTHER)
+    first, other = bench.cyclic.added
+    assert first.multicast
+    assert other.multicast
+    assert first.destination == other.destination == "239.192.1.32"
+
+    third = "0300 4D00 EFBEADDE"
+    slower = {"t_to_o": MULTICAST, "t_to_o_rpi": "204E0000", "triad": third}
+    assert bench.ask(forward_open(**{**INPUT_ONLY, **slower})) == refused(
+        "1201 0004 10270000 10270000", triad=third
+    )
+    assert bench.ask(forward_open(**{**INPUT_ONLY, **slower, "t_to_o": "3248"}))[2] == 0
+
+
+def test_the_originator_may_choose_its_udp_port(bench: Any) -> None:
+    sender = origin(x8001="0002 1234 00000000 0000000000000000")
+    assert bench.ask(forward_open(), sender) == opened()
+    assert bench.cyclic.added[0].destination == "192.168.0.10"
+    assert bench.cyclic.added[0].destination_port == 0x1234
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        "0002 1234 C0A8000B 0000000000000000",  # packets for somebody else
+        "000A 1234 00000000 0000000000000000",  # not IPv4
+        "0002 1234 00000000",  # too short
+    ],
+)
+def test_packets_go_to_nobody_else(bench: Any, item: str) -> None:
+    """Extended status 0x205."""
+    assert bench.ask(forward_open(), origin(x8001=item)) == refused("0502")
+    assert bench.cyclic.added == []
+
+
+def test_a_reply_names_the_port_of_the_cyclic_part(bench: Any) -> None:
+    bench.cyclic.port = 0x4321
+    sender = origin()
+    bench.ask(forward_open(), sender)
+    assert dict(sender.items)[Item.O_TO_T_ADDRESS][2:4] == bytes.fromhex("4321")
+
+
+def test_a_connection_is_closed_by_its_triad_and_path(bench: Any) -> None:
+    """The key and what else is no application path need not be repeated."""
+    key = "3404 7C02 2B00 0500 0101"
+    bench.ask(forward_open(path=f"{key} 2004 2405 2C96 2C64 8000"))
+    assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
+    assert bench.cyclic.removed == [1]
+    assert not bench.device.connections.is_owned
+    assert bench.ask(forward_close()) == refused("0701", "CE")
+
+
+@pytest.mark.parametrize(
+    ("request_", "peer", "reply"),
+    [
+        (forward_close(triad=OTHER), "192.168.0.10", refused("0701", "CE", OTHER)),
+        (forward_close(path="2004 2C96 2C64"), "192.168.0.10", refused("1603", "CE")),
+        (forward_close(path="2004 2405 2C96 2C65"), "192.168.0.10", refused("1603", "CE")),
+        (
+            forward_close(path="2004 0100"),
+            "192.168.0.10",
+            refused("1503", "CE", remaining="01"),
+        ),
+        (forward_close(), "192.168.0.11", bytes.fromhex(f"CE00 0F00 {TRIAD} 00 00")),
+    ],
+)
+def test_a_refused_forward_close_leaves_the_connection(
+    bench: Any, request_: str, peer: str, reply: bytes
+) -> None:
+    """0x107 unknown, 0x316 another path, 0x315 not a path; 0x0F from another machine."""
+    bench.ask(forward_open())
+    assert bench.ask(request_, origin(peer)) == reply
+    assert bench.device.connections.is_owned
+    assert bench.cyclic.removed == []
+
+
+def test_connection_ids_differ_from_those_of_an_earlier_life(make_bench: Any) -> None:
+    assert make_bench(incarnation=0xABCD).ask(forward_open()) == opened("0100CDAB")
+
+
+def test_a_connection_outlives_the_session_that_opened_it(bench: Any) -> None:
+    bench.ask(forward_open())
+    bench.device.unregister(1)
+    assert bench.device.connections.is_owned
+    assert bench.cyclic.removed == []
+
+
+def test_other_services_of_the_connection_manager_are_not_supported(bench: Any) -> None:
+    for service in ("4D", "56", "57", "5A", "01"):
+        reply = bytes([int(service, 16) | 0x80, 0, 0x08, 0])
+        assert bench.ask(f"{service} 02 2006 2401") == reply
+    assert bench.ask("54 02 2006 2402" + "00" * 36)[2] == 0x05

@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+from rcx_harness.enip import cip
+from rcx_harness.enip.connection_status import ExtendedStatus, older
+
+
+def test_every_code_has_words() -> None:
+    texts = [cip.extended_text(code) for code in ExtendedStatus]
+    assert len(set(texts)) == len(ExtendedStatus)
+    assert cip.extended_text(0x106) == "another master owns the outputs"
+
+
+def test_an_unknown_code_has_words_too() -> None:
+    assert "does not know" in cip.extended_text(0xFFFF)
+
+
+def test_an_older_code_is_its_own_older_code() -> None:
+    for code in ExtendedStatus:
+        assert older(older(code)) is older(code)
+
+
+def test_a_reply_is_taken_apart_with_its_additional_status() -> None:
+    """0x127, and the size that fits."""
+    reply = cip.decode_reply(bytes.fromhex("D400 0102 2701 3600 0100 4D00 EFBEADDE 00 00"))
+    assert reply == cip.Reply(0x54, 0x01, bytes.fromhex("0100 4D00 EFBEADDE 00 00"), (0x127, 0x36))
+    assert cip.decode_reply(bytes.fromhex("D400 0102 2701")) is None

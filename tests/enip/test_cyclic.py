@@ -1,0 +1,275 @@
+"""Class 1 connections of one device: literal packets and injected times, no sockets.
+
+Times are microseconds; which connections there are and what their packets look like, see
+`exchange_bench`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from exchange_bench import (
+    DATA,
+    IMAGE,
+    INPUT_ONLY,
+    MASTER,
+    OTHER,
+    OWNER,
+    Device,
+    packet,
+)
+from rcx_harness.enip.connections import (
+    EndReason,
+    OwnerState,
+)
+from rcx_harness.enip.shared import SharedImages
+
+
+@pytest.fixture
+def images() -> Iterator[SharedImages]:
+    with SharedImages.create(48) as images:
+        images.unlink()
+        yield images
+
+
+@pytest.fixture
+def device(images: SharedImages) -> Device:
+    return Device(images)
+
+
+@pytest.fixture
+def owned(device: Device) -> Device:
+    """With an exclusive owner, opened at 0."""
+    device.exchange.add(OWNER, 0)
+    return device
+
+
+# The robot's packets
+
+
+def test_a_packet_goes_out_every_interval(owned: Device) -> None:
+    owned.images.to_master.write(IMAGE)
+    assert owned.poll(0) == 10_000
+    assert owned.poll(10_000) == 20_000
+    assert owned.poll(19_999) == 20_000
+    assert owned.poll(20_400) == 30_000
+    assert owned.sent == [
+        (
+            bytes.fromhex(f"0200 0280 0800 22222222 {number} B100 3200 0100 {DATA}"),
+            (MASTER, 2222),
+            0,
+        )
+        for number in ("01000000", "02000000")
+    ]
+    assert owned.images.status().sent == 2
+
+
+@pytest.mark.parametrize(
+    ("api_us", "first_us"), [(1_000, 1_000), (10_000, 10_000), (3_200_000, 10_000)]
+)
+def test_the_first_packet_leaves_the_reply_to_the_forward_open_time_to_arrive(
+    device: Device, api_us: int, first_us: int
+) -> None:
+    device.exchange.add(replace(OWNER, t_to_o_api_us=api_us), 500)
+    device.poll(500 + first_us - 1)
+    assert device.sent == []
+    assert device.poll(500 + first_us) == min(500 + first_us + api_us, 10_000_500)
+    assert len(device.sent) == 1
+
+
+def test_new_outputs_of_the_robot_raise_the_short_count(owned: Device) -> None:
+    owned.poll(10_000)
+    owned.images.to_master.write(IMAGE)
+    owned.poll(20_000)
+    owned.poll(30_000)
+    counts = [one[0][18:20].hex() for one in owned.sent]
+    assert counts == ["0100", "0200", "0200"]
+    assert owned.sent[1][0][20:] == IMAGE
+
+
+def test_a_stall_is_followed_by_one_packet_not_by_many(owned: Device) -> None:
+    owned.poll(10_000)
+    assert owned.poll(67_000) == 70_000
+    assert len(owned.sent) == 2
+    assert owned.images.status().skipped == 4
+
+
+def test_packets_go_to_the_port_and_with_the_code_point_agreed(device: Device) -> None:
+    device.exchange.add(replace(OWNER, destination_port=40_000, dscp=47), 0)
+    device.poll(10_000)
+    assert device.sent[0][1:] == ((MASTER, 40_000), 47)
+
+
+# The master's packets
+
+
+def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> None:
+    assert owned.exchange.receive(packet(7, 1), MASTER, 5_000)
+    assert owned.images.to_robot.read() == IMAGE
+    status = owned.images.status()
+    assert status.owner is OwnerState.RUN
+    assert (status.peer, status.o_to_t_api_us, status.t_to_o_api_us) == (MASTER, 10_000, 10_000)
+    assert status.received == 1
+
+
+def test_before_its_first_packet_the_owner_is_waited_for(owned: Device) -> None:
+    assert owned.owner() is OwnerState.WAITING
+
+
+def test_an_idle_master_is_shown_and_its_data_not_taken(owned: Device) -> None:
+    owned.exchange.receive(packet(1, 1, run=0), MASTER, 0)
+    assert owned.owner() is OwnerState.IDLE
+    assert owned.images.to_robot.read() == bytes(48)
+
+
+def test_the_program_stops_and_starts_again(owned: Device) -> None:
+    states = []
+    for number, run in enumerate((1, 0, 0, 1), 1):
+        owned.exchange.receive(packet(number, number, run=run), MASTER, 0)
+        states.append(owned.owner())
+    run, idle = OwnerState.RUN, OwnerState.IDLE
+    assert states == [run, idle, idle, run]
+    # Waiting, run, idle, run: the generation counts changes, not packets.
+    assert owned.images.status().generation == 4
+
+
+def test_without_run_idle_header_the_master_runs(device: Device) -> None:
+    device.exchange.add(replace(OWNER, run_idle=False), 0)
+    modeless = bytes.fromhex(f"0200 0280 0800 11111111 01000000 B100 3200 0100 {DATA}")
+    assert device.exchange.receive(modeless, MASTER, 0)
+    assert device.owner() is OwnerState.RUN
+    assert device.images.to_robot.read() == IMAGE
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        packet(8, 2)[:-1],  # the item is longer than the datagram
+        packet(8, 2) + b"\0",
+        bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}"),  # no header
+        bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3500 0200 01000000 {DATA[:-2]}"),
+        packet(7, 2),  # the number before once more
+        packet(6, 2),
+        packet(0x80000007, 2),
+    ],
+)
+def test_a_wrong_length_and_an_old_number_are_dropped_and_counted(
+    owned: Device, wrong: bytes
+) -> None:
+    owned.exchange.receive(packet(7, 1), MASTER, 0)
+    owned.images.to_robot.write(bytes(48))
+    assert owned.exchange.receive(wrong, MASTER, 1_000)
+    assert owned.images.to_robot.read() == bytes(48)
+    status = owned.images.status()
+    assert (status.received, status.dropped) == (1, 1)
+
+
+def test_a_packet_from_another_host_is_dropped_and_counted(owned: Device) -> None:
+    assert owned.exchange.receive(packet(1, 1), OTHER, 0)
+    assert owned.images.to_robot.read() == bytes(48)
+    assert owned.owner() is OwnerState.WAITING
+    assert owned.images.status().dropped == 1
+
+
+@pytest.mark.parametrize(
+    "unknown", [packet(1, 1, "99999999"), packet(1, 1, "22222222"), b"", b"\0" * 72]
+)
+def test_what_belongs_to_no_connection_is_reported_as_such(owned: Device, unknown: bytes) -> None:
+    assert not owned.exchange.receive(unknown, MASTER, 0)
+    assert owned.images.status().received == 0
+
+
+def test_packets_that_never_came_are_counted(owned: Device) -> None:
+    for number in (0xFFFFFFFE, 1, 2):
+        owned.exchange.receive(packet(number, number & 0xFFFF), MASTER, 0)
+    status = owned.images.status()
+    assert (status.received, status.missing, status.dropped) == (3, 2, 0)
+
+
+def test_gaps_between_packets_are_kept(owned: Device) -> None:
+    for number, now_us in enumerate((0, 10_100, 19_900), 1):
+        owned.exchange.receive(packet(number, number), MASTER, now_us)
+    assert owned.images.gaps_us() == [10_100, 9_800]
+
+
+# The end of connections
+
+
+def test_the_first_packet_has_ten_seconds(owned: Device) -> None:
+    owned.poll(9_999_999)
+    assert owned.ended == []
+    owned.poll(10_000_000)
+    assert owned.ended == [(1, EndReason.TIMED_OUT)]
+
+
+@pytest.mark.parametrize(("multiplier", "intervals"), [(0, 4), (2, 16), (5, 128), (7, 512)])
+def test_silence_of_interval_times_multiplier_ends_the_connection(
+    device: Device, multiplier: int, intervals: int
+) -> None:
+    device.exchange.add(replace(OWNER, multiplier=multiplier), 0)
+    device.exchange.receive(packet(1, 1), MASTER, 3_000)
+    device.poll(3_000 + intervals * 10_000 - 1)
+    assert device.owner() is OwnerState.RUN
+    device.poll(3_000 + intervals * 10_000)
+    assert device.owner() is OwnerState.TIMED_OUT
+    assert device.ended == [(1, EndReason.TIMED_OUT)]
+
+
+def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> None:
+    device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=100_000), 0)
+    device.exchange.receive(packet(1, 1), MASTER, 0)
+    assert device.poll(31_999) == 32_000
+    device.poll(32_000)
+    assert device.owner() is OwnerState.TIMED_OUT
+
+
+def test_the_robot_falls_silent_when_the_master_does(owned: Device) -> None:
+    owned.exchange.receive(packet(1, 1), MASTER, 0)
+    owned.poll(160_000)
+    owned.destinations()
+    assert owned.poll(170_000) is None
+    assert owned.destinations() == []
+    assert owned.images.status().connections == 0
+
+
+def test_a_packet_after_the_time_out_belongs_to_nobody(owned: Device) -> None:
+    owned.exchange.receive(packet(1, 1), MASTER, 0)
+    owned.poll(160_000)
+    assert not owned.exchange.receive(packet(2, 2), MASTER, 161_000)
+    assert owned.owner() is OwnerState.TIMED_OUT
+
+
+def test_a_closed_connection_ends_without_report(owned: Device) -> None:
+    owned.exchange.receive(packet(1, 1), MASTER, 0)
+    owned.exchange.remove(1)
+    assert owned.owner() is OwnerState.CLOSED
+    assert owned.ended == []
+    assert owned.poll(20_000) is None
+    assert owned.destinations() == []
+    assert not owned.exchange.receive(packet(2, 2), MASTER, 0)
+
+
+def test_closing_what_is_not_open_does_no_harm(owned: Device) -> None:
+    owned.exchange.remove(99)
+    assert owned.images.status().owners == 1
+
+
+def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
+    owned.exchange.receive(packet(1, 1), MASTER, 0)
+    owned.poll(160_000)
+    owned.exchange.add(replace(OWNER, number=9, o_to_t_id=0x77777777), 200_000)
+    assert owned.owner() is OwnerState.WAITING
+    assert owned.exchange.receive(packet(1, 1, "77777777"), MASTER, 201_000)
+    assert owned.owner() is OwnerState.RUN
+
+
+def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -> None:
+    owned.exchange.add(INPUT_ONLY, 0)
+    owned.exchange.clear()
+    assert owned.ended == [(1, EndReason.OFF), (2, EndReason.OFF)]
+    assert owned.images.status().connections == 0
+    assert owned.owner() is OwnerState.NONE
+    assert owned.poll(0) is None

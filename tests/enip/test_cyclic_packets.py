@@ -1,0 +1,228 @@
+"""The packets of class 1, byte by byte, and which of them are taken.
+
+Layout: number of items; sequenced address (0x8002, 8 bytes): connection id and sequence number of
+32 bits; connected data (0x00B1): sequence count of 16 bits, run/idle header where there is one,
+data. Everything is little endian.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.enip.cyclic_packets import Arrival, Consumer, Packet, Producer, decode_packet
+
+
+def hexa(text: str) -> bytes:
+    """Bytes from hexadecimal digits; blanks are for the reader."""
+    return bytes.fromhex(text)
+
+
+def producer(size: int = 4, run_idle: bool = False, api_us: int = 10_000) -> Producer:
+    return Producer(0x11223344, size, run_idle, api_us, first_us=0)
+
+
+def consumer(size: int = 4, run_idle: bool = True, timeout_us: int = 160_000) -> Consumer:
+    return Consumer(size, run_idle, timeout_us, now_us=0)
+
+
+def test_the_robots_packet_carries_a_sequence_count_and_the_data_and_no_header() -> None:
+    """T to O is modeless."""
+    out = producer()
+    out.renew(hexa("A1A2A3A4"), version=1, run=False)
+    assert out.packet() == hexa("0200 0280 0800 44332211 01000000 B100 0600 0100 A1A2A3A4")
+
+
+@pytest.mark.parametrize(("run", "header"), [(True, "01000000"), (False, "00000000")])
+def test_the_masters_packet_carries_the_run_idle_header(run: bool, header: str) -> None:
+    out = producer(run_idle=True)
+    out.renew(hexa("A1A2A3A4"), version=1, run=run)
+    assert out.packet() == hexa(
+        f"0200 0280 0800 44332211 01000000 B100 0A00 0100 {header} A1A2A3A4"
+    )
+
+
+def test_a_heartbeat_is_a_sequence_count_alone() -> None:
+    out = producer(size=0)
+    out.renew(hexa("A1A2A3A4"), version=1, run=True)
+    assert out.packet() == hexa("0200 0280 0800 44332211 01000000 B100 0200 0100")
+
+
+def test_the_long_count_is_that_of_packets_and_the_short_one_that_of_new_data() -> None:
+    out = producer()
+    out.renew(hexa("A1A2A3A4"), version=1, run=False)
+    assert [out.packet()[10:14], out.packet()[10:14]] == [hexa("01000000"), hexa("02000000")]
+    assert out.packet()[18:] == hexa("0100 A1A2A3A4")
+    out.renew(hexa("B1B2B3B4"), version=2, run=False)
+    assert out.packet()[10:] == hexa("04000000 B100 0600 0200 B1B2B3B4")
+
+
+def test_both_counts_begin_again_at_zero_after_their_last() -> None:
+    out = producer()
+    for version in range(0xFFFF):
+        out.renew(bytes(4), version, run=False)
+    assert out.packet()[18:20] == hexa("FFFF")
+    out.renew(bytes(4), 0x10000, run=False)
+    assert out.packet()[18:20] == hexa("0000")
+    out._number = 0xFFFFFFFE
+    assert out.packet()[10:14] == hexa("FFFFFFFF")
+    assert out.packet()[10:14] == hexa("00000000")
+
+
+def test_data_is_new_when_it_was_written_or_the_program_was_stopped_or_started() -> None:
+    out = producer(run_idle=True)
+    assert out.is_new(version=0, run=True)
+    out.renew(bytes(4), version=0, run=True)
+    assert not out.is_new(version=0, run=True)
+    assert out.is_new(version=1, run=True)
+    assert out.is_new(version=0, run=False)
+
+
+def test_packets_are_due_at_multiples_of_the_interval_however_late_each_is() -> None:
+    out = producer(api_us=2_000)
+    due = []
+    for late in (0, 600, 1_900, 3):
+        due.append(out.due_us)
+        assert out.advance(out.due_us + late) == 0
+    assert due == [0, 2_000, 4_000, 6_000]
+
+
+def test_after_a_stall_nothing_is_made_up_for() -> None:
+    """Three packets whose time has passed fall out; the next is due at its own time."""
+    out = producer(api_us=2_000)
+    assert out.advance(7_900) == 3
+    assert out.due_us == 8_000
+
+
+def test_exactly_one_interval_late_is_one_packet_lost() -> None:
+    out = producer(api_us=2_000)
+    assert out.advance(2_000) == 1
+    assert out.due_us == 4_000
+
+
+def test_a_datagram_is_taken_apart() -> None:
+    datagram = hexa("0200 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4")
+    assert decode_packet(datagram) == Packet(0x11223344, 5, hexa("0100 A1A2A3A4"))
+
+
+@pytest.mark.parametrize(
+    "datagram",
+    [
+        "",
+        "0200 0280 0800 44332211 05000000 B100 06",  # ends within its header
+        "0100 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # one item
+        "0300 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # three items
+        "0200 A100 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # connected address
+        "0200 0280 0400 44332211 05000000 B100 0600 0100 A1A2A3A4",  # its length
+        "0200 0280 0800 44332211 05000000 B200 0600 0100 A1A2A3A4",  # unconnected data
+    ],
+)
+def test_another_datagram_is_no_packet(datagram: str) -> None:
+    assert decode_packet(hexa(datagram)) is None
+
+
+@pytest.mark.parametrize("tail", ["0100 A1A2A3", "0100 A1A2A3A4 00"])
+def test_a_length_that_is_not_the_datagrams_leaves_no_content(tail: str) -> None:
+    datagram = hexa("0200 0280 0800 44332211 05000000 B100 0600" + tail)
+    assert decode_packet(datagram) == Packet(0x11223344, 5, None)
+
+
+def test_data_of_a_running_master_is_taken() -> None:
+    assert consumer().take(7, hexa("0100 01000000 A1A2A3A4"), 0) == Arrival(
+        hexa("A1A2A3A4"), run=True, missing=0
+    )
+
+
+def test_an_idle_master_brings_no_data() -> None:
+    assert consumer().take(7, hexa("0100 00000000 A1A2A3A4"), 0) == Arrival(None, False, 0)
+
+
+def test_of_the_header_only_the_lowest_bit_counts() -> None:
+    """The other bits are the redundant owner's and reserved."""
+    taken = consumer().take(7, hexa("0100 FEFFFFFF A1A2A3A4"), 0)
+    assert taken == Arrival(None, False, 0)
+    taken = consumer().take(7, hexa("0100 FFFFFFFF A1A2A3A4"), 0)
+    assert taken == Arrival(hexa("A1A2A3A4"), True, 0)
+
+
+def test_the_same_short_count_is_no_new_data_but_keeps_the_connection() -> None:
+    into = consumer()
+    assert into.take(7, hexa("0100 01000000 A1A2A3A4"), 0)
+    assert into.take(8, hexa("0100 01000000 B1B2B3B4"), 5_000) == Arrival(None, True, 0)
+    assert into.deadline_us == 165_000
+    assert into.take(9, hexa("0200 01000000 B1B2B3B4"), 6_000) == Arrival(hexa("B1B2B3B4"), True, 0)
+
+
+def test_the_first_data_after_idle_is_new_whatever_its_count() -> None:
+    into = consumer()
+    assert into.take(7, hexa("0100 01000000 A1A2A3A4"), 0)
+    assert into.take(8, hexa("0100 00000000 B1B2B3B4"), 0) == Arrival(None, False, 0)
+    assert into.take(9, hexa("0100 01000000 B1B2B3B4"), 0) == Arrival(hexa("B1B2B3B4"), True, 0)
+
+
+@pytest.mark.parametrize(
+    ("last", "number"),
+    [
+        (7, 7),
+        (7, 6),
+        (7, 0xFFFFFFF0),
+        (0, 0xFFFFFFFF),
+        (5, 0x80000005),
+    ],
+)
+def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: int) -> None:
+    into = consumer()
+    into.take(last, hexa("0100 01000000 A1A2A3A4"), 1_000)
+    assert into.take(number, hexa("0200 01000000 B1B2B3B4"), 50_000) is None
+    assert into.deadline_us == 161_000
+
+
+@pytest.mark.parametrize(
+    ("last", "number", "missing"),
+    [
+        (7, 8, 0),
+        (7, 10, 2),
+        (0xFFFFFFFF, 0, 0),
+        (0xFFFFFFFE, 1, 2),
+        (5, 0x80000004, 0x7FFFFFFE),
+    ],
+)
+def test_a_gap_of_the_sequence_number_is_counted_also_across_its_end(
+    last: int, number: int, missing: int
+) -> None:
+    into = consumer()
+    into.take(last, hexa("0100 01000000 A1A2A3A4"), 0)
+    taken = into.take(number, hexa("0200 01000000 B1B2B3B4"), 0)
+    assert taken == Arrival(hexa("B1B2B3B4"), True, missing)
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "0100", "0100 01000000", "0100 01000000 A1A2A3", "0100 01000000 A1A2A3A4A5"],
+)
+def test_another_length_is_dropped(content: str) -> None:
+    into = consumer()
+    assert into.take(7, hexa(content), 0) is None
+    assert into.deadline_us == 10_000_000
+
+
+@pytest.mark.parametrize("content", ["", "0100"])
+def test_a_heartbeat_comes_with_or_without_its_count(content: str) -> None:
+    into = consumer(size=0, run_idle=False)
+    assert into.take(7, hexa(content), 5_000) == Arrival(None, True, 0)
+    assert into.deadline_us == 165_000
+
+
+def test_a_heartbeat_may_carry_the_header_if_that_was_agreed() -> None:
+    assert consumer(size=0, run_idle=True).take(7, hexa("0100 00000000"), 0) is not None
+    assert consumer(size=0, run_idle=False).take(7, hexa("0100 00000000"), 0) is None
+
+
+def test_the_first_packet_has_ten_seconds_the_next_ones_the_time_out() -> None:
+    into = consumer(timeout_us=160_000)
+    assert into.deadline_us == 10_000_000
+    into.take(7, hexa("0100 01000000 A1A2A3A4"), 9_999_999)
+    assert into.deadline_us == 10_159_999
+
+
+def test_a_time_out_beyond_ten_seconds_holds_for_the_first_packet_too() -> None:
+    assert consumer(timeout_us=12_800_000).deadline_us == 12_800_000

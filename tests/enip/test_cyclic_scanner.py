@@ -1,0 +1,111 @@
+"""The scanner's end of class 1 connections: literal packets and injected times, no sockets.
+
+Times are microseconds; which connections there are and what their packets look like, see
+`exchange_bench`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from exchange_bench import (
+    DATA,
+    GROUP,
+    IMAGE,
+    INPUT_ONLY,
+    LISTEN_ONLY,
+    OWNER,
+    ROBOT,
+    Device,
+    multicast,
+)
+from rcx_harness.enip.connections import (
+    ConnectionParameters,
+    EndReason,
+    OwnerState,
+)
+from rcx_harness.enip.cyclic import Role
+from rcx_harness.enip.shared import SharedImages
+
+
+@pytest.fixture
+def images() -> Iterator[SharedImages]:
+    with SharedImages.create(48) as images:
+        images.unlink()
+        yield images
+
+
+@pytest.fixture
+def scanner(images: SharedImages) -> Device:
+    """The other end of OWNER, opened at 0; the robot is its peer."""
+    device = Device(images, Role.ORIGINATOR)
+    device.exchange.add(replace(OWNER, peer=ROBOT, destination=ROBOT), 0)
+    return device
+
+
+def from_robot(number: int) -> bytes:
+    count = number.to_bytes(4, "little").hex()
+    return bytes.fromhex(f"0200 0280 0800 22222222 {count} B100 3200 0100 {DATA}")
+
+
+@pytest.mark.parametrize(("run", "header"), [(True, "01000000"), (False, "00000000")])
+def test_a_scanner_sends_assembly_150_with_its_run_or_idle_state(
+    scanner: Device, run: bool, header: str
+) -> None:
+    scanner.images.to_robot.write(IMAGE)
+    scanner.images.run = run
+    scanner.poll(0)
+    expected = f"0200 0280 0800 11111111 01000000 B100 3600 0100 {header} {DATA}"
+    assert scanner.sent == [(bytes.fromhex(expected), (ROBOT, 2222), 0)]
+
+
+def test_a_scanner_takes_assembly_100_and_is_connected_then(scanner: Device) -> None:
+    assert scanner.owner() is OwnerState.WAITING
+    assert scanner.exchange.receive(from_robot(1), ROBOT, 0)
+    assert scanner.images.to_master.read() == IMAGE
+    assert scanner.owner() is OwnerState.RUN
+
+
+def test_a_scanner_watches_the_robots_interval(scanner: Device) -> None:
+    scanner.exchange.receive(from_robot(1), ROBOT, 0)
+    scanner.poll(160_000)
+    assert scanner.owner() is OwnerState.TIMED_OUT
+    assert scanner.ended == [(1, EndReason.TIMED_OUT)]
+
+
+def test_a_scanner_that_owns_nothing_sends_a_heartbeat(images: SharedImages) -> None:
+    scanner = Device(images, Role.ORIGINATOR)
+    scanner.exchange.add(replace(INPUT_ONLY, peer=ROBOT, destination=ROBOT), 0)
+    scanner.poll(0)
+    expected = "0200 0280 0800 33333333 01000000 B100 0200 0100"
+    assert [one[0] for one in scanner.sent] == [bytes.fromhex(expected)]
+    beat = bytes.fromhex(f"0200 0280 0800 44444444 01000000 B100 3200 0100 {DATA}")
+    assert scanner.exchange.receive(beat, ROBOT, 0)
+    assert scanner.owner() is OwnerState.RUN
+
+
+def test_a_scanner_alone_may_listen_only(images: SharedImages) -> None:
+    """Which connections there are beside it is the adapter's matter."""
+    scanner = Device(images, Role.ORIGINATOR)
+    for one in (INPUT_ONLY, LISTEN_ONLY):
+        scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)
+    scanner.exchange.remove(INPUT_ONLY.number)
+    scanner.poll(0)
+    assert scanner.ended == []
+    assert [one[0][6:10].hex() for one in scanner.sent] == ["55555555"]
+
+
+def test_parameters_go_through_the_pipe_unchanged() -> None:
+    one = replace(multicast(LISTEN_ONLY), join=GROUP, join_port=40_000, dscp=47)
+    message = json.loads(json.dumps(one.as_message()))
+    assert ConnectionParameters.from_message(message) == one
+
+
+def test_sizes_on_the_wire_are_those_of_the_forward_open() -> None:
+    """Sequence count, run/idle header from the master, data."""
+    assert (OWNER.o_to_t_length, OWNER.t_to_o_length) == (54, 50)
+    assert (INPUT_ONLY.o_to_t_length, INPUT_ONLY.t_to_o_length) == (2, 50)

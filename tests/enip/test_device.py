@@ -1,0 +1,155 @@
+"""What concerns the whole device: status word, owned outputs, reset, unconnected send."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.session import Session
+
+OTHER = "0200 4D00 EFBEADDE"
+INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
+STATUS = "0E03 2001 2401 3005"
+
+
+@pytest.mark.parametrize(
+    ("state", "word"),
+    [
+        (OwnerState.WAITING, "7100"),
+        (OwnerState.IDLE, "7100"),
+        (OwnerState.RUN, "6100"),
+        (OwnerState.TIMED_OUT, "7100"),  # of the owner before this one
+    ],
+)
+def test_the_status_word_says_owned_and_whether_the_master_runs(
+    bench: Any, state: OwnerState, word: str
+) -> None:
+    """Bit 0 owned; bits 4 to 7: 6 a connection runs, 7 all are idle."""
+    bench.ask(forward_open())
+    bench.owner = state
+    assert bench.ask(STATUS) == bytes.fromhex(f"8E00 0000 {word}")
+
+
+@pytest.mark.parametrize(
+    ("state", "word"),
+    [(OwnerState.NONE, "3000"), (OwnerState.CLOSED, "3000"), (OwnerState.TIMED_OUT, "2000")],
+)
+def test_without_connections_the_status_word_says_none_or_faulted(
+    bench: Any, state: OwnerState, word: str
+) -> None:
+    bench.ask(forward_open())
+    bench.device.connections.ended(1)
+    bench.owner = state
+    assert bench.ask(STATUS) == bytes.fromhex(f"8E00 0000 {word}")
+
+
+def test_an_input_only_connection_does_not_own(bench: Any) -> None:
+    bench.ask(forward_open(**INPUT_ONLY))
+    assert bench.ask(STATUS) == bytes.fromhex("8E00 0000 7000")
+
+
+def test_list_identity_shows_the_same_status(bench: Any, session: Session) -> None:
+    bench.ask(forward_open())
+    bench.owner = OwnerState.RUN
+    answer = session.receive(bytes.fromhex("6300 0000") + bytes(20))
+    assert answer[24 + 6 + 18 :][8:10] == bytes.fromhex("6100")
+
+
+def test_outputs_that_are_owned_cannot_be_set_by_messages(bench: Any) -> None:
+    """0x0C; everybody may still read them, and set them when the owner has gone."""
+    write = "1003 2004 2496 3003" + "55" * 48
+    bench.ask(forward_open())
+    assert bench.ask(write) == bytes.fromhex("9000 0C00")
+    assert bench.robot_image.writes == 0
+    assert bench.ask("0E03 2004 2496 3003") == bytes.fromhex("8E00 0000") + bytes(48)
+    bench.ask(forward_close())
+    assert bench.ask(write) == bytes.fromhex("9000 0000")
+    assert bench.to_robot == b"\x55" * 48
+
+
+@pytest.mark.parametrize("request_", ["0502 2001 2401", "0502 2001 2401 00"])
+def test_a_reset_closes_all_connections(bench: Any, registered: Session, request_: str) -> None:
+    bench.ask(forward_open(**INPUT_ONLY))
+    bench.ask(forward_open(o_to_t="0248", path="2004 2405 2C04 2C64", triad=OTHER))
+    explicit = {"transport": "A3", "path": "2002 2401", "triad": "0300 4D00 EFBEADDE"}
+    bench.ask(forward_open(**explicit))
+    assert bench.ask(request_) == bytes.fromhex("8500 0000")
+    assert bench.cyclic.removed == [1], "the listener ends with it"
+    assert bench.device.connections.cyclic_connections == ()
+    assert bench.device.connections.explicit_connections == 0
+    assert bench.resets == 1
+
+
+@pytest.mark.parametrize(
+    ("request_", "status"),
+    [("0502 2001 2401 01", 0x20), ("0502 2001 2401 02", 0x20), ("0502 2001 2401 0000", 0x15)],
+)
+def test_another_reset_is_refused(bench: Any, request_: str, status: int) -> None:
+    assert bench.ask(request_) == bytes([0x85, 0, status, 0])
+    assert bench.resets == 0
+
+
+def test_a_device_that_is_owned_cannot_be_reset(bench: Any) -> None:
+    """0x10: a robot does not lose its master by a stray message."""
+    bench.ask(forward_open())
+    assert bench.ask("0502 2001 2401") == bytes.fromhex("8500 1000")
+    assert bench.resets == 0
+    assert bench.device.connections.is_owned
+
+
+GET_SIZE = "0E03 2004 2464 3004"
+ODD = "1003 2048 2401 3004 3F"  # nine bytes
+
+
+@pytest.mark.parametrize(
+    ("data", "reply"),
+    [
+        (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: ourselves
+        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),  # the usual one
+        (f"0A0E 0900 {ODD} 00 00 00", "9000 0000"),  # a pad behind an odd length
+        (f"0A0E 0900 {ODD} 00 01 00 0100", "9000 0000"),
+        ("0A0E 0800 0E03 2004 2465 3004 00 00", "8E00 0500"),  # the refusal is the message's
+        (f"0A0E 0800 {GET_SIZE} 01 00 0101", "D200 0101 1203 0100"),  # another slot
+        (f"0A0E 0800 {GET_SIZE} 01 00 0200", "D200 0101 1103 0100"),  # another port
+        (f"0A0E 0800 {GET_SIZE} 02 00 0100 0101", "D200 0101 1203 0200"),  # further on
+        (f"0A0E 0800 {GET_SIZE} 01 00", "D200 1300"),  # no route where one is said
+        (f"0A0E 0800 {GET_SIZE}", "D200 1300"),
+        (f"0A0E 0900 {GET_SIZE}", "D200 1300"),
+        ("0A0E", "D200 1300"),
+        (f"0A0E 0800 {GET_SIZE} 00 00 00", "D200 1500"),
+        ("0A0E 0000 00 00", "D200 0101 0502"),  # no message
+        ("0A0E 0100 0E 00 00 00", "D200 0101 0502"),  # half a message
+    ],
+)
+def test_unconnected_send_to_ourselves(bench: Any, data: str, reply: str) -> None:
+    assert bench.ask(f"52 02 2006 2401 {data}") == bytes.fromhex(reply)
+
+
+def test_unconnected_send_opens_and_closes_connections(bench: Any) -> None:
+    request = forward_open()
+    length = len(bytes.fromhex(request))
+    send = f"52 02 2006 2401 0A0E {length:02X}00 {request} 01 00 0100"
+    assert bench.ask(send) == opened()
+    assert bench.ask(send) == refused("0001")
+    assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
+
+
+def test_unconnected_send_is_not_nested(bench: Any) -> None:
+    """Extended status 0x205."""
+    inner = f"52 02 2006 2401 0A0E 0800 {GET_SIZE} 00 00"
+    length = len(bytes.fromhex(inner))
+    assert bench.ask(f"52 02 2006 2401 0A0E {length:02X}00 {inner} 00 00") == bytes.fromhex(
+        "D200 0101 0502"
+    )
+
+
+def test_a_cyclic_part_that_is_lost_takes_its_connections_along(bench: Any) -> None:
+    bench.ask(forward_open())
+    bench.ask(forward_open(transport="A3", path="2002 2401", triad=OTHER))
+    bench.device.connections.forget_cyclic()
+    assert bench.ask(STATUS) == bytes.fromhex("8E00 0000 3000")
+    assert bench.device.connections.explicit_connections == 1
+    assert bench.ask(forward_open())[2] == 0

@@ -1,0 +1,231 @@
+"""`rcx eds`: a sheet that tools can read, and that says what the adapter is and takes."""
+
+from __future__ import annotations
+
+import logging
+import re
+from pathlib import Path
+
+import pytest
+
+from enip_frames import forward_open
+from rcx_harness.cli import main
+from rcx_harness.eds import eds_text
+from rcx_harness.enip import Adapter, Client
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.errors import InputError
+
+Captured = pytest.CaptureFixture[str]
+Sheet = dict[str, dict[str, list[str]]]
+
+_FIELD = re.compile(r'\s*("[^"]*"|[^",;]*)\s*([,;])')
+
+
+def read(text: str) -> Sheet:
+    """Sections, entries and fields: a reader as small as the format allows, quotes kept."""
+    sheet: Sheet = {}
+    rest = "\n".join(line.partition("$")[0] for line in text.splitlines())
+    while rest := rest.lstrip():
+        if section := re.match(r"\[([\w /]+)\]", rest):
+            entries = sheet.setdefault(section[1], {})
+            rest = rest[section.end() :]
+            continue
+        key = re.match(r"(\w+)\s*=", rest)
+        assert key, f"neither section nor entry: {rest[:60]!r}"
+        assert key[1] not in entries, f"{key[1]} twice"
+        fields = entries[key[1]] = []
+        rest = rest[key.end() :]
+        while True:
+            part = _FIELD.match(rest)
+            assert part, f"not a field of {key[1]}: {rest[:60]!r}"
+            fields.append(part[1].strip())
+            rest = rest[part.end() :]
+            if part[2] == ";":
+                break
+    return sheet
+
+
+@pytest.fixture
+def sheet() -> Sheet:
+    return read(eds_text())
+
+
+@pytest.mark.parametrize("size", [48, 256])
+def test_a_reader_of_eds_files_finds_no_fault(size: int, caplog: pytest.LogCaptureFixture) -> None:
+    """eds-pie knows the sections, entries and types of the format."""
+    from eds_pie.eds_pie import CIP_EDS  # sets up logging when it is imported
+
+    with caplog.at_level(logging.WARNING):
+        read_in = CIP_EDS(eds_text(size))
+    # Its tables have no entries for the section Port.
+    complaints = [one.getMessage() for one in caplog.records]
+    assert [
+        one for one in complaints if "[Port]" not in one and "Unknown Entry [{" not in one
+    ] == []
+    assert read_in.protocol == "EtherNetIP"
+    assert read_in.get_value("Params", "Param2", 11) == str(size)
+
+
+def test_the_reader_would_find_a_fault(caplog: pytest.LogCaptureFixture) -> None:
+    from eds_pie.eds_pie import CIP_EDS
+
+    with caplog.at_level(logging.WARNING):
+        CIP_EDS(eds_text().replace("Param1,Param2,Assem150", "Param1,Param9,Assem150"))
+    assert "Missing referenced Entry [Params].Param9" in caplog.text
+
+
+def test_the_sections_come_in_their_order(sheet: Sheet) -> None:
+    assert list(sheet)[:6] == [
+        "File",
+        "Device",
+        "Device Classification",
+        "Params",
+        "Assembly",
+        "Connection Manager",
+    ]
+    assert sheet["Device Classification"] == {"Class1": ["EtherNetIP"]}
+
+
+def test_the_device_is_the_adapters_identity() -> None:
+    identity = Identity(vendor=1, product_code=77, major_revision=3, minor_revision=9)
+    device = read(eds_text(identity=identity))["Device"]
+    assert {key: fields for key, fields in device.items() if key != "VendName"} == {
+        "VendCode": ["1"],
+        "ProdType": ["43"],
+        "ProdTypeStr": ['"Generic Device"'],
+        "ProdCode": ["77"],
+        "MajRev": ["3"],
+        "MinRev": ["9"],
+        "ProdName": ['"RCX3 virtual controller"'],
+    }
+
+
+def test_packet_interval_and_both_sizes_are_parameters(sheet: Sheet) -> None:
+    """48 bytes, or 256 with the word extension; 2 ms to 3.2 s.
+
+    Source: manual chapter 1, 4.3 (Output Size, Input Size).
+    """
+    parameters = sheet["Params"]
+    assert [parameters[f"Param{k}"][6] for k in (1, 2, 3)] == [
+        '"RPI"',
+        '"Output Size"',
+        '"Input Size"',
+    ]
+    assert parameters["Param1"][9:12] == ["2000", "3200000", "10000"]
+    assert parameters["Param2"][9:12] == parameters["Param3"][9:12] == ["48", "256", "48"]
+    choice = ["48", '"48 bytes"', "256", '"256 bytes"']
+    assert parameters["Enum2"] == parameters["Enum3"] == choice
+    assert {len(parameters[f"Param{k}"]) for k in (1, 2, 3)} == {21}
+
+
+def test_the_proposed_size_can_be_chosen() -> None:
+    parameters = read(eds_text(256))["Params"]
+    assert parameters["Param2"][9:12] == parameters["Param3"][9:12] == ["48", "256", "256"]
+
+
+def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) -> None:
+    """Exclusive Owner, Input Only, Listen Only; class 1, cyclic.
+
+    Trigger and transport: bit 1 class 1, bit 16 cyclic, bits 24 to 26 listen, input, owner.
+    Parameters: bits 0 and 2 fixed sizes, bits 8 to 10 O->T format (4: run/idle header, 3:
+    heartbeat), bits 12 to 14 T->O format (0: modeless), bit 18 O->T point to point, bits 21 and 22
+    T->O multicast and point to point, bits 26 and 30 scheduled priority.
+    """
+    found = {entry[12]: entry for entry in sheet["Connection Manager"].values()}
+    assert {name: entry[:2] for name, entry in found.items()} == {
+        '"Exclusive Owner"': ["0x04010002", "0x44640405"],
+        '"Input Only"': ["0x02010002", "0x44640305"],
+        '"Listen Only"': ["0x01010002", "0x44640305"],
+    }
+    assert {name: entry[2:8] for name, entry in found.items()} == {
+        '"Exclusive Owner"': ["Param1", "Param2", "Assem150", "Param1", "Param3", "Assem100"],
+        '"Input Only"': ["Param1", "0", "", "Param1", "Param3", "Assem100"],
+        '"Listen Only"': ["Param1", "0", "", "Param1", "Param3", "Assem100"],
+    }
+    assert {name: entry[14] for name, entry in found.items()} == {
+        '"Exclusive Owner"': '"20 04 24 01 2C 96 2C 64"',
+        '"Input Only"': '"20 04 24 01 2C 03 2C 64"',
+        '"Listen Only"': '"20 04 24 01 2C 04 2C 64"',
+    }
+    assert {len(entry) for entry in found.values()} == {15}
+
+
+@pytest.mark.parametrize("size", [48, 256])
+def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
+    """Opened one after the other, as the sheet says: path, sizes, types, packet interval."""
+    sheet = read(eds_text(size))
+    interval = int(sheet["Params"]["Param1"][11])
+    sizes = {key: int(fields[11]) for key, fields in sheet["Params"].items() if len(fields) > 11}
+    with Adapter(size, cyclic=0) as adapter, Client(*adapter.address) as client:
+        for serial, entry in enumerate(sheet["Connection Manager"].values(), 1):
+            path = bytes.fromhex(entry[14].strip('"'))
+            header = 4 if int(entry[1], 16) >> 8 & 7 == 4 else 0
+            to_robot = sizes.get(entry[3], 0) + header + 2
+            request = forward_open(
+                serial=serial,
+                rpi_us=interval,
+                sizes=(to_robot, sizes[entry[6]] + 2),
+                points=(path[5], path[7]),
+                transport=(int(entry[0], 16) & 0xFFFF).bit_length() - 1,
+            )
+            assert request.endswith(path)
+            reply, _ = client.exchange(request)
+            assert reply.status == 0, f"{entry[12]}: {reply}"
+
+
+def test_it_follows_the_adapters_options() -> None:
+    options = AdapterOptions(rpi_min_us=20_000, input_only=0x199, configurations=())
+    sheet = read(eds_text(options=options))
+    assert sheet["Params"]["Param1"][9:12] == ["20000", "3200000", "20000"]
+    assert sheet["Connection Manager"]["Connection2"][14] == '"20 04 2D 00 99 01 2C 64"'
+
+
+def test_it_says_that_it_is_of_the_virtual_controller() -> None:
+    """Nothing in it is the vendor's text."""
+    text = eds_text()
+    comments = "\n".join(line for line in text.splitlines() if line.startswith("$"))
+    assert "virtual controller (a simulation)" in comments
+    assert "not the vendor's" in comments
+    assert "yamaha" not in text.lower()
+    assert text.isascii()
+
+
+def test_the_sheet_is_printed(capsys: Captured) -> None:
+    assert main(["eds", "--size", "256"]) == 0
+    assert capsys.readouterr().out == eds_text(256)
+
+
+def test_the_sheet_is_written_to_a_file(tmp_path: Path, capsys: Captured) -> None:
+    file = tmp_path / "rcx3.eds"
+    assert main(["eds", str(file)]) == 0
+    assert file.read_bytes() == eds_text().encode("ascii")
+    assert capsys.readouterr().out == f"written: {file}\n"
+
+
+def test_the_sheet_can_be_made_for_what_is_served(capsys: Captured) -> None:
+    options = ["--product-code", "77", "--revision", "3.9", "--rpi-min", "1ms"]
+    assert main(["eds", *options]) == 0
+    sheet = read(capsys.readouterr().out)
+    device = sheet["Device"]
+    assert [device[key] for key in ("ProdCode", "MajRev", "MinRev")] == [["77"], ["3"], ["9"]]
+    assert sheet["Params"]["Param1"][9:12] == ["1000", "3200000", "10000"]
+
+
+@pytest.mark.parametrize("options", [["--revision", "3"], ["--rpi-min", "10us"]])
+def test_what_cannot_be_served_has_no_sheet(options: list[str], capsys: Captured) -> None:
+    assert main(["eds", *options]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_another_size_is_bad_input(capsys: Captured) -> None:
+    with pytest.raises(InputError, match="64 bytes"):
+        eds_text(64)
+    assert main(["eds", "--size", "64"]) == 2
+    assert capsys.readouterr().err.startswith("rcx: the areas cannot be 64 bytes long; ")
+
+
+def test_a_file_that_cannot_be_written_is_bad_input(tmp_path: Path, capsys: Captured) -> None:
+    file = tmp_path / "missing" / "rcx3.eds"
+    assert main(["eds", str(file)]) == 2
+    assert capsys.readouterr().err == f"rcx: {file}: cannot be written: No such file or directory\n"

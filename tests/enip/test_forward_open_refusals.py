@@ -1,0 +1,167 @@
+"""Every refusal of a Forward Open: status, extended status, triad, remaining path size."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
+from rcx_harness.enip import AdapterOptions
+
+INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
+LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        # 0x123, 0x124: connection types
+        ({"o_to_t": "3608"}, "2301"),  # null to us
+        ({"o_to_t": "3628"}, "2301"),  # multicast to us
+        ({"o_to_t": "3668"}, "2301"),  # reserved
+        ({"t_to_o": "3208"}, "2401"),  # null from us
+        ({"t_to_o": "3268"}, "2401"),  # reserved
+        # 0x132: null Forward Open
+        ({"o_to_t": "3608", "t_to_o": "3208"}, "3201"),
+        # 0x133: multiplier
+        ({"multiplier": "08"}, "3301"),
+        # 0x11C: class 0, 2, 4 to 6
+        ({"transport": "00"}, "1C01"),
+        ({"transport": "02"}, "1C01"),
+        ({"transport": "04"}, "1C01"),
+        ({"transport": "06"}, "1C01"),
+        # 0x11D: change of state, application, reserved
+        ({"transport": "11"}, "1D01"),
+        ({"transport": "21"}, "1D01"),
+        ({"transport": "31"}, "1D01"),
+        ({"transport": "B3", "path": "2002 2401"}, "1D01"),
+        # 0x11E: the direction does not fit the class
+        ({"transport": "81"}, "1E01"),
+        ({"transport": "23", "path": "2002 2401"}, "1E01"),
+        # 0x125: redundant owner
+        ({"o_to_t": "36C8"}, "2501"),
+        # 0x114 vendor, product code; 0x115 device type; 0x116 revision
+        ({"path": "3404 7D02 2B00 0500 0101 2004 2405 2C96 2C64"}, "1401"),
+        ({"path": "3404 7C02 2B00 0600 0101 2004 2405 2C96 2C64"}, "1401"),
+        ({"path": "3404 7C02 2C00 0500 0101 2004 2405 2C96 2C64"}, "1501"),
+        ({"path": "3404 7C02 2B00 0500 0201 2004 2405 2C96 2C64"}, "1601"),
+        ({"path": "3404 7C02 2B00 0500 0102 2004 2405 2C96 2C64"}, "1601"),
+        # 0x12F: paths that do not belong together
+        ({"path": "2004 2C96"}, "2F01"),
+        ({"path": "2004 2405 2C96 2C64 2C64"}, "2F01"),
+        ({"path": "2002 2401"}, "2F01"),
+        ({"path": "2005 2405 2C96 2C64"}, "2F01"),
+        ({"path": "2004 2405 2005 2C96 2C64"}, "2F01"),
+        # 0x129 configuration, 0x12A consuming, 0x12B producing instance
+        ({"path": "2004 2402 2C96 2C64"}, "2901"),
+        ({"path": "2004 2405 2C64 2C96"}, "2A01"),
+        ({"path": "2004 2405 2C65 2C64"}, "2A01"),
+        ({"path": "2004 2405 2C96 2C65"}, "2B01"),
+        ({"path": "2004 2405 2C96 2C96"}, "2B01"),
+        # 0x126: configuration data where there are none, at most 0 words
+        ({"path": "2004 2405 2C96 2C64 8001 1234"}, "2601 0000"),
+        # 0x127, 0x128 with the size that fits
+        ({"o_to_t": "3548"}, "2701 3600"),
+        ({"o_to_t": "3748"}, "2701 3600"),
+        ({"o_to_t": "3248"}, "2701 3600"),  # without the run/idle header
+        ({"o_to_t": "0248"}, "2701 3600"),
+        ({"t_to_o": "3148"}, "2801 3200"),
+        ({"t_to_o": "3648"}, "2801 3200"),  # with a run/idle header
+        ({**INPUT_ONLY, "o_to_t": "3648"}, "2701 0200"),
+        ({**INPUT_ONLY, "t_to_o": "3348"}, "2801 3200"),
+        # 0x112: meaning each way (2 least, 3 greatest), then the intervals that would do
+        ({"o_to_t_rpi": "CF070000"}, "1201 0200 D0070000 10270000"),
+        ({"t_to_o_rpi": "CF070000"}, "1201 0002 10270000 D0070000"),
+        ({"o_to_t_rpi": "00000000"}, "1201 0200 D0070000 10270000"),
+        ({"t_to_o_rpi": "01D43000"}, "1201 0003 10270000 00D43000"),
+        (
+            {"o_to_t_rpi": "FFFFFFFF", "t_to_o_rpi": "00000000"},
+            "1201 0302 00D43000 D0070000",
+        ),
+        # 0x11B: production inhibit time above the interval
+        ({"path": "430B 2004 2405 2C96 2C64"}, "1B01"),
+        # 0x119: nobody to listen with
+        (LISTEN_ONLY, "1901"),
+    ],
+)
+def test_a_refused_forward_open_says_why_and_opens_nothing(
+    bench: Any, fields: dict[str, str], words: str
+) -> None:
+    assert bench.ask(forward_open(**fields)) == refused(words)
+    assert bench.cyclic.added == []
+    assert bench.ask(forward_open()) == opened(), "the next one is not hindered"
+
+
+@pytest.mark.parametrize(
+    ("path", "remaining"),
+    [
+        ("0100 2004 2405 2C96 2C64", "05"),  # port segment first: all five words are left
+        ("2004 9104 41424344 2C96", "04"),  # symbol
+        ("2004 2405 2C96 3003", "01"),  # attribute
+        ("2004 2405 2C96 2D00", "01"),  # cut off
+        ("2004 2405 2C96 3404", "01"),  # key behind the class
+        ("3405 0000 0000 0000 0000 2004 2C96 2C64", "08"),  # key of another format
+        ("3404 7C02", "02"),  # key cut off
+        ("2405 2004 2C96 2C64", "04"),  # instance before its class
+        ("2004 2405 2C96 2C64 8002 1234", "02"),  # data cut off
+        ("4100 2004 2405 2C96 2C64", "05"),  # schedule segment
+        ("5001 1027 2004 2405 2C96 2C64", "06"),  # inhibit time of a wrong length
+        ("4305", "00"),  # no class at all
+        ("", "00"),
+    ],
+)
+def test_a_segment_that_is_not_understood_is_told_by_the_words_left(
+    bench: Any, path: str, remaining: str
+) -> None:
+    """Extended status 0x315."""
+    assert bench.ask(forward_open(path=path, words="00" if not path else "")) == refused(
+        "1503", remaining=remaining
+    )
+
+
+@pytest.mark.parametrize(
+    ("request_", "reply"),
+    [
+        ("54 02 2006 2401", "D400 1300"),
+        ("54 02 2006 2401 0A0E 00000000 78563412 0100 4D00 EFBEAD", "D400 1300"),
+        ("54 02 2006 2401 0A0E 00000000 78563412 " + TRIAD, f"D400 1300 {TRIAD} 00 00"),
+        (forward_open(words="05"), f"D400 1300 {TRIAD} 00 00"),
+        (forward_open(words="03"), f"D400 1500 {TRIAD} 00 00"),
+        (forward_open() + "00", f"D400 1500 {TRIAD} 00 00"),
+        (forward_open(service="5B"), f"DB00 1300 {TRIAD} 00 00"),
+        ("4E 02 2006 2401", "CE00 1300"),
+        ("4E 02 2006 2401 0A0E " + TRIAD, f"CE00 1300 {TRIAD} 00 00"),
+        (forward_close() + "00", f"CE00 1500 {TRIAD} 00 00"),
+    ],
+)
+def test_a_request_of_a_wrong_length_is_refused(bench: Any, request_: str, reply: str) -> None:
+    assert bench.ask(request_) == bytes.fromhex(reply)
+    assert bench.cyclic.added == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"transport": "00"}, "0301"),
+        ({"transport": "11"}, "0301"),
+        ({"transport": "81"}, "0301"),
+        ({"o_to_t": "3608"}, "0801"),
+        ({"t_to_o": "3268"}, "0801"),
+        ({"o_to_t": "36C8"}, "0801"),
+        ({"o_to_t": "3548"}, "0901"),
+        ({"t_to_o": "3148"}, "0901"),
+        ({"o_to_t_rpi": "CF070000"}, "1101"),
+        ({"path": "2004 2402 2C96 2C64"}, "1801"),
+        ({"path": "2004 2405 2C96 2C64 8001 1234"}, "1801"),
+        ({"path": "2004 2405 2C65 2C64"}, "1701"),
+        ({"path": "2004 2405 2C96 2C65"}, "1701"),
+        ({"path": "2004 2C96"}, "1701"),
+        ({"multiplier": "08"}, "3301"),
+    ],
+)
+def test_a_device_of_an_earlier_edition_has_fewer_codes(
+    make_bench: Any, fields: dict[str, str], words: str
+) -> None:
+    bench = make_bench(options=AdapterOptions(older_status=True))
+    assert bench.ask(forward_open(**fields)) == refused(words)

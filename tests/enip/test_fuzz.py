@@ -1,0 +1,120 @@
+"""Malformed and hostile input: a seeded part of `make fuzz`, and a proof that it can fail."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+import pytest
+
+import enip_fuzz
+from enip_attacks import ATTACKER
+from enip_frames import HEADER, mutate, send_rr, valid_frames
+from enip_fuzz import Bench, FuzzFailure, bench, fuzz
+from rcx_harness.enip import Client
+
+
+def can_bind(address: str) -> bool:
+    """Does this system have the loopback address?"""
+    with socket.socket() as tried:
+        try:
+            tried.bind((address, 0))
+        except OSError:
+            return False
+    return True
+
+
+pytestmark = pytest.mark.skipif(
+    not can_bind(ATTACKER), reason="only 127.0.0.1 is a loopback address on this system"
+)
+
+
+@pytest.fixture
+def target() -> Iterator[Bench]:
+    with bench() as made:
+        yield made
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_hostile_input_is_answered_or_cut_off_and_nobody_else_notices(
+    target: Bench, seed: int
+) -> None:
+    """300 attacks; a reader, newcomers and the robot's master work on all the while."""
+    report = fuzz(target, seed, lambda number: number >= 300)
+    assert report.attacks.total() == 300
+    assert report.checks == 16
+    assert len(report.attacks) == 10, f"not every kind of attack: {report.attacks}"
+    # It reaches the requests, their refusals and what works.
+    assert {0x00, 0x01, 0x03, 0x64, 0x65} <= report.statuses.keys()
+    assert {0x00, 0x01, 0x04, 0x08, 0x0C, 0x0E} <= report.replies.keys()
+
+
+def test_something_written_to_the_model_is_found(target: Bench) -> None:
+    target.check()
+    target.scanner.write(bytes(48))
+    with pytest.raises(FuzzFailure, match=r"seed 5, attack \d+: something was written"):
+        fuzz(target, 5, lambda number: number >= 1000)
+
+
+def test_a_master_that_loses_its_connection_is_found(target: Bench) -> None:
+    def goal(number: int) -> bool:
+        if number == 25:
+            target.scanner.close_connection()
+        return number >= 60
+
+    with pytest.raises(FuzzFailure, match=r"seed 5, attack 40: (the master has lost|something)"):
+        fuzz(target, 5, goal)
+
+
+def test_a_complaint_of_the_adapter_is_found(target: Bench) -> None:
+    target.complaints.write_text("Traceback (most recent call last):")
+    with pytest.raises(AssertionError, match="the adapter complains: Traceback"):
+        target.check()
+
+
+def test_memory_that_grows_is_found(target: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = iter([10_000, 90_000])
+    monkeypatch.setattr(enip_fuzz, "_memory_kib", lambda _: next(sizes))
+    with pytest.raises(FuzzFailure, match="seed 3: the adapter's memory grew by 80000 KiB"):
+        fuzz(target, 3, lambda number: number >= 101)
+
+
+def test_the_same_seed_gives_the_same_frames() -> None:
+    def drawn(seed: int) -> list[bytes]:
+        draw = Random(seed)
+        return [mutate(draw, one) for one in valid_frames(draw, 1)]
+
+    assert drawn(7) == drawn(7)
+    assert drawn(7) != drawn(8)
+
+
+def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
+    """Undamaged, the requests are understood: refused for what they ask, never for their form."""
+    with Client(*target.adapter.address) as client:
+        session = client._session
+        for sent in valid_frames(Random(1), session):
+            _, length, _, status, _, _ = HEADER.unpack_from(sent)
+            assert (len(sent), status) == (HEADER.size + length, 0)
+        client._socket.sendall(send_rr(b"\x0e\x03\x20\x04\x24\x64\x30\x03", session))
+        answer = client._socket.recv(4096)
+    assert answer[HEADER.size + 16 :] == b"\x8e\x00\x00\x00" + enip_fuzz.TO_MASTER
+
+
+def test_make_fuzz_prints_its_seed_and_what_came_of_it(repository: Path) -> None:
+    command = [sys.executable, str(repository / "tests/support/enip_fuzz.py")]
+    done = subprocess.run(
+        [*command, "--count", "20", "--seed", "4"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert lines[0] == "seed 4"
+    assert lines[1].startswith("20 attacks with seed 4: ")
+    assert "2 checks by the peers that behave" in lines[3]

@@ -1,0 +1,37 @@
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from rcx_harness.enip.network_interface import NetworkInterface, find_interface
+
+
+@pytest.mark.parametrize(
+    ("address", "netmask", "broadcasts"),
+    [
+        ("127.0.0.5", "255.0.0.0", ("127.255.255.255",)),
+        ("192.168.0.2", "255.255.255.0", ("192.168.0.255", "255.255.255.255")),
+        ("10.1.2.3", "255.255.240.0", ("10.1.15.255", "255.255.255.255")),
+    ],
+)
+def test_broadcasts_come_to_the_network_and_off_the_loopback_to_all(
+    address: str, netmask: str, broadcasts: tuple[str, ...]
+) -> None:
+    assert NetworkInterface(address, netmask).broadcast_addresses() == broadcasts
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1", "127.1.2.3"])
+def test_the_loopback_has_all_its_addresses(address: str) -> None:
+    assert find_interface(address) == NetworkInterface(address, "255.0.0.0", bytes(6))
+
+
+def test_an_address_of_nobody_gets_a_guess() -> None:
+    """203.0.113.0/24 is for documentation."""
+    assert find_interface("203.0.113.77") == NetworkInterface("203.0.113.77", "255.255.255.0")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what Linux tells is left out")
+def test_elsewhere_the_netmask_is_a_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "other")
+    assert find_interface("127.0.0.1").netmask == "255.0.0.0"

@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from rcx_harness.enip import AdapterOptions
+from rcx_harness.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"rpi_min_us": 999}, "packet intervals of 999"),
+        ({"rpi_min_us": 5_000, "rpi_max_us": 4_000}, "packet intervals of 5000 to 4000"),
+        ({"rpi_max_us": 1 << 32}, "packet intervals"),
+        ({"input_only": 4}, "must be others"),
+        ({"input_only": 150}, "must be others"),
+        ({"listen_only": 100}, "must be others"),
+        ({"listen_only": 0}, "1 to 65535"),
+        ({"configurations": (1, 65536)}, "1 to 65535"),
+        ({"inactivity_s": -1}, "0 to 3600"),
+        ({"inactivity_s": 3601}, "0 to 3600"),
+    ],
+)
+def test_what_cannot_be_served_is_refused(wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        AdapterOptions(**wrong)
+
+
+def test_the_limits_are_accepted() -> None:
+    AdapterOptions(1_000, 0xFFFFFFFF, 1, 65535, (1, 65535), True, 3600)
+    AdapterOptions(5_000, 5_000, configurations=(), inactivity_s=0)

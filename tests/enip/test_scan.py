@@ -1,0 +1,286 @@
+"""`rcx scan`: what it prints, and that it writes nothing unless told to."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rcx_harness import cli_scan
+from rcx_harness.cli import main
+from rcx_harness.enip import Adapter
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.scanner import Scanner
+from rcx_harness.errors import InputError
+from rcx_harness.scan import ScanOptions, output_image
+from rcx_harness.scan import scan as look
+from rcx_harness.scan_text import area_lines, change_lines, identity_lines, telegram_lines
+
+Captured = pytest.CaptureFixture[str]
+Run = Callable[..., int]
+
+#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode; bit 0 of byte 34: SO(20); word 2: 0x1234.
+OUTPUTS = bytes([0, 0, 0, 0, 0x34, 0x12]) + bytes(26) + bytes([0x12, 0x01, 0x01]) + bytes(13)
+
+
+@pytest.fixture(scope="module")
+def running() -> Iterator[Adapter]:
+    with Adapter(48, cyclic=0) as made:
+        made.write_to_master(OUTPUTS)
+        yield made
+
+
+@pytest.fixture
+def adapter(running: Adapter) -> Adapter:
+    """The adapter without a connection, assembly 150 all 0."""
+    waiting = threading.Event()
+    while running.shared.status().connections:  # the close of the last one is under way
+        waiting.wait(0.001)
+    running.shared.to_robot.write(bytes(48))
+    return running
+
+
+@pytest.fixture
+def scan(adapter: Adapter) -> Run:
+    """Runs `rcx scan` on the adapter for one look, unless told otherwise."""
+
+    def run(*options: str, duration: str = "0s") -> int:
+        host, port = adapter.address
+        return main(["scan", host, "--port", str(port), "--for", duration, *options])
+
+    return run
+
+
+def test_identity_comes_first_then_both_areas_and_the_telegram(
+    scan: Run, adapter: Adapter, capsys: Captured
+) -> None:
+    adapter.shared.to_robot.write(output_image(["SI00=1", "SIW(0)=0x0505"], 48))
+    assert scan() == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == (
+        "RCX3 virtual controller: vendor 636, device type 43, product code 5, revision 1.1, "
+        "serial number 0x00000001"
+    )
+    assert lines[2] == "input only connection, 48 bytes, packets every 10 ms"
+    master = lines.index("robot to master (assembly 100, the area from m)")
+    robot = lines.index("master to robot (assembly 150, the area from n)")
+    command = lines.index("remote command")
+    assert master < robot < command
+    assert "  SO(01) ON   CPU_OK status output" in lines[master:robot]
+    assert "  SO(02) off  Servo ON status output" in lines[master:robot]
+    assert "  not 0: SOW(2) = 0x1234, SO(20) = 1" in lines[master:robot]
+    assert "  SI(00) ON   Emergency stop input" in lines[robot:command]
+    request = "  ReadPositionPulses (0xR505): Current position reference, pulse units"
+    assert lines[command + 1] == request
+    assert lines[command + 2] == "  not taken yet"
+    assert lines[-1].split(" packets received, ")[0].isdigit()
+
+
+def test_without_write_nothing_is_written_and_nobody_owns_the_outputs(
+    scan: Run, adapter: Adapter
+) -> None:
+    """An Input Only connection sends no data; a master keeps its robot."""
+    before = bytes(range(48))
+    adapter.shared.to_robot.write(before)
+    version, generation = adapter.shared.to_robot.version, adapter.shared.status().generation
+    assert scan(duration="50ms") == 0
+    assert adapter.shared.to_robot.read() == before
+    assert adapter.shared.to_robot.version == version
+    assert adapter.shared.status().generation == generation, "it has been an owner"
+
+
+def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured) -> None:
+    host, port = adapter.address
+    with Scanner(host, port=port, io_port=0, multiplier=7) as master:
+        master.write(output_image(["SI00=1"], 48))
+        master.open()
+        assert scan() == 0
+        assert master.read().connected
+        assert adapter.shared.status().owner is OwnerState.RUN
+        assert "owned by a master" in capsys.readouterr().out
+
+        assert scan("--listen-only") == 0
+        assert "listen only connection" in capsys.readouterr().out
+
+        assert scan("--write", "SI06=1") == 2
+        assert "0x0106, another master owns the outputs" in capsys.readouterr().err
+        assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
+
+
+def test_with_write_it_is_the_master_and_writes_what_it_was_told(
+    scan: Run, adapter: Adapter, capsys: Captured
+) -> None:
+    """Everything else is 0."""
+    assert scan("--write", "SI00=1", "--write", "SIW(2)=5", duration="200ms") == 0
+    out = capsys.readouterr().out
+    assert "exclusive owner connection" in out
+    assert "  SI(00) ON   Emergency stop input" in out
+    assert "  not 0: SIW(2) = 0x0005" in out
+    assert adapter.shared.status().owner is OwnerState.CLOSED
+    assert adapter.read_to_robot() == output_image(["SI00=1", "SIW(2)=5"], 48)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--size", "256"], "0x0128, the size from the device does not fit the assembly"),
+        (["--size", "256"], "; try --size 48"),
+        (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
+        (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
+        (["--listen-only"], "no other connection is open; leave --listen-only out"),
+        (["--size", "64"], "the areas cannot be 64 bytes long"),
+        (["--rpi", "10us"], "a packet interval of 10 us cannot be asked for"),
+        (["--write", "SO00=1"], "SO00"),
+        (["--listen-only", "--write", "SI00=1"], "exclude each other"),
+    ],
+)
+def test_a_refusal_is_told_in_words(
+    scan: Run, capsys: Captured, options: list[str], message: str
+) -> None:
+    assert scan(*options) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
+def test_where_there_is_no_controller_one_line_says_so(capsys: Captured) -> None:
+    assert main(["scan", "127.0.0.1", "--port", "1"]) == 2
+    assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in capsys.readouterr().err
+
+
+def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
+    with Adapter(256, cyclic=0) as adapter:
+        image = bytearray(256)
+        image[254:] = b"\xcd\xab"
+        adapter.write_to_master(bytes(image))
+        host, port = adapter.address
+        options = ["--port", str(port), "--size", "256", "--for", "0s"]
+        assert main(["scan", host, *options]) == 0
+    assert "  not 0: SOW(127) = 0xABCD" in capsys.readouterr().out
+
+
+def test_changes_are_told_with_their_names() -> None:
+    after = bytearray(OUTPUTS)
+    after[32] ^= 0x06
+    after[0:2] = b"\x00\x02"
+    after[35] = 0x80
+    assert list(change_lines(OUTPUTS, bytes(after), "O")) == [
+        "SO(01) off  CPU_OK status output",
+        "SO(02) ON  Servo ON status output",
+        "SOW(0) = 0x0200",
+        "SO(37) = 1",
+    ]
+    assert list(change_lines(OUTPUTS, OUTPUTS, "O")) == []
+
+
+def test_an_area_lists_every_dedicated_bit_and_what_is_not_0() -> None:
+    lines = list(area_lines(bytes(48), "I"))
+    assert lines[0] == "  SI(00) off  Emergency stop input"
+    assert lines[-1] == "  all others 0"
+    area = bytearray(48)
+    area[45] = 0x81
+    assert list(area_lines(bytes(area), "I"))[-1] == "  not 0: SI(150) = 1, SI(157) = 1"
+
+
+def test_the_last_telegram_is_told_in_plain_language() -> None:
+    """Source: guide chapter 2, example: to point 19 at 50 %."""
+    words = ["SIW(0)=1", "SIW(2)=4", "SIW(3)=50", "SIW(4)=19"]
+    request = output_image(words, 48)
+    assert list(telegram_lines(bytes(48), request)) == [
+        "  MovePtp (0xR001): MOVE, PTP, point designation; axes 4, speed 50 0.01 % or %, point 19",
+        "  not taken yet",
+    ]
+    answered = b"\x00\x02" + bytes(46)
+    assert list(telegram_lines(answered, request))[1] == "  normal end"
+    assert list(telegram_lines(bytes(48), bytes(48))) == ["  no command, ready for one"]
+    alarm = b"\x00\x40\x0c\x00\x58\x02" + bytes(42)
+    (line,) = telegram_lines(alarm, None)
+    assert line.startswith("  remote status 0x4000: abnormal end, alarm 12.600")
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [
+        ("3000", "status 0x0030: owned by no master, no I/O connection"),
+        ("6100", "status 0x0061: owned by a master, an I/O connection is in run"),
+        ("0000", "status 0x0000: owned by no master"),
+    ],
+)
+def test_the_identity_is_told_in_words(status: str, words: str) -> None:
+    attributes = bytes.fromhex(f"7C02 2B00 0500 0101 {status} 78563412 03") + b"RCX"
+    assert list(identity_lines(attributes)) == [
+        "RCX: vendor 636, device type 43, product code 5, revision 1.1, serial number 0x12345678",
+        words,
+    ]
+
+
+def test_an_identity_cut_short_is_shown_as_it_is() -> None:
+    assert list(identity_lines(b"\x7c\x02")) == ["identity: 7c 02"]
+
+
+def test_inputs_are_written_by_any_of_their_names() -> None:
+    names = ["SI00=1", "SI(01)=1", "SI10_SequenceControl=1", "SI(20)=1", "SIW(1)=0xABCD"]
+    image = output_image([*names, "SID(2)=65536"], 48)
+    assert image[2:4] == b"\xcd\xab"
+    assert image[4:8] == b"\x00\x00\x01\x00"
+    assert image[32:35] == b"\x03\x01\x01"
+    assert output_image(["SIW(127)=1"], 256)[254:] == b"\x01\x00"
+    assert output_image([], 48) == bytes(48)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("SI00", "not a value to write: 'SI00'"),
+        ("SI00=on", "not a value to write"),
+        ("SI00=2", "2 does not fit SI00"),
+        ("SIW(2)=65536", "65536 does not fit"),
+        ("SIW(2)=-1", "not a value to write"),
+        ("SO(20)=1", "SO(20) is no input of the robot"),
+        ("MO(20)=1", "MO(20) is no input of the robot"),
+        ("SIW(127)=1", "needs the extended area"),
+        ("nonsense=1", "nonsense"),
+    ],
+)
+def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
+    with pytest.raises(InputError) as refused:
+        output_image([entry], 48)
+    assert message in str(refused.value)
+
+
+def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
+    """The adapter goes while the scan looks."""
+    told: list[str] = []
+    with Adapter(48, cyclic=0) as adapter:
+        host, port = adapter.address
+
+        def tell(line: str) -> None:
+            told.append(line)
+            if line.startswith("changes in the next"):
+                adapter.close()
+
+        assert not look(ScanOptions(host, duration_us=60_000_000, port=port), tell)
+    assert any("the connection is lost" in line for line in told)
+    assert " packets received, " in told[-1]
+
+
+def test_ctrl_c_ends_it_with_the_count_of_packets(running: Adapter) -> None:
+    told: list[str] = []
+
+    def tell(line: str) -> None:
+        told.append(line)
+        if line.startswith("changes in the next"):
+            raise KeyboardInterrupt
+
+    host, port = running.address
+    assert look(ScanOptions(host, duration_us=60_000_000, port=port), tell)
+    assert " packets received, " in told[-1]
+
+
+@pytest.mark.parametrize(("held", "code"), [(True, 0), (False, 1)])
+def test_a_lost_connection_ends_with_1(
+    monkeypatch: pytest.MonkeyPatch, held: bool, code: int
+) -> None:
+    monkeypatch.setattr(cli_scan, "look", lambda options, tell: held)
+    assert main(["scan", "127.0.0.1"]) == code

@@ -1,0 +1,321 @@
+"""A scanner and an adapter on the loopback interface: class 1 connections from end to end.
+
+Nothing is timed. What happens "in the end" is waited for by explicit requests to the adapter, a
+number of them that no machine needs. Time-outs are of 512 intervals where none is to happen.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rcx_harness.enip.adapter import Adapter
+from rcx_harness.enip.client import Client
+from rcx_harness.enip.connections import ConnectionKind, EndReason, OwnerState
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.scanner import Scanner
+from rcx_harness.errors import InputError
+
+HOST, SECOND = "127.6.0.1", "127.6.0.2"
+OPTIONS = AdapterOptions(rpi_min_us=1_000)
+TO_MASTER = bytes(range(1, 49))
+TO_ROBOT = bytes(range(101, 149))
+
+
+@pytest.fixture(scope="module")
+def shared_adapter() -> Iterator[Adapter]:
+    with Adapter(host=HOST, cyclic=0, options=OPTIONS) as adapter:
+        yield adapter
+
+
+@pytest.fixture
+def adapter(shared_adapter: Adapter) -> Adapter:
+    """The same for all; a test that leaves a connection open must not disturb the next."""
+    eventually(shared_adapter, lambda: shared_adapter.shared.status().connections == 0)
+    shared_adapter.write_to_master(TO_MASTER)
+    return shared_adapter
+
+
+def scan(
+    adapter: Adapter,
+    rpi_us: int = 4_000,
+    *,
+    multiplier: int = 7,
+    kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
+    multicast: bool = False,
+    address: str = HOST,
+    io_port: int | None = 0,
+    large: bool = False,
+    size: int | None = None,
+) -> Scanner:
+    return Scanner(
+        *(adapter.address[0], size or adapter.size, rpi_us),
+        kind=kind,
+        multiplier=multiplier,
+        multicast=multicast,
+        address=address,
+        io_port=io_port,
+        port=adapter.address[1],
+        large=large,
+        timeout_s=60.0,
+    )
+
+
+def eventually(adapter: Adapter, condition: Callable[[], bool]) -> None:
+    """Wait, by requests to the adapter, until something is so."""
+    with Client(*adapter.address, timeout_s=60.0) as client:
+        for _ in range(100_000):
+            if condition():
+                return
+            client.get_attribute(1, 1, 1)
+    raise AssertionError("not within 100,000 requests")
+
+
+def test_both_areas_are_exchanged(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        scanner.open()
+        scanner.write(TO_ROBOT)
+        eventually(adapter, lambda: scanner.read().image == TO_MASTER)
+        eventually(adapter, lambda: adapter.read_to_robot() == TO_ROBOT)
+        assert scanner.read().connected
+        assert adapter.shared.owner is OwnerState.RUN
+
+
+def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        received = scanner.read()
+        assert (received.image, received.age_us, received.connected) == (bytes(48), None, False)
+        assert scanner.connection is None
+
+
+def test_the_age_is_that_of_the_last_packet(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        scanner.open()
+        eventually(adapter, lambda: scanner.read().connected)
+        scanner.stop()
+        first = scanner.read().age_us
+        second = scanner.read().age_us
+        assert first is not None
+        assert second is not None
+        assert 0 <= first <= 60_000_000
+
+
+@pytest.mark.parametrize(("run", "state"), [(True, OwnerState.RUN), (False, OwnerState.IDLE)])
+def test_the_adapter_sees_whether_the_program_runs(
+    adapter: Adapter, run: bool, state: OwnerState
+) -> None:
+    with scan(adapter) as scanner:
+        scanner.write(TO_ROBOT, run=run)
+        scanner.open()
+        eventually(adapter, lambda: adapter.shared.owner is state)
+
+
+def test_what_was_agreed_can_be_read(adapter: Adapter) -> None:
+    with scan(adapter, rpi_us=5_000) as scanner:
+        scanner.open()
+        agreed = scanner.connection
+        assert agreed is not None
+        assert (agreed.o_to_t_api_us, agreed.t_to_o_api_us) == (5_000, 5_000)
+        assert (agreed.peer, agreed.destination_port) == (HOST, adapter.io_port)
+        scanner.close_connection()
+        assert scanner.connection is None
+
+
+def test_no_packet_is_missing(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        before = adapter.shared.status()
+        scanner.open()
+        eventually(adapter, lambda: scanner.statistics().received >= 50)
+        ours, theirs = scanner.statistics(), adapter.shared.status()
+        assert (ours.missing, ours.dropped) == (0, 0)
+        assert (theirs.missing, theirs.dropped) == (before.missing, before.dropped)
+        assert 0 < ours.gap_median_us <= ours.gap_p99_us <= ours.gap_max_us
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_256_bytes_go_both_ways(large: bool) -> None:
+    with Adapter(256, host=HOST, cyclic=0) as adapter, scan(adapter, large=large) as scanner:
+        adapter.write_to_master(bytes(range(256)))
+        scanner.write(bytes(range(255, -1, -1)))
+        scanner.open()
+        eventually(adapter, lambda: scanner.read().image == bytes(range(256)))
+        eventually(adapter, lambda: adapter.read_to_robot() == bytes(range(255, -1, -1)))
+
+
+@pytest.mark.parametrize("multicast", [False, True])
+def test_input_only_receives_and_sends_nothing(adapter: Adapter, multicast: bool) -> None:
+    before = adapter.shared.to_robot.version
+    with scan(adapter, kind=ConnectionKind.INPUT_ONLY, multicast=multicast) as scanner:
+        scanner.write(TO_ROBOT)
+        scanner.open()
+        eventually(adapter, lambda: scanner.read().image == TO_MASTER)
+        status = adapter.shared.status()
+        assert (status.owners, status.input_only) == (0, 1)
+    assert adapter.shared.to_robot.version == before
+
+
+@pytest.mark.parametrize("multicast", [False, True])
+def test_a_listener_hears_what_the_owner_hears_and_ends_with_it(
+    adapter: Adapter, multicast: bool
+) -> None:
+    with scan(adapter, multicast=multicast) as owner:
+        owner.open()
+        listener = scan(
+            adapter, kind=ConnectionKind.LISTEN_ONLY, multicast=multicast, address=SECOND
+        )
+        with listener:
+            listener.open()
+            eventually(adapter, lambda: listener.read().image == TO_MASTER)
+            owner.close_connection()
+            eventually(adapter, lambda: adapter.shared.status().connections == 0)
+            with pytest.raises(CipError) as refused:
+                listener.close_connection()
+            assert (refused.value.status, refused.value.extended) == (0x01, (0x107,))
+
+
+def test_several_scanners_receive_side_by_side(adapter: Adapter) -> None:
+    kind = ConnectionKind.INPUT_ONLY
+    with scan(adapter, kind=kind) as first, scan(adapter, kind=kind, address=SECOND) as second:
+        for scanner in (first, second):
+            scanner.open()
+        for scanner in (first, second):
+            eventually(adapter, lambda one=scanner: one.statistics().received >= 20)  # type: ignore[misc]
+            assert scanner.statistics().missing == 0
+
+
+def test_a_second_owner_is_refused_in_words(adapter: Adapter) -> None:
+    with scan(adapter) as owner, scan(adapter, address=SECOND) as second:
+        owner.open()
+        with pytest.raises(CipError) as refused:
+            second.open()
+        assert (refused.value.status, refused.value.extended) == (0x01, (0x106,))
+        assert str(refused.value) == (
+            "the connection (Forward Open) was refused: 0x01, connection failure; "
+            "0x0106, another master owns the outputs"
+        )
+        eventually(adapter, lambda: owner.read().connected)
+
+
+def test_areas_of_another_size_are_refused(adapter: Adapter) -> None:
+    with scan(adapter, size=256) as scanner:
+        with pytest.raises(CipError) as refused:
+            scanner.open()
+        assert refused.value.status == 0x01
+        assert refused.value.extended[0] in (0x127, 0x128)
+        assert not scanner.read().connected
+
+
+def test_the_end_of_the_session_leaves_the_connection_alone(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        scanner.open()
+        eventually(adapter, lambda: scanner.read().connected)
+        scanner.client.close()
+        received = scanner.statistics().received
+        eventually(adapter, lambda: scanner.statistics().received >= received + 50)
+        assert scanner.read().connected
+        assert adapter.shared.status().owners == 1
+        # Forward Close goes through a new session then.
+        scanner.close_connection()
+        eventually(adapter, lambda: adapter.shared.owner is OwnerState.CLOSED)
+
+
+def test_silence_times_out_at_both_ends_and_open_brings_it_back(adapter: Adapter) -> None:
+    with scan(adapter, rpi_us=1_000, multiplier=5) as scanner:
+        scanner.open()
+        eventually(adapter, lambda: scanner.statistics().received > 0)
+        scanner.stop()
+        eventually(adapter, lambda: adapter.shared.owner is OwnerState.TIMED_OUT)
+        eventually(adapter, lambda: not scanner.read().connected)
+        eventually(adapter, lambda: scanner.ended is EndReason.TIMED_OUT)
+        received = scanner.statistics().received
+        scanner.open()
+        assert scanner.ended is None
+        eventually(adapter, lambda: scanner.statistics().received > received)
+
+
+def test_forward_close_ends_the_robots_packets(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        scanner.open()
+        eventually(adapter, lambda: scanner.read().connected)
+        scanner.close_connection()
+        eventually(adapter, lambda: adapter.shared.owner is OwnerState.CLOSED)
+        assert adapter.shared.status().connections == 0
+        assert not scanner.read().connected
+
+
+def test_the_connection_is_lost_when_the_adapter_goes(adapter: Adapter) -> None:
+    with Adapter(host=SECOND, cyclic=0, options=OPTIONS) as other:
+        scanner = scan(other, rpi_us=1_000, multiplier=5)
+        scanner.open()
+        eventually(adapter, lambda: scanner.statistics().received > 0)
+    with scanner:
+        eventually(adapter, lambda: not scanner.read().connected)
+        with pytest.raises(EnipError):
+            scanner.open()
+
+
+def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> None:
+    with scan(adapter) as scanner:
+        scanner.open()
+        eventually(adapter, lambda: scanner.read().connected)
+        scanner._control._process.kill()
+        eventually(adapter, lambda: not scanner.read().connected)
+
+
+def test_where_the_usual_port_is_taken_another_one_is_told(adapter: Adapter) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
+        first.bind(("127.6.0.3", 2222))
+        with scan(adapter, address="127.6.0.3", io_port=None) as scanner:
+            scanner.open()
+            eventually(adapter, lambda: scanner.read().connected)
+
+
+def test_a_port_of_ones_own_choice_must_be_free(adapter: Adapter) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
+        first.bind((HOST, 0))
+        with pytest.raises(EnipError, match="cannot use UDP port"):
+            scan(adapter, io_port=first.getsockname()[1])
+
+
+def test_without_an_adapter_there_is_no_scanner() -> None:
+    with socket.socket() as free:
+        free.bind((HOST, 0))
+        port = free.getsockname()[1]
+    with pytest.raises(EnipError, match="no connection to the EtherNet/IP adapter"):
+        Scanner(HOST, port=port)
+
+
+@pytest.mark.parametrize(
+    ("size", "rpi_us", "multiplier", "message"),
+    [
+        (47, 10_000, 2, "the areas cannot be 47 bytes long"),
+        (48, 999, 2, "a packet interval of 999 us cannot be asked for"),
+        (48, 2**32, 2, "a packet interval of 4294967296 us cannot be asked for"),
+        (48, 10_000, 8, "the time-out multiplier must be 0 to 7"),
+        (48, 10_000, -1, "the time-out multiplier must be 0 to 7"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_refused_before_anything_is_sent(
+    size: int, rpi_us: int, multiplier: int, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        Scanner("127.6.0.9", size, rpi_us, multiplier=multiplier)
+
+
+def test_closing_twice_does_no_harm(adapter: Adapter) -> None:
+    scanner = scan(adapter)
+    scanner.open()
+    scanner.close()
+    scanner.close()
+    eventually(adapter, lambda: adapter.shared.owner is OwnerState.CLOSED)
+
+
+def test_the_adapters_process_of_the_cyclic_part_needs_its_own_port() -> None:
+    """Two adapters at one address and port would take each other's packets."""
+    with Adapter(host=HOST, cyclic=0) as first:
+        assert first.io_port is not None
+        with pytest.raises(EnipError, match=f"cannot use UDP port {first.io_port}"):
+            Adapter(host=HOST, cyclic=first.io_port)

@@ -1,0 +1,204 @@
+"""The shared assemblies: whole images for every reader, whatever the writer does meanwhile."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+from collections.abc import Iterator
+
+import pytest
+
+from rcx_harness.enip.connections import ConnectionKind, ConnectionParameters, OwnerState
+from rcx_harness.enip.shared import GAPS, Counter, LinkState, SharedImage, SharedImages
+
+OWNER = ConnectionParameters(
+    number=1,
+    kind=ConnectionKind.EXCLUSIVE_OWNER,
+    o_to_t_id=0x11,
+    t_to_o_id=0x22,
+    o_to_t_api_us=4_000,
+    t_to_o_api_us=10_000,
+    o_to_t_size=48,
+    t_to_o_size=48,
+    multiplier=2,
+    peer="192.168.0.7",
+    destination="192.168.0.7",
+)
+
+
+@pytest.fixture
+def images() -> Iterator[SharedImages]:
+    with SharedImages.create(48) as images:
+        yield images
+        images.unlink()
+
+
+def test_both_assemblies_are_zero_at_first(images: SharedImages) -> None:
+    assert images.to_master.read() == bytes(48)
+    assert images.to_robot.read() == bytes(48)
+
+
+@pytest.mark.parametrize("size", [48, 256])
+def test_what_is_written_is_read_in_full_by_who_attached_by_name(size: int) -> None:
+    with SharedImages.create(size) as ours, SharedImages.attach(ours.name) as theirs:
+        ours.unlink()
+        ours.to_master.write(bytes([0xA5] * size))
+        theirs.to_robot.write(bytes([0x5A] * size))
+        assert theirs.size == size
+        assert theirs.to_master.read() == bytes([0xA5] * size)
+        assert ours.to_robot.read() == bytes([0x5A] * size)
+
+
+def test_the_version_counts_the_writes(images: SharedImages) -> None:
+    for _ in range(20):
+        images.to_master.write(bytes(48))
+    assert images.to_master.version == 20
+    assert images.to_robot.version == 0
+
+
+def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
+    images.to_master.write(bytes([1] * 48))
+    for wrong in (bytes(47), bytes(49)):
+        with pytest.raises(ValueError, match="different structures"):
+            images.to_master.write(wrong)
+    assert images.to_master.read() == bytes([1] * 48)
+
+
+def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
+    """Only the number that is written last publishes an image."""
+    memory = memoryview(bytearray(SharedImage.needs(4)))
+    image = SharedImage(memory, 4)
+    image.write(b"whol")
+    # Version 1 lies in the second slot of eight bytes; the third one is written half.
+    memory[8 + 2 * 8 : 8 + 2 * 8 + 2] = b"xx"
+    assert image.read() == b"whol"
+
+
+def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
+    """Seven writes while one reads: the slot that is read comes round with the eighth."""
+    memory = memoryview(bytearray(SharedImage.needs(4)))
+    writer, reader = SharedImage(memory, 4), SharedImage(memory, 4)
+    writer.write(b"0000")
+
+    class OvertakenSlot:
+        """Behaves like the slot of version 1 while the writer goes round once."""
+
+        def __bytes__(self) -> bytes:
+            for number in range(2, 9):
+                writer.write(f"{number:04}".encode())
+            return b"torn"
+
+    reader._slots[1] = OvertakenSlot()  # type: ignore[call-overload]
+    assert reader.read() == b"0008"
+
+
+def test_no_reader_ever_sees_a_torn_image() -> None:
+    """While another process writes without pause, every image read has all its bytes the same."""
+    writer = textwrap.dedent(
+        """
+        import sys
+        from rcx_harness.enip.shared import SharedImages
+        with SharedImages.attach(sys.argv[1]) as images:
+            patterns = [bytes([number]) * 256 for number in range(256)]
+            print("ready", flush=True)
+            while images.link == 0:
+                for pattern in patterns:
+                    images.to_robot.write(pattern)
+        """
+    )
+    seen = set()
+    with SharedImages.create(256) as images:
+        process = subprocess.Popen(
+            [sys.executable, "-c", writer, images.name], stdout=subprocess.PIPE
+        )
+        assert process.stdout is not None
+        process.stdout.readline()
+        images.unlink()
+        try:
+            for _ in range(20_000_000):
+                seen.add(images.to_robot.read())
+                if len(seen) >= 64:
+                    break
+        finally:
+            images.link = LinkState.CUT
+            process.communicate(timeout=60)
+    assert len(seen) >= 64, "the writer did not write meanwhile"
+    assert all(len(set(image)) == 1 for image in seen)
+
+
+def test_the_status_begins_with_no_owner(images: SharedImages) -> None:
+    status = images.status()
+    assert (status.owner, status.generation, status.peer) == (OwnerState.NONE, 0, "")
+    assert (status.connections, status.received, status.sent) == (0, 0, 0)
+
+
+def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages) -> None:
+    images.set_owner(OwnerState.WAITING, OWNER)
+    images.set_owner(OwnerState.RUN, OWNER)
+    status = images.status()
+    assert (status.owner, status.generation) == (OwnerState.RUN, 2)
+    assert status.peer == "192.168.0.7"
+    assert (status.o_to_t_api_us, status.t_to_o_api_us) == (4_000, 10_000)
+    images.set_owner(OwnerState.CLOSED, None)
+    status = images.status()
+    assert (status.owner, status.generation, status.peer) == (OwnerState.CLOSED, 3, "")
+    assert (status.o_to_t_api_us, status.t_to_o_api_us) == (0, 0)
+
+
+def test_the_status_counts_packets_and_connections(images: SharedImages) -> None:
+    for number, counter in enumerate(
+        (Counter.OWNERS, Counter.INPUT_ONLY, Counter.LISTEN_ONLY, Counter.SENT, Counter.DROPPED), 1
+    ):
+        images.count(counter, number)
+    images.count(Counter.MISSING, 6)
+    images.count(Counter.SKIPPED, 7)
+    images.arrive(1_000, None)
+    images.arrive(3_500, 2_500)
+    status = images.status()
+    assert (status.owners, status.input_only, status.listen_only) == (1, 2, 3)
+    assert status.connections == 6
+    assert (status.sent, status.dropped, status.missing, status.skipped) == (4, 5, 6, 7)
+    assert status.received == 2
+    assert images.arrived_us == 3_500
+    assert images.gaps_us() == [2_500]
+
+
+def test_the_latest_gaps_are_kept(images: SharedImages) -> None:
+    for gap in range(GAPS + 2):
+        images.arrive(gap, gap)
+    gaps = images.gaps_us()
+    assert len(gaps) == GAPS
+    assert sorted(gaps) == list(range(2, GAPS + 2))
+
+
+def test_a_gap_too_long_for_its_word_is_kept_as_the_longest(images: SharedImages) -> None:
+    images.arrive(0, 2**32 + 5)
+    assert images.gaps_us() == [2**32 - 1]
+
+
+@pytest.mark.parametrize("state", list(LinkState))
+def test_the_link_is_cut_by_the_one_and_seen_by_the_other(
+    images: SharedImages, state: LinkState
+) -> None:
+    with SharedImages.attach(images.name) as theirs:
+        images.link = state
+        assert theirs.link is state
+
+
+def test_the_scanners_program_runs_or_not(images: SharedImages) -> None:
+    assert not images.run
+    images.run = True
+    assert images.run
+
+
+def test_closing_twice_does_no_harm() -> None:
+    images = SharedImages.create(48)
+    images.unlink()
+    images.close()
+    images.close()
+
+
+def test_memory_of_an_unknown_name_is_not_found() -> None:
+    with pytest.raises(FileNotFoundError):
+        SharedImages.attach("rcx-no-such-memory")

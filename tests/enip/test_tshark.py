@@ -1,0 +1,201 @@
+"""Wireshark's dissector, an independent witness, reads what goes over the wire.
+
+Skipped where tshark is missing or may not capture on the loopback interface (Debian: `apt install
+tshark`, and root or the group wireshark).
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import threading
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from rcx_harness.enip import Adapter, Client
+from rcx_harness.enip.connections import ConnectionKind
+from rcx_harness.enip.scanner import Scanner
+
+TSHARK = shutil.which("tshark")
+PORT, IO_PORT = 44818, 2222
+PATIENCE_S = 30.0
+ERROR = 0x00800000  # severity of an expert info
+LIST_IDENTITY = struct.pack("<HHII8sI", 0x63, 0, 0, 0, b"probe\0\0\0", 0)
+
+pytestmark = pytest.mark.skipif(TSHARK is None, reason="tshark is not installed")
+
+
+class Frame(NamedTuple):
+    """What tshark says of a frame; texts, empty for what it does not have."""
+
+    source: str
+    destination: str
+    protocol: str
+    malformed: str
+    severity: str
+    complaint: str
+    service: str
+    status: str
+    data: str
+
+
+FIELDS = (
+    *("ip.src", "ip.dst", "_ws.col.Protocol", "_ws.malformed", "_ws.expert.severity"),
+    *("_ws.expert.message", "cip.service", "cip.genstat", "cipio.data"),
+)
+
+
+class Capture:
+    """tshark on the loopback interface, for one adapter's address."""
+
+    def __init__(self, host: str, file: Path) -> None:
+        assert TSHARK is not None
+        self.file, self._host = file, host
+        capture = f"host {host} and (udp port {IO_PORT} or port {PORT})"
+        command = [TSHARK, "-n", "-l", "-i", "lo", "-f", capture, "-w", str(file)]
+        command += ["-P", "-T", "fields", "-e", "udp.srcport"]
+        self._process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+        self.wait_for_probe()
+
+    def wait_for_probe(self) -> None:
+        """A datagram of ours shows that all before it has been captured."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind((self._host, 0))
+            port = str(probe.getsockname()[1])
+            for _ in range(int(PATIENCE_S / 0.1)):
+                probe.sendto(LIST_IDENTITY, (self._host, PORT))
+                with suppress(queue.Empty):
+                    while (line := self._lines.get(timeout=0.1)) is not None:
+                        if line.strip() == port:
+                            return
+                    assert self._process.stderr is not None
+                    reason = self._process.stderr.read().strip().splitlines()
+                    pytest.skip(f"tshark cannot capture: {' '.join(reason[-2:])}")
+        pytest.fail("tshark does not see the probe")
+
+    def stop(self) -> None:
+        """End the capture; its file is complete then."""
+        self._process.send_signal(signal.SIGINT)
+        self._process.wait(PATIENCE_S)
+
+    def frames(self) -> list[Frame]:
+        """All that has been captured, as it was dissected."""
+        assert TSHARK is not None
+        command = [TSHARK, "-n", "-2", "-r", str(self.file), "-T", "fields"]
+        for name in FIELDS:
+            command += ["-e", name]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+        return [Frame(*line.split("\t")) for line in done.stdout.splitlines()]
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._lines.put(line)
+        self._lines.put(None)
+
+
+@pytest.fixture
+def host() -> str:
+    """A loopback address of this test process alone: the ports must be the protocol's."""
+    return f"127.44.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
+
+
+@pytest.fixture
+def adapter(host: str) -> Iterator[Adapter]:
+    with Adapter(48, host=host, port=PORT, cyclic=IO_PORT) as running:
+        running.write_to_master(bytes(range(48)))
+        yield running
+
+
+def until_received(scanner: Scanner, packets: int) -> None:
+    """Wait for packets; the limit is only for a failure."""
+    waiting = threading.Event()
+    for _ in range(int(PATIENCE_S / 0.01)):
+        if scanner.statistics().received >= packets:
+            return
+        waiting.wait(0.01)
+    pytest.fail(f"not {packets} packets: {scanner.statistics()}")
+
+
+def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
+    adapter: Adapter, host: str, tmp_path: Path
+) -> None:
+    """Explicit messages, Forward Open and Close, packets both ways; owner and Input Only."""
+    capture = Capture(host, tmp_path / "session.pcapng")
+    with (
+        Scanner(host, multiplier=7, address="127.0.0.2", io_port=IO_PORT) as owner,
+        Scanner(
+            host, kind=ConnectionKind.INPUT_ONLY, multiplier=7, address="127.0.0.4", large=True
+        ) as reader,
+        Client(host) as client,
+    ):
+        client.get_attribute(1, 1, 7)
+        client.get_assembly(100)
+        owner.write(bytes(range(100, 148)))
+        owner.open()
+        reader.open()
+        until_received(owner, 20)
+        until_received(reader, 20)
+    capture.wait_for_probe()
+    capture.stop()
+
+    frames = capture.frames()
+    assert [one for one in frames if one.malformed] == []
+    errors = [one for one in frames if any(int(each) >= ERROR for each in split(one.severity))]
+    assert errors == []
+    cyclic = [one for one in frames if one.protocol == "CIP I/O"]
+    assert len(cyclic) >= 40
+
+    # 0x54 Forward Open, 0x5B Large Forward Open, 0x4E Forward Close: requests, then replies.
+    managed = [one for one in frames if one.protocol == "CIP CM"]
+    requests = Counter(int(one.service, 16) for one in managed if not one.status)
+    assert requests == {0x54: 1, 0x5B: 1, 0x4E: 2}
+    replies = Counter((int(one.service, 16), int(one.status, 16)) for one in managed if one.status)
+    assert replies == {(0xD4, 0x00): 1, (0xDB, 0x00): 1, (0xCE, 0x00): 2}
+
+    # The witness knows each connection from its Forward Open, so it comes before its packets.
+    sent = [one.data for one in cyclic if one.source == "127.0.0.2"]
+    assert len(sent) >= 20
+    assert set(sent) == {bytes(range(100, 148)).hex()}
+    heartbeats = [one.data for one in cyclic if one.source == "127.0.0.4"]
+    assert len(heartbeats) >= 20
+    assert set(heartbeats) <= {"", "<none>"}
+    received = [one for one in cyclic if one.source == host]
+    assert {one.destination for one in received} == {"127.0.0.2", "127.0.0.4"}
+    assert {one.data for one in received} == {bytes(range(48)).hex()}
+
+
+def split(field: str) -> list[str]:
+    """The values of a field that a frame may have several times."""
+    return field.split(",") if field else []
+
+
+def test_the_witness_would_mark_a_malformed_frame(
+    adapter: Adapter, host: str, tmp_path: Path
+) -> None:
+    """A ListIdentity answer cut in two is marked, so that no mark means something."""
+    capture = Capture(host, tmp_path / "cut.pcapng")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as broken:
+        broken.bind((host, 0))
+        items = struct.pack("<HHH", 1, 0x0C, 40) + bytes(10)
+        broken.sendto(struct.pack("<HHII8sI", 0x63, 16, 0, 0, bytes(8), 0) + items, (host, PORT))
+    capture.wait_for_probe()
+    capture.stop()
+    assert [one for one in capture.frames() if one.malformed]

@@ -1,0 +1,121 @@
+"""A device's class 1 connections without sockets: connections, packets, and what comes of them.
+
+Times are microseconds. Connections are 48 bytes each way at 10 ms with the multiplier 2 (16
+intervals: 160 ms).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from rcx_harness.enip.connections import (
+    ConnectionKind,
+    ConnectionParameters,
+    EndReason,
+    OwnerState,
+)
+from rcx_harness.enip.cyclic import Exchange, Role
+from rcx_harness.enip.shared import SharedImages
+
+__all__ = [
+    "DATA",
+    "GROUP",
+    "IMAGE",
+    "INPUT_ONLY",
+    "LISTEN_ONLY",
+    "MASTER",
+    "OTHER",
+    "OWNER",
+    "ROBOT",
+    "Device",
+    "heartbeat",
+    "multicast",
+    "packet",
+]
+
+MASTER, ROBOT, OTHER = "192.168.0.7", "192.168.0.2", "192.168.0.8"
+GROUP = "239.192.1.32"
+
+OWNER = ConnectionParameters(
+    number=1,
+    kind=ConnectionKind.EXCLUSIVE_OWNER,
+    o_to_t_id=0x11111111,
+    t_to_o_id=0x22222222,
+    o_to_t_api_us=10_000,
+    t_to_o_api_us=10_000,
+    o_to_t_size=48,
+    t_to_o_size=48,
+    multiplier=2,
+    peer=MASTER,
+    destination=MASTER,
+)
+INPUT_ONLY = replace(
+    OWNER,
+    number=2,
+    kind=ConnectionKind.INPUT_ONLY,
+    o_to_t_id=0x33333333,
+    t_to_o_id=0x44444444,
+    o_to_t_size=0,
+    run_idle=False,
+    peer=OTHER,
+    destination=OTHER,
+)
+LISTEN_ONLY = replace(
+    INPUT_ONLY,
+    number=3,
+    kind=ConnectionKind.LISTEN_ONLY,
+    o_to_t_id=0x55555555,
+    t_to_o_id=0x66666666,
+)
+
+IMAGE = bytes(range(1, 49))
+DATA = IMAGE.hex()
+
+
+def packet(number: int, count: int, identifier: str = "11111111", run: int = 1) -> bytes:
+    """A packet of the master with IMAGE: 54 (0x36) bytes of connected data."""
+    return bytes.fromhex(
+        f"0200 0280 0800 {identifier} {number.to_bytes(4, 'little').hex()}"
+        f"B100 3600 {count.to_bytes(2, 'little').hex()} {run:02X}000000 {DATA}"
+    )
+
+
+def heartbeat(number: int, identifier: str) -> bytes:
+    """A packet that carries a sequence count alone."""
+    return bytes.fromhex(
+        f"0200 0280 0800 {identifier} {number.to_bytes(4, 'little').hex()} B100 0200 0000"
+    )
+
+
+def multicast(one: ConnectionParameters, api_us: int = 10_000) -> ConnectionParameters:
+    """The same connection with one production for all."""
+    return replace(
+        one, t_to_o_id=0x0A0A0A0A, t_to_o_api_us=api_us, multicast=True, destination=GROUP
+    )
+
+
+@dataclass
+class Device:
+    """An exchange, what it has sent (packet, address, code point) and which ends it has told."""
+
+    images: SharedImages
+    role: Role = Role.TARGET
+    sent: list[tuple[bytes, tuple[str, int], int]] = field(default_factory=list)
+    ended: list[tuple[int, EndReason]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.exchange = Exchange(self.images, lambda *end: self.ended.append(end), self.role)
+
+    def poll(self, now_us: int) -> int | None:
+        """Let it send what is due, and end what has timed out."""
+        return self.exchange.poll(now_us, lambda *one: self.sent.append(one))
+
+    def destinations(self) -> list[str]:
+        """Where the packets since the last call have gone."""
+        hosts = [address[0] for _, address, _ in self.sent]
+        self.sent.clear()
+        return hosts
+
+    def owner(self) -> OwnerState:
+        """What became of the owner."""
+        return self.images.status().owner
