@@ -75,14 +75,12 @@ class NetworkInMemory:
 class ServedHost(Host):
     """A host whose controller lives in this process, on the test's time."""
 
-    def __init__(
-        self, config: RobotConfig | None = None, *, idle: str = "loss", address: str = "127.0.0.1"
-    ) -> None:
+    def __init__(self, config: RobotConfig | None = None, *, address: str = "127.0.0.1") -> None:
         super().__init__(Settings(host=address))
         config = config or RobotConfig()
         self.size = config.size
         self.network = NetworkInMemory(config.size)
-        self.station = Station(Controller(config), self.network, idle)
+        self.station = Station(Controller(config), self.network)
         self.now_us = -CYCLE_US
         self.run(0)
 
@@ -96,5 +94,5 @@ class ServedHost(Host):
 
     async def happen(self, event: str, args: Mapping[str, int]) -> None:
         """Let it happen, and one cycle pass."""
-        self.station.happen(event, **args)
+        self.station.happen(event, args)
         self.run(0)

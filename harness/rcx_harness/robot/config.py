@@ -134,6 +134,7 @@ class RobotConfig:
     main_ends_tasks: bool = False
     reset_clears_outputs: bool = False
     loss_clears_inputs: bool = True
+    idle_header: str = "loss"  # loss, hold
     program_words_between_commands: bool = True
     waiting_is_standby: bool = True
     program_info_while_running: bool = True

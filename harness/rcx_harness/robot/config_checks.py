@@ -16,6 +16,7 @@ __all__ = ["alarm_code", "check_programs", "check_value", "expect", "is_number",
 _CHOICES = {
     "size": (48, 256),
     "parallel_io": ("none", "valid", "invalid"),
+    "idle_header": ("loss", "hold"),
     "skip_run_status": ("never", "short", "always"),
     "changed_command_status": ("run", "ready"),
     "ip_address": ("set", "none", "duplicate"),

@@ -274,6 +274,12 @@ SIGNAL_RULES: tuple[Rule, ...] = (
         "Without a connection general-purpose inputs read OFF and 0.",
     ),
     assumed(
+        "idle-header",
+        "idle_header",
+        "A master whose program stands still (the idle header of its cyclic packets) is as good as "
+        "gone: the link is lost. The other reading: its last data stand.",
+    ),
+    assumed(
         "shared-words",
         "program_words_between_commands",
         "Words m+4 to m+30 show the response while the remote status is not 0x0000, and what the "

@@ -1,0 +1,173 @@
+"""The parent's side of the served controllers: their processes, and what they told last."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.errors import InputError
+from rcx_harness.serve.history import History
+from rcx_harness.serve.status import Status
+
+__all__ = ["Host", "Settings"]
+
+_MODULE = "rcx_harness.serve.station_process"
+_STOP_S = 5.0
+_ANSWER_S = 5.0
+_LONGEST_LINE = 1 << 20
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One controller to serve.
+
+    Args:
+        host: Its IPv4 address.
+        port: TCP and UDP port of explicit messages.
+        cyclic: UDP port of cyclic I/O.
+        robot: File with its properties; empty for the defaults.
+        size: Bytes of its areas, 48 or 256; None for what the file says.
+        seed: Decides all delays that are given as a range.
+        identity: What its Identity object shows.
+        options: What is chosen about its adapter.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 44818
+    cyclic: int = 2222
+    robot: str = ""
+    size: int | None = None
+    seed: int = 0
+    identity: Identity = field(default_factory=Identity)
+    options: AdapterOptions = field(default_factory=AdapterOptions)
+
+
+class Host:
+    """A served controller in a process of its own.
+
+    Args:
+        settings: What to serve.
+
+    Attributes:
+        settings: As given.
+        status: What it told last.
+        history: Its last seconds.
+        size: Bytes of its areas, once it has started.
+        ended: It has ended, unexpectedly or not.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.status = Status()
+        self.history = History()
+        self.size = 0
+        self.ended = asyncio.Event()
+        self._process: asyncio.subprocess.Process | None = None
+        self._reader: asyncio.Task[None] | None = None
+        self._numbers = itertools.count(1)
+        self._waiting: dict[int, asyncio.Future[str]] = {}
+
+    @property
+    def name(self) -> str:
+        """Address, with the port where it is not the usual one."""
+        usual = self.settings.port == Settings.port
+        return self.settings.host if usual else f"{self.settings.host}:{self.settings.port}"
+
+    async def start(self) -> None:
+        """Start its process and wait until it listens and tells how it is.
+
+        Raises:
+            InputError: a wrong robot file, or it cannot listen there.
+        """
+        self._process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            _MODULE,
+            json.dumps(asdict(self.settings)),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            limit=_LONGEST_LINE,
+            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
+        )
+        first = await self._read_line()
+        if first is None:
+            code = await self._process.wait()
+            raise InputError(f"the process of controller {self.name} ended, exit code {code}")
+        if "error" in first:
+            await self.close()
+            raise InputError(first["error"])
+        self.size = first["size"]
+        status = await self._read_line()
+        if status is not None:
+            self.take(Status.from_table(status))
+        self._reader = asyncio.create_task(self._read())
+
+    async def happen(self, event: str, args: Mapping[str, int]) -> None:
+        """Let something happen to the controller.
+
+        Raises:
+            InputError: no such event, other arguments than it takes, or the process has ended.
+        """
+        pipe = self._process.stdin if self._process else None
+        if pipe is None or self.ended.is_set():
+            raise InputError(f"controller {self.name} is not running")
+        number = next(self._numbers)
+        answer = self._waiting[number] = asyncio.get_running_loop().create_future()
+        message = {"id": number, "event": event, "args": dict(args)}
+        try:
+            pipe.write(json.dumps(message).encode() + b"\n")
+            error = await asyncio.wait_for(answer, _ANSWER_S)
+        except (OSError, asyncio.TimeoutError):
+            raise InputError(f"controller {self.name} does not answer") from None
+        finally:
+            self._waiting.pop(number, None)
+        if error:
+            raise InputError(error)
+
+    async def close(self) -> None:
+        """End the process; more than once does no harm."""
+        process = self._process
+        if process is None:
+            return
+        if process.stdin is not None:
+            process.stdin.close()  # its sign to end
+        try:
+            await asyncio.wait_for(process.wait(), _STOP_S)
+        except asyncio.TimeoutError:
+            print(f"rcx: controller {self.name} did not end and was killed", file=sys.stderr)
+            process.kill()
+            await process.wait()
+        if self._reader is not None:
+            await self._reader
+        self.ended.set()
+
+    async def _read(self) -> None:
+        while (message := await self._read_line()) is not None:
+            if "answer" in message:
+                waiting = self._waiting.get(message["answer"])
+                if waiting is not None and not waiting.done():
+                    waiting.set_result(message["error"])
+            else:
+                self.take(Status.from_table(message))
+        self.ended.set()
+
+    def take(self, status: Status) -> None:
+        """Take what the controller tells."""
+        self.status = status
+        self.history.add(status.changes, status.t_us)
+
+    async def _read_line(self) -> dict[str, Any] | None:
+        assert self._process is not None
+        assert self._process.stdout is not None
+        line = await self._process.stdout.readline()
+        if not line:
+            return None
+        table: dict[str, Any] = json.loads(line)
+        return table

@@ -1,0 +1,81 @@
+"""Remote commands and alarms in plain language, each in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rcx_harness import spec
+
+__all__ = ["alarm_text", "request_text", "response_text"]
+
+_RUNNING, _NORMAL, _ABNORMAL = 0x0100, 0x0200, 0x4000
+_LONGEST = 160
+
+
+def request_text(words: Sequence[int]) -> str:
+    """What a request asks for: `MovePtp (0xR001) robot 1: MOVE, PTP, ...; axes 0x3, point 19`.
+
+    Args:
+        words: The 16 words from n on.
+    """
+    command = spec.commands().get(words[0] & 0x0FFF)
+    if command is None or not command.code:
+        return f"0x{words[0]:04X}: no command of the manual"
+    robot = f" robot {words[0] >> 12}" if command.robot and words[0] >> 12 else ""
+    fields = _fields(command.request, command.decode(words))
+    return _cut(f"{command.name} ({command.shown}){robot}: {command.title}{_after(fields)}")
+
+
+def response_text(request: int, words: Sequence[int]) -> str:
+    """How a command ended, or that it runs.
+
+    Args:
+        request: Code of the command, with its robot's digit or without.
+        words: The 16 words from m on.
+    """
+    status = words[0]
+    if status == _ABNORMAL:
+        return f"abnormal end, alarm {alarm_text(f'{words[1]}.{words[2]}')}"
+    command = spec.commands().get(request & 0x0FFF)
+    known = {_RUNNING: "running", _NORMAL: "normal end"}
+    state = known.get(status, f"status 0x{status:04X}")
+    if command is None or status not in known:
+        return state
+    return _cut(state + _after(_fields(command.response, command.read_response(words))))
+
+
+def alarm_text(number: str) -> str:
+    """`12.600 Emergency stop on`; the number alone where the manual has no name for it."""
+    alarm = spec.alarms().get(number)
+    return f"{number} {alarm.name}" if alarm else number
+
+
+def _fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldValue]) -> list[str]:
+    """Fields that say something: neither fixed nor 0, nor an empty text."""
+    shown = []
+    for part in fields:
+        value = values[part.name]
+        some = any(value) if isinstance(value, tuple) else bool(value)
+        if part.fixed is None and some:
+            shown.append(f"{part.name} {_value(part, value)}")
+    return shown
+
+
+def _value(part: spec.Field, value: spec.FieldValue) -> str:
+    if isinstance(value, int) and value in part.values:
+        return f"{value} ({part.values[value]})"
+    if isinstance(value, str):
+        return repr(value)
+    if isinstance(value, tuple):
+        text = ", ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in value)
+    else:
+        text = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{text} {part.unit}".rstrip()
+
+
+def _after(fields: Sequence[str]) -> str:
+    return f"; {', '.join(fields)}" if fields else ""
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 4] + " ..."

@@ -1,0 +1,142 @@
+"""Serving until Ctrl-C: start the controllers and the page, show them, end them."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.live import Live
+
+from rcx_harness.errors import InputError
+from rcx_harness.serve.host import Host, Settings
+from rcx_harness.serve.terminal import Lines, screen
+
+if TYPE_CHECKING:
+    from rcx_harness.serve.web import WebServer
+
+__all__ = ["serve"]
+
+_SHOW_EVERY_S = 0.25
+
+
+async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool) -> int:
+    """Serve controllers until SIGINT or SIGTERM.
+
+    Args:
+        every: The controllers.
+        web_port: TCP port of the web page, 0 for any free one; None for no page.
+        quiet: Nothing is said but what goes wrong.
+
+    Returns:
+        0 after a signal, 1 if a controller has ended by itself.
+
+    Raises:
+        InputError: a controller or the page cannot be served, or aiohttp is missing.
+    """
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop.set)
+    hosts = [Host(settings) for settings in every]
+    page = _page(hosts, web_port)
+    try:
+        await _start(hosts, stop)
+        if page is not None and not stop.is_set():
+            await page.start()
+        if stop.is_set():
+            return 0
+        if not quiet:
+            _announce(hosts, page)
+        shown = asyncio.create_task(_show(hosts, page, quiet))
+        await _until(stop, hosts)
+        shown.cancel()
+        with suppress(asyncio.CancelledError):
+            await shown
+        dead = [host.name for host in hosts if host.ended.is_set()]
+        for name in dead:
+            print(f"rcx: the process of controller {name} has ended by itself", file=sys.stderr)
+        return 1 if dead else 0
+    finally:
+        if page is not None:
+            await page.close()
+        await asyncio.gather(*(host.close() for host in hosts))
+
+
+def _page(hosts: Sequence[Host], port: int | None) -> WebServer | None:
+    if port is None:
+        return None
+    try:
+        from rcx_harness.serve.web import WebServer
+    except ModuleNotFoundError:
+        hint = "install it: pip install 'rcx-harness[serve]'"
+        raise InputError("the web page needs the library aiohttp", hint=hint) from None
+    return WebServer(hosts, port)
+
+
+async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
+    """Start all at once; give up at the first one that fails, or when told to end."""
+    starting = [asyncio.create_task(host.start()) for host in hosts]
+    ending = asyncio.create_task(_wait(stop))
+    waiting: set[asyncio.Task[None]] = set(starting)
+    try:
+        while waiting and not stop.is_set():
+            done, _ = await asyncio.wait({*waiting, ending}, return_when=asyncio.FIRST_COMPLETED)
+            for task in done & waiting:
+                task.result()
+            waiting -= done
+    finally:
+        ending.cancel()
+        for task in waiting:
+            task.cancel()
+        await asyncio.gather(*starting, return_exceptions=True)
+
+
+async def _until(stop: asyncio.Event, hosts: Sequence[Host]) -> None:
+    """Wait for the signal, or for the end of all controllers."""
+
+    async def all_ended() -> None:
+        for host in hosts:
+            await host.ended.wait()
+
+    ends = {asyncio.create_task(all_ended()), asyncio.create_task(_wait(stop))}
+    await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+    for task in ends:
+        task.cancel()
+    await asyncio.gather(*ends, return_exceptions=True)
+
+
+async def _wait(event: asyncio.Event) -> None:
+    await event.wait()
+
+
+def _announce(hosts: Sequence[Host], page: WebServer | None) -> None:
+    for host in hosts:
+        settings = host.settings
+        print(
+            f"serving {settings.host}: TCP and UDP {settings.port}, cyclic UDP {settings.cyclic}, "
+            f"{host.size} bytes"
+        )
+    if page is not None:
+        print(f"web page: {page.address}")
+    print("Ctrl-C ends it. This is a simulation: no robot moves.", flush=True)
+
+
+async def _show(hosts: Sequence[Host], page: WebServer | None, quiet: bool) -> None:
+    console = Console()
+    if quiet:
+        return
+    if not console.is_terminal:
+        lines = Lines(hosts)
+        while True:
+            for line in lines.new():
+                print(line, flush=True)
+            await asyncio.sleep(_SHOW_EVERY_S)
+    with Live(console=console, auto_refresh=False, screen=False) as live:
+        while True:
+            live.update(screen(hosts, console.height - 4), refresh=True)
+            await asyncio.sleep(_SHOW_EVERY_S)

@@ -1,0 +1,237 @@
+"""One served controller, cycle by cycle: what the network brings in, what there is to tell."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Protocol
+
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.shared import LinkState
+from rcx_harness.enip.shared import Status as NetworkStatus
+from rcx_harness.errors import InputError
+from rcx_harness.robot import EVENTS, Controller
+from rcx_harness.robot.area import input_words
+from rcx_harness.serve.plain import alarm_text, request_text, response_text
+from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
+
+__all__ = ["LINK_EVENTS", "Image", "Images", "Station"]
+
+#: Events of the network beside those of the controller.
+LINK_EVENTS = {
+    "link_down": "pull the network cable",
+    "link_up": "plug it in again",
+}
+
+_NO_ARGUMENTS = {"self", "event"}  # names that Controller.inject has for something else
+_KEPT = 20
+_MOST_CHANGES = 2000
+_SKIPS_MATTER_US = 200_000
+_RUN, _NORMAL_END, _ABNORMAL_END = 0x0100, 0x0200, 0x4000
+_NO_INPUTS = bytes(4)
+
+
+class Image(Protocol):
+    """An area that two processes share."""
+
+    def read(self) -> bytes:
+        """A whole copy of it."""
+
+    def write(self, image: bytes, /) -> None:
+        """Set all of it."""
+
+
+class Images(Protocol):
+    """What the station needs of `rcx_harness.enip.shared.SharedImages`."""
+
+    link: LinkState
+
+    @property
+    def to_master(self) -> Image:
+        """Assembly 100."""
+
+    @property
+    def to_robot(self) -> Image:
+        """Assembly 150."""
+
+    def status(self) -> NetworkStatus:
+        """State of the cyclic connections."""
+
+
+class Station:
+    """A controller on its network; no clock of its own.
+
+    Args:
+        controller: The controller.
+        images: Where its areas are exchanged.
+    """
+
+    def __init__(self, controller: Controller, images: Images) -> None:
+        self.controller = controller
+        self._images = images
+        self._cut = False
+        self._now_us = 0
+        self._generation: int | None = None  # of the owner's connection in the cycle before
+        self._last_run: bytes | None = None
+        self._si: bytes | None = None
+        self._so = bytes(controller.config.size)
+        self._seen: tuple[bytes | None, bytes] = (None, b"")
+        self._cycles = self._skipped = 0
+        self._skipped_us = -_SKIPS_MATTER_US
+        self._status_word = 0
+        self._request: tuple[int, ...] = (0,) * 16
+        self._commands: deque[CommandNote] = deque(maxlen=_KEPT)
+        self._violations: deque[Note] = deque(maxlen=_KEPT)
+        self._violation_count = 0
+        self._changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
+
+    def step(self, now_us: int, *, skipped: int = 0) -> None:
+        """Do one controller cycle.
+
+        Args:
+            now_us: Time of the cycle [us].
+            skipped: Cycles that were left out right before it.
+        """
+        if skipped:
+            self._skipped += skipped
+            self._skipped_us = now_us
+        self._now_us = now_us
+        self._cycles += 1
+        self._si = self._take_inputs()
+        self._so = self.controller.cycle(now_us, self._si)
+        self._images.to_master.write(self._so)
+        self._switch_link()
+        self._watch()
+
+    def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
+        """Let something happen before the next cycle: one of EVENTS or LINK_EVENTS.
+
+        Args:
+            event: Its name.
+            args: Its arguments by name.
+
+        Raises:
+            InputError: no such event, or other arguments than it takes.
+        """
+        given = args or {}
+        if event in LINK_EVENTS:
+            if given:
+                raise InputError(f"event {event!r} takes nothing")
+            self._cut = event == "link_down"
+        elif event not in EVENTS:
+            known = ", ".join([*EVENTS, *LINK_EVENTS])
+            raise InputError(f"unknown event {event!r}", hint=f"there are {known}")
+        elif names := _NO_ARGUMENTS & given.keys():
+            raise InputError(f"event {event!r} does not take {names.pop()}")
+        else:
+            self.controller.inject(event, **given)
+
+    def report(self) -> Status:
+        """Its state now, with what has changed since the last report."""
+        machine = self.controller.machine
+        network = self._images.status()
+        changes = tuple(self._changes)
+        self._changes.clear()
+        return Status(
+            t_us=self._now_us,
+            cycles=self._cycles,
+            skipped=self._skipped,
+            connection=Connection(
+                state=network.owner.name.lower().replace("_", " "),
+                peer=network.peer,
+                to_robot_us=network.o_to_t_api_us,
+                to_master_us=network.t_to_o_api_us,
+                received=network.received,
+                sent=network.sent,
+                others=network.input_only + network.listen_only,
+            ),
+            si="" if self._si is None else self._si.hex(),
+            so=self._so.hex(),
+            module_led=self.controller.module_led.value,
+            network_led=self.controller.network_led.value,
+            powered=machine.powered,
+            online=self.controller.online,
+            link_cut=self._cut,
+            emergency_stop=machine.hard_wired_stop,
+            pendant=machine.pendant_authority,
+            auto_switch=machine.auto_input and not machine.manual_lock,
+            positions=tuple(self.controller.positions),
+            alarms=tuple(alarm_text(one.number) for one in self.controller.alarms.active),
+            executed=self.controller.commands_executed,
+            commands=tuple(self._commands),
+            violation_count=self._violation_count,
+            violations=tuple(self._violations),
+            changes=changes,
+        )
+
+    def _take_inputs(self) -> bytes | None:
+        """What the owner of the connection sends; None where the controller sees no connection."""
+        network = self._images.status()
+        generation, self._generation = self._generation, network.generation
+        there = network.owner in (OwnerState.RUN, OwnerState.IDLE)
+        # One step is run to idle or back; more are a loss and a new connection between two cycles.
+        replaced = self._last_run is not None and network.generation - (generation or 0) > 1
+        if not self.controller.online or not there or replaced:
+            self._last_run = None
+            return None
+        if network.owner is OwnerState.RUN:
+            self._last_run = self._images.to_robot.read()
+            return self._last_run
+        if self.controller.config.idle_header == "loss":
+            self._last_run = None
+        elif self._last_run is None:
+            self._last_run = bytes(self.controller.config.size)
+        return self._last_run
+
+    def _switch_link(self) -> None:
+        """Tell the adapter's processes whether they have power and a cable."""
+        if not self.controller.online:
+            link = LinkState.OFF
+        else:
+            link = LinkState.CUT if self._cut else LinkState.UP
+        if self._images.link is not link:
+            self._images.link = link
+
+    def _watch(self) -> None:
+        seen = (self._si, self._so)
+        if seen != self._seen:
+            before, self._seen = self._seen, seen
+            self._follow_command()
+            self._note_change(before)
+        for violation in self.controller.drain_violations():
+            self._violation_count += 1
+            text = violation.text
+            if violation.t_us - self._skipped_us < _SKIPS_MATTER_US:
+                text += " (this computer was late just before: perhaps not the master's fault)"
+            self._violations.append(Note(violation.t_us, text))
+
+    def _note_change(self, before: tuple[bytes | None, bytes]) -> None:
+        old, new = (self._shown(*pair) for pair in (before, self._seen))
+        if old != new or not before[1]:
+            self._changes.append(Change(self._now_us, *new))
+
+    @staticmethod
+    def _shown(si: bytes | None, so: bytes) -> tuple[bool, str, str]:
+        """What the chart shows: connection, word 0 and the dedicated bytes of both areas."""
+        inputs = _NO_INPUTS if si is None else si[:2] + si[32:34]
+        return si is not None, inputs.hex(), (so[:2] + so[32:34]).hex()
+
+    def _follow_command(self) -> None:
+        """Note a remote command as its status appears, and its end as that is shown."""
+        before, self._status_word = self._status_word, int.from_bytes(self._so[:2], "little")
+        status = self._status_word
+        if status == before:
+            return
+        if status and not before and self._si is not None:
+            self._request = input_words(self._si)
+            self._commands.append(CommandNote(self._now_us, request_text(self._request)))
+        if not self._commands or self._commands[-1].result:
+            return
+        latest = self._commands[-1]
+        if status in (_NORMAL_END, _ABNORMAL_END):
+            result = response_text(self._request[0], input_words(self._so))
+        elif not status:
+            result = "given up by the master or lost with the connection"
+        else:
+            return
+        self._commands[-1] = CommandNote(latest.t_us, latest.request, result)

@@ -1,0 +1,183 @@
+"""A served controller's own process: its adapter, its 5 ms cycle, and a pipe to its parent.
+
+Started by `rcx_harness.serve.host` with its settings as JSON. Standard input takes events, a line
+each; standard output tells whether it listens, and then how the controller is, ten times a second.
+The process ends when its standard input does, that is with its parent at the latest.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import queue
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.enip import Adapter, Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.errors import InputError
+from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.serve.pace import Pace
+from rcx_harness.serve.station import Station
+
+__all__ = ["REPORT_CYCLES", "Channel", "main", "run"]
+
+#: A report to the parent comes after so many cycles: ten times a second.
+REPORT_CYCLES = 20
+
+_WAITING_LINES = 50
+_PRIORITY = 1
+
+
+class Channel:
+    """The pipes to and from the parent; neither ever keeps a cycle waiting.
+
+    Args:
+        lines: Where to put what is told, if not on standard output.
+    """
+
+    def __init__(self, lines: queue.Queue[str] | None = None) -> None:
+        self._out = lines if lines is not None else queue.Queue(_WAITING_LINES)
+        self._in: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+        self.ended = threading.Event()
+
+    def start(self) -> None:
+        """Read and write from now on."""
+        threading.Thread(target=self._read, daemon=True).start()
+        threading.Thread(target=self._write, daemon=True).start()
+
+    @property
+    def has_room(self) -> bool:
+        """The parent reads what it is told."""
+        return not self._out.full()
+
+    def tell(self, line: str) -> None:
+        """Send a line, or drop it where the parent does not read."""
+        try:
+            self._out.put_nowait(line)
+        except queue.Full:
+            return
+
+    def take(self) -> dict[str, Any] | None:
+        """The next message of the parent."""
+        try:
+            return self._in.get_nowait()
+        except queue.Empty:
+            return None
+
+    def put(self, message: dict[str, Any]) -> None:
+        """As if the parent had sent it."""
+        self._in.put(message)
+
+    def _read(self) -> None:
+        for line in sys.stdin:
+            self.put(json.loads(line))
+        self.ended.set()
+
+    def _write(self) -> None:
+        try:
+            while True:
+                print(self._out.get(), flush=True)
+        except OSError:
+            self.ended.set()
+
+
+def run(
+    station: Station,
+    channel: Channel,
+    clock_us: Callable[[], int],
+    sleep_us: Callable[[int], None],
+) -> None:
+    """Let the controller live until the channel has ended.
+
+    Args:
+        station: The controller on its network.
+        channel: The parent.
+        clock_us: A monotonic clock [us].
+        sleep_us: Waits so many microseconds, or somewhat longer.
+    """
+    pace = Pace(clock_us(), CYCLE_US)
+    while not channel.ended.is_set():
+        if wait_us := pace.wait_us(clock_us()):
+            sleep_us(wait_us)
+            continue
+        while (message := channel.take()) is not None:
+            channel.tell(
+                json.dumps({"answer": message.get("id"), "error": _obey(station, message)})
+            )
+        before = pace.skipped
+        now_us = pace.take(clock_us())
+        station.step(now_us, skipped=pace.skipped - before)
+        if pace.cycles % REPORT_CYCLES == 1 and channel.has_room:
+            channel.tell(station.report().to_json())
+
+
+def main(argument: str) -> None:
+    """Serve one controller until the parent closes our standard input.
+
+    Args:
+        argument: JSON object with `robot` (file or empty), `size` (or null), `seed`, and
+            for the adapter `host`, `port`, `cyclic` (UDP port), `identity` and `options`.
+    """
+    settings = json.loads(argument)
+    try:
+        controller = Controller(_config(settings), settings["seed"])
+        adapter = _adapter(settings, controller.config.size)
+    except InputError as error:
+        print(json.dumps({"error": str(error)}), flush=True)
+        return
+    with adapter:
+        station = Station(controller, adapter.shared)
+        channel = Channel()
+        channel.tell(json.dumps({"port": adapter.address[1], "size": adapter.size}))
+        _be_punctual()
+        channel.start()
+        run(station, channel, lambda: time.monotonic_ns() // 1000, lambda us: time.sleep(us / 1e6))
+    # A thread still reads standard input, and at the end the interpreter would wait for it.
+    os._exit(0)
+
+
+def _be_punctual() -> None:
+    """Ask for real time, for the threads to come too; where it is not allowed we do without."""
+    gc.freeze()
+    if hasattr(os, "sched_setscheduler"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(_PRIORITY))
+
+
+def _config(settings: dict[str, Any]) -> RobotConfig:
+    config = RobotConfig.load(Path(settings["robot"])) if settings["robot"] else RobotConfig()
+    return replace(config, size=settings["size"]) if settings["size"] else config
+
+
+def _adapter(settings: dict[str, Any], size: int) -> Adapter:
+    options = settings["options"]
+    options["configurations"] = tuple(options["configurations"])
+    return Adapter(
+        size,
+        Identity(**settings["identity"]),
+        host=settings["host"],
+        port=settings["port"],
+        cyclic=settings["cyclic"],
+        options=AdapterOptions(**options),
+    )
+
+
+def _obey(station: Station, message: dict[str, Any]) -> str:
+    """Do what the parent wants; what is wrong with it, or empty."""
+    try:
+        station.happen(str(message.get("event")), message.get("args"))
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,108 @@
+"""What a served controller tells of itself, as its process sends it: one line of JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+__all__ = ["Change", "CommandNote", "Connection", "Note", "Status"]
+
+
+@dataclass(frozen=True)
+class Change:
+    """An instant at which something of the chart changed.
+
+    `si` and `so` are four bytes each in hexadecimal: word 0, then the two dedicated bytes.
+    """
+
+    t_us: int
+    connected: bool
+    si: str
+    so: str
+
+
+@dataclass(frozen=True)
+class CommandNote:
+    """A remote command: what it asked for, and how it ended (empty as long as it runs)."""
+
+    t_us: int
+    request: str
+    result: str = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something with a time, in words: a broken rule, an alarm."""
+
+    t_us: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Connection:
+    """The master's connection: `state` is none, waiting, run, idle, timed out or closed.
+
+    `peer` is the master's address; the packet intervals are in microseconds, 0 without one.
+    `received` and `sent` count packets, `others` the further connections, which write nothing.
+    """
+
+    state: str = "none"
+    peer: str = ""
+    to_robot_us: int = 0
+    to_master_us: int = 0
+    received: int = 0
+    sent: int = 0
+    others: int = 0
+
+
+@dataclass(frozen=True)
+class Status:
+    """A controller as it is now, and what has changed since the status before.
+
+    `si` and `so` are the areas in hexadecimal, `si` empty where the controller sees none. LEDs are
+    those of `rcx_harness.robot.Led`.
+    """
+
+    t_us: int = 0
+    cycles: int = 0
+    skipped: int = 0
+    connection: Connection = field(default_factory=Connection)
+    si: str = ""
+    so: str = ""
+    module_led: str = "off"
+    network_led: str = "off"
+    powered: bool = True
+    online: bool = True
+    link_cut: bool = False
+    emergency_stop: bool = False
+    pendant: bool = False
+    auto_switch: bool = True
+    positions: tuple[int, ...] = ()
+    alarms: tuple[str, ...] = ()
+    executed: int = 0
+    commands: tuple[CommandNote, ...] = ()
+    violation_count: int = 0
+    violations: tuple[Note, ...] = ()
+    changes: tuple[Change, ...] = ()
+
+    def to_json(self) -> str:
+        """One line, without its end."""
+        return json.dumps(asdict(self), separators=(",", ":"), ensure_ascii=False)
+
+    @classmethod
+    def from_table(cls, message: Mapping[str, Any]) -> Status:
+        """What `to_json` made, read as JSON."""
+        table = dict(message)
+        kinds: dict[str, type[Any]] = {
+            "commands": CommandNote,
+            "violations": Note,
+            "changes": Change,
+        }
+        for name, kind in kinds.items():
+            table[name] = tuple(kind(**entry) for entry in table[name])
+        table["connection"] = Connection(**table["connection"])
+        for name in ("positions", "alarms"):
+            table[name] = tuple(table[name])
+        return cls(**table)

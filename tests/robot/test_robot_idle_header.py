@@ -1,0 +1,64 @@
+"""What the idle header of the master's cyclic packets means to the controller."""
+
+from __future__ import annotations
+
+import struct
+
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.robot import RobotConfig
+from served import ServedHost
+
+_LOSS = "12.552 EtherNet/IP overtime error"
+
+
+def _image(word: int = 0, bits: int = 0x41) -> bytes:
+    """The master's area: word 2, and byte n+32."""
+    return struct.pack("<4xH26xB15x", word, bits)
+
+
+def _served(idle_header: str) -> ServedHost:
+    """With a master whose program runs."""
+    served = ServedHost(RobotConfig(idle_header=idle_header))
+    served.network.send(_image(7))
+    served.run(20)
+    return served
+
+
+def test_an_idle_master_is_the_loss_of_the_link() -> None:
+    """Rule: idle-header."""
+    served = _served("loss")
+    served.network.become(OwnerState.IDLE)
+    status = served.run(5)
+    assert (status.si, status.network_led) == ("", "red, flashing")
+    assert _LOSS in status.alarms
+    served.network.become(OwnerState.RUN)
+    assert served.run(5).network_led == "green"
+
+
+def test_by_the_other_reading_the_last_data_of_an_idle_master_stand() -> None:
+    """Rule: idle-header."""
+    served = _served("hold")
+    served.network.to_robot.write(_image(9, 0))
+    served.network.become(OwnerState.IDLE)
+    status = served.run(20)
+    assert bytes.fromhex(status.si) == _image(7)
+    assert (status.network_led, status.alarms) == ("green", ())
+    served.network.become(OwnerState.RUN)
+    assert bytes.fromhex(served.run(5).si) == _image(9, 0)
+
+
+def test_a_master_that_begins_idle_has_sent_no_data_to_stand() -> None:
+    """Rule: idle-header."""
+    served = ServedHost(RobotConfig(idle_header="hold"))
+    served.network.to_robot.write(_image(9))
+    served.network.become(OwnerState.IDLE)
+    assert bytes.fromhex(served.run(5).si) == bytes(48)
+
+
+def test_a_loss_while_idle_is_a_loss_by_either_reading() -> None:
+    """Rule: idle-header."""
+    served = _served("hold")
+    served.network.become(OwnerState.IDLE)
+    served.run(5)
+    served.network.become(OwnerState.TIMED_OUT)
+    assert _LOSS in served.run(5).alarms

@@ -1,0 +1,237 @@
+"""The web page in a real browser, beside a real scanner: what is pressed happens and is seen."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+
+import pytest
+
+from rcx_harness.enip.scanner import Scanner
+from serve_process import ServeProcess, own_addresses
+
+_CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+_DRIVER = shutil.which("chromedriver")
+pytestmark = pytest.mark.skipif(
+    not (_CHROMIUM and _DRIVER), reason="chromium and chromedriver are not installed"
+)
+webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+
+from selenium.webdriver.chrome.service import Service  # noqa: E402
+from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
+from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
+
+_LIMIT_S = 60.0
+_MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
+_STOPS_RELEASED = bytes(32) + b"\x41" + bytes(15)
+
+
+class Page:
+    """The page of `rcx serve`, as its user sees it."""
+
+    def __init__(self, browser: WebDriver) -> None:
+        self.browser = browser
+
+    def until(self, condition: Callable[[], object], what: str) -> None:
+        """Wait until it is so."""
+        wait = WebDriverWait(self.browser, _LIMIT_S, poll_frequency=0.05)
+        wait.until(lambda _: condition(), what)
+
+    def find(self, selector: str) -> WebElement:
+        """The first element that it selects."""
+        return self.browser.find_element(By.CSS_SELECTOR, selector)
+
+    def text(self, selector: str) -> str:
+        """Text of that element; read in one go, for the page may build it anew meanwhile."""
+        script = "return document.querySelector(arguments[0])?.innerText ?? ''"
+        return str(self.browser.execute_script(script, selector))
+
+    def lamp(self, signal: str) -> str:
+        """A bit of the signal monitor, by the tip over it."""
+        return self.text(f'#monitor td[title^="{signal}"]')
+
+    def wave(self, signal: str) -> str:
+        """The wave of a signal in the timing chart: its path."""
+        script = """
+          const root = document.getElementById("chart").shadowRoot;
+          const names = [...root.querySelectorAll("text")];
+          const name = names.find((one) => one.textContent.startsWith(arguments[0]));
+          let next = name?.nextElementSibling;
+          while (next && next.tagName !== "path") next = next.nextElementSibling;
+          return next?.getAttribute("d") ?? "";
+        """
+        return str(self.browser.execute_script(script, signal))
+
+    def pressed(self, selector: str) -> bool:
+        """That button is shown as pressed."""
+        return self.find(selector).get_attribute("aria-pressed") == "true"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[WebDriver]:
+    """Chromium without a window."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = _CHROMIUM
+    for argument in ("--headless=new", "--disable-dev-shm-usage", "--window-size=1500,1400"):
+        options.add_argument(argument)
+    if os.geteuid() == 0:
+        options.add_argument("--no-sandbox")  # it refuses to run as root with one
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(_DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def addresses() -> list[str]:
+    """Two controllers."""
+    return own_addresses(2)
+
+
+@pytest.fixture(scope="module")
+def page(browser: WebDriver, addresses: list[str]) -> Iterator[Page]:
+    """The page of two served controllers."""
+    first, second = addresses
+    with ServeProcess("--address", first, "--address", second, "--web", "0") as served:
+        browser.get(served.wait_for("web page: ").partition(": ")[2])
+        page = Page(browser)
+        page.until(lambda: page.text("#connection"), "the page shows no connection")
+        yield page
+        served.interrupt()
+        assert served.end()[0] == 0
+
+
+@pytest.fixture
+def scanner(page: Page, addresses: list[str]) -> Iterator[Scanner]:
+    """The first controller's master; it has released both stops."""
+    with Scanner(addresses[0], rpi_us=10_000, multiplier=_MULTIPLIER, io_port=0) as scanner:
+        scanner.write(_STOPS_RELEASED)
+        scanner.open()
+        page.find("nav button:first-child").click()
+        page.until(lambda: page.lamp("SO(00)") == "○", "the emergency stop is not released")
+        yield scanner
+
+
+def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
+    page: Page, scanner: Scanner
+) -> None:
+    assert "connected: 127." in page.text("#connection")
+    page.until(lambda: page.wave("SO(00)"), "there is no chart")
+    page.find("#stop").click()
+    page.until(lambda: page.lamp("SO(00)") == "●", "SO(00) is not shown")
+    page.until(lambda: page.pressed("#stop"), "the button does not show that it is pressed")
+    page.until(lambda: "12.600" in page.text("#alarms"), "the alarm is not shown")
+    # A rise: a vertical line from OFF to ON within the wave.
+    page.until(lambda: _rises(page.wave("SO(00)")), "the chart does not show the rise of SO(00)")
+    page.until(lambda: scanner.read().image[32] & 1, "the master does not see SO(00)")
+
+    page.find("#stop").click()
+    page.until(lambda: page.lamp("SO(00)") == "○", "the emergency stop is not released")
+    page.until(lambda: not page.pressed("#stop"), "the button stays pressed")
+    assert "12.600" in page.text("#alarms")
+
+
+def test_a_cut_cable_is_a_time_out_and_a_restored_one_is_no_connection_yet(
+    page: Page, scanner: Scanner
+) -> None:
+    page.find('[data-event="link_down"]').click()
+    page.until(lambda: "timed out" in page.text("#connection"), "there is no time-out")
+    assert "the network cable is unplugged" in page.text("#connection")
+    page.until(lambda: "red, flashing" in page.text("#leds"), "the LED is not red")
+    page.until(lambda: "12.552" in page.text("#alarms"), "the alarm is not shown")
+    page.find('[data-event="link_up"]').click()
+    page.until(lambda: page.pressed('[data-event="link_up"]'), "the cable is not plugged in")
+    scanner.open()
+    page.until(lambda: "connected: 127." in page.text("#connection"), "it does not recover")
+
+
+def test_after_power_off_and_on_a_master_can_connect_again(page: Page, scanner: Scanner) -> None:
+    page.find('[data-event="power_off"]').click()
+    page.until(lambda: "the controller is off" in page.text("#connection"), "it is not off")
+    page.until(lambda: not scanner.read().connected, "the master has not lost it")
+    page.find('[data-event="power_on"]').click()
+    page.until(lambda: "online, but not connected" in page.text("#leds"), "it does not start")
+    scanner.open()
+    page.until(lambda: "connected: 127." in page.text("#connection"), "there is no connection")
+
+
+def test_mode_authority_alarm_and_power_have_their_buttons(page: Page, scanner: Scanner) -> None:
+    page.find('[data-event="manual_mode"]').click()
+    page.until(lambda: page.lamp("SO(10)") == "○", "SO(10) stays ON in MANUAL mode")
+    page.find('[data-event="auto_mode"]').click()
+    page.until(lambda: page.lamp("SO(10)") == "●", "SO(10) does not come back")
+    page.find('[data-event="pendant_on"]').click()
+    page.until(lambda: page.pressed('[data-event="pendant_on"]'), "no authority of the pendant")
+    page.find('[data-event="pendant_off"]').click()
+    page.until(lambda: page.pressed('[data-event="pendant_off"]'), "no authority of the master")
+    page.find("#alarm button").click()
+    page.until(lambda: "99.999" in page.text("#alarms"), "the alarm is not raised")
+    page.find('[data-event="power_cycle"]').click()
+    page.until(lambda: "99.999" not in page.text("#alarms"), "the power was not cycled")
+    page.until(lambda: "online, but not connected" in page.text("#leds"), "it does not start")
+    page.until(lambda: not scanner.read().connected, "the master has not lost it")
+
+
+def test_each_controller_has_its_tab(page: Page, addresses: list[str]) -> None:
+    page.find("nav button:nth-child(2)").click()
+    page.until(lambda: "no master has connected yet" in page.text("#connection"), "no second tab")
+    assert [page.text(f"nav button:nth-child({k})") for k in (1, 2)] == addresses
+    page.find("nav button:first-child").click()
+
+
+def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Page) -> None:
+    script = "return document.getElementById('chart').shadowRoot.querySelector('svg').dataset"
+
+    def axis() -> dict[str, str]:
+        shown: dict[str, str] = page.browser.execute_script(script)
+        return shown
+
+    page.find('[data-seconds="2"]').click()
+    page.until(lambda: axis()["span"] == "2000000", "the window is not 2 s")
+    before = axis()["start"]
+    page.until(lambda: axis()["start"] != before, "the chart stands still")
+    page.find("#pause").click()
+    # A picture that was asked for before may still come; then it stands.
+    page.find('[data-seconds="5"]').click()
+    page.until(lambda: axis()["span"] == "5000000", "another window is not drawn while paused")
+    stood = axis()["start"]
+    cycles = page.text("#figures")
+    page.until(lambda: page.text("#figures") != cycles, "the figures stand still")
+    assert axis()["start"] == stood
+    page.find("#pause").click()
+    page.until(lambda: axis()["start"] != stood, "the chart does not go on")
+
+
+def test_a_wrong_alarm_number_is_refused_in_words(page: Page) -> None:
+    field = page.find('[name="group"]')
+    field.clear()
+    field.send_keys("99999")
+    page.find("#alarm button").click()
+    page.until(lambda: page.text("#refused"), "nothing is said of the refusal")
+    assert "99999.999" in page.text("#refused")
+
+
+def test_the_page_asks_nobody_else_and_meets_no_error(page: Page) -> None:
+    script = "return performance.getEntriesByType('resource').map((one) => one.name)"
+    asked: list[str] = page.browser.execute_script(script)
+    own = page.browser.current_url
+    assert {name.removeprefix(own).partition("/")[0] for name in asked} <= {
+        "api",
+        "page.css",
+        "page.js",
+        "chart.js",
+        "monitor.js",
+    }
+    entries = page.browser.get_log("browser")  # type: ignore[no-untyped-call]
+    unexpected = [one["message"] for one in entries if "/events" not in one["message"]]
+    assert unexpected == []
+
+
+def _rises(path: str) -> bool:
+    """There is a vertical line upwards in it."""
+    levels = [float(part.partition("H")[0]) for part in path.split("V")[1:]]
+    return any(later < earlier for earlier, later in pairwise(levels))

@@ -1,0 +1,142 @@
+"""`rcx serve` as a whole: real processes and sockets, on loopback addresses of its own."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli import main
+from rcx_harness.enip.client import Client
+from rcx_harness.enip.scanner import Scanner
+from serve_process import ServeProcess, own_addresses, watching
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"),
+    reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
+)
+
+_MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
+_IDENTITY = (1, 1)
+
+
+def test_two_controllers_are_devices_of_their_own_and_end_with_ctrl_c() -> None:
+    first, second = own_addresses(2)
+    with ServeProcess("--address", first, "--address", second, "--product-code", "7") as served:
+        served.wait_for("Ctrl-C ends it")
+        assert served.lines[:2] == [
+            f"serving {first}: TCP and UDP 44818, cyclic UDP 2222, 48 bytes",
+            f"serving {second}: TCP and UDP 44818, cyclic UDP 2222, 48 bytes",
+        ]
+        for number, address in enumerate((first, second), 1):
+            with Client(address) as client:
+                assert client.get_attribute(*_IDENTITY, 1) == bytes.fromhex("7C02")  # vendor 636
+                assert client.get_attribute(*_IDENTITY, 3) == bytes.fromhex("0700")
+                assert client.get_attribute(*_IDENTITY, 6) == number.to_bytes(4, "little")
+                client.get_assembly(100)
+        processes = served.processes()
+        assert len(processes) >= 7  # serve; for each controller itself, adapter and cyclic part
+        with watching(processes):
+            served.interrupt()
+            assert served.end() == (0, "")
+
+
+def test_a_master_connects_is_served_and_leaves() -> None:
+    (address,) = own_addresses(1)
+    with ServeProcess("--address", address) as served:
+        served.wait_for("alarm 12.551 EtherNet/IP link error")
+        with Scanner(address, rpi_us=10_000, multiplier=_MULTIPLIER, io_port=0) as scanner:
+            scanner.write(bytes(32) + b"\x41" + bytes(15))
+            scanner.open()
+            assert "every 10 ms" in served.wait_for("connected: 127.")
+            served.wait_for("Module Status green, Network Status green")
+            served.wait_for("no longer: alarm 12.551")
+            # 0x0505 asks for the positions: a remote command, there and back.
+            scanner.write(b"\x05\x05" + bytes(30) + b"\x41" + bytes(15))
+            assert served.wait_for("command: ReadPositionPulses").endswith("normal end")
+            assert scanner.read().image[:2] == b"\x00\x02"
+            assert scanner.read().image[32] == 0x12  # SO(01) CPU_OK and SO(04) MP RDY
+            scanner.close_connection()
+            served.wait_for("the master has closed the connection")
+            served.wait_for("Module Status green, flashing, Network Status red, flashing")
+            served.wait_for("alarm 12.552 EtherNet/IP overtime error")
+        served.interrupt()
+        assert served.end()[0] == 0
+
+
+def test_a_port_that_is_taken_is_one_clear_message_and_nothing_stays() -> None:
+    first, second = own_addresses(2)
+    with socket.create_server((second, 44818)):
+        with ServeProcess("--address", first, "--address", second) as served:
+            code, said = served.end()
+        assert code == 2
+        assert len(said.splitlines()) == 1
+        assert said.startswith(f"rcx: the EtherNet/IP adapter cannot listen on {second}:44818: ")
+        with socket.create_server((first, 44818)):
+            pass  # the other controller has gone, too
+
+
+def test_an_address_of_another_machine_is_one_clear_message() -> None:
+    with ServeProcess("--address", "192.0.2.1") as served:
+        code, said = served.end()
+    assert code == 2
+    assert said.startswith("rcx: ")
+    assert "192.0.2.1" in said
+    assert len(said.splitlines()) == 1
+
+
+def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
+    (address,) = own_addresses(1)
+    with ServeProcess("--address", address, "--quiet", "--web", "0") as served:
+        served.wait_for_port(address, 44818)
+        served.interrupt()
+        assert served.end() == (0, "")
+    assert served.lines == []
+
+
+def test_children_end_with_a_parent_that_is_killed() -> None:
+    (address,) = own_addresses(1)
+    with ServeProcess("--address", address) as served:
+        served.wait_for("Ctrl-C ends it")
+        with watching(served.processes()):
+            served.kill()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--address", "here"], "'here' is no IPv4 address; write it as 127.0.0.1"),
+        (
+            ["--address", "127.0.0.1", "--address", "127.0.0.1"],
+            "each controller needs its own address, not 127.0.0.1 twice; "
+            "127.0.0.2, 127.0.0.3 ... are this computer's, too",
+        ),
+        (["--size", "64"], "the areas cannot be 64 bytes long; choose 48 or 256"),
+        (["--web", "70000"], "--web 70000 is no port; ports are 1 to 65535"),
+        (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
+        (["--revision", "1"], "'1' is no revision; write it as 1.1"),
+        (["--rpi-min", "fast"], "not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s"),
+        (
+            ["--rpi-min", "500us"],
+            "packet intervals of 500 to 3200000 us cannot be served; "
+            "the smallest must be at least 1000 us and not above the greatest",
+        ),
+        (
+            ["--robot", "a.toml", "--robot", "b.toml"],
+            "2 robot files for 1 addresses; give one for all, or one per address in their order",
+        ),
+        (["--robot", "missing.toml"], "missing.toml: cannot read it: No such file or directory"),
+    ],
+)
+def test_bad_input_is_one_message_and_exit_code_2(
+    arguments: list[str],
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["serve", *arguments]) == 2
+    assert capsys.readouterr().err == f"rcx: {message}\n"

@@ -1,0 +1,99 @@
+"""The 5 ms loop of a served controller, on a clock of the test's own."""
+
+from __future__ import annotations
+
+import json
+import queue
+
+from rcx_harness.robot import Controller
+from rcx_harness.serve.station import Station
+from rcx_harness.serve.station_process import REPORT_CYCLES, Channel, run
+from served import NetworkInMemory
+
+
+class Time:
+    """A clock that moves only while it is slept; ends the channel after `until_us`."""
+
+    def __init__(self, channel: Channel, until_us: int, late_us: dict[int, int] | None = None):
+        self.now_us = 1_000_000
+        self._channel = channel
+        self._end_us = self.now_us + until_us
+        self._late_us = late_us or {}
+        self.slept: list[int] = []
+
+    def clock(self) -> int:
+        """Microseconds."""
+        return self.now_us
+
+    def sleep(self, wait_us: int) -> None:
+        """Let so much time pass, or more where it is to be late."""
+        self.slept.append(wait_us)
+        self.now_us += wait_us + self._late_us.get(len(self.slept), 0)
+        if self.now_us >= self._end_us:
+            self._channel.ended.set()
+
+
+def _run(until_us: int, late_us: dict[int, int] | None = None, waiting: int = 100) -> list[str]:
+    lines: queue.Queue[str] = queue.Queue(waiting)
+    channel = Channel(lines)
+    time = Time(channel, until_us, late_us)
+    run(Station(Controller(), NetworkInMemory()), channel, time.clock, time.sleep)
+    return [lines.get_nowait() for _ in range(lines.qsize())]
+
+
+def test_a_cycle_comes_every_5_ms_and_a_report_ten_times_a_second() -> None:
+    reports = [json.loads(line) for line in _run(1_000_000)]
+    assert [one["t_us"] for one in reports] == [100_000 * k for k in range(10)]
+    assert [one["cycles"] for one in reports] == [1 + REPORT_CYCLES * k for k in range(10)]
+    assert reports[-1]["skipped"] == 0
+
+
+def test_after_a_standstill_the_missed_cycles_are_skipped_and_counted() -> None:
+    reports = [json.loads(line) for line in _run(300_000, late_us={3: 52_000})]
+    assert reports[-1]["skipped"] == 10
+    assert reports[-1]["t_us"] == 5000 * (reports[-1]["cycles"] - 1 + 10)
+
+
+def test_a_parent_that_does_not_read_is_told_less_and_holds_nothing_up() -> None:
+    reports = [json.loads(line) for line in _run(2_000_000, waiting=3)]
+    assert [one["t_us"] for one in reports] == [0, 100_000, 200_000]
+
+
+def test_what_changes_while_the_parent_does_not_read_is_told_later() -> None:
+    lines: queue.Queue[str] = queue.Queue(1)
+    channel = Channel(lines)
+    network = NetworkInMemory()
+    time = Time(channel, 600_000)
+    told: list[str] = []
+
+    def sleep(wait_us: int) -> None:
+        time.sleep(wait_us)
+        passed_us = time.now_us - 1_000_000
+        if passed_us == 250_000:  # two reports have been due; only the first had room
+            network.send(bytes(32) + b"\x01" + bytes(15))
+        if passed_us == 450_000:
+            told.append(lines.get_nowait())
+
+    run(Station(Controller(), network), channel, time.clock, sleep)
+    assert json.loads(told[0])["t_us"] == 0
+    changes = json.loads(lines.get_nowait())["changes"]
+    assert next(one["t_us"] for one in changes if one["connected"]) == 250_000
+
+
+def test_events_of_the_parent_happen_and_are_answered_by_their_number() -> None:
+    lines: queue.Queue[str] = queue.Queue(100)
+    channel = Channel(lines)
+    channel.put({"id": 7, "event": "alarm", "args": {"group": 12, "category": 762}})
+    channel.put({"id": 8, "event": "nothing"})
+    channel.put({"id": 9, "event": "link_down", "args": {}})
+    network = NetworkInMemory()
+    time = Time(channel, 10_000)
+    run(Station(Controller(), network), channel, time.clock, time.sleep)
+    told = [json.loads(lines.get_nowait()) for _ in range(lines.qsize())]
+    answers = [one for one in told if "answer" in one]
+    assert [one["answer"] for one in answers] == [7, 8, 9]
+    assert [bool(one["error"]) for one in answers] == [False, True, False]
+    assert "unknown event 'nothing'" in answers[1]["error"]
+    reports = [one for one in told if "answer" not in one]
+    assert reports[0]["alarms"][0].startswith("12.762")
+    assert reports[0]["link_cut"]

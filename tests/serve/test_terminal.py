@@ -1,0 +1,172 @@
+"""The controllers in words: connection, terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+
+import pytest
+from rich.console import Console
+
+from rcx_harness.enip.connections import OwnerState
+from rcx_harness.robot import Led
+from rcx_harness.serve.terminal import Lines, screen
+from rcx_harness.serve.view import LED_MEANINGS, view
+from served import ServedHost
+
+
+def _image(bits: int, code: int = 0) -> bytes:
+    return struct.pack("<H30xB15x", code, bits)
+
+
+def _text(served: ServedHost, height: int) -> str:
+    console = Console(width=160)
+    with console.capture() as capture:
+        console.print(screen([served], height))
+    return capture.get()
+
+
+@pytest.fixture
+def served() -> ServedHost:
+    """A controller whose master has released emergency stop and stop."""
+    host = ServedHost()
+    host.network.send(_image(0x01))
+    host.run(150)
+    host.network.send(_image(0x41))
+    host.run(150)
+    return host
+
+
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (OwnerState.NONE, "no master has connected yet"),
+        (
+            OwnerState.WAITING,
+            "a master has opened the connection, but sends nothing yet: 192.168.0.10, every 10 ms",
+        ),
+        (OwnerState.RUN, "connected: 192.168.0.10, every 10 ms"),
+        (
+            OwnerState.IDLE,
+            "connected, but the master's program stands still (idle): 192.168.0.10, every 10 ms",
+        ),
+        (OwnerState.TIMED_OUT, "the master fell silent: the connection has timed out"),
+        (OwnerState.CLOSED, "the master has closed the connection"),
+    ],
+)
+def test_the_connection_is_told_in_a_sentence(state: OwnerState, text: str) -> None:
+    served = ServedHost()
+    served.network.become(state)
+    served.run(5)
+    assert view(0, served)["connection"] == text
+    served.network.listeners = 1
+    served.station.happen("link_down")
+    served.run(5)
+    cut = f"the network cable is unplugged ({text}; 1 more that only listen)"
+    assert view(0, served)["connection"] == cut
+
+
+def test_a_controller_without_power_or_not_booted_says_so(served: ServedHost) -> None:
+    asyncio.run(served.happen("power_off", {}))
+    assert view(0, served)["connection"] == "the controller is off"
+    asyncio.run(served.happen("power_on", {}))
+    assert view(0, served)["connection"].startswith("the controller starts")
+
+
+def test_every_state_of_the_leds_has_the_manuals_meaning() -> None:
+    """Source: manual chapter 1, 3."""
+    states = {led.value for led in Led}
+    assert set(LED_MEANINGS["module"]) == set(LED_MEANINGS["network"]) == states
+
+
+def test_the_view_names_each_dedicated_bit_and_has_the_pendants_ports(served: ServedHost) -> None:
+    shown = view(3, served)
+    assert shown["id"] == 3
+    on = [one["signal"] for one in shown["inputs"] + shown["outputs"] if one["on"]]
+    assert on == ["SI(00)", "SI(06)", "SO(01)", "SO(04)", "SO(10)", "SO(11)"]
+    ports = [one["port"] for one in shown["monitor"]["SI"]]
+    assert ports == [0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13, 14, 15]
+    assert shown["monitor"]["SI"][0]["value"] == 0x41
+    assert [one["port"] for one in shown["monitor"]["SOW"]] == list(range(16))
+
+
+def test_the_terminal_shows_every_dedicated_bit_by_its_name(served: ServedHost) -> None:
+    text = _text(served, 40)
+    assert "127.0.0.1, 48 bytes" in text
+    assert "connected: 192.168.0.10, every 10 ms" in text
+    assert "Network Status  ● green (online, connected to the master)" in text
+    assert "● SI(06) Stop input" in text
+    assert "○ SO(02) Servo ON status output" in text
+
+
+def test_with_little_room_the_terminal_shows_the_bits_that_are_on(served: ServedHost) -> None:
+    text = _text(served, 12)
+    assert "SI(00) SI(06) SO(01) SO(04) SO(10) SO(11)" in text
+    assert "Stop input" not in text
+
+
+def test_the_terminal_shows_the_last_command_alarms_and_broken_rules(served: ServedHost) -> None:
+    served.network.send(_image(0x41, 0x0505))
+    served.run(50)
+    served.network.send(_image(0x01, 0x0FFF))
+    served.run(50)
+    served.station.happen("alarm", {"group": 12, "category": 762})
+    served.run(5)
+    text = _text(served, 40)
+    assert "ReadPositionPulses (0xR505): Current position reference, pulse units: normal" in text
+    assert "12.762" in text
+    assert "may be set only in status 0x0000; not executed" in text
+
+
+def test_plain_lines_tell_each_change_once(served: ServedHost) -> None:
+    lines = Lines([served])
+    assert lines.new() == [
+        "127.0.0.1      0.300 s  connected: 192.168.0.10, every 10 ms",
+        "127.0.0.1      0.300 s  Module Status green, Network Status green",
+    ]
+    served.run(100)
+    assert lines.new() == []
+    served.network.become(OwnerState.TIMED_OUT)
+    served.run(5)
+    assert lines.new() == [
+        "127.0.0.1      0.405 s  the master fell silent: the connection has timed out",
+        "127.0.0.1      0.405 s  Module Status green, flashing, Network Status red, flashing",
+        "127.0.0.1      0.405 s  alarm 12.552 EtherNet/IP overtime error",
+        "127.0.0.1      0.405 s  alarm 12.600 Emergency stop on",
+    ]
+
+
+def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedHost) -> None:
+    lines = Lines([served])
+    lines.new()
+    served.network.send(_image(0x41, 0x0505))
+    served.run(5)
+    assert lines.new() == [], "it still runs"
+    served.run(50)
+    served.network.send(_image(0x41, 0x0FFF))
+    served.run(10)
+    texts = [line.partition(" s  ")[2] for line in lines.new()]
+    assert texts == [
+        "command: ReadPositionPulses (0xR505): Current position reference, pulse units: normal end",
+        "rule broken: command 0x0FFF is set while the status is 0x0200; a command may be set only "
+        "in status 0x0000; not executed",
+    ]
+
+
+def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
+    served = ServedHost()
+    served.run(200)
+    lines = Lines([served])
+    lines.new()
+    served.network.send(_image(0x01))
+    served.now_us += 15_000
+    served.station.step(served.now_us, skipped=2)
+    served.run(5)
+    served.ended.set()
+    texts = [line.partition(" s  ")[2] for line in lines.new()]
+    assert texts[2:] == [
+        "no longer: alarm 12.551 EtherNet/IP link error",
+        "2 cycles of 5 ms skipped: this computer was busy",
+        "the controller's process has ended",
+    ]
+    assert lines.new() == []

@@ -1,0 +1,147 @@
+"""`rcx serve` as a user starts it: a process, its lines, Ctrl-C, and who is left behind."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import queue
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+
+__all__ = ["ServeProcess", "own_addresses", "watching"]
+
+#: Longest wait for anything [s]; on a busy machine the start of Python alone may take some.
+_LIMIT_S = 60.0
+_ASK_EVERY_S = 0.05
+_numbers = itertools.count(1)
+
+
+def own_addresses(count: int) -> list[str]:
+    """Loopback addresses that no other test process uses at this time, other ones at each call."""
+    process = os.getpid()
+    middle, last = 1 + process % 250, 1 + process // 250 % 250
+    return [f"127.{100 + next(_numbers) % 100}.{middle}.{last}" for _ in range(count)]
+
+
+@contextmanager
+def watching(pids: Iterable[int]) -> Iterator[None]:
+    """Whatever is done inside, all these processes must have ended soon after it."""
+    watched = {pid: os.pidfd_open(pid) for pid in pids}
+    try:
+        yield
+        for pid, descriptor in watched.items():
+            assert select.select([descriptor], [], [], _LIMIT_S)[0], f"process {pid} has stayed"
+    finally:
+        for descriptor in watched.values():
+            os.close(descriptor)
+
+
+class ServeProcess:
+    """A running `rcx serve`; ends with the `with` block at the latest.
+
+    Args:
+        arguments: Of the command line.
+    """
+
+    def __init__(self, *arguments: str) -> None:
+        self.lines: list[str] = []
+        self._new: queue.Queue[str | None] = queue.Queue()
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "rcx_harness", "serve", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def wait_for(self, text: str) -> str:
+        """The next line with `text` in it."""
+        while True:
+            line = self._new.get(timeout=_LIMIT_S)
+            assert line is not None, f"no line with {text!r} came, but: {self.lines}"
+            self.lines.append(line)
+            if text in line:
+                return line
+
+    def wait_for_port(self, address: str, port: int) -> None:
+        """Wait until it listens there; it must not end meanwhile."""
+        own = os.pidfd_open(self._process.pid)
+        try:
+            for _ in range(round(_LIMIT_S / _ASK_EVERY_S)):
+                with socket.socket() as probe:
+                    if probe.connect_ex((address, port)) == 0:
+                        return
+                ended, _, _ = select.select([own], [], [], _ASK_EVERY_S)
+                assert not ended, "it has ended"
+            raise AssertionError(f"nobody listens on {address}:{port}")
+        finally:
+            os.close(own)
+
+    def processes(self) -> set[int]:
+        """Its process and all that it has started, directly or not."""
+        found = {self._process.pid}
+        while True:
+            more = {pid for pid, parent in _parents().items() if parent in found} | found
+            if more == found:
+                return found
+            found = more
+
+    def kill(self) -> None:
+        """End it without a chance to tidy up."""
+        self._process.kill()
+        self._process.wait(_LIMIT_S)
+
+    def interrupt(self) -> None:
+        """As Ctrl-C does."""
+        self._process.send_signal(signal.SIGINT)
+
+    def end(self) -> tuple[int, str]:
+        """Wait for its end; exit code and what it said on stderr."""
+        assert self._process.stderr is not None
+        said = self._process.stderr.read()
+        return self._process.wait(_LIMIT_S), said
+
+    def __enter__(self) -> ServeProcess:
+        """It has been started."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End it."""
+        if self._process.poll() is None:
+            self.kill()
+        for pipe in (self._process.stdout, self._process.stderr):
+            assert pipe is not None
+            pipe.close()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._new.put(line.rstrip("\n"))
+        self._new.put(None)
+
+
+def _parents() -> dict[int, int]:
+    """Process ids to those of their parents."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdecimal():
+            try:
+                stat = (entry / "stat").read_text()
+            except OSError:  # it has just ended
+                continue
+            found[int(entry.name)] = int(stat.rpartition(")")[2].split()[1])
+    return found
