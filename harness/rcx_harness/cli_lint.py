@@ -22,6 +22,7 @@ __all__ = ["LintFinding", "lint"]
 
 _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
+_PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 
 
@@ -188,6 +189,10 @@ def _code(statement: s.Statement, members: set[str]) -> _Found:
         elif isinstance(node, s.Binary) and node.op in _COMPARISONS:
             for side in (node.left, node.right):
                 yield from _promoted(side)
+        elif isinstance(node, s.Unary) and node.op == "NOT":
+            if any(isinstance(one, s.Binary) and one.op in _COMPARISONS
+                   for one in _nodes(node.operand)):  # fmt: skip
+                yield node.at, "NOT of a comparison: turn it round, or call a function for it"
 
 
 def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
@@ -214,6 +219,10 @@ def _literal(literal: s.Literal) -> _Found:
 
 
 def _call(call: s.Call) -> _Found:
+    if call.function.key in _PARTS_OF_TEXTS:
+        for argument in call.arguments:
+            if isinstance(argument.value, s.Literal) and argument.value.kind == "STRING":
+                yield call.at, f"{call.function.text} of a literal: assign it to a variable first"
     source, separator, target = call.function.key.partition("_TO_")
     if separator and "TIME" in (source, target):
         yield call.at, f"{call.function.text}: conversions of TIME differ"

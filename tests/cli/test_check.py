@@ -94,6 +94,9 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block(body="  a := TIME_TO_INT(T#1s);\n"), 5, "TIME_TO_INT: conversions of TIME differ"),
         (block(body="  IF SHL(a, 1) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
         (block(body="  IF (NOT a) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
+        (block(body="  b := NOT (a = a);\n"), 5, "NOT of a comparison"),
+        (block(body="  b := NOT (b AND (a < a));\n"), 5, "NOT of a comparison"),
+        (block(body="  t := MID(IN := 'abc', L := 1, P := 2);\n"), 5, "MID of a literal"),
         (
             "FUNCTION_BLOCK FB_It\n  VAR_EXTERNAL\n    a : INT;\n  END_VAR\n  a := 1;\n"
             "END_FUNCTION_BLOCK\n",

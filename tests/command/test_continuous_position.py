@@ -69,6 +69,18 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
     assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "2 means 0"
 
 
+def test_a_robot_without_hand_systems_shows_none() -> None:
+    """Source: remote command guide 4.7.4, millimeter units: bits 2-1 are 0."""
+    plc = _plc()
+    _reading(plc, Unit="UNIT_MM")
+    plc.answer(0x0100, [0, 0, 0x2, *PULSES[3:]])
+    plc.scan()
+    assert plc["Position.HandSystem"] == "HAND_RIGHT"
+    plc.answer(0x0100, PULSES)
+    plc.scan()
+    assert plc["Position.HandSystem"] == "HAND_NONE"
+
+
 def test_the_status_reset_command_stops_it() -> None:
     """Source: remote command guide 4.7.4: it stops at the status initializing command 0x0000."""
     plc = _plc()
@@ -211,3 +223,38 @@ def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
     plc.answer(0)
     plc.scan(40)
     assert plc.words[0] == 0
+
+
+def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout() -> None:
+    """Source: docs/errors.md, 16#8012."""
+    plc = _plc()
+    plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
+    plc["First.Execute"] = True
+    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
+    plc["Position.Timeout"], plc["Position.Enable"] = "T#100ms", True
+    plc.scan_until(lambda: bool(plc["Position.Error"]), most=13)
+    assert plc["Position.ErrorID"] == 0x8012
+    assert plc.words[0] == 0x0501, "the other command is still held"
+
+
+def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout() -> None:
+    """Source: docs/errors.md, 16#8015; remote command guide 1.2, code 0x0000."""
+    plc = _plc()
+    plc.answer(0x0200)
+    plc["Position.Timeout"], plc["Position.Enable"] = "T#100ms", True
+    plc.scan(9)
+    assert plc["Position.Busy"]
+    plc.scan_until(lambda: bool(plc["Position.Error"]), most=4)
+    assert plc["Position.ErrorID"] == 0x8015
+    assert plc.words[0] == 0
+
+
+def test_a_timeout_of_zero_is_no_limit() -> None:
+    """The controller is not ready for a long time; then the command goes out."""
+    plc = _plc()
+    plc.answer(0x0200)
+    plc["Position.Timeout"], plc["Position.Enable"] = "T#0s", True
+    plc.scan(2000)
+    assert plc["Position.Busy"]
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] != 0, most=4)

@@ -76,3 +76,12 @@ def test_without_a_connection_there_is_no_value() -> None:
     plc["Connected"] = False
     plc.scan()
     assert plc["RealTimeValue.ErrorID"] == 0x8001
+
+
+def test_an_illegal_word_is_told_before_a_missing_connection() -> None:
+    """It does not go away with the connection's return."""
+    plc = _up()
+    plc["Connected"] = False
+    plc["RealTimeValue.OutputWord"] = 128
+    plc.scan()
+    assert plc["RealTimeValue.ErrorID"] == 0x8034

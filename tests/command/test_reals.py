@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import struct
 
@@ -64,3 +65,24 @@ def test_what_is_no_finite_number_gives_a_finite_one(
     plc.write("Main.Bits", pattern)
     plc.scan(0)
     assert plc.read("Main.Back") == real
+
+
+@pytest.mark.parametrize(("number", "pattern"), [("inf", 0x7F800000), ("-inf", 0xFF800000)])
+def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, pattern: int) -> None:
+    """Source: IEEE 754: exponent 255, mantissa 0; the loop over the exponent ends there."""
+    plc.write("Main.Number32", float(number))
+    plc.scan(0)
+    assert plc.read("Main.Pattern") == pattern
+
+
+@pytest.mark.parametrize(
+    ("number", "outside"),
+    [(0.5, False), (-0.5, False), (2.0, False), (2.001, True), (-0.501, True), (math.nan, True)],
+)
+def test_a_number_is_outside_of_its_limits_or_no_number(
+    plc: Program, number: float, outside: bool
+) -> None:
+    """Limits -0.5 and 2.0."""
+    plc.write("Main.Number32", number)
+    plc.scan(0)
+    assert plc.read("Main.Outside") is outside

@@ -34,7 +34,7 @@ def _robot() -> dict[str, StructType]:
 def test_a_file_holds_the_pou_of_its_name_and_no_other(file: Path) -> None:
     assert _POU.findall(_code(file)) == [file.stem]
     text = file.read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= (170 if "Generated from" in text else 150)
+    assert len(text.splitlines()) <= (175 if "Generated from" in text else 150)
 
 
 @pytest.mark.parametrize("head", headers(), ids=lambda head: str(head.name))

@@ -135,13 +135,13 @@ def _outside(
         over = f"({name} AND {word(stray)}) <> {word(0)}" if stray else ""
         return either(*filter(None, (empty, over)))
     if kind == "REAL" and pin.encoding == "real":
-        return f"NOT ({name} >= -{_LARGEST} AND {name} <= {_LARGEST})"
+        return _beyond(name, f"-{_LARGEST}", _LARGEST)
     pairs = _pairs(pin, part, limits)
     if kind == "REAL":
         low, high = pairs[0][0], pairs[-1][1]
         if (low, high) == _TYPES["DINT"]:
             low, high = -_EXACT, _EXACT
-        return f"NOT ({name} >= {_limit(low, -1, scale)} AND {name} <= {_limit(high, 1, scale)})"
+        return _beyond(name, _limit(low, -1, scale), _limit(high, 1, scale))
     lowest, highest = _TYPES[kind]
     if pairs[0][0] == pairs[-1][1]:
         return f"{name} <> {pairs[0][0]}"
@@ -163,6 +163,11 @@ def _limit(value: int, outward: int, scale: float) -> str:
     (held,) = struct.unpack("<f", struct.pack("<f", value / scale))
     beyond = (held - value / scale) * outward > 0
     return real(round((value + outward / 10) / scale, 6) if beyond else value / scale)
+
+
+def _beyond(name: str, low: str, high: str) -> str:
+    """A REAL is not from `low` to `high`; by a function, which sees also what is no number."""
+    return f"FC_Outside(Value := {name}, Lowest := {low}, Highest := {high})"
 
 
 def _pairs(pin: Input, part: Field, limits: Sequence[int]) -> list[Pair]:

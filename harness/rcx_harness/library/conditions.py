@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rcx_harness.errors import InputError
-from rcx_harness.library.tables import Block, Enumeration, Input
+from rcx_harness.library.tables import Block, Enumeration, Input, Member
 from rcx_harness.telegram import Field
 
 __all__ = ["Conditions", "both", "either"]
@@ -73,6 +73,13 @@ class Conditions:
             return f"{pin.pin} = {low}"
         return f"{pin.pin} >= {low} AND {pin.pin} <= {high}"
 
+    def accepted(self, pin: Input, member: Member) -> bool:
+        """Whether a block goes on with this member of an enumeration, and does not refuse it."""
+        if pin.flag or pin.when or len(pin.to) > 1:
+            return True
+        known = self._block.requests[pin.to[0]].values
+        return not known or member.value in known
+
     def _filler(self, name: str) -> Input | None:
         pins = (one for one in self._block.inputs if name in one.to or one.flag == name)
         return next(pins, None)
@@ -82,7 +89,7 @@ class Conditions:
         members = self._enumerations[pin.type].members
         inside = [one.name for one in members if one.value in values]
         outside = [one.name for one in members if one.value not in values]
-        if not outside:
+        if not any(self.accepted(pin, one) for one in members if one.value not in values):
             return ""
         if len(outside) < len(inside):
             return " AND ".join(f"{pin.pin} <> {name}" for name in outside)

@@ -58,7 +58,7 @@ def _pin(
     part = block.requests[pin.to[0]]
     condition = conditions.matters(pin, part)
     if pin.flag and block.requests[pin.flag].fixed is None:
-        lines = [_or(block.requests[pin.flag], 1), *_store(tables, pin, part)]
+        lines = [_or(block.requests[pin.flag], 1), *_store(conditions, tables, pin, part)]
     elif pin.scale_by:
         lines = []
         for values, _, scale in selector_groups(pin, part):
@@ -68,7 +68,7 @@ def _pin(
             lines += indent(_scalar(pin.type, pin.pin, pin, part, scale))
         return [(conditions.counts(pin), [*lines, "END_IF;"])]
     else:
-        lines = _store(tables, pin, part)
+        lines = _store(conditions, tables, pin, part)
     if pin.encoding == "bit" and _may_be_zero(pin, part):
         lines = guarded(f"{pin.pin} > 0", lines)
     return [(condition, lines)]
@@ -89,14 +89,18 @@ def _or(part: Field, value: int) -> str:
     return f"Data[{k}] := Data[{k}] OR {word(value << part.bits[0])};"
 
 
-def _store(tables: Library, pin: Input, part: Field) -> list[str]:
+def _store(conditions: Conditions, tables: Library, pin: Input, part: Field) -> list[str]:
     """Put a pin into its field."""
     if pin.type in tables.enumerations:
         members = tables.enumerations[pin.type].members
         allowed = [
             one for one in members if one.value and (one.value in part.values or not part.values)
         ]
-        return case(pin.pin, [(one.name, _or(part, one.value)) for one in allowed])
+        rows = [(one.name, _or(part, one.value)) for one in allowed]
+        others = [one for one in members if one not in allowed]
+        refused = not any(conditions.accepted(pin, one) for one in others)
+        why = "(* unreachable: other members are refused *)" if others and refused else ""
+        return case(pin.pin, rows, why)
     if pin.type in tables.arrays:
         array = tables.arrays[pin.type]
         return loop(array.count, _scalar(array.of, f"{pin.pin}[k]", pin, part, pin.scale))

@@ -25,7 +25,7 @@ def indent(lines: Iterable[str], by: int = 1) -> list[str]:
 
 
 def statement(text: str, at: int = 0) -> list[str]:
-    """A condition or statement, broken before AND and OR and after commas where it is too long.
+    """A condition or statement, broken before AND and OR, else after commas, where too long.
 
     Args:
         text: The statement in one line.
@@ -34,10 +34,12 @@ def statement(text: str, at: int = 0) -> list[str]:
     room = WIDTH - 2 * at
     lines = [""]
     for part in text.replace(" AND ", "\0 AND ").replace(" OR ", "\0 OR ").split("\0"):
-        if lines[-1] and len(lines[-1]) + len(part) > room:
-            lines.append(f"    {part.strip()}")
-        else:
-            lines[-1] += part
+        pieces = [part] if len(part) + 4 <= room else part.replace(", ", ",\0 ").split("\0")
+        for piece in pieces:
+            if lines[-1] and len(lines[-1]) + len(piece) > room:
+                lines.append(f"    {piece.strip()}")
+            else:
+                lines[-1] += piece
     return lines
 
 
@@ -53,11 +55,17 @@ def loop(count: int, lines: Sequence[str]) -> list[str]:
     return ["k := 1;", f"WHILE k <= {count} DO", *indent([*lines, "k := k + 1;"]), "END_WHILE;"]
 
 
-def case(selector: str, branches: Sequence[tuple[str, str]]) -> list[str]:
-    """CASE with one statement in each branch; IF where there is one only."""
+def case(selector: str, branches: Sequence[tuple[str, str]], comment: str = "") -> list[str]:
+    """CASE with one statement in each branch; IF where there is one only.
+
+    Args:
+        selector: What is compared.
+        branches: (label, statement) each.
+        comment: What is to be said of the case that no label fits.
+    """
     if not branches:
         return []
     if len(branches) == 1:
         return guarded(f"{selector} = {branches[0][0]}", [branches[0][1]])
     rows = [f"{label}: {text}" for label, text in branches]
-    return [f"CASE {selector} OF", *indent(rows), "END_CASE;"]
+    return [f"CASE {selector} OF", *indent(rows), f"END_CASE; {comment}".rstrip()]
