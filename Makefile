@@ -1,7 +1,10 @@
 # make demo   run the first example against the virtual robot and draw its timing chart
 # make test   run all tests
+# make fuzz   attack the EtherNet/IP adapter: FOR=60s or COUNT=20000, SEED=1 to repeat a run
 # make lint   check format, types, the portability of the ST, and that generated files are current
 # make docs   write the generated pages and the README's output blocks anew
+# make verification   run every check below whose sources have changed; write docs/verification.md
+#   contract, coverage, mutants, explore, campaign, metamorphic: one check; MORE="..." goes to it
 # Each does its own set-up in .venv. It takes PYTHON=... where python3 is older than 3.10.
 
 PYTHON ?= python3
@@ -9,7 +12,9 @@ BIN := .venv/bin
 READY := .venv/.ready
 DEMO := plc/examples/01_power_up
 
-.PHONY: demo test lint docs clean
+CHECKS := contract coverage mutants explore campaign metamorphic
+
+.PHONY: demo test fuzz lint docs clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
@@ -19,15 +24,26 @@ demo: $(READY)
 test: $(READY)
 	@$(BIN)/python -m pytest -n auto --dist worksteal
 
+fuzz: $(READY)
+	@$(BIN)/python tests/support/enip_fuzz.py --for $(or $(FOR),60s) \
+	  $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED))
+
 lint: $(READY)
 	$(BIN)/ruff check harness tests
 	$(BIN)/ruff format --check harness tests
 	$(BIN)/mypy
 	$(BIN)/rcx check --lint plc
 	$(BIN)/python -m rcx_harness.docs --check
+	@$(BIN)/python -m rcx_harness.verify.report --remind
 
 docs: $(READY)
 	$(BIN)/python -m rcx_harness.docs
+
+verification: $(READY)
+	@$(BIN)/python -m rcx_harness.verify.report $(MORE)
+
+$(CHECKS): $(READY)
+	@$(BIN)/python -m rcx_harness.verify.report --only $@ $(MORE)
 
 clean:
 	rm -rf .venv out

@@ -14,7 +14,15 @@ from rcx_harness.link import DirectLink, Link
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 
-__all__ = ["Files", "SourceFiles", "check_outputs", "make_link", "make_robot", "source_files"]
+__all__ = [
+    "Files",
+    "SourceFiles",
+    "check_outputs",
+    "default_lib",
+    "make_link",
+    "make_robot",
+    "source_files",
+]
 
 #: One file or folder, or several.
 Files = str | Path | Sequence[str | Path]
@@ -51,7 +59,7 @@ def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
     if not given:
         raise InputError("no program is given")
     own = [file for entry in given for file in _expand(Path(entry))]
-    folder = _default_lib() if lib is None else Path(lib)
+    folder = default_lib() if lib is None else Path(lib)
     if not folder.is_dir():
         raise InputError("no such folder", file=folder, hint="--lib is the folder of the library")
     taken = {file.resolve() for file in own}
@@ -132,7 +140,7 @@ def _expand(path: Path) -> list[Path]:
     return [path]
 
 
-def _default_lib() -> Path:
+def default_lib() -> Path:
     """The repository's `plc/lib`, or the copy in an installed package."""
     repository = _PACKAGE.parents[1] / "plc" / "lib"
     return repository if repository.is_dir() else _PACKAGE / "_data" / "plc" / "lib"

@@ -110,6 +110,34 @@ def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
     serve(bench, talk)
 
 
+def test_who_asks_without_end_leaves_the_others_their_turn(
+    bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two thousand requests in one piece; a neighbour's answer does not wait for all of them."""
+    listing = bench.device.listing
+    answer, asked = listing.answer, []
+
+    def counting(*args: Any) -> Any:
+        asked.append(args)
+        return answer(*args)
+
+    monkeypatch.setattr(listing, "answer", counting)
+    list_services = bytes.fromhex("0400 0000") + bytes(20)
+
+    async def talk(tcp: TcpServer, port: int) -> None:
+        greedy, neighbour = [await asyncio.open_connection("127.0.0.1", port) for _ in range(2)]
+        (length,) = {len(await say(greedy, list_services, 50))}
+        greedy[1].write(2000 * list_services)
+        while len(asked) < 10:
+            await asyncio.sleep(0)
+        assert (await say(neighbour, REGISTER, 28))[8:12] == bytes(4)
+        assert len(asked) < 1500
+        await greedy[0].readexactly(2000 * length)
+        assert len(asked) == 2001
+
+    serve(bench, talk)
+
+
 def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
     """What waits for a peer is bounded: its requests stay in its own machine."""
 
@@ -126,7 +154,7 @@ def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
         wire.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         question = bytes.fromhex("6300 0000") + bytes(20)
         writer.transport.pause_reading()  # type: ignore[attr-defined]
-        while transport.is_reading():
+        while not connection._full:
             writer.write(question * 200)
             await asyncio.sleep(0)
         waiting = transport.get_write_buffer_size()

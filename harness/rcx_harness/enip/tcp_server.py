@@ -13,6 +13,9 @@ __all__ = ["MAX_CONNECTIONS", "MAX_CONNECTIONS_OF_PEER", "TcpServer"]
 
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 
+#: So many bytes of one connection are answered before the others have their turn.
+_TURN = 1024
+
 
 class TcpServer:
     """All TCP connections of one device.
@@ -70,7 +73,8 @@ class _Connection(asyncio.Protocol):
 
     def __init__(self, server: TcpServer) -> None:
         self._server = server
-        self._admitted = False
+        self._admitted = self._full = False
+        self._waiting = bytearray()  # received, but not yet its turn
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Start a session; asyncio has set TCP_NODELAY."""
@@ -90,24 +94,49 @@ class _Connection(asyncio.Protocol):
         self._server.add(self)
 
     def data_received(self, data: bytes) -> None:
-        """Answer what is complete."""
+        """Answer what is complete; of much at once a part, so that nobody else has to wait."""
         if not self._admitted:
             return
-        if answers := self.session.receive(data):
-            self.transport.write(answers)
-        if self.session.ended:
-            self.transport.close()
+        if len(data) <= _TURN and not self._waiting:
+            self._answer(data)
+            return
+        self._waiting += data
+        self.transport.pause_reading()
+        self._take_turn()
 
     def pause_writing(self) -> None:
         """It does not take our answers: take no more of its requests."""
+        self._full = True
         self.transport.pause_reading()
 
     def resume_writing(self) -> None:
         """It has taken them."""
-        self.transport.resume_reading()
+        self._full = False
+        self._take_turn()
 
     def connection_lost(self, error: Exception | None) -> None:
         """The connection is gone; its session with it."""
         if self._admitted:
             self._server.discard(self)
             self.session.close()
+
+    def _take_turn(self) -> None:
+        """Answer some of what waits; the rest is left for the next round of the event loop."""
+        if self._full or self.transport.is_closing():
+            return
+        part = bytes(self._waiting[:_TURN])
+        del self._waiting[:_TURN]
+        self._answer(part)
+        if self._full:
+            return  # goes on with `resume_writing`
+        if self._waiting:
+            asyncio.get_running_loop().call_soon(self._take_turn)
+        else:
+            self.transport.resume_reading()
+
+    def _answer(self, data: bytes) -> None:
+        if answers := self.session.receive(data):
+            self.transport.write(answers)
+        if self.session.ended:
+            self._waiting.clear()
+            self.transport.close()

@@ -1,0 +1,224 @@
+"""One look at a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from rcx_harness import spec
+from rcx_harness.enip.client import PORT
+from rcx_harness.enip.connections import ConnectionKind
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.scanner import Received, Scanner
+from rcx_harness.errors import InputError
+from rcx_harness.robot.ports import port
+from rcx_harness.scan_text import area_lines, change_lines, identity_lines, telegram_lines
+from rcx_harness.units import format_us
+
+__all__ = ["ScanOptions", "output_image", "scan"]
+
+_IDENTITY = bytes.fromhex("2001 2401")
+_GET_ATTRIBUTES_ALL = 0x01
+_TO_ROBOT = 150
+_LOOK_S = 0.01
+_FIRST_S = 10.0
+
+
+@dataclass(frozen=True)
+class ScanOptions:
+    """What `rcx scan` was asked for.
+
+    Attributes:
+        host: Address of the controller.
+        size: Bytes of each area, 48 or 256.
+        rpi_us: Requested packet interval in microseconds.
+        duration_us: How long to look after the first packet, in microseconds.
+        kind: An exclusive owner drives the robot; the others send no data.
+        writes: What an exclusive owner sends, `NAME=VALUE` each; all else is 0.
+        heartbeat: Connection point of the heartbeat; None for the usual one.
+        multiplier: Connection time-out multiplier as coded, 0 to 7.
+        port: TCP port of the controller.
+        address: Address of this machine to work from; empty for the one that leads there.
+    """
+
+    host: str
+    size: int = 48
+    rpi_us: int = 10_000
+    duration_us: int = 5_000_000
+    kind: ConnectionKind = ConnectionKind.INPUT_ONLY
+    writes: Sequence[str] = ()
+    heartbeat: int | None = None
+    multiplier: int = 3
+    port: int = PORT
+    address: str = ""
+
+
+def output_image(writes: Sequence[str], size: int) -> bytes:
+    """Assembly 150 with what is to be written, everything else 0.
+
+    Args:
+        writes: `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
+            purpose bit, `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command.
+        size: Bytes of the area.
+
+    Raises:
+        InputError: not of this form, no such input, or a value that does not fit.
+    """
+    image = bytearray(size)
+    for entry in writes:
+        name, equals, text = entry.partition("=")
+        try:
+            value = int(text, 0)
+        except ValueError:
+            value = -1
+        if not equals or value < 0:
+            raise InputError(f"not a value to write: {entry!r}", hint="write SI00=1 or SIW(2)=5")
+        at, bit, width = _place(name.strip(), size)
+        if value >> (1 if bit is not None else 8 * width):
+            raise InputError(f"{value} does not fit {name.strip()}")
+        if bit is not None:
+            image[at] = image[at] & ~(1 << bit) | value << bit
+        else:
+            image[at : at + width] = value.to_bytes(width, "little")
+    return bytes(image)
+
+
+def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
+    """Connect, print identity and areas, then every change.
+
+    Args:
+        options: Where, how and how long.
+        tell: Takes one line after the other.
+
+    Returns:
+        True if the connection held; False if it was lost.
+
+    Raises:
+        InputError: bad options; the controller is not there, refuses, or sends no packet.
+    """
+    image = output_image(options.writes, options.size)
+    with Scanner(
+        options.host,
+        options.size,
+        options.rpi_us,
+        kind=options.kind,
+        multiplier=options.multiplier,
+        heartbeat=options.heartbeat,
+        address=options.address,
+        port=options.port,
+    ) as scanner:
+        for line in identity_lines(scanner.client.request(_GET_ATTRIBUTES_ALL, _IDENTITY)):
+            tell(line)
+        scanner.write(image, run=True)
+        _open(scanner, options)
+        assert scanner.connection is not None
+        interval = format_us(scanner.connection.t_to_o_api_us)
+        tell(f"{options.kind.value} connection, {options.size} bytes, packets every {interval}")
+        first = _first(scanner)
+        written = image if scanner.connection.is_owner else _written(scanner)
+        _tell_areas(first.image, written, tell)
+        try:
+            held = _watch(scanner, first.image, options.duration_us, tell)
+        except KeyboardInterrupt:  # enough seen; what came until then still counts
+            held = True
+        _tell_packets(scanner, tell)
+    return held
+
+
+def _open(scanner: Scanner, options: ScanOptions) -> None:
+    """Open, and give a hint where the refusal has a usual remedy."""
+    try:
+        scanner.open()
+    except CipError as error:
+        raise InputError(str(error), hint=_hint(error.extended[:1], options)) from None
+
+
+def _hint(extended: tuple[int, ...], options: ScanOptions) -> str:
+    other = 304 - options.size  # 48 and 256
+    hints = {
+        0x106: "it has a master; without --write it is only read",
+        0x109: f"try --size {other}",
+        0x119: "no other connection is open; leave --listen-only out",
+        0x127: f"try --size {other}",
+        0x128: f"try --size {other}",
+        0x12A: "its heartbeat connection point is another; name it with --heartbeat",
+    }
+    return hints.get(extended[0], "") if extended else ""
+
+
+def _first(scanner: Scanner) -> Received:
+    deadline = time.monotonic() + _FIRST_S
+    while (received := scanner.read()).age_us is None:
+        if time.monotonic() > deadline:
+            raise EnipError(
+                f"connected, but no packet came within {_FIRST_S:g} s",
+                hint="does a firewall stop UDP port 2222",
+            )
+        time.sleep(_LOOK_S)
+    return received
+
+
+def _written(scanner: Scanner) -> bytes | None:
+    """What the master writes, where the controller lets it be read."""
+    try:
+        return scanner.client.get_assembly(_TO_ROBOT)
+    except CipError:
+        return None
+
+
+def _tell_areas(to_master: bytes, to_robot: bytes | None, tell: Callable[[str], None]) -> None:
+    tell("")
+    tell("robot to master (assembly 100, the area from m)")
+    for line in area_lines(to_master, "O"):
+        tell(line)
+    tell("")
+    tell("master to robot (assembly 150, the area from n)")
+    for line in ["  cannot be read"] if to_robot is None else area_lines(to_robot, "I"):
+        tell(line)
+    tell("")
+    tell("remote command")
+    for line in telegram_lines(to_master, to_robot):
+        tell(line)
+
+
+def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str], None]) -> bool:
+    """Tell changes until the time is over (true) or the connection is lost (false)."""
+    start = time.monotonic()
+    if duration_us:
+        tell("")
+        tell(f"changes in the next {duration_us / 1e6:g} s:")
+    while (passed := time.monotonic() - start) * 1e6 < duration_us:
+        received = scanner.read()
+        for line in change_lines(image, received.image, "O"):
+            tell(f"  {passed:7.3f} s  {line}")
+        image = received.image
+        if not received.connected:
+            tell(f"  {passed:7.3f} s  the connection is lost: no packets come any more")
+            return False
+        time.sleep(_LOOK_S)
+    return True
+
+
+def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
+    seen = scanner.statistics()
+    tell("")
+    tell(
+        f"{seen.received} packets received, {seen.missing} missing, {seen.sent} sent; between two "
+        f"packets {format_us(seen.gap_median_us)} (median), {format_us(seen.gap_max_us)} (longest)"
+    )
+
+
+def _place(name: str, size: int) -> tuple[int, int | None, int]:
+    """Byte, bit and width in bytes of an input."""
+    inputs = spec.signals().input
+    for signal in inputs:
+        if name in (signal.name, signal.short, signal.signal):
+            return signal.byte, signal.bit, 1
+    if name.upper().replace(" ", "") in ("SIW(0)", "SIW(1)"):
+        return 2 * int(name.strip(" )")[-1]), None, 2
+    place = port(name)
+    if place.output or place.bank:
+        raise InputError(f"{name} is no input of the robot", hint="write SI00=1 or SIW(2)=5")
+    place.check(size)
+    return place.at, place.bit, place.size

@@ -1,0 +1,226 @@
+"""A run in real time over cyclic I/O: the same events in the same order at any pace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness import Cell, RobotConfig
+from rcx_harness.cli import main
+from rcx_harness.clocks import Kind
+from rcx_harness.errors import InputError
+from rcx_harness.realtime import RealTimeAgenda, multiplier_of
+from rcx_harness.trace import Cycle, Scan, read_trace
+
+Build = Callable[..., Cell]
+Captured = pytest.CaptureFixture[str]
+
+DEMO = ("plc", "examples", "01_power_up")
+#: Longest silence that is no loss of the link; other work on this computer must not break it.
+PATIENT = "5s"
+
+
+class Clock:
+    """A clock that only sleeping and `late` move on."""
+
+    def __init__(self) -> None:
+        self.now_us = 1_000_000
+        self.slept: list[float] = []
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep exactly so long."""
+        self.slept.append(seconds)
+        self.now_us += round(seconds * 1e6)
+
+    def late(self, us: int) -> None:
+        """Other work holds the computer up."""
+        self.now_us += us
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def agenda(clock: Clock) -> RealTimeAgenda:
+    """Something every 10 ms from 0 on."""
+    made = RealTimeAgenda(lambda: clock.now_us, clock.sleep)
+    for number in range(10):
+        made.add(10_000 * number, Kind.SCAN, number)
+    return made
+
+
+def test_the_first_event_starts_the_clock_and_the_next_ones_wait(
+    agenda: RealTimeAgenda, clock: Clock
+) -> None:
+    assert [agenda.pop() for _ in range(3)] == [
+        (0, Kind.SCAN, 0),
+        (10_000, Kind.SCAN, 1),
+        (20_000, Kind.SCAN, 2),
+    ]
+    assert clock.slept == [0.01, 0.01]
+    assert clock.now_us == 1_020_000
+
+
+def test_a_little_late_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> None:
+    agenda.pop()
+    clock.late(14_000)
+    agenda.pop()
+    agenda.pop()
+    assert clock.slept == [pytest.approx(0.006)]
+    assert (agenda.stalls, agenda.stalled_us) == (0, 0)
+
+
+def test_after_a_standstill_of_the_computer_nothing_comes_in_a_burst(
+    agenda: RealTimeAgenda, clock: Clock
+) -> None:
+    """The packets of the real network have not waited; scans in a burst would miss them."""
+    agenda.pop()
+    clock.late(60_000)
+    agenda.pop()
+    assert (agenda.stalls, agenda.stalled_us) == (1, 50_000)
+    agenda.pop()
+    agenda.pop()
+    assert clock.slept == [0.01, 0.01]
+    assert clock.now_us == 1_080_000
+
+
+@pytest.mark.parametrize(
+    ("timeout_us", "coded"), [(1, 0), (40_000, 0), (40_001, 1), (320_000, 3), (5_120_000, 7)]
+)
+def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int) -> None:
+    """4, 8, ... 512 intervals of 10 ms."""
+    assert multiplier_of(timeout_us, 10_000) == coded
+
+
+def test_a_time_out_beyond_512_intervals_is_bad_input() -> None:
+    with pytest.raises(InputError, match=r"6000 ms cannot be asked for; .* 5120 ms"):
+        multiplier_of(6_000_000, 10_000)
+
+
+@pytest.fixture
+def cell(build_cell: Build, repository: Path) -> Cell:
+    """The demo's program and robot; the link is lost after 128 intervals of 5 ms."""
+    demo = repository.joinpath(*DEMO)
+    return build_cell(
+        demo, robot=demo / "robot.toml", link="enip-realtime", rpi="5ms", timeout="640ms"
+    )
+
+
+def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
+    build_cell: Build, repository: Path, tmp_path: Path
+) -> None:
+    """Power-up, servo ON, program reset: dedicated bits in the order of the manual's charts.
+
+    Source: manual chapter 5, 3.1 and 3.2
+    """
+    demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
+    cell = build_cell(
+        demo, robot=demo / "robot.toml", link="enip-realtime", timeout=PATIENT, trace=trace
+    )
+    cell["Main.Start"] = True
+    cell.run_until(lambda: bool(cell["Main.Robot.SO.SO14_ProgramReset"]), within="60s")
+    assert cell.violations == []
+    cell.close()
+
+    header, records = read_trace(trace)
+    assert header["link"] == "enip-realtime"
+    entries = list(records)
+    expected = ["SO00", "SI00", "SI06", "SI01", "SO02", "SI15", "SO14"]
+    scans = [(entry.so, entry.si) for entry in entries if isinstance(entry, Scan)]
+    assert rises(scans) == expected
+    # The controller saw what the PLC sent, and the PLC what the controller answered.
+    cycles = [(entry.rcx_so, entry.rcx_si) for entry in entries if isinstance(entry, Cycle)]
+    assert rises(cycles) == expected
+
+
+def test_the_command_line_runs_it_for_a_given_time(
+    repository: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    """As many scans and cycles as in lock-step; the run may only take longer."""
+    demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
+    options = ["--link", "enip", "--realtime", "--for", "200ms", "--trace", str(trace)]
+    assert main(["run", str(demo), "--engine", "builtin", *options]) == 0
+    out = capsys.readouterr().out
+    assert "0.2 s on the builtin engine: 20 scans, 40 controller cycles" in out
+    assert read_trace(trace)[0]["link"] == "enip-realtime"
+
+
+def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
+    """Chosen dedicated bits in the order of their rising edges.
+
+    Args:
+        areas: The controller's outputs and inputs, one pair after the other.
+    """
+    outputs = {"SO00": 0, "SO02": 2, "SO14": 12}
+    inputs = {"SI00": 0, "SI01": 1, "SI06": 6, "SI15": 13}
+    found, before = [], (0, 0)
+    for pair in areas:
+        after = (dedicated(pair[0]), dedicated(pair[1]))
+        for side, names in enumerate((outputs, inputs)):
+            risen = after[side] & ~before[side]
+            found += [name for name, bit in names.items() if risen >> bit & 1]
+        before = after
+    return found
+
+
+def dedicated(area: bytes) -> int:
+    """Bytes 32 and 33; 0 without a connection."""
+    return int.from_bytes(area[32:34], "little")
+
+
+def test_an_unplugged_cable_is_the_loss_of_the_link_and_plugged_in_again_it_comes_back(
+    cell: Cell,
+) -> None:
+    """Both ends time out by themselves.
+
+    Source: manual chapter 1, 5.2
+    """
+    cell.run_until(lambda: cell.connected and cell.robot.machine.si00, within="20s")
+    cell.inject("link_down")
+    cell.run_until(lambda: not cell.connected, within="20s")
+    cell.run_until(lambda: cell.robot.machine.link == "lost", within="20s")
+    assert not cell.robot.machine.si00
+    assert not cell.robot.machine.si06
+    assert "12.552" in [alarm.number for alarm in cell.robot.alarms.active]
+    cell.inject("link_up")
+    cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
+
+
+def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Cell) -> None:
+    cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
+    cell.inject("power_cycle")
+    cell.run_until(lambda: not cell.connected, within="20s")
+    cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
+
+
+def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Path) -> None:
+    """Source: manual chapter 3, 1."""
+    demo = repository.joinpath(*DEMO)
+    cell = build_cell(demo, robot=RobotConfig(size=256), size=48, link="enip-realtime")
+    cell.run("200ms")
+    assert not cell.matched
+    assert not cell.connected
+
+
+def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
+    with pytest.raises(InputError, match="no snapshot"):
+        cell.snapshot()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--realtime"], "only a real network runs in real time; add --link enip"),
+        (["--realtime", "--link", "enip", "--jitter", "2ms"], "the jitter is what it is"),
+        (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be asked for"),
+    ],
+)
+def test_what_does_not_go_with_real_time_is_bad_input(
+    repository: Path, capsys: Captured, options: list[str], message: str
+) -> None:
+    assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
+    assert message in capsys.readouterr().err
