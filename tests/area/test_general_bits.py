@@ -159,3 +159,11 @@ def test_without_connection_no_bit_is_believed(kind: str) -> None:
     assert plc.read(f"Read{kind}") == (0, False, 0x8001)
     plc["Connected"] = True
     assert plc.read(f"Read{kind}")[1:] == (True, 0)
+
+
+@pytest.mark.parametrize("kind", ["Bit", "Port"])
+def test_an_illegal_port_is_told_before_a_missing_connection(kind: str) -> None:
+    """It does not go away with the connection's return."""
+    plc = AreasBench()
+    plc["Connected"] = False
+    assert plc.read(f"Read{kind}", Port=8) == (0, False, 0x8033)

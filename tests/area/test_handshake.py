@@ -174,6 +174,23 @@ def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
     assert plc.words == IDLE
 
 
+def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -> None:
+    """One interval (120 ms here), as after a recovery of the link."""
+    plc = _plc()
+    plc["First.Execute"] = True
+    plc.scan(2)
+    plc.answer(0x0100)
+    plc.scan(2)
+    plc.answer(0x0000)
+    plc["Second.Execute"] = True
+    codes = []
+    for _ in range(18):
+        plc.scan()
+        codes.append(plc.words[0])
+    assert codes[0] == 0
+    assert codes.index(0x0501) == 15, "12 scans from the second one on, then data, then code"
+
+
 def test_a_status_that_nobody_asked_for_is_reset_before_the_first_command() -> None:
     """A PLC that restarts finds the end status of its last command.
 

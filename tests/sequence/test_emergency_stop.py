@@ -142,6 +142,19 @@ def test_a_controller_that_is_not_ready_cannot_answer() -> None:
     assert plc.inputs == ["SI06"]
 
 
+def test_emergency_stop_status_is_an_answer_whatever_cpu_ok_is() -> None:
+    """SO(00) ON says what has been asked for.
+
+    Source: manual chapter 5, 2, SO(00) and SO(01); assumed that SO(00) holds without SO(01).
+    """
+    plc = servo_on()
+    plc["EmergencyStop.Execute"] = True
+    plc.scan()
+    plc.outputs(SO00=True, SO01=False, SO02=False)
+    plc.scan()
+    assert pins(plc, "EmergencyStop") == "Done"
+
+
 def test_a_new_edge_while_it_is_done_stops_again() -> None:
     plc = servo_on()
     for _ in range(2):

@@ -153,6 +153,19 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
     assert plc.words[0] == 0x0502
 
 
+def test_a_holder_that_was_away_for_thousands_of_turns_does_not_take_another_ones() -> None:
+    """By the difference alone its ticket looks like one whose turn is yet to come."""
+    plc = _plc()
+    plc["First.Execute"] = True
+    plc.scan()
+    assert _pins(plc, "First") == "Busy Active"
+    later = (plc["Robot.Command.Serving"] + 40_000) % 65_536
+    plc["Robot.Command.Serving"] = plc["Robot.Command.NextTicket"] = later
+    plc.scan()
+    assert plc["First.ErrorID"] == 0x8013
+    assert plc["Robot.Command.Serving"] == later
+
+
 def test_the_time_limit_counts_from_the_turn_not_from_the_queue() -> None:
     plc = _plc()
     plc["Second.Timeout"] = "T#100ms"

@@ -262,3 +262,23 @@ def test_a_program_that_runs_without_servos_is_no_power_up() -> None:
     plc.outputs(SO02=False, SO14=False, SO13=True)
     plc.scan_until(lambda: not plc["PowerUp.Busy"])
     assert plc["PowerUp.ErrorID"] == 0x800C
+
+
+def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
+    plc = _off()
+    plc["PowerUp.Execute"] = False
+    plc.scan_until(lambda: plc["PowerUp.Error"] is True, most=40)
+    plc["PowerUp.Execute"] = True
+    plc.scan()
+    assert pins(plc, "PowerUp") == "Busy"
+    assert 29 <= plc.scan_until(lambda: plc["PowerUp.Error"] is True, most=40) <= 32
+
+
+def test_a_running_program_does_not_matter_before_the_servos_are_on() -> None:
+    """A PLC that restarts finds the robot at work; FB_ServoOn has its own conditions."""
+    plc = _off()
+    _until(plc, "CELL_SAFE")
+    plc.outputs(SO13=True)
+    plc.scan(10)
+    assert pins(plc, "PowerUp") == "Busy"
+    assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"

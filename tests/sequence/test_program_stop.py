@@ -113,3 +113,16 @@ def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() ->
     plc.outputs(SO13=False)
     plc.scan()
     assert pins(plc, "ProgramStop") == "Done"
+
+
+def test_a_stop_that_cannot_be_written_is_not_done() -> None:
+    """The area is illegal for some scans: SI(06) is still ON for the controller."""
+    plc = servo_on()
+    plc["ProgramStop.Execute"], plc["WriteArea.Size"] = True, 47
+    plc.scan(20)
+    assert plc.inputs == ["SI00", "SI06"]
+    assert pins(plc, "ProgramStop") == "Busy Active"
+    plc["WriteArea.Size"] = 48
+    plc.scan()
+    assert plc.inputs == ["SI00"]
+    plc.scan_until(lambda: pins(plc, "ProgramStop") == "Done", most=20)

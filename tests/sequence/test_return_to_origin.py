@@ -160,3 +160,17 @@ def test_a_return_that_does_not_end_is_given_up_at_the_time_limit() -> None:
     plc.scan(31)
     assert plc["Origin.ErrorID"] == 0x8010
     assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_a_program_that_runs_once_the_input_is_out_is_no_refusal() -> None:
+    """Source: assumed; the manual has no chart of SI(14) and SO(13)."""
+    plc = servo_on()
+    plc["Origin.Execute"] = True
+    plc.scan()
+    assert plc.inputs == ["SI00", "SI06", "SI14"]
+    plc.outputs(SO13=True)
+    plc.scan(5)
+    assert pins(plc, "Origin") == "Busy Active"
+    plc.outputs(SO11=True)
+    plc.scan()
+    assert pins(plc, "Origin") == "Done"

@@ -339,3 +339,28 @@ def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
     assert plc["Restart.ErrorID"] == 0x8003
     assert plc["Robot.HoldEmergency"]
     assert plc.inputs == []
+
+
+def test_an_emergency_stop_without_alarm_ends_the_wait_for_mp_ready() -> None:
+    """Source: manual chapter 5, 2, SI(01): SO(00) must be OFF."""
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan(12)
+    plc.outputs(SO00=False, SO03=False, SO04=False)
+    plc.scan(5)
+    assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
+    plc.outputs(SO00=True)
+    plc.scan(2)
+    assert plc["Restart.ErrorID"] == 0x8003
+    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
+
+
+def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
+    plc = _restarted()
+    plc["Restart.Execute"] = False
+    plc.scan_until(lambda: plc["Restart.Error"] is True, most=40)
+    assert plc["Restart.ErrorID"] == 0x8009
+    plc["Restart.Execute"] = True
+    plc.scan()
+    assert pins(plc, "Restart") == "Busy"
+    assert 29 <= plc.scan_until(lambda: plc["Restart.Error"] is True, most=40) <= 32

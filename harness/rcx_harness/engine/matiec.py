@@ -5,10 +5,12 @@ from __future__ import annotations
 import _ctypes
 import ctypes
 import os
+import struct
 import tempfile
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 from rcx_harness.engine.base import Located, Value
@@ -146,6 +148,10 @@ class MatiecProgram:
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """A function that reads these variables; see `engine.base.Program.reader`."""
         slots = [self._slot(path) for path in paths]
+        if len(slots) > 1 and all(one.codec.form for one in slots):
+            packed = _packed_reader(slots)
+            if packed is not None:
+                return packed
         places = [(slot.codec.get, slot.memory, slot.at) for slot in slots]
         return lambda: tuple([get(memory, at) for get, memory, at in places])
 
@@ -234,6 +240,24 @@ class MatiecProgram:
             )
         size = slot.codec.size
         return slot.memory[slot.at : slot.at + size], size // array_length(kind)
+
+
+def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | None:
+    """A reader of plain variables at one place, all of them taken in one go."""
+    memory = slots[0].memory
+    order = sorted(range(len(slots)), key=lambda k: slots[k].at)
+    start = end = slots[order[0]].at
+    form = "="
+    for slot in (slots[k] for k in order):
+        if slot.memory is not memory or slot.at < end:
+            return None
+        form += f"{slot.at - end}x{slot.codec.form}"
+        end = slot.at + slot.codec.size
+    unpack = struct.Struct(form).unpack_from
+    if order == sorted(order):
+        return lambda: unpack(memory, start)
+    pick = itemgetter(*(order.index(k) for k in range(len(slots))))
+    return lambda: pick(unpack(memory, start))
 
 
 def _check_order(project: Project) -> None:

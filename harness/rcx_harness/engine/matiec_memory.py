@@ -57,11 +57,13 @@ class Codec:
         size: Bytes.
         get: Value at an offset of a memory view.
         put: Set the value at an offset; takes what `from_python` of the front end gives.
+        form: Its character for `struct` where that gives the very value of `get`, else empty.
     """
 
     size: int
     get: Getter
     put: Putter
+    form: str = ""
 
 
 @dataclass(frozen=True)
@@ -220,7 +222,7 @@ def _packed(form: str) -> Codec:
     def put(memory: memoryview, at: int, value: Value) -> None:
         packer.pack_into(memory, at, value)
 
-    return Codec(packer.size, get, put)
+    return Codec(packer.size, get, put, form)
 
 
 def _moment_codec(kind: ElementaryType) -> Codec:

@@ -6,11 +6,13 @@ from types import TracebackType
 from typing import Any
 
 from rcx_harness.engine.builtin.blocks import BODIES, CLASSES
+from rcx_harness.engine.builtin.coverage import Collector, CountingWriter, environment_collector
+from rcx_harness.engine.builtin.probes import Plan
 from rcx_harness.engine.builtin.runtime import NAMES
 from rcx_harness.engine.builtin.statements import Writer
 from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.tree import Symbol
+from rcx_harness.engine.frontend.tree import Pou, Symbol
 
 __all__ = ["Module"]
 
@@ -18,13 +20,18 @@ __all__ = ["Module"]
 class Module:
     """The code of a project.
 
+    Args:
+        project: What to compile.
+        collector: Where its sources count what is executed; None to go by the environment.
+
     Attributes:
         project: What it was compiled from.
         names: Everything the module defines: classes, `f_POU`, `save_T` and so on.
     """
 
-    def __init__(self, project: Project) -> None:
+    def __init__(self, project: Project, collector: Collector | None = None) -> None:
         self.project = project
+        self._collector = collector or environment_collector()
         self.names: dict[str, Any] = dict(NAMES)
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
@@ -34,7 +41,7 @@ class Module:
         for pou in project.pous.values():
             if pou.block is not None:
                 storage.block(pou)
-            writer = Writer(project, pou, storage)
+            writer = self._writer(pou, storage)
             writer.write()
             lines += writer.lines
             self._origins += [(pou.file, line) for line in writer.origins]
@@ -43,6 +50,16 @@ class Module:
         self._file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
         text = "\n".join([*storage.lines, *lines, ""])
         exec(compile(text, self._file, "exec"), self.names)
+
+    def _writer(self, pou: Pou, storage: Storage) -> Writer:
+        if self._collector is not None:
+            plan = Plan.of(pou)
+            counts = self._collector.counts(pou, plan)
+            if counts is not None:
+                name = pou.name.upper()
+                self.names.update({f"n_{name}": counts.counters, f"q_{name}": counts.seen})
+                return CountingWriter(self.project, pou, storage, plan)
+        return Writer(self.project, pou, storage)
 
     def origin(self, trace: TracebackType | None) -> tuple[str, int] | None:
         """File and line of the Structured Text that an exception was raised from."""

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import Located, Value
 from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.coverage import Collector
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.builtin.storage import address_slot, is_scalar
 from rcx_harness.engine.frontend.paths import Resolved, resolve, walk
@@ -76,9 +77,14 @@ class BuiltinProgram:
         self._places: dict[str, _Place] = {}
 
     @classmethod
-    def build(cls, project: Project) -> BuiltinProgram:
-        """Compile a checked project and make its first instance."""
-        return cls(Module(project))
+    def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
+        """Compile a checked project and make its first instance.
+
+        Args:
+            project: The project.
+            collector: Where it counts what is executed; None to go by the environment.
+        """
+        return cls(Module(project, collector))
 
     def instance(self) -> BuiltinProgram:
         """Another instance of the same program, in its initial state; nothing is recompiled."""
@@ -188,6 +194,14 @@ class BuiltinProgram:
             for pin in kind.variables:
                 if pin.name in value:
                     self._assign(_Place(*self._slot(held, pin), pin.type, path), value[pin.name])
+
+    def holder(self, path: str) -> Any:
+        """The object that holds a structure or block, its variables as slots in upper case.
+
+        It lives as long as the program: state exploration reads and sets it directly.
+        """
+        place = self._place(path)
+        return _get(place.holder, place.key)
 
     def read_bytes(self, path: str) -> bytes:
         """An array of BYTE or WORD (little endian) as bytes."""

@@ -1,0 +1,186 @@
+"""Counting which Structured Text is executed; off unless it is asked for.
+
+With `RCX_COVERAGE=FOLDER` in the environment every program that the built-in engine compiles
+counts, and each process writes what it has counted to a JSON file in that folder when it ends.
+`RCX_COVERAGE_OF=FOLDER` limits this to the sources below a folder. All programs of a process
+that have been compiled from one file share its counters.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import json
+import os
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.builtin.expressions import Expressions
+from rcx_harness.engine.builtin.probes import Decision, Plan
+from rcx_harness.engine.builtin.statements import Writer
+from rcx_harness.engine.builtin.storage import Storage
+from rcx_harness.engine.builtin.value import Value
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
+
+__all__ = ["Collector", "CountingWriter", "Counts", "environment_collector"]
+
+
+class Seen(dict[int, bool]):
+    """The vectors in which a decision has been evaluated, each with its outcome."""
+
+    def __init__(self, decision: Decision) -> None:
+        super().__init__()
+        self._decision = decision
+
+    def __missing__(self, vector: int) -> bool:
+        outcome = self[vector] = self._decision.outcome(vector)
+        return outcome
+
+
+class Counts:
+    """What has been counted in one POU.
+
+    Attributes:
+        counters: How often each run of statements and each empty branch was executed.
+        seen: The vectors of each decision.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.counters = [0] * plan.size
+        self.seen = [Seen(decision) for decision in plan.decisions]
+
+
+class Collector:
+    """The counts of all sources below a folder.
+
+    Args:
+        folder: The sources; None for all.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = folder.resolve() if folder else None
+        self._counts: dict[tuple[str, str, str], Counts] = {}
+
+    def counts(self, pou: t.Pou, plan: Plan) -> Counts | None:
+        """Where a POU counts; None if its source is none of those counted."""
+        file = _resolved(pou.file)
+        if self._folder is not None and self._folder not in file.parents:
+            return None
+        key = str(file), _hash(file, file.stat().st_mtime_ns), pou.name.upper()
+        if key not in self._counts:
+            self._counts[key] = Counts(plan)
+        return self._counts[key]
+
+    def data(self) -> list[dict[str, Any]]:
+        """The counts of each POU, as JSON."""
+        return [
+            {
+                "file": file,
+                "hash": text,
+                "pou": name,
+                "counters": counts.counters,
+                "seen": [sorted(int(vector) for vector in seen) for seen in counts.seen],
+            }
+            for (file, text, name), counts in self._counts.items()
+        ]
+
+    def write(self, folder: Path) -> None:
+        """Write the counts of this process, if it has any."""
+        if self._counts:
+            folder.mkdir(parents=True, exist_ok=True)
+            target = folder / f"{os.getpid()}-{os.urandom(4).hex()}.json"
+            target.write_text(json.dumps(self.data()), encoding="utf-8")
+
+
+@lru_cache(maxsize=1024)
+def _resolved(file: str) -> Path:
+    return Path(file).resolve()
+
+
+@lru_cache(maxsize=1024)
+def _hash(file: Path, stamp: int) -> str:
+    """A hash of the file as it was at `stamp`."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def environment_collector() -> Collector | None:
+    """The collector that the environment asks for, which writes at the end of the process."""
+    folder = os.environ.get("RCX_COVERAGE")
+    if not folder:
+        return None
+    below = os.environ.get("RCX_COVERAGE_OF")
+    collector = Collector(Path(below) if below else None)
+    atexit.register(collector.write, Path(folder).absolute())
+    return collector
+
+
+class _CountingExpressions(Expressions):
+    """Expressions whose decisions are looked up by the vector of their conditions."""
+
+    def __init__(self, project: Project, pou: t.Pou, plan: Plan) -> None:
+        super().__init__(project, pou)
+        self._pou_name = pou.name.upper()
+        self._plan = plan
+
+    def value(self, node: t.Expression) -> Value:
+        """Code of an expression; all conditions of a decision are evaluated."""
+        number = self._plan.number.get(id(node))
+        if number is None:
+            return super().value(node)
+        bits = [
+            f"{super(_CountingExpressions, self).value(condition).code} << {k}"
+            for k, condition in enumerate(self._plan.decisions[number].conditions)
+        ]
+        return Value(f"q_{self._pou_name}[{number}][{' | '.join(bits)}]")
+
+
+class CountingWriter(Writer):
+    """Writes a POU that counts.
+
+    Args:
+        project: The project.
+        pou: The POU to write.
+        storage: For copies of structures and arrays.
+        plan: Its numbers.
+    """
+
+    def __init__(self, project: Project, pou: t.Pou, storage: Storage, plan: Plan) -> None:
+        super().__init__(project, pou, storage)
+        self._plan = plan
+        self._code = _CountingExpressions(project, pou, plan)
+
+    def _counted(self, number: int) -> str:
+        return f"n_{self._pou.name.upper()}[{number}] += 1"
+
+    def _statement(self, node: t.Statement) -> None:
+        first = self._plan.first.get(id(node))
+        if first is not None:
+            self._emit(self._counted(first))
+        super()._statement(node)
+
+    def _if(self, node: t.If) -> None:
+        super()._if(node)
+        self._no_branch(node)
+
+    def _case(self, node: t.Case) -> None:
+        super()._case(node)
+        self._no_branch(node)
+
+    def _no_branch(self, node: t.If | t.Case) -> None:
+        empty = self._plan.empty.get(id(node))
+        if empty is not None:
+            self._at = node.at.line
+            self._emit(f"else: {self._counted(empty)}")
+
+    def _while(self, node: t.While) -> None:
+        # The Python variable of the loop is 0 where its end comes before the first round.
+        self._emit("for _ in FUSE:")
+        self._depth += 1
+        self._emit(f"if not {self._code.exact(node.condition)}:")
+        self._emit(f"    if not _: {self._counted(self._plan.empty[id(node)])}")
+        self._emit("    break")
+        self._statements(node.body)
+        self._loop(node.at.line)

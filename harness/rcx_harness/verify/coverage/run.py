@@ -1,0 +1,111 @@
+"""Runs the tests on the built-in engine, which counts."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+__all__ = ["FOLDERS", "Run", "run_tests"]
+
+#: Folders of tests in which blocks of the library run.
+FOLDERS = ("area", "sequence", "command", "chapters", "cell", "contract", "faults", "examples")
+#: What runs at the pace of the clock executes nothing that the others do not.
+_LEFT_OUT = ("tests/cell/test_realtime.py",)
+
+_PERCENT = re.compile(r"\[ *(\d+)%\]")
+_COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")
+_LAST_LINES = 40
+#: Without a terminal it says how far it is in such steps [%].
+_STEP = 20
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a run of the tests ended; `output` is what pytest wrote last."""
+
+    passed: int
+    failed: int
+    skipped: int
+    output: str
+
+    @property
+    def clean(self) -> bool:
+        """Whether tests ran, and none failed."""
+        return self.passed > 0 and self.failed == 0
+
+
+def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
+    """Run the tests that execute blocks, with progress; the counts are written to a folder.
+
+    Args:
+        root: The repository.
+        counts: Where to; what is in it is removed.
+        workers: How many processes, as pytest's `-n` takes it.
+        console: For the progress.
+    """
+    shutil.rmtree(counts, ignore_errors=True)
+    counts.mkdir(parents=True)
+    folders = [f"tests/{name}" for name in FOLDERS if (root / "tests" / name).is_dir()]
+    command = [sys.executable, "-m", "pytest", "-q", "-n", workers, "--dist", "worksteal"]
+    command += ["--color=no", "-p", "no:cacheprovider", *folders]
+    command += [f"--ignore={path}" for path in _LEFT_OUT]
+    environment = _environment(counts, root / "plc" / "lib")
+    last: deque[str] = deque(maxlen=_LAST_LINES)
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:.0f} %"),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+    )
+    with (
+        progress,
+        subprocess.Popen(
+            command,
+            cwd=root,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        ) as process,
+    ):
+        task = progress.add_task("tests with coverage", total=100)
+        told = 0
+        assert process.stdout is not None
+        for line in process.stdout:
+            last.append(line.rstrip())
+            found = _PERCENT.search(line)
+            if found:
+                progress.update(task, completed=int(found[1]))
+                if not console.is_terminal and int(found[1]) >= told + _STEP:
+                    told = int(found[1])
+                    console.print(f"tests with coverage: {told} %")
+    return _ended(process.returncode, list(last))
+
+
+def _environment(counts: Path, library: Path) -> dict[str, str]:
+    """The environment without matiec, so that every program runs on the engine that counts."""
+    environment = {**os.environ, "RCX_COVERAGE": str(counts), "RCX_COVERAGE_OF": str(library)}
+    environment.pop("RCX_MATIEC", None)
+    path = environment.get("PATH", "").split(os.pathsep)
+    kept = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
+    environment["PATH"] = os.pathsep.join(kept)
+    return environment
+
+
+def _ended(code: int, lines: list[str]) -> Run:
+    found = dict.fromkeys(("passed", "failed", "error", "skipped"), 0)
+    for count, word in _COUNT.findall(lines[-1] if lines else ""):
+        found[word.rstrip("s") if word.startswith("error") else word] = int(count)
+    failed = found["failed"] + found["error"]
+    return Run(found["passed"], failed or int(code != 0), found["skipped"], "\n".join(lines))

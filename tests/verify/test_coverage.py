@@ -1,0 +1,381 @@
+"""Coverage of ST: what is executed counts, and what is not executed is found."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.builtin.coverage import Collector
+from rcx_harness.engine.builtin.probes import Decision, Plan
+from rcx_harness.engine.frontend import load
+from rcx_harness.engine.needed import needed
+from rcx_harness.verify.coverage.__main__ import figures, reasons
+from rcx_harness.verify.coverage.html import write_pages
+from rcx_harness.verify.coverage.lcov import tracefile
+from rcx_harness.verify.coverage.mcdc import judge
+from rcx_harness.verify.coverage.measure import FileResult, measure, merge
+from rcx_harness.verify.coverage.report import full_text, gaps
+from rcx_harness.verify.coverage.run import Run
+from rcx_harness.verify.coverage.text_of import text_of
+
+_SIZE = """\
+TYPE RCX_SIZE : (SIZE_SMALL, SIZE_MIDDLE, SIZE_LARGE); END_TYPE
+"""
+
+_BLOCK = """\
+FUNCTION_BLOCK FB_Probe
+  VAR_INPUT
+    Level : INT;
+    Ready : BOOL;
+    Size  : RCX_SIZE;
+  END_VAR
+  VAR_OUTPUT
+    Shown : INT;
+    Good  : BOOL;
+  END_VAR
+  VAR
+    k     : INT;
+  END_VAR
+  Shown := 0;
+  IF Level > 10 AND Ready THEN
+    Shown := 1;
+  ELSIF Level > 5 THEN
+    Shown := 2;
+  END_IF;
+  CASE Size OF
+    SIZE_SMALL: Shown := Shown + 10;
+    SIZE_LARGE:
+      Shown := Shown + 20;
+  END_CASE;
+  k := 1;
+  WHILE k <= 3 DO
+    k := k + 1;
+  END_WHILE;
+  WHILE k < Level DO
+    k := k + 1;
+  END_WHILE;
+  Good := Ready OR Shown > 2;
+END_FUNCTION_BLOCK
+"""
+
+_PROGRAM = """\
+PROGRAM Bench
+  VAR
+    Level : INT;
+    Ready : BOOL;
+    Size  : RCX_SIZE;
+    Probe : FB_Probe;
+  END_VAR
+  Probe(Level := Level, Ready := Ready, Size := Size);
+END_PROGRAM
+"""
+
+Give = tuple[int, bool, str]
+Measure = Callable[..., FileResult]
+
+_EVERYTHING: list[Give] = [
+    (20, True, "SIZE_SMALL"),
+    (20, False, "SIZE_LARGE"),
+    (6, True, "SIZE_MIDDLE"),
+    (0, False, "SIZE_MIDDLE"),
+]
+
+
+@pytest.fixture
+def measured(tmp_path: Path) -> Measure:
+    """Runs a block, FB_Probe unless given, with (Level, Ready, Size) in one scan each."""
+
+    def run(scans: list[Give], block: str = _BLOCK, **options: object) -> FileResult:
+        library = tmp_path / "lib"
+        (library / "part").mkdir(parents=True)
+        (library / "part/FB_Probe.st").write_text(block)
+        (library / "part/RCX_SIZE.st").write_text(_SIZE)
+        program = tmp_path / "Bench.st"
+        program.write_text(_PROGRAM)
+        collector = Collector(library)
+        project = load([program, *library.rglob("*.st")])
+        plc = BuiltinProgram.build(project, collector)
+        for k, (level, ready, size) in enumerate(scans):
+            for name, value in (("Level", level), ("Ready", ready), ("Size", size)):
+                plc.write(f"Main.{name}", value)
+            plc.scan(k * 10_000)
+        (result,) = measure(library, merge(collector), **options)  # type: ignore[arg-type]
+        return result
+
+    return run
+
+
+def _open(result: FileResult) -> list[str]:
+    return [f"{gap.line}: {gap.text}" for gap in gaps([result])]
+
+
+def test_everything_executed_is_complete(measured: Measure) -> None:
+    result = measured(_EVERYTHING)
+    assert _open(result) == []
+    assert result.statement_share.complete
+    assert result.branch_share.complete
+    assert result.pous == [("FB_Probe", 1, 4)]
+    assert {item.line: item.hits for item in result.statements}[27] > 3, "rounds of a loop"
+
+
+def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) -> None:
+    """Also the ELSE that is not there, and the CASE in which no label fits."""
+    result = measured([(20, True, "SIZE_SMALL")])
+    assert _open(result) == [
+        "17: not taken: ELSIF Level > 5",
+        "19: not taken: none of the IF (no ELSE)",
+        "23: not taken: CASE SIZE_LARGE",
+        "24: not taken: CASE without a label that fits",
+        "29: not taken: WHILE without a round",
+    ]
+    assert not result.statement_share.complete
+    assert result.branch_share.covered == 4
+
+
+def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Measure) -> None:
+    result = measured([(20, True, "SIZE_SMALL")])
+    loops = [(item.line, item.text) for item in result.branches if "WHILE" in item.text]
+    assert loops == [
+        (26, "WHILE with a round"),
+        (29, "WHILE with a round"),
+        (29, "WHILE without a round"),
+    ]
+
+
+def test_a_case_whose_labels_are_all_members_has_no_other_way(measured: Measure) -> None:
+    block = _BLOCK.replace("    SIZE_LARGE:", "    SIZE_MIDDLE, SIZE_LARGE:")
+    cases = [item.text for item in measured(_EVERYTHING, block).branches if "CASE" in item.text]
+    assert cases == ["CASE SIZE_SMALL", "CASE SIZE_MIDDLE, SIZE_LARGE"]
+
+
+def test_a_dead_line_in_a_block_is_found(measured: Measure) -> None:
+    """A condition behind one that includes it: no test can reach it."""
+    dead = "  ELSIF Level > 7 THEN\n    Shown := 3;\n  END_IF;\n  CASE"
+    result = measured(_EVERYTHING, _BLOCK.replace("  END_IF;\n  CASE", dead))
+    assert _open(result) == ["19: not taken: ELSIF Level > 7"]
+
+
+def test_an_unreachable_line_is_justified_in_place(measured: Measure) -> None:
+    dead = "  ELSIF Level > 7 THEN (* unreachable: above 5 *)\n    Shown := 3;\n  END_IF;\n  CASE"
+    result = measured(_EVERYTHING, _BLOCK.replace("  END_IF;\n  CASE", dead))
+    assert _open(result) == []
+    assert [gap.reason for gap in gaps([result], justified=True)] == ["above 5"]
+    assert result.branch_share.complete
+    assert result.branch_share.justified == 1
+
+
+def test_a_reason_may_stand_in_the_line_before(measured: Measure) -> None:
+    block = _BLOCK.replace("  ELSIF Level", "  (* unreachable:\n     never low *)\n  ELSIF Level")
+    result = measured([(20, True, "SIZE_SMALL"), (0, False, "SIZE_LARGE")], block)
+    assert [gap.reason for gap in gaps([result], justified=True)] == ["never low"]
+
+
+def test_a_reason_at_a_line_that_is_reached_is_an_error(measured: Measure) -> None:
+    block = _BLOCK.replace("Shown := 2;", "Shown := 2; (* unreachable: nobody comes here *)")
+    assert _open(measured(_EVERYTHING, block)) == ["18: called unreachable, but it is reached"]
+
+
+def test_counts_of_another_version_of_a_file_do_not_count(
+    measured: Measure, tmp_path: Path
+) -> None:
+    measured(_EVERYTHING)
+    library = tmp_path / "lib"
+    collector = Collector(library)
+    plc = BuiltinProgram.build(load([tmp_path / "Bench.st", *library.rglob("*.st")]), collector)
+    plc.scan(0)
+    file = library / "part/FB_Probe.st"
+    file.write_text(file.read_text() + "\n")
+    (result,) = measure(library, merge(collector))
+    assert result.statement_share.covered == 0
+    assert _open(result) == ["1: changed while the tests ran, or since: run again"]
+
+
+def _decision(text: str, tmp_path: Path) -> Decision:
+    """The decision `Z := text` over the BOOL variables A to D."""
+    file = tmp_path / "Logic.st"
+    file.write_text(
+        f"PROGRAM Logic\n  VAR\n    A, B, C, D, Z : BOOL;\n  END_VAR\n  Z := {text};\nEND_PROGRAM\n"
+    )
+    (decision,) = Plan.of(load([file]).pous["LOGIC"]).decisions
+    assert text_of(decision.root) == text
+    return decision
+
+
+@pytest.mark.parametrize(
+    ("text", "vectors", "masking", "unique"),
+    [
+        pytest.param("A AND B", [0b11, 0b10, 0b01], "AB", "AB", id="and"),
+        pytest.param("A AND B", [0b11, 0b00], "", "", id="both at once prove nothing"),
+        pytest.param("A AND B", [0b11, 0b10], "A", "A", id="one half of an and"),
+        pytest.param("A OR B", [0b00, 0b10, 0b01], "AB", "AB", id="or"),
+        pytest.param("A OR B", [0b00, 0b11], "", "", id="or, both at once"),
+        pytest.param("A XOR B", [0b00, 0b01, 0b10], "AB", "AB", id="xor"),
+        pytest.param("NOT A AND B", [0b10, 0b11, 0b00], "AB", "AB", id="not"),
+        pytest.param(
+            "A AND B OR C AND D",
+            [0b0011, 0b0010, 0b0001, 0b1110, 0b1001, 0b0110],
+            "ABCD",
+            "ABD",
+            id="masking takes two evaluations that differ in masked conditions",
+        ),
+        pytest.param("A AND B OR C", [0b011, 0b111], "", "", id="C is masked"),
+    ],
+)
+def test_mcdc_asks_that_each_condition_decides_both_ways(
+    text: str, vectors: list[int], masking: str, unique: str, tmp_path: Path
+) -> None:
+    """Source: the definitions of masking and unique-cause MC/DC (CAST-6)."""
+    judged = dict(zip("ABCD", judge(_decision(text, tmp_path), vectors), strict=False))
+    assert "".join(name for name, one in judged.items() if one.masking) == masking
+    assert "".join(name for name, one in judged.items() if one.unique) == unique
+
+
+def test_all_operands_are_evaluated_where_python_would_stop(measured: Measure) -> None:
+    """ST has no short circuit: the second condition is seen although the first is FALSE."""
+    result = measured([(0, True, "SIZE_SMALL")])
+    (first,) = [one for one in result.decisions if one.line == 15]
+    assert [one.text for one in first.conditions] == ["Level > 10", "Ready"]
+    assert dict(first.vectors) == {0b10: False}
+
+
+def test_conditions_are_demanded_of_some_folders_only(
+    measured: Measure, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scans = [*_EVERYTHING[:1], (20, True, "SIZE_LARGE"), *_EVERYTHING[2:]]
+    result = measured(scans)
+    assert _open(result) == []
+    monkeypatch.setattr("rcx_harness.verify.coverage.report.MCDC_FILES", ("part/",))
+    assert _open(result) == [
+        "15: no MC/DC of Ready in Level > 10 AND Ready",
+        "32: no MC/DC of Shown > 2 in Ready OR Shown > 2",
+    ]
+
+
+def test_a_condition_without_mcdc_may_have_a_reason(
+    measured: Measure, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rcx_harness.verify.coverage.report.MCDC_FILES", ("part/",))
+    why = {
+        ("FB_Probe", "Level > 10 AND Ready", "Ready"): "it always is",
+        ("FB_Probe", "Ready OR Shown > 2", "Ready"): "but this one has it",
+    }
+    scans = [*_EVERYTHING[:1], (20, True, "SIZE_LARGE"), *_EVERYTHING[2:]]
+    result = measured(scans, reasons=why)
+    assert [gap.reason for gap in gaps([result], justified=True)] == ["it always is"]
+    assert _open(result) == [
+        "32: a reason for no MC/DC of Ready, but it has it",
+        "32: no MC/DC of Shown > 2 in Ready OR Shown > 2",
+    ]
+
+
+def test_counting_changes_nothing_of_what_the_blocks_do(repository: Path) -> None:
+    program = repository / "tests/data/library/Bench.st"
+    library = sorted((repository / "plc/lib").rglob("*.st"))
+    project = load([program, *needed([program], library)])
+    plain = BuiltinProgram.build(project)
+    counting = BuiltinProgram.build(project, Collector(repository / "plc/lib"))
+    for scan in range(300):
+        for plc in (plain, counting):
+            plc.write("Main.First.Execute", scan % 7 < 3)
+            plc.write("Main.First.Code", 0x0501)
+            plc.write_bytes("Main.InputArea", bytes([scan * k % 256 for k in range(48)]))
+            plc.scan(scan * 10_000)
+        assert counting.snapshot()[1:] == plain.snapshot()[1:]  # type: ignore[index]
+
+
+def test_without_a_collector_nothing_counts(measured: Measure, tmp_path: Path) -> None:
+    measured(_EVERYTHING)
+    project = load([tmp_path / "Bench.st", *(tmp_path / "lib").rglob("*.st")])
+    names = BuiltinProgram.build(project)._module.names
+    assert "n_FB_PROBE" not in names
+    assert "n_FB_PROBE" in BuiltinProgram.build(project, Collector())._module.names
+    elsewhere = BuiltinProgram.build(project, Collector(tmp_path / "other"))._module.names
+    assert "n_FB_PROBE" not in elsewhere
+
+
+def test_a_process_writes_its_counts_when_it_ends(tmp_path: Path) -> None:
+    program = tmp_path / "Main.st"
+    program.write_text("PROGRAM P\n  VAR\n    k : INT;\n  END_VAR\n  k := k + 1;\nEND_PROGRAM\n")
+    code = (
+        "from rcx_harness.engine import build\n"
+        f"plc = build([{str(program)!r}], 'builtin').program\n"
+        "plc.scan(0); plc.scan(1)"
+    )
+    environment = {**os.environ, "RCX_COVERAGE": str(tmp_path / "counts")}
+    environment.pop("RCX_COVERAGE_OF", None)
+    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
+    (file,) = (tmp_path / "counts").glob("*.json")
+    (entry,) = json.loads(file.read_text())
+    assert entry["counters"] == [2]
+    assert entry["pou"] == "P"
+
+
+def test_the_reports_show_the_source_and_the_gaps(measured: Measure, tmp_path: Path) -> None:
+    result = measured([(20, True, "SIZE_SMALL")])
+    assert "part/FB_Probe.st:17: not taken: ELSIF Level > 5" in full_text([result])
+    write_pages([result], tmp_path / "html")
+    page = (tmp_path / "html/part-FB_Probe.html").read_text()
+    assert '<tr id="L18" class="bad">' in page
+    assert "Level &gt; 10 AND Ready" in page
+    assert 'href="part-FB_Probe.html#L17"' in (tmp_path / "html/index.html").read_text()
+
+
+def test_lcov_reads_the_tracefile(measured: Measure, tmp_path: Path) -> None:
+    result = measured([(20, True, "SIZE_SMALL")])
+    file = tmp_path / "coverage.lcov"
+    file.write_text(tracefile([result], tmp_path / "lib"))
+    text = file.read_text().splitlines()
+    assert {"DA:18,0", "DA:16,1", "LF:13", "LH:11", "BRF:9", "BRH:4", "FNDA:1,FB_Probe"} <= {*text}
+    tool = shutil.which("lcov")
+    if tool is None:
+        pytest.skip("lcov not found: the summary by lcov itself is left out")
+    shown = subprocess.run(
+        [tool, "--summary", str(file), "--rc", "lcov_branch_coverage=1"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "84.6% (11 of 13 lines)" in shown.stdout
+    assert "44.4% (4 of 9 branches)" in shown.stdout
+
+
+def test_the_figures_are_met_only_without_gaps(measured: Measure) -> None:
+    result = measured([(20, True, "SIZE_SMALL")])
+    found = figures([result], Run(passed=3, failed=0, skipped=0, output=""))
+    assert found["tests"] == 3
+    assert found["gaps"] == 5
+    assert found["all"]["branches"] == {
+        "covered": 4,
+        "total": 9,
+        "justified": 0,
+        "percent": 44.44,
+    }
+    assert not Run(passed=0, failed=0, skipped=9, output="").clean
+    assert not Run(passed=9, failed=1, skipped=0, output="").clean
+
+
+def test_every_reason_names_a_condition_of_the_library(repository: Path, tmp_path: Path) -> None:
+    """A reason whose decision has been changed says nothing any more."""
+    named = reasons(repository / "tests/verify/conditions.toml")
+    program = tmp_path / "Bench.st"
+    blocks = sorted({pou for pou, _, _ in named if pou.startswith("FB_")})
+    declared = "".join(f"    B{k} : {name};\n" for k, name in enumerate(blocks))
+    program.write_text(
+        f"PROGRAM Bench\n  VAR\n    k : INT;\n{declared}  END_VAR\n  k := 0;\nEND_PROGRAM\n"
+    )
+    library = sorted((repository / "plc/lib").rglob("*.st"))
+    known = {
+        (pou.name, text_of(decision.root), text_of(condition))
+        for pou in load([program, *needed([program], library)]).pous.values()
+        for decision in Plan.of(pou).decisions
+        for condition in decision.conditions
+    }
+    assert set(named) <= known
