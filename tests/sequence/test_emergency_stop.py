@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from sequence_bench import pins, sequences, servo_on
+import pytest
+
+from sequence_bench import in_emergency_stop, pins, sequences, servo_on
 
 
 def test_shift_to_emergency_stop() -> None:
@@ -166,3 +168,16 @@ def test_a_new_edge_while_it_is_done_stops_again() -> None:
         plc["EmergencyStop.Execute"] = False
         plc.scan()
         assert pins(plc, "EmergencyStop") == ""
+
+
+@pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop"])
+def test_while_it_is_asked_for_no_other_block_releases_the_emergency_stop(stop: str) -> None:
+    """Execute is held; the block that releases is called before it in the scan, or after it.
+
+    Source: manual chapter 5, 2, SI(00): OFF is the emergency stop state.
+    """
+    plc = in_emergency_stop()
+    plc[f"{stop}.Execute"] = plc["Restart.Execute"] = True
+    for _ in range(60):
+        plc.scan()
+        assert "SI00" not in plc.inputs

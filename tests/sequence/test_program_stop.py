@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from plc_bench import PlcBench
 from sequence_bench import pins, servo_on
 
@@ -126,3 +128,19 @@ def test_a_stop_that_cannot_be_written_is_not_done() -> None:
     plc.scan()
     assert plc.inputs == ["SI00"]
     plc.scan_until(lambda: pins(plc, "ProgramStop") == "Done", most=20)
+
+
+@pytest.mark.parametrize("stop", ["ProgramStop", "EarlyHalt"])
+def test_while_it_is_asked_for_no_other_block_releases_the_stop(stop: str) -> None:
+    """Execute is held; FB_ProgramContinue is called before it in the scan, or after it.
+
+    Source: manual chapter 5, 2, SI(06): OFF is the stop state.
+    """
+    plc = servo_on()
+    plc[f"{stop}.Execute"] = True
+    plc.scan(30)
+    assert "SI06" not in plc.inputs
+    plc["Resume.Execute"] = True
+    for _ in range(60):
+        plc.scan()
+        assert "SI06" not in plc.inputs
