@@ -189,10 +189,12 @@ def _code(statement: s.Statement, members: set[str]) -> _Found:
         elif isinstance(node, s.Binary) and node.op in _COMPARISONS:
             for side in (node.left, node.right):
                 yield from _promoted(side)
-        elif isinstance(node, s.Unary) and node.op == "NOT":
-            if any(isinstance(one, s.Binary) and one.op in _COMPARISONS
-                   for one in _nodes(node.operand)):  # fmt: skip
-                yield node.at, "NOT of a comparison: turn it round, or call a function for it"
+        elif isinstance(node, s.Unary) and node.op == "NOT" and _compares(node.operand):
+            yield node.at, "NOT of a comparison: turn it round, or call a function for it"
+
+
+def _compares(operand: s.Expression) -> bool:
+    return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in _nodes(operand))
 
 
 def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
