@@ -58,15 +58,18 @@ class _Instance:
         self.has_id = "errorid" in names
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: frozenset[str] = frozenset()
+        self.at_rest = False
+        """Pins that stay as they are break nothing."""
 
     def scan(self) -> list[str]:
         """Judge the pins after a scan; what is broken and was not a scan ago."""
         now = self._look()
-        if now == self.before and not self.told and not self._may_not_last():
+        if now == self.before and self.at_rest:
             return []
         broken = self._judge(self._by_pin(self.before), self._by_pin(now))
         found = [text for text in broken if text not in self.told]
         self.before, self.told = now, frozenset(broken)
+        self.at_rest = not broken and not self._may_not_last()
         return found
 
     def _by_pin(self, values: tuple[Any, ...]) -> list[Any]:
@@ -174,6 +177,7 @@ class ContractMonitor:
         """Go back to what `snapshot` gave."""
         for instance, state in zip(self._instances, snapshot, strict=True):
             instance.before, instance.told = state
+            instance.at_rest = False
 
 
 def _inside(

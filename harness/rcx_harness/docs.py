@@ -22,6 +22,7 @@ from rcx_harness.library import files as library_files
 from rcx_harness.process_charts import process_chart, processes
 from rcx_harness.process_svg import process_svg
 from rcx_harness.robot import fidelity
+from rcx_harness.verify.page import verification_page
 
 __all__ = ["Header", "headers", "main", "pages"]
 
@@ -200,6 +201,7 @@ def pages() -> dict[str, Callable[[], str]]:
         "docs/processes.md": lambda: _page(
             "Processes and their timing charts", "docs/charts", _processes()
         ),
+        "docs/verification.md": verification_page,
         "docs/signals.md": lambda: _page("Dedicated signals", "spec/signals.toml", _signals()),
         **{f"docs/charts/{name}.svg": partial(_chart, name) for name in processes()},
         "README.md": _readme,

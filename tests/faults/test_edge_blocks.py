@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from fault_cell import CaseFailure, library
@@ -20,7 +22,9 @@ def test_every_edge_triggered_block_has_a_scenario() -> None:
 
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("block", sorted(set(library().edge) & set(SCENARIOS)))
-def test_a_block_ends_lets_go_and_works_again(block: str, fault: str) -> None:
+def test_a_block_ends_lets_go_and_works_again(
+    block: str, fault: str, record_property: Callable[[str, object], None]
+) -> None:
     """Source: manual chapter 1, 5; chapter 5, 2 and 3."""
     count = 0
     failures = []
@@ -30,5 +34,6 @@ def test_a_block_ends_lets_go_and_works_again(block: str, fault: str) -> None:
             rig(block).run(case)
         except CaseFailure as failure:
             failures.append(str(failure))
+    record_property("instances", count)
     assert count > 10
     assert not failures, f"{len(failures)} of {count} cases:\n" + "\n".join(failures[:_TOLD])

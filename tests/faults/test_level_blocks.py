@@ -87,15 +87,20 @@ def test_every_level_block_has_a_scenario() -> None:
 
 @pytest.mark.parametrize("enable", _ENABLES)
 @pytest.mark.parametrize("block", sorted(set(library().level) & set(LEVELS)))
-def test_a_level_block_is_valid_busy_or_in_error_and_comes_back(block: str, enable: str) -> None:
+def test_a_level_block_is_valid_busy_or_in_error_and_comes_back(
+    block: str, enable: str, record_property: Callable[[str, object], None]
+) -> None:
     """Source: manual chapter 1, 5; chapter 5, 2."""
+    count = 0
     failures = []
     for fault in FAULTS.values():
         for at in _MOMENTS:
             for missing in (False, True) if at in (0, 3) else (False,):
+                count += 1
                 try:
                     _level(block).run(enable, fault, at, missing)
                 except CaseFailure as failure:
                     case = f"Enable {enable}, {fault.name} at scan {at}, answer missing: {missing}"
                     failures.append(f"{block}: {case}: {failure}")
+    record_property("instances", count)
     assert not failures, f"{len(failures)} cases:\n" + "\n".join(failures[:3])

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rcx_harness.contract import ContractMonitor
+from rcx_harness.contract_source import steady_instances
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Value
 from rcx_harness.engine.needed import needed
@@ -19,7 +21,8 @@ BENCH = ROOT / "tests/data/library/Bench.st"
 class PlcBench:
     """A program, Bench.st unless given, scanned every 10 ms, its areas at offset `m` and `n`.
 
-    With the margin of 20 ms the dedicated inputs change at least 120 ms, 12 scans, apart.
+    With the margin of 20 ms the dedicated inputs change at least 120 ms, 12 scans, apart. With
+    `contract` every scan of every block is judged by the contract monitor.
     """
 
     def __init__(
@@ -32,8 +35,12 @@ class PlcBench:
         scan_us: int = 10_000,
         margin: str | None = "T#20ms",
         engine: str = "auto",
+        contract: bool = True,
     ) -> None:
-        self.program = build([program, *needed([program], LIBRARY)], engine).program
+        files = needed([program], LIBRARY)
+        self.program = build([program, *files], engine).program
+        steady = steady_instances([program], files)
+        self._monitor = ContractMonitor(self.program, steady) if contract else None
         self.now_us = 0
         self.scan_us = scan_us
         self.m, self.n = m, n
@@ -56,6 +63,9 @@ class PlcBench:
             image[self.m : self.m + len(self.so)] = self.so
             self.program.write_bytes("Main.InputArea", bytes(image))
             self.program.scan(self.now_us)
+            if self._monitor:
+                found = self._monitor.scan(self.now_us, self.now_us // self.scan_us)
+                assert not found, found[0].text
             self.now_us += self.scan_us
 
     def scan_until(self, condition: Callable[[], bool], *, most: int = 100) -> int:

@@ -1,0 +1,23 @@
+"""Where each check leaves its figures: out/verification/NAME.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+__all__ = ["FOLDER", "ROOT", "write_result"]
+
+#: The repository.
+ROOT = Path(__file__).resolve().parents[3]
+#: Work products of the checks.
+FOLDER = ROOT / "out" / "verification"
+
+
+def write_result(name: str, figures: Mapping[str, object], *, met: bool) -> Path:
+    """Write the figures of `make NAME`; `met` says whether the check has passed."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    file = FOLDER / f"{name}.json"
+    content = {"command": f"make {name}", "figures": dict(figures), "met": met}
+    file.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    return file

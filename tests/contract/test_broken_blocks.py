@@ -1,0 +1,208 @@
+"""The proof that the contract runs can fail: one fault each in a copy, and what is found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from contract_bench import ContractBench, cases
+from fault_cell import CaseFailure
+from rcx_harness.verify.broken import broken_library
+
+_JOB, _COMMAND_JOB = "sequence/FB_Job.st", "command/FB_CommandJob.st"
+_HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"
+_HEAD, _JOG = "area/FB_MakeHead.st", "command/FB_Jog.st"
+
+
+def _told(lib: Path, block: str) -> Iterator[str]:
+    """What each failing case says."""
+    bench = ContractBench(block, sorted(lib.rglob("*.st")))
+    for case in cases(block):
+        try:
+            bench.run(case)
+        except CaseFailure as failure:
+            yield str(failure).split(": ", 2)[2].partition(" (scan")[0]
+
+
+@pytest.mark.parametrize(
+    ("block", "file", "right", "wrong", "expected"),
+    [
+        pytest.param(*row[1:], id=row[0])
+        for row in (
+            (
+                "a falling Execute cancels the work",
+                "FB_ReadPoint",
+                _JOB,
+                "ELSIF Offline <> WORD#16#0000 THEN",
+                "ELSIF NOT Execute THEN ErrorID := WORD#16#8013; "
+                "ELSIF Offline <> WORD#16#0000 THEN",
+                "the end is Error 16#8013, expected 16#0000",
+            ),
+            (
+                "an edge while busy starts again",
+                "FB_ReadPoint",
+                _JOB,
+                "Started := Execute AND NOT WasExecute AND NOT Busy;",
+                "Started := Execute AND NOT WasExecute;",
+                "it hangs: Busy for more than 40 scans",
+            ),
+            (
+                "the end is not cleared",
+                "FB_ReadPoint",
+                _JOB,
+                "IF Started OR (NOT Busy AND NOT Execute) THEN",
+                "IF Started THEN",
+                "Done is shown for more than one scan after Execute has fallen",
+            ),
+            (
+                "Error without ErrorID",
+                "FB_ServoOn",
+                "sequence/FB_ServoOn.st",
+                "  ErrorID := Job.ErrorID;",
+                "  ErrorID := WORD#16#0000;",
+                "Error is TRUE with ErrorID 16#0000; Error is true exactly when ErrorID is not 0",
+            ),
+            (
+                "the end comes with Busy",
+                "FB_ReadPoint",
+                "command/FB_ReadPoint.st",
+                "  Busy := Job.Busy;",
+                "  Busy := Job.Busy OR Job.Ended;",
+                "Busy and Error are true together; expected at most one",
+            ),
+            (
+                "the time limit is armed and not evaluated",
+                "FB_ServoOn",
+                _JOB,
+                "      ELSIF Clock.Q THEN\n",
+                "      ELSIF Clock.Q AND Execute AND NOT Execute THEN\n",
+                "it hangs: Busy for more than 40 scans",
+            ),
+            (
+                "Done without the answer",
+                "FB_ServoOn",
+                _JOB,
+                "Active AND Armed AND Applied AND Answered THEN",
+                "Active AND Armed AND Applied THEN",
+                "Done/Valid, but the controller does not say so",
+            ),
+            (
+                "the data come with the code",
+                "FB_MovePtp",
+                _HANDSHAKE,
+                "      Robot.Phase := PHASE_COMMAND_DATA;\n",
+                "      Robot.Phase := PHASE_COMMAND_RUN;\n",
+                "the data came together with the code, not before it",
+            ),
+            (
+                "the code is not held",
+                "FB_MovePtp",
+                _HANDSHAKE,
+                "Endless AND Robot.Status = WORD#16#0100\n",
+                "Robot.Status = WORD#16#0100\n",
+                "the code 0x0001 became 0x0000 before an end status",
+            ),
+            (
+                "the next command does not wait for the ready status",
+                "FB_MovePtp",
+                _HANDSHAKE,
+                "  ELSIF Robot.Status = WORD#16#0000 THEN\n    IF Hold",
+                "  ELSIF Robot.Status < WORD#16#0300 THEN\n    IF Hold",
+                "the code went out while the status was 0x0200",
+            ),
+            (
+                "the code stays while there is no link",
+                "FB_MovePtp",
+                _HANDSHAKE,
+                "IF NOT Recovery.Q THEN",
+                "IF NOT Recovery.Q AND Robot.Phase <> PHASE_COMMAND_RUN THEN",
+                "the code 0x0001 is out without connection or CPU_OK",
+            ),
+            (
+                "an abnormal end is not told from a normal one",
+                "FB_ReadPoint",
+                _COMMAND_JOB,
+                "    AnswerID := WORD#16#8020;\n",
+                "    AnswerID := WORD#16#0000;\n",
+                "the end is Done/Valid, but that is not what happened",
+            ),
+            (
+                "group and category are swapped",
+                "FB_ReadPoint",
+                _COMMAND_JOB,
+                "    AlarmGroup := Group;\n    AlarmCategory := Category;\n",
+                "    AlarmGroup := Category;\n    AlarmCategory := Group;\n",
+                "alarm 600.12, expected 12.600",
+            ),
+            (
+                "the interval is too short",
+                "FB_ServoOn",
+                _HEAD,
+                "Spacing := Spacing + Margin;",
+                "Spacing := Margin;",
+                "changed 80 ms after the last change",
+            ),
+            (
+                "two inputs change in one scan",
+                "FB_ServoOn",
+                _INPUTS,
+                "      Robot.SI.SI00_EmergencyStop := TRUE;\n",
+                "      Robot.SI.SI00_EmergencyStop := TRUE;\n"
+                "      Robot.SI.SI06_Stop := Robot.Request.SI06_Stop;\n",
+                "several inputs changed in one scan",
+            ),
+            (
+                "a sequence does not see the loss of the link",
+                "FB_ServoOn",
+                "sequence/FB_ServoOn.st",
+                "    Offline := WORD#16#8001;\n",
+                "    Offline := WORD#16#0000;\n",
+                "Busy without a connection",
+            ),
+            (
+                "a sequence starts again by itself",
+                "FB_ServoOn",
+                "sequence/FB_ServoOn.st",
+                "  IF Job.Request THEN\n",
+                "  IF Job.Request OR Robot.SO.SO03_Alarm THEN\n",
+                "a request goes out unasked",
+            ),
+            (
+                "a wrong code",
+                "FB_ReadPoint",
+                "command/FB_ReadPoint.st",
+                "WORD#16#0101",
+                "WORD#16#0102",
+                "the code 0x0102 is not this block's",
+            ),
+            (
+                "a jog that is not stopped",
+                "FB_Jog",
+                _JOG,
+                "Robot.StopJog := Robot.StopJog OR (Out AND Halt AND Job.Busy);",
+                "Robot.StopJog := Robot.StopJog OR (Out AND Halt AND NOT Job.Busy);",
+                "the jog goes on with SI(06) ON although Enable is FALSE",
+            ),
+            (
+                "a level block that is Valid without Enable",
+                "FB_AutoMode",
+                "sequence/FB_AutoMode.st",
+                "  IF NOT Enable THEN\n",
+                "  IF NOT Enable AND NOT WasAuto THEN\n",
+                "Enable is False, but the outputs are Done/Valid",
+            ),
+        )
+    ],
+)
+def test_a_broken_block_is_found(
+    block: str, file: str, right: str, wrong: str, expected: str
+) -> None:
+    told = set()
+    with broken_library(file, right, wrong) as lib:
+        for text in _told(lib, block):
+            told.add(text)
+            if expected in text:
+                return
+    pytest.fail(f"not told: {expected}; told: {sorted(told)}")

@@ -1,0 +1,47 @@
+"""The contract of every block: Execute patterns, answers, moments; each scan is judged.
+
+Source: design of the library, 2 and 3; manual chapter 5, 3, caution; guide chapters 1 and 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from contract_bench import BLOCKS, ContractBench, cases
+from fault_cell import CaseFailure, library
+
+_TOLD = 3
+
+
+def test_there_are_more_than_ten_thousand_cases() -> None:
+    assert sum(len(cases(block)) for block in BLOCKS) > 10_000
+
+
+def test_no_case_is_there_twice() -> None:
+    for block in ("FB_ReadPoint", "FB_ServoOn", "FB_PowerUp", "FB_Jog", "FB_Status"):
+        told = [str(case) for case in cases(block)]
+        assert len(set(told)) == len(told), block
+
+
+def test_every_command_block_and_every_sequence_is_there() -> None:
+    """Found by the pins; by the folders there are as many."""
+    assert {*BLOCKS} == {*library().edge, *library().level}
+    assert len(BLOCKS) > 100
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_the_contract_holds(block: str, record_property: Callable[[str, object], None]) -> None:
+    """Every scan of every case keeps the contract and the rules of the wire."""
+    bench = ContractBench(block)
+    failures = []
+    every = cases(block)
+    for case in every:
+        try:
+            bench.run(case)
+        except CaseFailure as failure:
+            failures.append(str(failure))
+    record_property("instances", len(every))
+    record_property("scans", bench.scans)
+    assert not failures, f"{len(failures)} of {len(every)} cases:\n" + "\n".join(failures[:_TOLD])

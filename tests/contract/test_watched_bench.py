@@ -1,0 +1,38 @@
+"""The bench without a robot, on which most tests of single blocks run, watches the contract too."""
+
+from __future__ import annotations
+
+import pytest
+
+import plc_bench
+from plc_bench import PlcBench
+from rcx_harness.verify.broken import broken_library
+
+
+def _servo_on(plc: PlcBench) -> None:
+    """A whole course of FB_ServoOn, with Execute falling after the end."""
+    plc.power_up()
+    plc["ServoOn.Execute"] = True
+    plc.scan(15)
+    plc.outputs(SO02=True)
+    plc.scan(2)
+    assert plc["ServoOn.Done"]
+    plc["ServoOn.Execute"] = False
+    plc.scan(3)
+
+
+def _bench() -> PlcBench:
+    return PlcBench(program=plc_bench.ROOT / "tests/data/library/Sequences.st", engine="builtin")
+
+
+def test_a_right_block_passes() -> None:
+    _servo_on(_bench())
+
+
+def test_a_broken_block_is_found_wherever_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = "IF Started OR (NOT Busy AND NOT Execute) THEN"
+    with broken_library("sequence/FB_Job.st", right, "IF Started THEN") as lib:
+        monkeypatch.setattr(plc_bench, "LIBRARY", sorted(lib.rglob("*.st")))
+        plc = _bench()
+    with pytest.raises(AssertionError, match="Done is shown for more than one scan"):
+        _servo_on(plc)

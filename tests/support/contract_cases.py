@@ -1,0 +1,191 @@
+"""The product of Execute patterns, answers and moments that every block is put through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+from contract_player import FATES, SIGNAL_FATES, Fate
+
+if TYPE_CHECKING:
+    from contract_bench import ContractBench
+
+__all__ = [
+    "HELD",
+    "NONE",
+    "Case",
+    "Event",
+    "Pattern",
+    "command_cases",
+    "level_cases",
+    "sequence_cases",
+]
+
+#: Scan, and the scan in which the block ended (-1: not yet), to Execute.
+Shape = Callable[[int, int], bool]
+
+
+class Pattern(NamedTuple):
+    """What Execute or Enable does."""
+
+    name: str
+    on: Shape
+
+
+def _while_busy(shape: Callable[[int], bool]) -> Shape:
+    """As `shape` until the end, and two scans more where it is TRUE then."""
+    return lambda scan, ended: shape(scan) and (ended < 0 or scan <= ended + 2)
+
+
+HELD = Pattern("held", _while_busy(lambda scan: True))
+ONE_SCAN = Pattern("one scan", _while_busy(lambda scan: scan == 0))
+AGAIN = Pattern("raised again while busy", _while_busy(lambda scan: scan != 1))
+TOGGLED = Pattern("toggled every scan", lambda scan, ended: scan % 2 == 0 and ended < 0)
+AT_THE_END = Pattern(
+    "raised in the scan after the end", lambda scan, ended: scan == 0 or 0 <= ended == scan - 1
+)
+#: Scans by which the controller answers later than at once.
+_DELAYS = (0, 2)
+#: In a sequence that is so long the patterns take turns [scans].
+_LONG = 20
+_PATTERNS = (HELD, ONE_SCAN, AGAIN, TOGGLED, AT_THE_END)
+
+
+def _dropped(at: int) -> Pattern:
+    return Pattern(f"dropped at scan {at}", _while_busy(lambda scan: scan < at))
+
+
+class Event(NamedTuple):
+    """What happens to the cell; it lasts until the block has ended, or for some scans."""
+
+    name: str
+    set: Callable[[ContractBench, bool], None]
+    lasts: int = 1 << 30
+
+
+def _link(bench: ContractBench, on: bool) -> None:
+    bench.connected = not on
+
+
+def _cpu(bench: ContractBench, on: bool) -> None:
+    bench.player.cpu_ok = not on
+
+
+def _emergency(bench: ContractBench, on: bool) -> None:
+    bench.player.emergency = on
+
+
+def _auto(bench: ContractBench, on: bool) -> None:
+    bench.player.auto = not on
+
+
+def _alarm(bench: ContractBench, on: bool) -> None:
+    bench.player.alarm = bench.player.alarm or on
+
+
+def _safe(bench: ContractBench, on: bool) -> None:
+    bench.safe = (not on, bench.safe[1])
+
+
+def _stop(bench: ContractBench, on: bool) -> None:
+    bench.safe = (bench.safe[0], not on)
+
+
+def _nothing(bench: ContractBench, on: bool) -> None:
+    """Nothing happens."""
+
+
+NONE = Event("nothing", _nothing)
+_LOSSES = (
+    Event("the link is lost", _link),
+    Event("the link is lost for one scan", _link, 1),
+    Event("CPU_OK goes OFF", _cpu),
+    Event("CPU_OK is OFF for two scans", _cpu, 2),
+)
+_STOPS = (
+    Event("an emergency stop", _emergency),
+    Event("an emergency stop for two scans", _emergency, 2),
+    Event("an alarm", _alarm, 1),
+    Event("AUTO mode is left", _auto),
+    Event("EmergencyStopOk is FALSE", _safe),
+    Event("EmergencyStopOk is FALSE for one scan", _safe, 1),
+    Event("StopOk is FALSE", _stop),
+    Event("StopOk is FALSE for one scan", _stop, 1),
+)
+
+
+class Case(NamedTuple):
+    """One run of one block.
+
+    Attributes:
+        pattern: What Execute does.
+        fate: What becomes of a remote command.
+        signal: The answering output that `shown` is about; empty for none.
+        shown: How this output is shown.
+        delay: Scans by which the controller answers later than at once.
+        event: What happens besides.
+        at: In which scan, counted from the rising edge of Execute.
+    """
+
+    pattern: Pattern
+    fate: Fate = FATES[0]
+    signal: str = ""
+    shown: str = "normal"
+    delay: int = 0
+    event: Event = NONE
+    at: int = 0
+
+    def __str__(self) -> str:
+        answer = f"{self.signal} {self.shown}" if self.signal else self.fate.name
+        event = "" if self.event is NONE else f", {self.event.name} at scan {self.at}"
+        return f"{self.pattern.name}, answer {answer} after {self.delay} scans{event}"
+
+
+def command_cases() -> list[Case]:
+    """For a block with one remote command."""
+    return [*_answers(_PATTERNS), *_drops(range(2, 9)), *_events(_LOSSES, range(9), 1)]
+
+
+def sequence_cases(signals: Sequence[str], length: int) -> list[Case]:
+    """For a sequence with these answering outputs that takes so many scans."""
+    events = _events((*_LOSSES, *_STOPS), range(length + 2), 0)
+    return [*_shown(_PATTERNS, signals), *_drops(range(2, length)), *events]
+
+
+def level_cases(signal: str) -> list[Case]:
+    """For a level block, with its answering output, or `Status` for one with a command."""
+    patterns = [HELD, ONE_SCAN, TOGGLED, *map(_dropped, range(2, 12))]
+    events = [
+        Case(pattern, event=event, at=at)
+        for event in (*_LOSSES, *_STOPS)
+        for at in range(10)
+        for pattern in (HELD, TOGGLED, _dropped(at), _dropped(at + 2))
+    ]
+    answers = _answers(patterns) if signal == "Status" else _shown(patterns, [signal])
+    return [*answers, *events]
+
+
+def _answers(patterns: Sequence[Pattern]) -> Iterator[Case]:
+    for fate in FATES:
+        for delay in _DELAYS:
+            yield from (Case(pattern, fate, delay=delay) for pattern in patterns)
+
+
+def _shown(patterns: Sequence[Pattern], signals: Sequence[str]) -> Iterator[Case]:
+    for signal, shown in product(signals, SIGNAL_FATES):
+        for delay in _DELAYS:
+            for pattern in patterns:
+                yield Case(pattern, signal=signal, shown=shown, delay=delay)
+
+
+def _drops(moments: range) -> Iterator[Case]:
+    yield from (Case(_dropped(at), delay=1) for at in moments)
+
+
+def _events(events: Sequence[Event], moments: range, delay: int) -> Iterator[Case]:
+    patterns = (HELD, ONE_SCAN, TOGGLED)
+    for event in events:
+        for at in moments:
+            taken = [patterns[at % 3]] if len(moments) > _LONG else patterns
+            yield from (Case(pattern, delay=delay, event=event, at=at) for pattern in taken)

@@ -1,0 +1,242 @@
+"""A robot controller of a few lines, for runs in their thousands: it answers as it is told to."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+__all__ = ["FATES", "SIGNAL_FATES", "TOO_LATE", "Fate", "Player", "Start", "bit"]
+
+#: Longer than the Timeout of the blocks, shorter than twice of it [scans].
+TOO_LATE = 14
+
+_ENDLESS = 1 << 30
+
+
+class Fate(NamedTuple):
+    """What becomes of a remote command.
+
+    Attributes:
+        name: For people.
+        silent: Scans with the status 0x0000 after the code has come.
+        running: Scans with 0x0100 after these.
+        end: The end status; 0x0000 for a command that is lost.
+        response: Words that come with the end status.
+        reset: Scans for which the end status stays after the code 0x0000.
+        stale: Scans with the status 0x0200 from the beginning on, that nobody has asked for.
+        error: ErrorID of the end, if nothing else happens; 0x0000 for Done.
+    """
+
+    name: str
+    silent: int = 0
+    running: int = 0
+    end: int = 0x0200
+    response: Sequence[int] = ()
+    reset: int = 0
+    stale: int = 0
+    error: int = 0
+
+
+_ALARM = (12, 600)
+
+#: What can become of a command.
+FATES = (
+    Fate("normal"),
+    Fate("normal, by 0x0100", running=2),
+    Fate("abnormal", end=0x4000, response=_ALARM, error=0x8020),
+    Fate("abnormal, by 0x0100", running=1, end=0x4000, response=_ALARM, error=0x8020),
+    Fate("too late", running=TOO_LATE, error=0x8011),
+    Fate(
+        "too late and abnormal, without 0x0100",
+        silent=TOO_LATE,
+        end=0x4000,
+        response=_ALARM,
+        error=0x8011,
+    ),
+    Fate("never", silent=_ENDLESS, error=0x8011),
+    Fate("never, with 0x0100", running=_ENDLESS, error=0x8011),
+    Fate("status falls back to 0x0000", running=2, end=0, error=0x8014),
+    Fate("slow status reset", reset=4),
+    Fate("not ready for a while", stale=4),
+    Fate("not ready for too long", stale=TOO_LATE, error=0x8015),
+)
+
+#: What can become of a dedicated output that answers.
+SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering")
+
+_LATE = 3
+_JOG = (0x020, 0x021, 0x022)
+_CONTINUOUS = (0x505, 0x506)
+_OUTPUTS = 34
+
+
+def bit(signal: str) -> int:
+    """`SO13` in the word of the dedicated bits."""
+    return 1 << (8 * int(signal[2]) + int(signal[3]))
+
+
+_ESTOP, _CPU, _SERVO, _ALARMED, _MP = (bit(f"SO0{k}") for k in range(5))
+_AUTO, _ORIGIN, _SEQUENCE, _RUNS, _RESET = (bit(f"SO1{k}") for k in range(5))
+
+
+class Start(NamedTuple):
+    """State of the controller as a case begins.
+
+    Attributes:
+        outputs: Dedicated outputs that are ON beyond CPU_OK, MP RDY and AUTO mode.
+        missing: Those of these three that are still OFF, and come by themselves.
+    """
+
+    outputs: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+
+    @property
+    def word(self) -> int:
+        """All outputs."""
+        there = {"SO01", "SO04", "SO10", *self.outputs}.difference(self.missing)
+        return sum(bit(name) for name in there)
+
+
+class Player:
+    """The controller: one call per scan, the area written in, the area to be read out.
+
+    Attributes:
+        emergency: An emergency stop is on that does not come from SI(00).
+        alarm: An alarm comes with the next call.
+        cpu_ok: FALSE: the controller is not in its normal state.
+        auto: FALSE: the AUTO mode is left.
+    """
+
+    def __init__(self) -> None:
+        self.begin(Start(), FATES[0], "", "normal", 0)
+
+    def begin(self, start: Start, fate: Fate, signal: str, shown: str, delay: int) -> None:
+        """Begin a case.
+
+        Args:
+            start: State from which it begins.
+            fate: What becomes of commands.
+            signal: The dedicated output that `shown` is about; empty for none.
+            shown: How that output is shown, one of SIGNAL_FATES.
+            delay: Scans by which all that the PLC writes arrives late.
+        """
+        self._bits = self._first = start.word
+        self._fate = fate
+        self._mask = bit(signal) if signal else 0
+        self._shown = shown
+        self._gone = 0
+        self._lag: deque[tuple[int, int, int]] = deque(maxlen=delay + 1)
+        self._si = 0
+        self._code = 0
+        self._age = 0
+        self._status = 0
+        self._stale = fate.stale
+        self._leaving = 0
+        self.emergency = self.alarm = False
+        self.cpu_ok = self.auto = True
+
+    def settle(self, inputs: int) -> None:
+        """These dedicated inputs stand, and have long been seen."""
+        self._si = inputs
+
+    def be_normal(self) -> None:
+        """No fault, and prompt normal answers from now on."""
+        self._fate, self._shown, self._stale = FATES[0], "normal", 0
+        self._lag = deque(self._lag, 1)
+        self.emergency = self.alarm = False
+        self.cpu_ok = self.auto = True
+
+    def step(self, si: bytes, connected: bool) -> bytes:
+        """The area that the PLC reads next; without a connection it gets nothing and sends it."""
+        now = (0, 0, 0)
+        if connected:
+            now = (si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8)
+        self._lag.append(now)
+        code, data, inputs = self._lag[0]
+        response = self._command(code, data, inputs)
+        self._dedicated(inputs)
+        words = [self._status, *response, *[0] * (15 - len(response))]
+        bits = self._masked()
+        head = b"".join(word.to_bytes(2, "little") for word in words)
+        return head + bits.to_bytes(2, "little") + bytes(48 - _OUTPUTS)
+
+    def _command(self, code: int, data: int, inputs: int) -> Sequence[int]:
+        fate = self._fate
+        if not self.cpu_ok:
+            self._code = self._age = self._status = 0
+            return ()
+        if self._stale:
+            self._stale -= 1
+            self._status = 0x0200
+            return ()
+        if not code:
+            if self._code:
+                self._leaving = fate.reset
+            self._code = self._age = 0
+            self._leaving -= self._leaving > 0
+            self._status = self._status if self._leaving else 0
+            return ()
+        self._code = code
+        self._age += 1
+        what = code & 0x0FFF
+        if what in _CONTINUOUS and data & 1:
+            self._status = 0x0100 if self._age > fate.silent else 0
+            return ()
+        if what in _JOG and not self._status & 0x4200 and self._age > fate.silent:
+            stopped = not inputs & 1 << 6
+            self._status = 0x4000 if stopped else 0x0100
+            return (12, 400) if stopped else ()
+        if what in _JOG:
+            return (12, 400)
+        if self._age <= fate.silent:
+            self._status = 0
+        elif self._age <= fate.silent + fate.running:
+            self._status = 0x0100
+        else:
+            self._status = fate.end
+            return fate.response
+        return ()
+
+    def _dedicated(self, inputs: int) -> None:
+        rises, bits = inputs & ~self._si, self._bits
+        self._si = inputs
+        if self.emergency or not inputs & 1:
+            if not bits & _ESTOP:
+                bits |= _ESTOP | _ALARMED
+            bits &= ~(_SERVO | _RUNS | _MP)
+        else:
+            bits = bits & ~_ESTOP | _MP
+        if self.alarm:
+            self.alarm = False
+            bits = (bits | _ALARMED) & ~(_SERVO | _RUNS)
+        if not inputs & 1 << 6:
+            bits &= ~_RUNS
+        bits = bits | _CPU if self.cpu_ok else bits & ~_CPU
+        bits = bits | _AUTO if self.auto else bits & ~(_AUTO | _RUNS)
+        if rises & 1 << 14 and not bits & _ESTOP:
+            bits &= ~_ALARMED
+        if rises & 1 << 1 and not bits & (_ESTOP | _ALARMED):
+            bits |= _SERVO
+        if rises & 1 << 13:
+            bits |= _RESET
+        if rises & 1 << 10 and bits & _AUTO and bits & _SERVO and inputs & 1 << 6:
+            bits = (bits | _RUNS) & ~_RESET
+        if rises & (1 << 12 | 1 << 15) and bits & _SERVO:
+            bits |= _ORIGIN
+        self._bits = bits | _SEQUENCE if inputs & 1 << 8 else bits & ~_SEQUENCE
+
+    def _masked(self) -> int:
+        """The outputs as they are shown."""
+        if self._shown == "normal" or not (self._bits ^ self._first) & self._mask:
+            self._gone = 0
+            return self._bits
+        self._gone += 1
+        hidden = {
+            "late": self._gone <= _LATE,
+            "too late": self._gone <= TOO_LATE,
+            "never": True,
+            "withdrawn": self._gone > 1,
+            "flickering": 1 < self._gone < 4,
+        }[self._shown]
+        return self._bits & ~self._mask | self._first & self._mask if hidden else self._bits
