@@ -1,0 +1,299 @@
+"""The state of a running program as a few bytes, and back: what is needed to tell states apart.
+
+* Time: all scans of a model have the same interval, or a few that the environment chooses. A TON
+  compares the time since its start with PT and does nothing else with the time (no block reads
+  ET), so the ticks since its start are all that counts, and of those that are more than the
+  longest PT of the model none differs from another.
+* Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
+  count them up. Adding a number to all tickets of a channel therefore changes nothing else;
+  Serving is 0 in a state, and the others are differences. A ticket that has been passed stays so
+  for at least 32767 further turns; such tickets are one.
+* Words that have no later effect are left out, as `kept` says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from random import Random
+from typing import Any
+
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.builtin.blocks import CLASSES
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    StructType,
+    Type,
+)
+from rcx_harness.verify.explore.kept import TYPES, Kept
+
+__all__ = ["NOW_US", "Abstraction"]
+
+#: PLC time of every scan; what differs are the starts of the timers.
+NOW_US = 1_000_000_000
+
+_PASSED, _EXPIRED = 255, 255
+_OWNERS = {"FB_COMMANDJOB": "command"}
+_OWN = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP", "FB_SERVOONFROMEMERGENCYSTOP")
+_WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
+
+
+class _Slot:
+    """One variable that is kept: how its byte is got and set, and how it is disturbed."""
+
+    def __init__(self, get: str, put: str, condition: str = "", junk: str = "") -> None:
+        self.get = f"({get}) if {condition} else 0" if condition else get
+        self.put = put
+        self.junk = f"if not ({condition}): {junk}" if condition else ""
+
+
+class Abstraction:
+    """Takes states of one program apart and puts them together.
+
+    Args:
+        program: The program, in its initial state.
+        tick_us: Time that one count of a timer stands for.
+        ticks: The longest time of any timer of the program, in ticks.
+        free: Variables of the program itself that are written before each scan.
+    """
+
+    def __init__(self, program: BuiltinProgram, tick_us: int, ticks: int, free: set[str]) -> None:
+        assert ticks < _EXPIRED - 1
+        self.root: Any = program.holder("Main")
+        self._now = NOW_US * 1000
+        self._tick, self._cap = tick_us * 1000, ticks
+        self._free = {name.upper() for name in free}
+        self._objects: dict[str, Any] = {}
+        self._slots: list[_Slot] = []
+        self._junk: list[str] = []
+        self._fixed: list[tuple[Any, str, str]] = []
+        self._wide: list[Any] = [0]
+        self._index: dict[Any, int] = {0: 0}
+        kind = next(iter(program.instances().values()))
+        assert isinstance(kind, BlockType)
+        self._walk(kind, self.root, Kept(dropped=" ".join(free)), "", "")
+        self._compile()
+
+    @property
+    def size(self) -> int:
+        """Bytes of a state."""
+        return len(self._slots)
+
+    def names(self) -> list[str]:
+        """How each byte of a state is got: for messages."""
+        return [slot.get for slot in self._slots]
+
+    def freeze(self) -> bytes:
+        """The program's state after a scan."""
+        return self._freeze()  # type: ignore[no-any-return]
+
+    def thaw(self, state: bytes, ticks: int = 1) -> None:
+        """Put the program into a state, `ticks` after the scan that led to it."""
+        self._now = NOW_US * 1000
+        self._thaw(state, self._now - ticks * self._tick, 0)
+
+    def disturb(self, state: bytes, ticks: int, random: Random) -> int:
+        """As `thaw`, with arbitrary values in all that is left out; the time of the scan [us]."""
+        for holder, slot, before in self._fixed:
+            if repr(_held(getattr(holder, slot))) != before:
+                raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")
+        now_us = NOW_US + random.randrange(1_000_000)
+        self._now = now_us * 1000
+        self._thaw(state, self._now - ticks * self._tick, random.randrange(1, 65536))
+        self._spoil(random)
+        return now_us
+
+    # --- what the generated code calls ---
+
+    def _wide_index(self, value: Any) -> int:
+        key = tuple(value) if isinstance(value, list) else value
+        found = self._index.get(key)
+        if found is None:
+            found = self._index[key] = len(self._wide)
+            self._wide.append(key)
+        return found
+
+    def _ton(self, timer: Any) -> int:
+        if timer.phase == 0:
+            return 0
+        if timer.phase == 2:
+            return _EXPIRED
+        elapsed = (self._now - timer.start) // self._tick
+        return 1 + min(int(elapsed), self._cap)
+
+    def _set_ton(self, timer: Any, code: int, now: int) -> None:
+        timer.phase = timer.before = timer.Q = 0
+        if code == _EXPIRED:
+            timer.phase, timer.before, timer.Q = 2, True, True
+        elif code:
+            timer.phase, timer.before = 1, True
+            timer.start = now - (code - 1) * self._tick
+
+    # --- the plan ---
+
+    def _walk(self, kind: Type, held: Any, kept: Kept, owner: str, channel: str) -> None:
+        """Plan all variables of a structure or block."""
+        name = f"o{len(self._objects)}"
+        self._objects[name] = held
+        dropped, fixed, flags = (
+            set(text.upper().split()) for text in (kept.dropped, kept.fixed, kept.flags)
+        )
+        conditions = {
+            variable: condition.replace("o.", f"{name}.")
+            for condition, variables in kept.while_true.items()
+            for variable in variables.upper().split()
+        }
+        type_name = kind.name.upper() if not isinstance(kind, ElementaryType) else ""
+        if type_name in _OWN:
+            channel = "own"
+            self._objects[f"own_{name}"] = held.OWN
+        for slot, part in _parts(kind):
+            code = f"{name}.{slot}"
+            ticket = {key.upper(): to for key, to in kept.tickets.items()}.get(slot)
+            if slot in fixed and not (type_name == "RCX_CHANNEL" and channel == "own"):
+                self._fixed.append((held, slot, repr(_held(getattr(held, slot)))))
+            elif slot in dropped or slot in fixed:
+                self._junk += _spoiling(code, part)
+            elif ticket is not None:
+                self._ticket(
+                    code, self._channel(ticket, type_name, owner, channel), conditions[slot]
+                )
+            elif type_name == "RCX_CHANNEL" and slot in ("SERVING", "NEXTTICKET"):
+                self._turn(code, name, slot)
+            elif slot in flags:
+                self._slots.append(_Slot(f"{code} != 0", f"{code} = {{v}} * 0x8001"))
+            elif isinstance(part, BlockType) and part.name == "TON":
+                self._timer(code, getattr(held, slot), conditions.get(slot, ""))
+            elif isinstance(part, (BlockType, StructType)):
+                assert slot not in conditions
+                inner = TYPES.get(part.name.upper(), Kept())
+                self._walk(
+                    part, getattr(held, slot), inner, type_name, self._below(slot, channel, name)
+                )
+            else:
+                self._plain(code, part, conditions.get(slot, ""))
+
+    def _below(self, slot: str, channel: str, name: str) -> str:
+        """The channel of a block's own, if its Job works on it."""
+        if channel == "own":
+            return f"own_{name}" if slot == "JOB" else "own" if slot == "OWN" else ""
+        return ""
+
+    def _channel(self, ticket: str, type_name: str, owner: str, channel: str) -> str:
+        if channel.startswith("own_"):
+            return channel
+        if type_name == "FB_JOB":
+            return f"robot.{_OWNERS.get(owner, 'sequence').upper()}"
+        return f"robot.{ticket.upper()}"
+
+    def _ticket(self, code: str, channel: str, condition: str) -> None:
+        ahead = f"{code} - {channel}.SERVING & 65535"
+        self._slots.append(
+            _Slot(
+                f"min({ahead}, 254) if ({ahead}) < 32768 else 255",
+                f"{code} = ({channel}.SERVING + ({{v}} if {{v}} < 255 else -1 - shift % 32767))"
+                " & 65535",
+                condition,
+                f"{code} = random.randrange(65536)",
+            )
+        )
+
+    def _turn(self, code: str, name: str, slot: str) -> None:
+        if slot == "SERVING":
+            self._slots.insert(0, _Slot("0", f"{code} = shift"))
+        else:
+            get = f"min({code} - {name}.SERVING & 65535, 255)"
+            self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
+
+    def _timer(self, code: str, held: Any, condition: str) -> None:
+        junk = f"set_ton({code}, random.choice((0, 1, 2, 255)), now)"
+        self._slots.append(_Slot(f"ton({code})", f"set_ton({code}, {{v}}, now)", condition, junk))
+        self._junk += [f"{code}.ET = random.randrange(10**9)"]
+
+    def _plain(self, code: str, kind: Type, condition: str) -> None:
+        junk = "; ".join(_spoiling(code, kind))
+        if isinstance(kind, ArrayType):
+            start = f"wide[{{v}}] or [0] * len({code})"
+            slot = _Slot(f"index({code})", f"{code}[:] = {start}", condition, junk)
+        elif isinstance(kind, ElementaryType) and kind.name == "BOOL":
+            slot = _Slot(code, f"{code} = {{v}} == 1", condition, junk)
+        elif isinstance(kind, EnumType):
+            slot = _Slot(code, f"{code} = {{v}}", condition, junk)
+        else:
+            slot = _Slot(f"index({code})", f"{code} = wide[{{v}}]", condition, junk)
+        self._slots.append(slot)
+
+    def _compile(self) -> None:
+        names = {
+            **self._objects,
+            "robot": self.root.ROBOT,
+            "ton": self._ton,
+            "set_ton": self._set_ton,
+            "index": self._wide_index,
+            "wide": self._wide,
+        }
+        values = [f"v{number}" for number in range(len(self._slots))]
+        puts = [slot.put.format(v=value) for slot, value in zip(self._slots, values, strict=True)]
+        lines = [
+            "def freeze():",
+            f"    return bytes(({', '.join(slot.get for slot in self._slots)},))",
+            "def thaw(state, now, shift):",
+            f"    {', '.join(values)}, = state[:{len(values)}]",
+            *(f"    {line}" for line in puts),
+            "def spoil(random, now=10**12):",
+            *(f"    {line}" for line in self._junk),
+            *(f"    {slot.junk}" for slot in self._slots if slot.junk),
+            "    pass",
+        ]
+        exec(compile("\n".join(lines), "<abstraction>", "exec"), names)
+        self._freeze: Any = names["freeze"]
+        self._thaw: Any = names["thaw"]
+        self._spoil: Any = names["spoil"]
+
+
+def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
+    """The variables of a structure or block, by the names of their slots."""
+    if isinstance(kind, StructType):
+        yield from ((name.upper(), part) for name, part in kind.fields)
+    elif isinstance(kind, BlockType) and kind.name in CLASSES:
+        pins = {variable.name: variable.type for variable in kind.variables}
+        for slot in CLASSES[kind.name].__slots__:
+            if slot != "clock":
+                yield slot, pins.get(slot, ElementaryType("BOOL"))
+    else:
+        assert isinstance(kind, BlockType)
+        kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
+        yield from ((one.name.upper(), one.type) for one in kind.variables if one.section in kept)
+
+
+def _spoiling(code: str, kind: Type) -> list[str]:
+    """Statements that give a variable an arbitrary value of its type."""
+    if isinstance(kind, StructType):
+        return [
+            line for name, part in kind.fields for line in _spoiling(f"{code}.{name.upper()}", part)
+        ]
+    if isinstance(kind, ArrayType):
+        value = _arbitrary(kind.element)
+        return [f"{code}[:] = [{value} for _ in {code}]"]
+    return [f"{code} = {_arbitrary(kind)}"]
+
+
+def _arbitrary(kind: Type) -> str:
+    if isinstance(kind, EnumType):
+        return f"random.randrange({len(kind.members)})"
+    assert isinstance(kind, ElementaryType), kind
+    if kind.name == "BOOL":
+        return "random.random() < 0.5"
+    if kind.name == "REAL":
+        return "random.random()"
+    return f"random.randrange({256 if kind.name == 'BYTE' else 32768})"
+
+
+def _held(value: Any) -> Any:
+    """What a variable holds, so that it can be compared."""
+    slots = getattr(value, "__slots__", None)
+    if slots is None:
+        return value
+    return [_held(getattr(value, slot)) for slot in slots]

@@ -1,0 +1,253 @@
+"""What is explored: a few blocks in a program, and all that their environment may do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+__all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
+
+#: What may be done with a block in a scan: its Execute or Enable FALSE or TRUE, or no call.
+DOWN, UP, SKIPPED = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Block:
+    """One instance.
+
+    Attributes:
+        name: Of the instance.
+        type: Of the block.
+        pins: Its other arguments, as they stand in the call.
+        kind: How the oracle judges it: `command`, `jog`, `continuous`, `sequence`, `emergency`,
+            `release emergency`, `stop`, `release stop`, `level` or `job`.
+        code: Of its remote command.
+        bits: Dedicated inputs that it switches on, as numbers of bits (12 octal is bit 10).
+        answer: For a sequence: (mask, value) of the dedicated outputs that confirm it.
+        does: Which of DOWN, UP, SKIPPED the environment may choose.
+    """
+
+    name: str
+    type: str
+    pins: str = ""
+    kind: str = "command"
+    code: int = 0
+    bits: tuple[int, ...] = ()
+    answer: tuple[int, int] = (0, 0)
+    does: tuple[int, ...] = (DOWN, UP, SKIPPED)
+
+    @property
+    def start(self) -> str:
+        """Name of the pin that starts it."""
+        return "Enable" if self.kind in ("jog", "continuous", "level") else "Execute"
+
+    @property
+    def is_level(self) -> bool:
+        """Does it work as long as its pin is TRUE?"""
+        return self.start == "Enable"
+
+    @property
+    def channel(self) -> str:
+        """Where it takes its turn; empty for none."""
+        if self.kind in ("command", "jog", "continuous"):
+            return "command"
+        return "sequence" if self.kind in ("sequence", "release stop", "job") else ""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What the PLC reads in a scan.
+
+    Attributes:
+        label: In words.
+        connected: The scanner's status.
+        status: SOW(0).
+        so: Dedicated outputs, bytes m + 32 and m + 33 as one word.
+    """
+
+    label: str
+    connected: bool = True
+    status: int = 0
+    so: int = 0
+
+
+class Wire(NamedTuple):
+    """What the PLC has written."""
+
+    code: int
+    first: int
+    """SIW(1)."""
+    bits: int
+
+
+class Choice(NamedTuple):
+    """All that the environment chooses for one scan."""
+
+    number: int
+    ticks: int
+    situation: Situation
+    emergency_ok: bool
+    stop_ok: bool
+    does: tuple[int, ...]
+    image: bytes
+    values: tuple[tuple[str, bool], ...]
+
+
+class Quiet(NamedTuple):
+    """How the environment behaves from some moment on, for the freedom from hang.
+
+    Attributes:
+        title: In words.
+        does: What happens to each block: DOWN or SKIPPED.
+        situation: The label of what is read, by what is on the wire.
+        idle_blocks: It ends when no block is busy; else when the channels are free, too.
+    """
+
+    title: str
+    does: int
+    situation: Callable[[Wire], str]
+    idle_blocks: bool = False
+
+
+@dataclass(frozen=True)
+class Model:
+    """A program and its environment.
+
+    Attributes:
+        name: One word.
+        title: What it is about.
+        blocks: In the order of their calls.
+        situations: What can be read in a scan; any of them may follow any other.
+        pins: What (EmergencyStopOk, StopOk) can be.
+        quiet: Environments in which everything must come to its end.
+        tick_ms: Unit of time; every scan comes one of `gaps` ticks after the last.
+        gaps: See `tick_ms`.
+        margin_ms: Pin Margin of FB_WriteArea.
+        longest_ms: The longest time of any timer.
+        queue: Most tickets on a channel. A block that gives up while it waits leaves its ticket
+            behind, and each of those takes a scan to pass: without a limit there is no last state.
+        variables: More declarations of the program.
+        statements: What it does first.
+        switches: More BOOL variables of the program that the environment sets, and to what:
+            each tuple holds the values of one choice.
+    """
+
+    name: str
+    title: str
+    blocks: tuple[Block, ...]
+    situations: tuple[Situation, ...]
+    quiet: tuple[Quiet, ...]
+    pins: tuple[tuple[bool, bool], ...] = ((True, True),)
+    tick_ms: int = 50
+    gaps: tuple[int, ...] = (1,)
+    margin_ms: int = 0
+    longest_ms: int = 200
+    queue: int = 3
+    variables: str = ""
+    statements: str = ""
+    switches: Mapping[str, tuple[bool, ...]] | None = None
+
+    def program(self) -> str:
+        """The ST program."""
+        held = "".join(f"    {one.name} : {one.type};\n" for one in self.blocks)
+        names = [f"Go{one.name}" for one in self.blocks] + [
+            f"Call{one.name}" for one in self.blocks
+        ]
+        names += list(self.switches or ())
+        calls = "".join(
+            f"  IF Call{one.name} THEN\n"
+            f"    {one.name}({'' if one.kind == 'job' else 'Robot := Robot, '}"
+            f"{one.start} := Go{one.name}{', ' if one.pins else ''}{one.pins});\n  END_IF;\n"
+            for one in self.blocks
+        )
+        return (
+            f"(* Exploration, model {self.name}: {self.title}. *)\n"
+            "PROGRAM Explored\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
+            f"    Connected, EmergencyStopOk, StopOk : BOOL;\n    {', '.join(names)} : BOOL;\n"
+            "    Robot : RCX_REF;\n    ReadArea : FB_ReadArea;\n    WriteArea : FB_WriteArea;\n"
+            f"{held}{self.variables}  END_VAR\n{self.statements}"
+            "  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
+            f"{calls}"
+            "  WriteArea(Robot := Robot, Image := OutputArea, Interval := T#100ms,\n"
+            f"            Margin := T#{self.margin_ms}ms, EmergencyStopOk := EmergencyStopOk,\n"
+            "            StopOk := StopOk);\nEND_PROGRAM\n"
+        )
+
+    def free(self) -> set[str]:
+        """Variables of the program that are set before each scan, or only written by it."""
+        names = {"InputArea", "OutputArea", "Connected", "EmergencyStopOk", "StopOk"}
+        names |= {f"{what}{one.name}" for one in self.blocks for what in ("Go", "Call")}
+        return names | set(self.switches or ())
+
+    def choices(self) -> list[Choice]:
+        """Everything that the environment can do in one scan."""
+        switches = self.switches or {}
+        found: list[Choice] = []
+        for gap, situation, pins, does, values in product(
+            self.gaps,
+            self.situations,
+            self.pins,
+            product(*(one.does for one in self.blocks)),
+            product(*switches.values()),
+        ):
+            extra = tuple(zip(switches, values, strict=True))
+            found.append(self._choice(len(found), gap, situation, pins, does, extra))
+        return found
+
+    def _choice(
+        self,
+        number: int,
+        gap: int,
+        situation: Situation,
+        pins: tuple[bool, bool],
+        does: tuple[int, ...],
+        extra: Sequence[tuple[str, bool]],
+    ) -> Choice:
+        image = bytearray(34)
+        if situation.connected:
+            image[0:2] = situation.status.to_bytes(2, "little")
+            image[2:4] = response(situation.status).to_bytes(2, "little")
+            image[32:34] = situation.so.to_bytes(2, "little")
+        values = [("CONNECTED", situation.connected)]
+        values += [("EMERGENCYSTOPOK", pins[0]), ("STOPOK", pins[1])]
+        for block, do in zip(self.blocks, does, strict=True):
+            values.append((f"CALL{block.name.upper()}", do != SKIPPED))
+            if do != SKIPPED:
+                values.append((f"GO{block.name.upper()}", do == UP))
+        values += [(name.upper(), value) for name, value in extra]
+        return Choice(number, gap, situation, *pins, does, bytes(image), tuple(values))
+
+    def tell(self, choice: Choice) -> str:
+        """A choice in words."""
+        parts = [choice.situation.label]
+        parts += [
+            f"{block.name} {'not called' if do == SKIPPED else 'up' if do == UP else 'down'}"
+            for block, do in zip(self.blocks, choice.does, strict=True)
+        ]
+        if len(self.pins) > 1:
+            parts += [
+                f"{name} {'ON' if value else 'OFF'}"
+                for name, value in (("E", choice.emergency_ok), ("S", choice.stop_ok))
+            ]
+        parts += [f"{name} {value}" for name, value in choice.values if name in self.switch_names()]
+        if choice.ticks != 1:
+            parts.append(f"{choice.ticks} ticks later")
+        return ", ".join(parts)
+
+    def switch_names(self) -> set[str]:
+        """The model's own BOOL variables, in upper case."""
+        return {name.upper() for name in self.switches or ()}
+
+    def write(self, folder: Path) -> Path:
+        """Write the program into a folder."""
+        path = folder / f"{self.name}.st"
+        path.write_text(self.program(), encoding="utf-8")
+        return path
+
+
+def response(status: int) -> int:
+    """SOW(1) that comes with a status: each status has its own, so that a late copy shows."""
+    return {0x0000: 0, 0x0100: 0, 0x0200: 0x1234, 0x4000: 12}[status]

@@ -1,0 +1,144 @@
+"""A found trace, run on the concrete program: no abstraction, real times, two monitors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rcx_harness.chart import Lane, Timeline
+from rcx_harness.chart_svg import svg_chart
+from rcx_harness.engine.base import Program
+from rcx_harness.monitor import WireMonitor, word
+from rcx_harness.trace import Finding, Record, Scan, Trace
+from rcx_harness.verify.explore.model import Choice, Model
+from rcx_harness.verify.explore.oracle import Oracle
+from rcx_harness.verify.explore.search import LIBRARY, Broken, compiled, quiet_choices
+
+__all__ = ["Replay", "replay"]
+
+#: Scans of the quiet environment that are shown of a hang.
+_SHOWN = 40
+_AREA = 48
+
+
+class Replay:
+    """What a replay has shown.
+
+    Attributes:
+        trace: Its records; a broken rule is a finding.
+        timeline: The same for a chart.
+        rules: Broken rules in words, as the oracle says it.
+        monitor: What the wire monitor of all simulations says to the same scans.
+    """
+
+    def __init__(self, trace: Trace, timeline: Timeline) -> None:
+        self.trace, self.timeline = trace, timeline
+        self.rules: list[str] = []
+        self.monitor: list[str] = []
+
+    def chart(self, title: str) -> str:
+        """The timing chart as SVG."""
+        return svg_chart(self.timeline, title)
+
+
+class _Lanes(Timeline):
+    """The chart with the blocks' pins and the first data word: the trace is about them."""
+
+    def __init__(self, pins: Sequence[str]) -> None:
+        super().__init__()
+        self._first = Lane("Data word n + 2", "word")
+        self._more = {name: Lane(name, "variable") for name in pins}
+
+    def take(self, record: Record) -> None:
+        """Take the next record of the run."""
+        super().take(record)
+        if isinstance(record, Scan):
+            values = {name: int((record.vars or {})[name]) for name in self._more}
+            for lane, value in (
+                (self._first, word(record.si, 2)),
+                *((self._more[name], value) for name, value in values.items()),
+            ):
+                if value != lane.value_at(record.t_us):
+                    lane.changes.append((record.t_us, value))
+
+    def lanes(self) -> list[Lane]:
+        """The pins that changed, then the signals."""
+        pins = [lane for lane in self._more.values() if lane.changes]
+        bits: list[Lane] = []
+        last: list[Lane] = []
+        for lane in super().lanes():
+            (bits if lane.kind in ("input", "output") else last).append(lane)
+        return [*pins, *bits, self._first, *last]
+
+
+def replay(
+    model: Model, broken: Broken, library: Sequence[Path] = LIBRARY, file: Path | None = None
+) -> Replay:
+    """Run the shortest trace to a broken rule from the start on.
+
+    Args:
+        model: The model it was found in.
+        broken: What was found.
+        library: The library that it was found in.
+        file: Where to write the trace.
+    """
+    program = compiled(model, library)
+    oracle = Oracle(model, program.holder("Main"))
+    header = {"scan_us": model.tick_ms * 1000, "cycle_us": 5000, "size": _AREA, "seed": 0}
+    trace = Trace({**header, "engine": "builtin", "link": "explored"}, file)
+    timeline = _Lanes(_pins(model))
+    trace.listen(timeline.take)
+    shown = Replay(trace, timeline)
+    watch = _watched(model)
+    look = program.reader([f"Main.{name}" for name in watch])
+    monitor, memory, now_us = WireMonitor(), oracle.initial(), 0
+    hanging = None if broken.quiet is None else quiet_choices(model, broken.quiet)
+    for number in range(len(broken.path) + (0 if hanging is None else _SHOWN)):
+        if number < len(broken.path):
+            choice = broken.path[number]
+        else:
+            assert hanging is not None
+            choice = hanging[oracle.wire(memory)]
+        now_us += choice.ticks * model.tick_ms * 1000
+        _apply(program, choice)
+        before = oracle.pins()
+        program.scan(now_us)
+        memory, rules = oracle.judge(memory, choice, before)
+        so = choice.image + bytes(_AREA - len(choice.image))
+        si = program.read_bytes("Main.OutputArea")[:34] + bytes(_AREA - 34)
+        values = dict(zip(watch, look(), strict=True))
+        trace.add(Scan(now_us, number, so, si, {"done": model.tell(choice), **values}))
+        found = monitor.scan(now_us, number, so, si, choice.situation.connected)
+        shown.monitor += [one.text for one in found]
+        for text in rules:
+            trace.add(Finding(now_us, text))
+        shown.rules += rules
+    if broken.quiet is not None:
+        shown.rules += broken.rules
+        trace.add(Finding(now_us, broken.rules[0]))
+    trace.close()
+    return shown
+
+
+def _pins(model: Model) -> list[str]:
+    """The pins that a chart shows."""
+    names = ["Connected", "StopOk"]
+    for block in model.blocks:
+        names += [f"Call{block.name}", f"{block.name}.{block.start}"]
+        end = "Valid" if block.is_level else "Done"
+        names += [f"{block.name}.{pin}" for pin in ("Busy", end, "Error")]
+    return names
+
+
+def _watched(model: Model) -> list[str]:
+    """The pins of the blocks and who has the turns."""
+    names = [*_pins(model), "EmergencyStopOk", "Robot.Phase"]
+    for channel in ("Command", "Sequence"):
+        names += [f"Robot.{channel}.Serving", f"Robot.{channel}.NextTicket"]
+    return names + [f"{block.name}.ErrorID" for block in model.blocks]
+
+
+def _apply(program: Program, choice: Choice) -> None:
+    program.write_bytes("Main.InputArea", choice.image)
+    for name, value in choice.values:
+        program.write(f"Main.{name}", value)

@@ -1,0 +1,147 @@
+"""Bugs put into copies of blocks on purpose: each must be found, with a shortest trace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcx_harness.verify.explore.search import LIBRARY
+
+__all__ = ["SEEDED", "Seeded"]
+
+
+@dataclass(frozen=True)
+class Seeded:
+    """A bug.
+
+    Attributes:
+        name: A few words.
+        block: The block whose copy is changed.
+        text: What stands there.
+        instead: What is put there.
+        model: The model that finds it.
+        rule: The rule that it breaks.
+    """
+
+    name: str
+    block: str
+    text: str
+    instead: str
+    model: str
+    rule: str
+
+    def library(self, folder: Path, library: Sequence[Path] = LIBRARY) -> list[Path]:
+        """The library with the changed copy, which is written into a folder."""
+        files = []
+        for file in library:
+            if file.stem == self.block:
+                source = file.read_text(encoding="utf-8")
+                if source.count(self.text) != 1:
+                    raise ValueError(f"{self.name}: {self.text!r} is not once in {file.name}")
+                copy = folder / file.name
+                copy.write_text(source.replace(self.text, self.instead), encoding="utf-8")
+                files.append(copy)
+            else:
+                files.append(file)
+        return files
+
+
+SEEDED = (
+    Seeded(
+        "the interval is not waited for",
+        "FB_DedicatedInputs",
+        "IF Pace.Q AND NOT Safety THEN",
+        "IF NOT Safety THEN",
+        "inputs",
+        "interval",
+    ),
+    Seeded(
+        "SI(06) goes ON together with SI(00)",
+        "FB_DedicatedInputs",
+        "ELSIF Robot.Request.SI06_Stop AND NOT Robot.SI.SI06_Stop THEN",
+        "END_IF;\n    IF Robot.Request.SI06_Stop AND NOT Robot.SI.SI06_Stop THEN",
+        "inputs",
+        "interval",
+    ),
+    Seeded(
+        "the recovery of the link does not count as a change",
+        "FB_DedicatedInputs",
+        "Safety := Robot.Connected AND NOT WasUp;",
+        "Safety := FALSE;",
+        "inputs",
+        "interval",
+    ),
+    Seeded(
+        "the code goes out with the data of the next holder",
+        "FB_Handshake",
+        "Robot.Phase = PHASE_COMMAND_DATA AND Owner = Robot.Command.Serving",
+        "Robot.Phase = PHASE_COMMAND_DATA",
+        "commands",
+        "data first",
+    ),
+    Seeded(
+        "a command without its block is not held to its end",
+        "FB_Handshake",
+        "ELSIF Endless AND Robot.Status",
+        "ELSIF Robot.Status",
+        "commands",
+        "held",
+    ),
+    Seeded(
+        "a holder that has gone keeps its turn",
+        "FB_Handshake",
+        "ELSIF Robot.Command.Orphan OR NOT Robot.Command.Alive THEN",
+        "ELSIF Robot.Command.Orphan THEN",
+        "commands",
+        "hang",
+    ),
+    Seeded(
+        "a loss of CPU_OK does not end a command that waits",
+        "FB_CommandJob",
+        "ELSIF NOT CpuOk THEN",
+        "ELSIF NOT CpuOk AND Active THEN",
+        "commands",
+        "unasked",
+    ),
+    Seeded(
+        "a time limit that is armed but not evaluated",
+        "FB_Job",
+        "ELSIF Clock.Q THEN",
+        "ELSIF Clock.Q AND NOT Clock.IN THEN",
+        "commands",
+        "hang",
+    ),
+    Seeded(
+        "a falling Execute cancels",
+        "FB_Job",
+        "  IF Started OR (NOT Busy AND NOT Execute) THEN",
+        "  Busy := Busy AND Execute;\n  IF Started OR (NOT Busy AND NOT Execute) THEN",
+        "commands",
+        "contract",
+    ),
+    Seeded(
+        "a jog that is not called any more goes on",
+        "FB_MakeHead",
+        "(Robot.Command.Orphan OR Robot.StopJog)",
+        "Robot.StopJog",
+        "jog",
+        "jog",
+    ),
+    Seeded(
+        "a command goes out before SI(06) is back after a jog",
+        "FB_MakeHead",
+        "Hold := JogHold",
+        "Hold := FALSE",
+        "jog",
+        "jog",
+    ),
+    Seeded(
+        "the last comer is served first",
+        "FB_Job",
+        "Ahead := Ticket - Channel.Serving;",
+        "Ahead := Channel.NextTicket - Ticket - UINT#1;",
+        "arbitration",
+        "turn",
+    ),
+)

@@ -1,0 +1,124 @@
+"""The exploration: small bounds, bugs that it must find, and what its states leave out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.trace import Finding, Scan, read_trace
+from rcx_harness.verify.explore import kept
+from rcx_harness.verify.explore.model import DOWN, UP, Model
+from rcx_harness.verify.explore.models import MODELS
+from rcx_harness.verify.explore.replay import replay
+from rcx_harness.verify.explore.search import LIBRARY, Explorer
+from rcx_harness.verify.explore.seeded import SEEDED, Seeded
+
+#: States that are explored of each model; `make explore` explores all of them.
+BOUND = 20
+
+
+def model_named(name: str) -> Model:
+    return next(model for model in MODELS if model.name == name)
+
+
+def bug_named(name: str) -> Seeded:
+    return next(bug for bug in SEEDED if bug.name == name)
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_no_rule_is_broken_within_a_small_bound(model: Model) -> None:
+    result = Explorer(model).run(BOUND)
+    assert result.broken is None, result.broken
+    assert result.transitions == BOUND * len(model.choices())
+    assert result.checked == BOUND
+
+
+def test_a_small_model_is_explored_to_its_end_and_has_a_bound() -> None:
+    commands = model_named("commands")
+    alone = replace(
+        commands,
+        blocks=(replace(commands.blocks[0], does=(DOWN, UP)),),
+        situations=commands.situations[:3:2],
+        quiet=commands.quiet[:1],
+    )
+    result = Explorer(alone).run()
+    assert result.met
+    assert result.states > 50
+    assert set(result.bounds) == {quiet.title for quiet in alone.quiet}
+    assert all(0 < bound < 10 for bound in result.bounds.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "scans"),
+    [
+        ("the interval is not waited for", 2),
+        ("SI(06) goes ON together with SI(00)", 3),
+        ("the recovery of the link does not count as a change", 3),
+    ],
+)
+def test_a_seeded_bug_is_found_with_a_shortest_trace_that_opens_as_a_chart(
+    name: str, scans: int, tmp_path: Path
+) -> None:
+    bug = bug_named(name)
+    library = bug.library(tmp_path)
+    model = model_named(bug.model)
+    result = Explorer(model, library).run()
+    assert result.broken is not None
+    assert len(result.broken.path) == scans
+    shown = replay(model, result.broken, library, tmp_path / "trace.jsonl")
+    assert shown.rules == list(result.broken.rules)
+    assert shown.rules[0].startswith(bug.rule)
+    header, records = read_trace(tmp_path / "trace.jsonl")
+    found = list(records)
+    assert header["scan_us"] == model.tick_ms * 1000
+    assert sum(isinstance(record, Scan) for record in found) == scans
+    assert [one.violation for one in found if isinstance(one, Finding)] == shown.rules
+    assert "Rule broken" in shown.chart("found")
+
+
+def test_a_hang_is_found_with_the_way_into_it(tmp_path: Path) -> None:
+    bug = bug_named("a holder that has gone keeps its turn")
+    library = bug.library(tmp_path)
+    commands = model_named(bug.model)
+    alone = replace(commands, blocks=commands.blocks[:1], situations=commands.situations[:4])
+    result = Explorer(alone, library).run()
+    assert result.broken is not None
+    assert result.broken.quiet is not None
+    assert result.broken.rules[0].startswith("hang")
+    shown = replay(alone, result.broken, library)
+    assert shown.rules == list(result.broken.rules)
+    assert len(shown.trace.scans()) > len(result.broken.path)
+
+
+def test_every_seeded_bug_changes_a_block(tmp_path: Path) -> None:
+    for bug in SEEDED:
+        changed = [file for file in bug.library(tmp_path) if file not in LIBRARY]
+        assert [file.stem for file in changed] == [bug.block]
+        assert model_named(bug.model)
+
+
+@pytest.mark.parametrize(
+    ("block", "variable"), [("FB_DEDICATEDINPUTS", "WasUp"), ("RCX_REF", "SI")]
+)
+def test_a_state_that_leaves_out_what_counts_is_noticed(
+    block: str, variable: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = kept.TYPES[block]
+    wrong = replace(table, dropped=f"{table.dropped} {variable}")
+    monkeypatch.setitem(kept.TYPES, block, wrong)
+    with pytest.raises(AssertionError, match="leaves out has an effect"):
+        Explorer(model_named("inputs")).run(BOUND)
+
+
+def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = kept.TYPES["FB_DEDICATEDINPUTS"]
+    monkeypatch.setitem(kept.TYPES, "FB_DEDICATEDINPUTS", replace(table, fixed="Nothing WasUp"))
+    with pytest.raises(AssertionError, match="is not fixed"):
+        Explorer(model_named("inputs")).run(BOUND)
+
+
+def test_no_block_reads_the_elapsed_time_of_a_timer() -> None:
+    """The states know of a TON only how many ticks ago it was started, and whether it is over."""
+    assert not [file for file in LIBRARY if ".ET" in file.read_text(encoding="utf-8")]
