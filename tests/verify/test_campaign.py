@@ -1,0 +1,187 @@
+"""The fault campaign: a few short runs of it, and the proof that it finds what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from rcx_harness.trace import Record, Scan
+from rcx_harness.verify.broken import broken_library
+from rcx_harness.verify.campaign.judge import Judge, Request
+from rcx_harness.verify.campaign.network import BOTH
+from rcx_harness.verify.campaign.recorder import Execution
+from rcx_harness.verify.campaign.run import Failure, Storm, draw_run, run_storms
+from rcx_harness.verify.campaign.schedule import Act
+from rcx_harness.verify.campaign.seeded import SEEDED, find
+from rcx_harness.verify.campaign.shrink import shrink
+from rcx_harness.verify.campaign.station import Compiled, Station
+
+SEEDS = range(3)
+#: The broken blocks that are found at once; `make campaign` takes all of them.
+QUICK = (
+    "a command is sent again after its end",
+    "Done without the end status",
+    "an abnormal end is shown as Done",
+    "the margin for the network is forgotten",
+)
+JOG = "a jog does not stop"
+TELEGRAM = (0x0100, 0, 19, *[0] * 13)
+
+
+@pytest.fixture(scope="module")
+def compiled() -> Iterator[Compiled]:
+    """The campaign's program."""
+    found = Compiled()
+    yield found
+    found.program.close()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_after_each_storm_the_cell_comes_to_rest_and_works_again(
+    compiled: Compiled, seed: int
+) -> None:
+    """No rule broken, each command executed as its block says, nothing starts by itself."""
+    conditions, storms = draw_run(seed, 1)
+    outcome = run_storms(compiled, conditions, storms, seed)
+    assert outcome.storms == 1
+    assert outcome.requests > 3
+    assert outcome.executions > 3
+
+
+def test_the_same_seed_is_the_same_run(compiled: Compiled) -> None:
+    runs: list[list[Record]] = [[], []]
+    for records in runs:
+        conditions, storms = draw_run(5, 1)
+        run_storms(compiled, conditions, storms, 5, listener=records.append)
+    assert runs[0] == runs[1]
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_broken_block_is_found(name: str) -> None:
+    seeded = next(one for one in SEEDED if one.name == name)
+    found = find(seeded, "builtin", storms=1, most=4)
+    assert found is not None
+    assert found.failure.kind in seeded.kinds
+
+
+def test_packets_are_lost_late_and_doubled(compiled: Compiled) -> None:
+    conditions, _ = draw_run(0, 0)
+    acts = [
+        Act(0, "packets", {"what": what, "directions": BOTH, "share": 0.5, "until_us": 10**9})
+        for what in ("lost", "late", "doubled")
+    ]
+    station = Station(compiled, conditions, 0)
+    station.run("1s")
+    for act in acts:
+        station.apply(act)
+    station.run("2s")
+    network = station.network
+    assert min(network.lost, network.late, network.doubled) > 10, (
+        network.lost,
+        network.late,
+        network.doubled,
+    )
+    station.close()
+
+
+def test_a_plc_that_lost_its_power_starts_anew(compiled: Compiled) -> None:
+    conditions, _ = draw_run(0, 0)
+    station = Station(compiled, conditions, 0)
+    station.run("1s")
+    scans = station.scans
+    station["Main.GeneralWord"] = 77
+    station.apply(Act(0, "plc_power", {"off_us": 500_000}))
+    station.run("400ms")
+    assert not station.plc_on
+    assert station.scans == scans
+    station.run("400ms")
+    assert station["Main.GeneralWord"] == 0
+    assert station.scans > scans
+    assert not station.violations
+    station.close()
+
+
+# --- the judge --------------------------------------------------------------------------------
+
+
+def _judged(compiled: Compiled, request: Request | None, executions: list[Execution]) -> list[str]:
+    found: list[str] = []
+    judge = Judge(compiled.fresh(), lambda kind, text: found.append(kind))
+    if request is not None:
+        judge.requests.append(request)
+    judge.settle(executions)
+    return found
+
+
+def _request(error_id: int, end_us: int | None = 200) -> Request:
+    return Request("WritePoint", TELEGRAM, 100, False, end_us, error_id, {})
+
+
+def _execution(t_us: int = 150, status: int = 0x0200) -> Execution:
+    return Execution(t_us, TELEGRAM, (status, *[0] * 15))
+
+
+def test_done_needs_exactly_one_execution(compiled: Compiled) -> None:
+    assert _judged(compiled, _request(0), [_execution()]) == []
+    assert _judged(compiled, _request(0), []) == ["not executed"]
+    twice = [_execution(140), _execution(150)]
+    assert _judged(compiled, _request(0), twice) == ["executed twice"]
+    assert _judged(compiled, _request(0), [_execution(status=0x4000)]) == ["wrong end"]
+    assert _judged(compiled, _request(0), [_execution(250)]) == ["not executed", "executed twice"]
+
+
+def test_another_telegram_does_not_count(compiled: Compiled) -> None:
+    other = Execution(150, (0x0100, 0, 20, *[0] * 13), (0x0200, *[0] * 15))
+    found = _judged(compiled, _request(0), [other])
+    assert found == ["not executed", "executed unasked"]
+
+
+@pytest.mark.parametrize("error_id", [0x8001, 0x8002, 0x8011, 0x8013, 0x8014])
+def test_an_unknown_outcome_allows_one_execution_or_none(compiled: Compiled, error_id: int) -> None:
+    """Source: docs/errors.md, causes and remedies."""
+    assert _judged(compiled, _request(error_id), []) == []
+    assert _judged(compiled, _request(error_id), [_execution(250)]) == []
+    twice = [_execution(140), _execution(250)]
+    assert _judged(compiled, _request(error_id), twice) == ["executed unasked"]
+
+
+@pytest.mark.parametrize("error_id", [0x8012, 0x8015, 0x8044])
+def test_a_command_that_was_not_sent_is_not_executed(compiled: Compiled, error_id: int) -> None:
+    assert _judged(compiled, _request(error_id), []) == []
+    assert _judged(compiled, _request(error_id), [_execution()]) == ["executed unasked"]
+
+
+def test_an_execution_that_nobody_asked_for_is_found(compiled: Compiled) -> None:
+    assert _judged(compiled, None, [_execution()]) == ["executed unasked"]
+
+
+def test_a_telegram_that_no_block_asked_for_is_found(compiled: Compiled) -> None:
+    found: list[str] = []
+    judge = Judge(compiled.fresh(), lambda kind, text: found.append(kind))
+    judge.take(Scan(0, 0, bytes(48), b"\x00\x01" + bytes(46)))
+    judge.take(Scan(0, 1, bytes(48), bytes(33) + b"\x04" + bytes(14)))
+    assert found == ["starts by itself"] * 2
+
+
+# --- a failing run ----------------------------------------------------------------------------
+
+
+def test_a_failing_run_is_made_short() -> None:
+    """Of all the acts of a storm only those are left that the failure needs."""
+    seeded = next(one for one in SEEDED if one.name == JOG)
+    with broken_library(seeded.file, seeded.old, seeded.new) as lib:
+        compiled = Compiled("builtin", lib)
+        conditions, _ = draw_run(0, 0)
+        enable = {"Main.Jog.Enable": True}
+        noise = [Act(k * 100_000, "set", {"Main.GeneralWord": k}) for k in range(12)]
+        jog = [Act(300_000, "set", enable), Act(900_000, "set", {"Main.Jog.Enable": False})]
+        acts = sorted([*noise, *jog], key=lambda act: act.t_us)
+        storms = [Storm(acts, 1_500_000)]
+        with pytest.raises(Failure) as raised:
+            run_storms(compiled, conditions, storms, 0)
+        short, failure = shrink(compiled, conditions, storms, 0, raised.value)
+        assert failure.kind == "jog goes on"
+        assert [list(storm.acts) for storm in short] == [jog[:1]], (
+            "the end of a storm ends the jog, too"
+        )
