@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness import cli_check, cli_codec, cli_eds, cli_scan, cli_serve
+from rcx_harness import cli_check, cli_codec, cli_eds, cli_export, cli_scan, cli_serve
 from rcx_harness.cell import EVENTS
 from rcx_harness.cli_report import RunProgress, print_outcome
 from rcx_harness.clocks import Duration
@@ -168,6 +168,7 @@ def decode(
 
 
 app.command()(cli_eds.eds)
+app.command(epilog=cli_export.EPILOG)(cli_export.export)
 app.command()(cli_scan.scan)
 app.command()(cli_serve.serve)
 

@@ -1,0 +1,276 @@
+"""The sources of an export: each declaration with its text, its tree and its comments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from lark import Token
+
+from rcx_harness.cell_build import SourceFiles, default_lib, source_files
+from rcx_harness.engine.frontend import check
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.lexer import tokens
+from rcx_harness.engine.frontend.parser import parse, parse_text
+from rcx_harness.engine.frontend.registry import Registry
+from rcx_harness.errors import InputError
+
+__all__ = ["Declaration", "Part", "Sources", "comment", "plain", "sources_of"]
+
+Declaration = s.TypeDecl | s.Pou | s.Configuration
+
+_COMMENT = re.compile(r"\(\*(.*?)\*\)", re.DOTALL)
+_OPENING = ("TYPE", "FUNCTION", "FUNCTION_BLOCK", "PROGRAM", "CONFIGURATION")
+
+
+@dataclass(frozen=True)
+class Part:
+    """One type, function, block, program or configuration.
+
+    Attributes:
+        kind: TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
+        name: As it is declared.
+        file: Where it is declared.
+        folder: Folder below that of the library, or `program` for the user's own.
+        header: What the comment before it says, without the comment's marks.
+        head: Its text from the opening word to the last END_VAR; of a type or a configuration
+            all of it.
+        body: The text of its statements, with their comments.
+        node: Its syntax tree.
+        notes: Comments of its variables, fields and enumeration members by upper-case name.
+    """
+
+    kind: str
+    name: str
+    file: Path
+    folder: str
+    header: str
+    head: str
+    body: str
+    node: Declaration
+    notes: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """All of it as Structured Text, header included."""
+        header = f"{comment(self.header)}\n" if self.header else ""
+        if self.kind in ("TYPE", "CONFIGURATION"):
+            return f"{header}{self.head}\n"
+        between = "\n" if self.kind == "FUNCTION" else "\n\n"
+        return f"{header}{self.head}{between}{self.body}\nEND_{self.kind}\n"
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What is exported: checked, and each part after those it needs."""
+
+    parts: tuple[Part, ...]
+
+    def of(self, *kinds: str) -> list[Part]:
+        """The parts of some kinds, in dependency order."""
+        return [part for part in self.parts if part.kind in kinds]
+
+
+def sources_of(
+    lib: Path | None = None, program: Sequence[Path] = (), *, only_needed: bool = False
+) -> Sources:
+    """Read and check the library, and a user's files with it.
+
+    Args:
+        lib: Folder of the library; None for the one of this package.
+        program: The user's files or folders.
+        only_needed: Leave out what the program does not need.
+
+    Raises:
+        InputError: a file that is missing or wrong.
+    """
+    if only_needed and not program:
+        raise InputError("--needed asks what a program needs", hint="name it with --program")
+    files = _files(lib, program, only_needed)
+    for error in check(files.all):
+        raise error
+    found = {
+        id(part.node): part for file in files.all for part in _parts(file, _folder(file, files))
+    }
+    ordered = Registry(map(parse, files.all), _raise).ordered()
+    return Sources(tuple(found[id(declared.node)] for declared in ordered))
+
+
+def plain(text: str) -> str:
+    """What a comment says: without its marks and the stars at the beginnings of its lines."""
+    lines = [re.sub(r"^\s*\*(?= |$)", "", line).strip() for line in text.strip().splitlines()]
+    return "\n".join(lines).strip()
+
+
+def comment(text: str) -> str:
+    """A comment that says that."""
+    if "\n" not in text:
+        return f"(* {text} *)"
+    lines = "\n".join(f" * {line}".rstrip() for line in text.splitlines())
+    return f"(*\n{lines}\n *)"
+
+
+def _files(lib: Path | None, program: Sequence[Path], only_needed: bool) -> SourceFiles:
+    if only_needed:
+        return source_files(list(program), lib)
+    folder = default_lib() if lib is None else lib
+    whole = source_files([folder], folder).own
+    own = source_files(list(program), folder).own if program else ()
+    taken = {file.resolve() for file in own}
+    return SourceFiles(own, tuple(file for file in whole if file.resolve() not in taken), folder)
+
+
+def _raise(error: InputError) -> None:
+    raise error
+
+
+def _folder(file: Path, files: SourceFiles) -> str:
+    if file in files.own:
+        return "program"
+    return file.parent.relative_to(files.folder).as_posix()
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A file's text with its tokens; `gap(k)` is what stands before token k."""
+
+    text: str
+    tokens: list[Token]
+
+    def start(self, index: int) -> int:
+        """Where a token begins."""
+        return self.tokens[index].start_pos or 0
+
+    def end(self, index: int) -> int:
+        """Where a token ends; before the first one, the beginning of the text."""
+        return self.start(index) + len(self.tokens[index]) if index >= 0 else 0
+
+    def gap(self, index: int) -> str:
+        """The blanks and comments before a token."""
+        return self.text[self.end(index - 1) : self.start(index)]
+
+
+def _parts(file: Path, folder: str) -> Iterator[Part]:
+    text = file.read_text(encoding="utf-8-sig")
+    source = _Source(text, list(tokens(text, file)))
+    nodes = iter(parse_text(text, file).declarations)
+    first = 0
+    while first < len(source.tokens):
+        kind = str(source.tokens[first].type)
+        assert kind in _OPENING, kind
+        last = next(
+            index
+            for index in range(first, len(source.tokens))
+            if source.tokens[index].type == f"END_{kind}"
+        )
+        header = _said(source.gap(first))
+        if last + 1 == len(source.tokens):
+            header = "\n".join(filter(None, [header, _said(text[source.end(last) :])]))
+        if kind == "TYPE":
+            yield from _types(source, first, last, header, file, folder, nodes)
+        else:
+            node = next(nodes)
+            head, body = _split(source, first, last, kind)
+            notes = _notes(source, first, last, node)
+            yield Part(kind, node.name.text, file, folder, header, head, body, node, notes)
+        first = last + 1
+
+
+def _said(gap: str) -> str:
+    return "\n".join(plain(found[1]) for found in _COMMENT.finditer(gap))
+
+
+def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str]:
+    if kind == "CONFIGURATION":
+        return source.text[source.start(first) : source.end(last)], ""
+    ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
+    head_end = ends[-1] if ends else first + (3 if kind == "FUNCTION" else 1)
+    body = source.text[source.end(head_end) : source.start(last)]
+    lines = [line.rstrip() for line in body.splitlines()]
+    while lines and not lines[0]:
+        del lines[0]
+    while lines and not lines[-1]:
+        del lines[-1]
+    return source.text[source.start(first) : source.end(head_end)], "\n".join(lines)
+
+
+def _types(
+    source: _Source,
+    first: int,
+    last: int,
+    header: str,
+    file: Path,
+    folder: str,
+    nodes: Iterator[Declaration],
+) -> Iterator[Part]:
+    """The types between TYPE and END_TYPE, each in a block of its own."""
+    begin, depth = first + 1, 0
+    for index in range(first + 1, last):
+        word = source.tokens[index].type
+        depth += {"STRUCT": 1, "END_STRUCT": -1}.get(str(word), 0)
+        if word != "SEMICOLON" or depth:
+            continue
+        node = next(nodes)
+        body = source.text[source.end(begin - 1) : source.end(index)].strip("\n")
+        remark = source.gap(index + 1)
+        if index + 1 == last:
+            body += remark.rstrip()
+        head = f"TYPE\n{body}\nEND_TYPE"
+        notes = _notes(source, begin, index, node)
+        yield Part("TYPE", node.name.text, file, folder, header, head, "", node, notes)
+        begin, header = index + 1, ""
+
+
+def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[str, str]:
+    """The comments of what a declaration declares.
+
+    A comment belongs to the name before it on its line; on a line of its own to the next one,
+    or, where none comes any more, to the last one.
+    """
+    places = {name.at: name.key for name in _names(node)}
+    notes: dict[str, list[str]] = {}
+    waiting: list[str] = []
+    current = ""
+    for index in range(first + 1, last + 1):
+        token = source.tokens[index]
+        gap = source.gap(index)
+        for found in _COMMENT.finditer(gap):
+            own_line = "\n" in gap[: found.start()]
+            said = plain(found[1])
+            if current and not own_line:
+                notes.setdefault(current, []).append(said)
+            else:
+                waiting.append(said)
+        if token.type == "END_VAR" and current:
+            notes.setdefault(current, []).extend(waiting)
+            waiting = []
+        if key := places.get(s.Position(token.line or 0, token.column or 0)):
+            current = key
+            notes.setdefault(current, []).extend(waiting)
+            waiting = []
+        if current and index == last and isinstance(node, s.TypeDecl):
+            notes.setdefault(current, []).extend(waiting)
+        if token.type == "END_VAR" and not _more(source, index, last):
+            break
+    return {key: "\n".join(said) for key, said in notes.items() if said}
+
+
+def _more(source: _Source, index: int, last: int) -> bool:
+    """Whether another section of variables comes."""
+    return any(source.tokens[at].type == "END_VAR" for at in range(index + 1, last))
+
+
+def _names(node: Declaration) -> Iterator[s.Name]:
+    if isinstance(node, s.TypeDecl):
+        if isinstance(node.spec, s.EnumSpec):
+            yield from node.spec.members
+        elif isinstance(node.spec, s.StructSpec):
+            for one in node.spec.fields:
+                yield from one.names
+        return
+    sections = node.sections if isinstance(node, s.Pou) else node.globals
+    for section in sections:
+        for one in section.variables:
+            yield from one.names

@@ -1,0 +1,123 @@
+"""What writer and reader of PLCopen TC6 XML share: its names, and the order of its elements."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree as ET
+
+from rcx_harness.errors import InputError
+
+__all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "check_structure", "local"]
+
+NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
+XHTML = "http://www.w3.org/1999/xhtml"
+
+#: Sections of variables and their elements.
+SECTIONS = {
+    "VAR": "localVars",
+    "VAR_TEMP": "tempVars",
+    "VAR_INPUT": "inputVars",
+    "VAR_OUTPUT": "outputVars",
+    "VAR_IN_OUT": "inOutVars",
+    "VAR_EXTERNAL": "externalVars",
+    "VAR_GLOBAL": "globalVars",
+}
+
+#: `pouType` of the kinds of POU.
+POU_KINDS = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
+
+_PLAIN = (
+    *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT"),
+    *("UDINT", "ULINT", "REAL", "LREAL", "TIME", "DATE", "DT", "TOD"),
+)
+
+#: Elementary types and their elements.
+ELEMENTARY = {
+    **{name: name for name in _PLAIN},
+    "DATE_AND_TIME": "DT",
+    "TIME_OF_DAY": "TOD",
+    "STRING": "string",
+}
+
+_DATA_TYPE = f"({'|'.join({**dict.fromkeys(ELEMENTARY.values())})}|array|derived|enum|struct),"
+_LISTS = "|".join(SECTIONS.values())
+_REMARKS = "(addData,)?(documentation,)?"
+
+#: The children of each element, in the order that the schema asks for, as far as this project
+#: writes and reads them; then the attributes that it must have.
+_CHILDREN: dict[str, tuple[str, str]] = {
+    "project": (f"fileHeader,contentHeader,types,instances,{_REMARKS}", ""),
+    "fileHeader": ("", "companyName productName productVersion creationDateTime"),
+    "contentHeader": ("(Comment,)?coordinateInfo,(addDataInfo,)?(addData,)?", "name"),
+    "coordinateInfo": ("(pageSize,)?fbd,ld,sfc,", ""),
+    **dict.fromkeys(("fbd", "ld", "sfc"), ("scaling,", "")),
+    "scaling": ("", "x y"),
+    "types": ("dataTypes,pous,", ""),
+    "dataTypes": ("(dataType,)*", ""),
+    "dataType": (f"baseType,(initialValue,)?{_REMARKS}", "name"),
+    "pous": ("(pou,)*", ""),
+    "pou": (f"(interface,)?(body,)*{_REMARKS}", "name pouType"),
+    "interface": (f"(returnType,)?(({_LISTS}),)*{_REMARKS}", ""),
+    **dict.fromkeys(("returnType", "type", "baseType"), (_DATA_TYPE, "")),
+    **dict.fromkeys((*SECTIONS.values(), "struct"), (f"(variable,)*{_REMARKS}", "")),
+    "variable": (f"type,(initialValue,)?{_REMARKS}", "name"),
+    "initialValue": ("((simpleValue|arrayValue|structValue),)", ""),
+    "simpleValue": ("", ""),
+    **dict.fromkeys(("arrayValue", "structValue"), ("(value,)*", "")),
+    "array": ("(dimension,)+baseType,", ""),
+    "dimension": ("", "lower upper"),
+    "derived": ("(addData,)?", "name"),
+    "enum": ("values,(baseType,)?", ""),
+    "values": ("(value,)+", ""),
+    "body": (f"ST,{_REMARKS}", ""),
+    "instances": ("configurations,", ""),
+    "configurations": ("(configuration,)*", ""),
+    "configuration": (f"(resource,)*(globalVars,)*{_REMARKS}", "name"),
+    "resource": (f"(task,)*(globalVars,)*(pouInstance,)*{_REMARKS}", "name"),
+    "task": (f"(pouInstance,)*{_REMARKS}", "name priority"),
+    "pouInstance": (_REMARKS, "name typeName"),
+    **dict.fromkeys(("ST", "documentation"), ("xhtml,", "")),
+    **dict.fromkeys(ELEMENTARY.values(), ("", "")),
+}
+
+
+def local(element: ET.Element) -> str:
+    """An element's name without its namespace; `xhtml` for any of XHTML's."""
+    space, _, name = element.tag.rpartition("}")
+    return "xhtml" if space == f"{{{XHTML}" else name
+
+
+def check_structure(root: ET.Element) -> None:
+    """Check that elements and attributes are where the schema of TC6 2.01 wants them.
+
+    It covers what a project in Structured Text consists of; ladder, function block diagrams and
+    the like are refused.
+
+    Raises:
+        InputError: another namespace, or an element that is unknown, misplaced or lacks an
+            attribute.
+    """
+    if root.tag != f"{{{NAMESPACE}}}project":
+        raise InputError(f"<{root.tag}> is not a project of PLCopen TC6 XML 2.01")
+    waiting = [(root, "")]
+    while waiting:
+        element, above = waiting.pop()
+        name = local(element)
+        path = f"{above}/{name}"
+        known = _CHILDREN.get(name)
+        if known is None or not element.tag.startswith(f"{{{NAMESPACE}}}"):
+            raise InputError(f"{path}: <{name}> is not supported", hint="use Structured Text")
+        children, attributes = known
+        if name == "value":
+            continue
+        for attribute in attributes.split():
+            if attribute not in element.attrib:
+                raise InputError(f"{path}: the attribute {attribute} is missing")
+        found = "".join(f"{local(child)}," for child in element)
+        if not re.fullmatch(children, found):
+            raise InputError(f"{path}: its elements are {found[:-1] or 'missing'}, not {children}")
+        waiting += [
+            (child, path)
+            for child in element
+            if local(child) not in ("xhtml", "addData", "addDataInfo", "Comment", "value")
+        ]

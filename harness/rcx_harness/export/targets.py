@@ -1,0 +1,72 @@
+"""The formats there are, by the names that the command line knows them by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rcx_harness.errors import InputError
+from rcx_harness.export.output import Output
+from rcx_harness.export.parts import Sources, sources_of
+from rcx_harness.export.plcopen import to_plcopen
+from rcx_harness.export.scl import to_scl
+from rcx_harness.export.st import to_st
+from rcx_harness.export.twincat import to_twincat
+
+__all__ = ["TARGETS", "Target", "export"]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A format.
+
+    Attributes:
+        about: What it is, in a line.
+        default: Where it is written if nothing else is said; a folder ends in `/`.
+        write: Makes it from the sources.
+    """
+
+    about: str
+    default: str
+    write: Callable[[Sources], Output]
+
+
+TARGETS = {
+    "st": Target("one file of Structured Text, in dependency order", "rcx3.st", to_st),
+    "plcopen": Target(
+        "PLCopen TC6 XML 2.01: CODESYS, Beremiz, OpenPLC Editor, Machine Expert",
+        "rcx3.xml",
+        to_plcopen,
+    ),
+    "twincat": Target(
+        "TwinCAT 3: .TcPOU, .TcDUT and a .plcproj to copy from", "rcx3_twincat/", to_twincat
+    ),
+    "scl": Target("Siemens SCL: an external source file for TIA Portal", "rcx3.scl", to_scl),
+}
+
+
+def export(
+    target: str,
+    lib: Path | None = None,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+) -> Output:
+    """Write the library, and a user's files with it, in a target's format.
+
+    Args:
+        target: A key of `TARGETS`.
+        lib: Folder of the library; None for the one of this package.
+        program: The user's files or folders.
+        only_needed: Leave out what the program does not need.
+
+    Raises:
+        InputError: no such target, or a mistake in the sources.
+    """
+    found = TARGETS.get(target)
+    if found is None:
+        raise InputError(f"there is no target {target!r}", hint=f"use {', '.join(TARGETS)}")
+    sources = sources_of(lib, program, only_needed=only_needed)
+    inputs = frozenset(part.file for part in sources.parts)
+    return replace(found.write(sources), inputs=inputs)

@@ -1,0 +1,167 @@
+"""`rcx export scl`: the statements are the library's, their names marked as SCL wants them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from example_runs import EXAMPLES
+from exported import shape
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse_text
+from rcx_harness.export import export
+from rcx_harness.export.parts import Part, Sources, sources_of
+from rcx_harness.export.scl_body import Names, scl_body
+
+_PIECE = re.compile(
+    r"""(?P<kept>'(?:\$.|[^$'\n])*'|\(\*.*?\*\))|(?<!\w)\#"?(?P<local>\w+)"?(?!\w)|"(?P<quoted>\w+)\"""",
+    re.DOTALL | re.VERBOSE,
+)
+
+
+@pytest.fixture(scope="module")
+def sources() -> Sources:
+    """The library and the first example."""
+    return sources_of(program=[EXAMPLES[0].folder])
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    """The source file."""
+    return export("scl", program=[EXAMPLES[0].folder]).files[""]
+
+
+def _block(text: str, name: str) -> str:
+    found = re.search(
+        rf'^(FUNCTION|FUNCTION_BLOCK|TYPE) "{name}".*?^END_\1$', text, re.DOTALL | re.MULTILINE
+    )
+    assert found, name
+    return found[0]
+
+
+def _undone(body: str) -> str:
+    """SCL statements as Structured Text."""
+    return _PIECE.sub(lambda one: one["kept"] or one["local"] or one["quoted"], body)
+
+
+def _statements(part: Part, body: str) -> list[Any]:
+    """The shapes of the statements; arguments of functions without their names."""
+    (node,) = (
+        one
+        for one in parse_text(
+            f"{part.head}\n{body}\nEND_{part.kind}\n", Path("undone")
+        ).declarations
+        if isinstance(one, s.Pou)
+    )
+    return [_unnamed(shape(one)) for one in node.body]
+
+
+def _unnamed(node: Any) -> Any:
+    if isinstance(node, list):
+        return [_unnamed(one) for one in node]
+    if isinstance(node, tuple) and node and node[0] == "Call":
+        return ("Call", node[1], [_unnamed(one[2]) for one in node[2]])
+    if isinstance(node, tuple):
+        return tuple(_unnamed(one) for one in node)
+    return node
+
+
+def _same(sources: Sources, text: str) -> list[str]:
+    """The POUs whose statements are not those of the sources."""
+    wrong = []
+    for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
+        body = _block(text, part.name).partition("\nBEGIN\n")[2].rpartition("\n")[0]
+        undone, wanted = _statements(part, _undone(body)), _statements(part, part.body)
+        cleared = undone[: len(undone) - len(wanted)]
+        if undone[len(cleared) :] != wanted or not all(_clears(one) for one in cleared):
+            wrong.append(part.name)
+    return wrong
+
+
+def _clears(statement: Any) -> bool:
+    return bool(statement[0] == "Assign" and statement[2][0] == "Literal")
+
+
+def test_undone_the_statements_are_those_of_the_library(sources: Sources, text: str) -> None:
+    assert _same(sources, text) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "block"),
+    [
+        ("#Robot.SO.SO03_Alarm THEN", "#Robot.SO.SO04_MpRdy THEN", "FB_ServoOn"),
+        ("N := 12", "N := 11", "FB_MovePtp"),
+        ("#k + 1", "#k + 2", "FB_MovePtp"),
+    ],
+)
+def test_a_wrong_statement_would_be_seen(
+    sources: Sources, text: str, old: str, new: str, block: str
+) -> None:
+    changed = text.replace(_block(text, block), _block(text, block).replace(old, new))
+    assert _same(sources, changed) == [block]
+
+
+def test_every_variable_of_the_statements_is_marked(sources: Sources, text: str) -> None:
+    """A bare name would be a tag of the PLC."""
+    for part in sources.of("FUNCTION", "FUNCTION_BLOCK"):
+        node = part.node
+        assert isinstance(node, s.Pou)
+        names = [name.text for one in node.sections for v in one.variables for name in v.names]
+        body = _block(text, part.name).partition("\nBEGIN\n")[2]
+        body = re.sub(r"'(?:\$.|[^$'\n])*'|\(\*.*?\*\)", "", body, flags=re.DOTALL)
+        bare = re.findall(rf'(?<![#.\w"])(?:{"|".join(names)})\b(?!\s*(?::=|=>))', body)
+        assert not bare, part.name
+
+
+def test_pins_have_the_types_and_defaults_of_the_sources(text: str) -> None:
+    block = _block(text, "FB_MovePtp")
+    assert "      Timeout : TIME := T#60s;   // longest wait for the end; T#0s = none" in block
+    assert "      SpeedMode : INT := 0;" in block, "an enumeration"
+    assert "      Pulses : Array[1..6] of DINT;" in block, "a named array"
+    assert '      Robot : "RCX_REF";' in block
+    assert "      SPEED_PERCENT : INT := 2;" in block
+    assert "SPEED_DIRECT" not in _block(text, "FB_ServoOn")
+    assert '      SO : "RCX_SO";' in _block(text, "RCX_REF")
+    assert '      "Char" : STRING;' in _block(text, "FC_CharCode"), "a word of SCL"
+
+
+def test_temporary_variables_begin_at_each_call_with_their_values(text: str) -> None:
+    """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
+    block = _block(text, "FC_ByteWithBit")
+    begin = block.partition("BEGIN\n")[2].splitlines()[:3]
+    assert begin == ["  #FC_ByteWithBit := 0;", "  #Mask := 0;", "  #Rest := 0;"]
+
+
+def test_enumerations_are_listed_with_their_numbers(text: str) -> None:
+    assert "//   RCX_SPEED_MODE: 0 SPEED_PROGRAM, 1 SPEED_DIRECT, 2 SPEED_PERCENT" in text
+
+
+def test_functions_get_the_arguments_that_are_left_out_and_shifts_their_names() -> None:
+    names = Names({"A", "B", "CHAR"}, {"FC_IT": {"First": "1", "Second": "2"}})
+    body = "A := FC_It(First := SHL(B, A + 1)) + LEN(IN := B); (* SHL(a, b) *) Char.Label := 'A';"
+    assert scl_body(body, names) == (
+        '#A := "FC_It"(First := SHL(IN := #B, N := #A + 1), Second := 2) + LEN(#B);'
+        ' (* SHL(a, b) *) #"Char"."Label" := \'A\';'
+    )
+
+
+def test_what_is_not_carried_is_named(tmp_path: Path) -> None:
+    program = tmp_path / "Located.st"
+    program.write_text(
+        "PROGRAM Located\n  VAR\n    Q AT %QX0.0 : BOOL;\n  END_VAR\n  Q := TRUE;\nEND_PROGRAM\n"
+    )
+    output = export("scl", program=[program], only_needed=True)
+    assert output.left_out[0].startswith("PROGRAM Located: has global or located variables")
+    assert "Located" not in output.files[""]
+    output = export("scl", program=[EXAMPLES[0].folder], only_needed=True)
+    assert [line.partition(":")[0] for line in output.left_out] == [
+        "PROGRAM PowerUp",
+        "CONFIGURATION Config0",
+    ]
+
+
+def test_it_is_the_same_every_time(text: str) -> None:
+    assert export("scl", program=[EXAMPLES[0].folder]).files[""] == text

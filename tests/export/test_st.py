@@ -1,0 +1,159 @@
+"""`rcx export st`: one file that is the library, in an order that every compiler takes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from example_runs import EXAMPLES, Example
+from exported import comments, recorded, shapes, trace_of
+from plc_bench import ROOT
+from rcx_harness.cli import main
+from rcx_harness.engine.frontend import check, load
+from rcx_harness.engine.load import build, find_c_compiler, find_matiec
+from rcx_harness.errors import InputError
+from rcx_harness.export import export
+from rcx_harness.export.output import Output, write
+from rcx_harness.export.parts import sources_of
+
+LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The whole library in one file."""
+    (file,) = write(export("st"), tmp_path_factory.mktemp("st") / "rcx3.st")
+    return file
+
+
+def test_the_file_declares_what_the_library_declares_and_says_what_it_says(single: Path) -> None:
+    assert check([single]) == []
+    assert shapes([single]) == shapes(LIB)
+    assert set(comments(LIB)) <= set(comments([single]))
+
+
+def test_a_changed_body_would_be_seen(single: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.st"
+    changed.write_text(single.read_text().replace("Trouble := WORD#16#8003", "Trouble := Offline"))
+    assert shapes([changed]) != shapes(LIB)
+
+
+def test_every_declaration_stands_after_those_it_needs(single: Path) -> None:
+    names = set(shapes(LIB))
+    known: set[str] = set()
+    for part in sources_of().parts:
+        code = re.sub(r"\(\*.*?\*\)", " ", part.text, flags=re.DOTALL)
+        used = set(re.findall(r"\w+", code)) & names - {part.name}
+        assert used <= known, part.name
+        known.add(part.name)
+    assert known == names
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.folder.name)
+def test_an_example_in_one_file_has_the_same_trace(example: Example, tmp_path: Path) -> None:
+    one = tmp_path / "one.st"
+    assert main(["export", "st", "--needed", "--program", str(example.folder), "-o", str(one)]) == 0
+    assert "FB_ReadTorqueOfMax" not in one.read_text()
+    assert trace_of(example, [one], tmp_path) == recorded(example)
+
+
+def test_matiec_compiles_the_one_file(tmp_path: Path) -> None:
+    if find_matiec() is None or find_c_compiler() is None:
+        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
+    (file,) = write(export("st", program=[EXAMPLES[0].folder]), tmp_path / "one.st")
+    build([file], "matiec").program.close()
+
+
+def test_it_is_the_same_every_time_and_names_its_licence(single: Path) -> None:
+    assert export("st").files[""] == single.read_text()
+    assert "SPDX-License-Identifier: MIT" in single.read_text()[:300]
+
+
+def test_what_is_there_is_not_written_over_unless_asked_to(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    out = tmp_path / "mine.st"
+    out.write_text("mine")
+    arguments = ["export", "st", "--program", str(EXAMPLES[0].folder), "--needed", "-o", str(out)]
+    assert main(arguments) == 2
+    assert capsys.readouterr().err == f"rcx: {out}: is there already; --force writes over it\n"
+    assert out.read_text() == "mine"
+    assert main([*arguments, "--force"]) == 0
+    assert capsys.readouterr().out == f"written: {out}\n"
+    assert "PROGRAM PowerUp" in out.read_text()
+    load([out])
+
+
+def test_an_input_is_never_written_over(tmp_path: Path, capsys: Captured) -> None:
+    mine = tmp_path / "PowerUp.st"
+    for file in EXAMPLES[0].folder.glob("*.st"):
+        (tmp_path / file.name).write_text(file.read_text())
+    before = mine.read_text()
+    program = ["--program", str(tmp_path), "--needed"]
+    assert main(["export", "st", *program, "-o", str(mine), "--force"]) == 2
+    assert "would be overwritten, but it is an input" in capsys.readouterr().err
+    assert mine.read_text() == before
+
+
+def test_of_several_files_none_is_written_if_one_is_there(tmp_path: Path) -> None:
+    (tmp_path / "b").write_text("mine")
+    with pytest.raises(InputError, match="is there already"):
+        write(Output({"a": "1", "b": "2"}), tmp_path)
+    assert not (tmp_path / "a").exists()
+    assert write(Output({"a": "1", "b": "2"}), tmp_path, force=True) == [
+        tmp_path / "a",
+        tmp_path / "b",
+    ]
+
+
+def test_a_folder_in_place_of_a_file_and_a_file_in_place_of_a_folder_are_refused(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(InputError, match="name a file"):
+        write(Output({"": "1"}), tmp_path, force=True)
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match="cannot be written"):
+        write(Output({"a": "1"}), tmp_path / "file")
+
+
+def test_an_unknown_target_is_refused_with_those_there_are(capsys: Captured) -> None:
+    assert main(["export", "ladder"]) == 2
+    assert "there is no target 'ladder'; use st, plcopen" in capsys.readouterr().err
+
+
+def test_needed_wants_a_program(capsys: Captured) -> None:
+    assert main(["export", "st", "--needed"]) == 2
+    assert "name it with --program" in capsys.readouterr().err
+
+
+def test_sources_with_an_error_are_not_exported(tmp_path: Path, capsys: Captured) -> None:
+    file, out = tmp_path / "Bad.st", tmp_path / "out.st"
+    file.write_text(
+        "FUNCTION_BLOCK Bad\n  VAR\n    a : INT;\n  END_VAR\n  a := b;\nEND_FUNCTION_BLOCK\n"
+    )
+    assert main(["export", "st", "--program", str(file), "-o", str(out)]) == 2
+    assert f"{file}:5:" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_comments_and_types_of_a_users_file_keep_their_places(tmp_path: Path) -> None:
+    file = tmp_path / "Mine.st"
+    file.write_text(
+        "(* head *)\nTYPE\n  (* first *)\n  MINE_A : INT; (* one *)\n"
+        "  MINE_B : STRUCT\n    a, b : INT; (* both *)\n    (* own line *)\n    c : INT;\n"
+        "    (* at the end *)\n  END_STRUCT;\nEND_TYPE\n"
+        "FUNCTION_BLOCK FB_Mine\n  VAR_INPUT\n    x : INT; (* of x *)\n    (* last *)\n  END_VAR\n"
+        "  (* sections *)\n  VAR\n    y : INT;\n  END_VAR\n  (* body *)\n  y := x;\n"
+        "END_FUNCTION_BLOCK\n(* tail *)\n"
+    )
+    parts = {part.name: part for part in sources_of(program=[file], only_needed=True).parts}
+    assert set(parts) == {"MINE_A", "MINE_B", "FB_Mine"}
+    assert parts["MINE_A"].header == "head"
+    assert parts["MINE_B"].notes == {"B": "both", "C": "own line\nat the end"}
+    assert parts["FB_Mine"].notes == {"X": "of x\nlast", "Y": "sections"}
+    assert parts["FB_Mine"].header == "tail"
+    assert parts["FB_Mine"].body == "  (* body *)\n  y := x;"
+    assert {part.folder for part in parts.values()} == {"program"}

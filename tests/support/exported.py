@@ -1,0 +1,83 @@
+"""What two sets of sources must have in common to be the same program."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from example_runs import SECONDS, Example, changes
+from plc_bench import ROOT
+from rcx_harness.cell import Cell
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.stimulus import Stimulus
+
+__all__ = ["comments", "recorded", "shape", "shapes", "trace_of"]
+
+
+def shapes(files: Iterable[Path]) -> dict[str, Any]:
+    """What the files declare, by name: the syntax trees without the places in the text."""
+    return {node.name.text: shape(node) for file in files for node in parse(file).declarations}
+
+
+def comments(files: Iterable[Path]) -> list[str]:
+    """The words of all comments, in the order of the alphabet."""
+    found = []
+    for file in files:
+        for text in re.findall(r"\(\*(.*?)\*\)", file.read_text(encoding="utf-8"), re.DOTALL):
+            found += [word for word in text.split() if word != "*"]
+    return sorted(found)
+
+
+def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
+    """What is new in each line of an example's trace, its program taken from other files.
+
+    Args:
+        example: Says what happens to the program.
+        program: All its files; the library is not looked for.
+        folder: For the trace.
+    """
+    empty = folder / "no-library"
+    empty.mkdir()
+    robot = example.options.get("robot")
+    with Cell.build(
+        program,
+        lib=empty,
+        engine="builtin",
+        size=int(example.options.get("size", 48)),
+        m=int(example.options.get("m", 0)),
+        n=int(example.options.get("n", 0)),
+        robot=None if robot is None else ROOT / robot,
+        trace=folder / "trace",
+    ) as cell:
+        Stimulus.load(example.folder / "stimulus.toml").schedule(cell)
+        cell.run(f"{SECONDS}s")
+    return list(changes(folder / "trace"))
+
+
+def recorded(example: Example) -> list[str]:
+    """The same of its recorded trace."""
+    return example.recorded.read_text(encoding="utf-8").splitlines()[1:]
+
+
+def shape(node: Any) -> Any:
+    """A syntax tree as nested lists and tuples, without the places in the text."""
+    if isinstance(node, s.Position):
+        return None
+    if isinstance(node, tuple):
+        return [one for item in node for one in _single(item)]
+    if is_dataclass(node):
+        values = [shape(getattr(node, field.name)) for field in fields(node)]
+        return (type(node).__name__, *values)
+    return node
+
+
+def _single(item: Any) -> list[Any]:
+    """`a, b : INT` is `a : INT; b : INT`."""
+    if isinstance(item, s.VarDecl) and len(item.names) > 1:
+        rest = (item.spec, item.initial, item.address, item.at)
+        return [shape(s.VarDecl((name,), *rest)) for name in item.names]
+    return [shape(item)]
