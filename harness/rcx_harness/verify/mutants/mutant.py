@@ -1,0 +1,233 @@
+"""The mutants of a file: what the operators make of it, without what does not compile or change."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import islice, zip_longest
+from pathlib import Path
+from random import Random
+
+from rcx_harness.engine.builtin.storage import Storage
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse, parse_text
+from rcx_harness.errors import InputError
+from rcx_harness.verify.mutants.engine import Checked, load_checked, pou_of, python_of, rechecked
+from rcx_harness.verify.mutants.operators import Change, changes
+from rcx_harness.verify.mutants.text import Edit, SourceText, Span, edited
+from rcx_harness.verify.mutants.walk import Body
+
+__all__ = ["Counted", "Mutant", "Mutants"]
+
+_NO_PROGRAM = "PROGRAM NoProgram\n  VAR\n    x : BOOL;\n  END_VAR\n  x := TRUE;\nEND_PROGRAM\n"
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One mistake in one file.
+
+    Attributes:
+        file: Its path from the repository on.
+        pou: Name of the POU.
+        operator: A name of `operators.OPERATORS`.
+        line: Where the first changed line is.
+        before: The changed lines as they are.
+        after: What they become; empty where they are removed.
+        text: The whole file with the mistake.
+        body: The statements of the POU with the mistake; None where a declaration is changed.
+    """
+
+    file: str
+    pou: str
+    operator: str
+    line: int
+    before: str
+    after: str
+    text: str
+    body: tuple[s.Statement, ...] | None = field(compare=False, repr=False)
+
+    @property
+    def identity(self) -> str:
+        """The same for the same mistake in the same text."""
+        content = f"{self.file}\n{self.operator}\n{self.text}"
+        return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+
+@dataclass
+class Counted:
+    """How many changes were no mutants, and why."""
+
+    refused: int = 0
+    equal: int = 0
+
+
+class Mutants:
+    """The mutants of a library.
+
+    Args:
+        root: The repository.
+        library: Its ST files, all of them.
+    """
+
+    def __init__(self, root: Path, library: Sequence[Path]) -> None:
+        self._root = root
+        self._library = list(library)
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "NoProgram.st"
+            program.write_text(_NO_PROGRAM, encoding="utf-8")
+            self.checked: Checked = load_checked([*self._library, program])
+        self.counted = Counted()
+
+    def of(self, file: Path) -> Iterator[Mutant]:
+        """The mutants of one file in their order.
+
+        Changes that the checker refuses are left out, and those that the engine compiles to the
+        same as the original, or as an earlier mutant.
+        """
+        yield from self._of(file, list)
+
+    def sample(self, file: Path, most: int, seed: int) -> list[Mutant]:
+        """At most so many mutants of one file: of each operator one, then each another one."""
+        chance = Random(f"{seed}:{file.name}")
+
+        def drawn(found: Iterable[Change]) -> list[Change]:
+            kinds: dict[str, list[Change]] = {}
+            for change in found:
+                kinds.setdefault(change.operator, []).append(change)
+            for one in kinds.values():
+                chance.shuffle(one)
+            rounds = zip_longest(*kinds.values())
+            return [change for each in rounds for change in each if change is not None]
+
+        return sorted(islice(self._of(file, drawn), most), key=lambda mutant: mutant.line)
+
+    def _of(
+        self, file: Path, order: Callable[[Iterable[Change]], list[Change]]
+    ) -> Iterator[Mutant]:
+        text = file.read_text(encoding="utf-8")
+        for node in parse(file).declarations:
+            if isinstance(node, s.Pou):
+                source = SourceText(text, file)
+                body = Body(node, source, self.checked.scopes[node.name.key])
+                yield from self._of_pou(file, text, body, order(changes(body)))
+
+    def _of_pou(
+        self, file: Path, text: str, body: Body, found: Sequence[Change]
+    ) -> Iterator[Mutant]:
+        node, source = body.pou, body.source
+        seen = {"", self._initial(node.name.key, text, file)}
+        checker = _Checker(self.checked, node, source)
+        for change in found:
+            after = edited(text, change.edits)
+            try:
+                if change.operator == "default":
+                    code, statements = self._initial(node.name.key, after, file), None
+                else:
+                    code, statements = checker.changed(change.edits)
+            except InputError:
+                self.counted.refused += 1
+                continue
+            if code in seen:
+                self.counted.equal += 1
+                continue
+            seen.add(code)
+            yield self._mutant(file, node, source, change, after, statements)
+
+    def _initial(self, name: str, text: str, file: Path) -> str:
+        """The initial values that the declarations of a POU give."""
+        scope = self.checked.scopes[name]
+        node = pou_of(parse_text.__wrapped__(text, file), name)
+        assert node is not None
+        found = []
+        for section in node.sections:
+            for declaration in section.variables:
+                if declaration.initial is not None:
+                    kind = scope.pou.symbols[declaration.names[0].key].type
+                    value = scope.declarations.initial_value(
+                        declaration.initial, kind, scope.where, None
+                    )
+                    found.append(f"{declaration.names[0].text} = {value!r}")
+        return "\n".join(found)
+
+    def _mutant(
+        self,
+        file: Path,
+        node: s.Pou,
+        source: SourceText,
+        change: Change,
+        text: str,
+        body: tuple[s.Statement, ...] | None,
+    ) -> Mutant:
+        start = min(edit.span.start for edit in change.edits)
+        end = max(edit.span.end for edit in change.edits)
+        lines = source.lines(Span(start, end))
+        tail = len(source.text) - lines.end
+        before = source.text[lines.start : lines.end]
+        after = text[lines.start : len(text) - tail]
+        if not after.strip():
+            text = text[: lines.start] + text[len(text) - tail :]
+        return Mutant(
+            file=file.relative_to(self._root).as_posix(),
+            pou=node.name.text,
+            operator=change.operator,
+            line=source.line(start),
+            before=_plain(before),
+            after=_plain(after),
+            text=text,
+            body=body,
+        )
+
+
+class _Checker:
+    """Checks and compiles the one statement of a body that a change is in.
+
+    Args:
+        checked: The library.
+        node: The POU.
+        source: The text of its file.
+    """
+
+    def __init__(self, checked: Checked, node: s.Pou, source: SourceText) -> None:
+        self._checked = checked
+        self._node = node
+        self._source = source
+        self._spans = [source.span(statement) for statement in node.body]
+        self._as_it_is = [self._code(index, (one,)) for index, one in enumerate(node.body)]
+
+    def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
+        """The Python of the changed statement, and the body with it.
+
+        The Python is empty where it is that of the original.
+
+        Raises:
+            InputError: the statement is not correct.
+        """
+        start = min(edit.span.start for edit in edits)
+        index = max(k for k, span in enumerate(self._spans) if span.start <= start)
+        span = self._spans[index]
+        moved = tuple(
+            Edit(Span(edit.span.start - span.start, edit.span.end - span.start), edit.text)
+            for edit in edits
+        )
+        text = edited(self._source.text[span.start : span.end], moved)
+        statements: tuple[s.Statement, ...] = ()
+        if text.strip():
+            program = f"PROGRAM p\n{text}\nEND_PROGRAM\n"
+            file = self._checked.project.files[0]
+            (parsed,) = parse_text.__wrapped__(program, file).declarations
+            assert isinstance(parsed, s.Pou)
+            statements = parsed.body
+        code = self._code(index, statements)
+        body = (*self._node.body[:index], *statements, *self._node.body[index + 1 :])
+        return ("" if code == self._as_it_is[index] else code), body
+
+    def _code(self, index: int, statements: tuple[s.Statement, ...]) -> str:
+        pou = rechecked(self._checked, self._node.name.key, statements)
+        return f"{index}: {python_of(self._checked.project, pou, Storage())}"
+
+
+def _plain(text: str) -> str:
+    """Lines without what surrounds them, each in one piece."""
+    return "\n".join(" ".join(line.split()) for line in text.splitlines() if line.strip())

@@ -1,0 +1,276 @@
+"""The mistakes that are made on purpose: one function per kind, each gives edits of the text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.types import ArrayType, BlockType, StructType
+from rcx_harness.verify.mutants.constants import constants
+from rcx_harness.verify.mutants.text import Edit, Span
+from rcx_harness.verify.mutants.walk import Body, Place, places
+
+__all__ = ["OPERATORS", "Change", "changes"]
+
+#: The operators by name, each with what it does.
+OPERATORS = {
+    "relational": "another comparison: < for <=, <> for =",
+    "wrap": "< or > for <> of counters, which holds until they wrap",
+    "boolean": "OR for AND, AND for OR",
+    "operand": "one operand of AND or OR is left out: a guard or a hold is missing",
+    "negation": "a NOT too few or too many",
+    "condition": "a condition is always TRUE or always FALSE",
+    "arithmetic": "- for +, * for /, / for MOD",
+    "off-by-one": "an index, offset, bit number or limit one too large or too small",
+    "mask": "a bit pattern with its bits one place away",
+    "code": "another command code, status or state word",
+    "error-id": "another ErrorID",
+    "constant": "another BOOL, REAL, TIME, text or member of the enumeration",
+    "time-out": "the Q of a timer is never or always believed, its IN always TRUE",
+    "dropped reset": "an output or a state is not cleared",
+    "dropped assignment": "another assignment is missing",
+    "dropped call": "a call is missing",
+    "neighbour": "the neighbour's field or variable, as after copy and paste",
+    "swapped": "two arguments exchanged; high word for low word; SHR for SHL",
+    "labels": "the labels of two branches of a CASE exchanged",
+    "cancel": "a falling Execute takes the output back",
+    "default": "another default of an input, or another initial value",
+}
+
+
+class Change(NamedTuple):
+    """One mistake in a body; `operator` is a name of OPERATORS."""
+
+    operator: str
+    edits: tuple[Edit, ...]
+
+
+_RELATIONAL = {
+    "=": ("<>",),
+    "<>": ("=",),
+    "<": ("<=", ">="),
+    ">": (">=", "<="),
+    "<=": ("<", ">"),
+    ">=": (">", "<"),
+}
+_ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "MOD": "/"}
+_TWINS = {"FC_LOWWORD": "FC_HighWord", "FC_HIGHWORD": "FC_LowWord", "SHL": "SHR", "SHR": "SHL"}
+_COUNTERS = ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT")
+_NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#00000000")
+
+
+def changes(body: Body) -> Iterator[Change]:
+    """Every mistake that the operators can make in a POU, type-correct or not, in its order."""
+    for place in places(body):
+        for operator in _OPERATORS:
+            yield from operator(place, body)
+    yield from _cancel(body)
+    yield from _defaults(body)
+
+
+def _one(operator: str, span: Span, text: str) -> Change:
+    return Change(operator, (Edit(span, text),))
+
+
+def _text(body: Body, span: Span) -> str:
+    return body.source.text[span.start : span.end]
+
+
+def _relational(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Binary):
+        span = body.source.operator(node)
+        for other in _RELATIONAL.get(node.op, ()):
+            yield _one("relational", span, other)
+        if node.op == "<>" and body.type_name(node.left) in _COUNTERS:
+            yield _one("wrap", span, "<")
+            yield _one("wrap", span, ">")
+
+
+def _boolean(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Binary) and node.op in ("AND", "OR"):
+        other = "OR" if node.op == "AND" else "AND"
+        whole = body.source.span(node)
+        left, right = body.source.operands(node)
+        # In parentheses, because AND binds more tightly than OR.
+        edits = (Edit(body.source.operator(node), other),)
+        around = (Edit(Span(whole.start, whole.start), "("), Edit(Span(whole.end, whole.end), ")"))
+        yield Change("boolean", (*edits, *around))
+        yield _one("operand", whole, _text(body, left))
+        yield _one("operand", whole, _text(body, right))
+
+
+def _negation(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Unary) and node.op == "NOT":
+        yield _one("negation", body.source.span(node), _text(body, body.source.operand(node)))
+    variable = isinstance(node, (s.Name, s.Field, s.Index))
+    if variable and not place.written and not place.denied and body.type_name(node) == "BOOL":
+        start = body.source.span(node).start
+        yield _one("negation", Span(start, start), "NOT ")
+
+
+def _condition(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.If):
+        for condition, _ in node.branches:
+            for value in ("TRUE", "FALSE"):
+                yield _one("condition", body.source.span(condition), value)
+    elif isinstance(node, s.While):
+        yield _one("condition", body.source.span(node.condition), "FALSE")
+
+
+def _arithmetic(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Binary) and node.op in _ARITHMETIC:
+        yield _one("arithmetic", body.source.operator(node), _ARITHMETIC[node.op])
+
+
+def _constant(place: Place, body: Body) -> Iterator[Change]:
+    for operator, span, text in constants(place, body):
+        yield _one(operator, span, text)
+
+
+def _time_out(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Field) and node.name.key == "Q" and body.type_name(node.base) == "TON":
+        for value in ("FALSE", "TRUE"):
+            yield _one("time-out", body.source.span(node), value)
+    if isinstance(node, s.CallStatement) and body.type_name(node.callee) == "TON":
+        for argument in node.arguments:
+            if argument.name is not None and argument.name.key == "IN":
+                start = body.source.token_after(body.source.span(argument.name), "ASSIGN").end
+                span = Span(start, body.source.span(argument).end)
+                if not isinstance(argument.value, s.Literal):
+                    yield _one("time-out", span, " TRUE")
+
+
+def _dropped(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Assign):
+        reset = body.source.of(node.value) in _NOTHING
+        operator = "dropped reset" if reset else "dropped assignment"
+    elif isinstance(node, s.CallStatement):
+        operator = "dropped call"
+    else:
+        return
+    span = body.source.span(node)
+    if place.alone:
+        yield _one(operator, span, f"IF FALSE THEN {_text(body, span)} END_IF;")
+    else:
+        yield _one(operator, span, "")
+
+
+def _neighbour(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Field):
+        other = _next_field(node, body)
+        if other:
+            yield _one("neighbour", body.source.span(node.name), other)
+    elif isinstance(node, s.Name):
+        symbol = body.scope.symbol(node.key)
+        if symbol is not None and symbol.section != "RESULT":
+            alike = [
+                one.name
+                for one in body.symbols()
+                if one.section == symbol.section and one.type == symbol.type
+            ]
+            if len(alike) > 1:
+                other = alike[(alike.index(symbol.name) + 1) % len(alike)]
+                yield _one("neighbour", body.source.span(node), other)
+
+
+def _next_field(node: s.Field, body: Body) -> str:
+    kind = body.type_of(node.base)
+    if isinstance(kind, StructType):
+        pairs = list(kind.fields)
+    elif isinstance(kind, BlockType):
+        pairs = [(pin.name, pin.type) for pin in kind.variables if pin.section == "VAR_OUTPUT"]
+    else:
+        return ""
+    names = {name.upper(): (name, field) for name, field in pairs}
+    if node.name.key not in names:
+        return ""
+    found, wanted = names[node.name.key]
+    alike = [name for name, field in pairs if field == wanted]
+    return alike[(alike.index(found) + 1) % len(alike)] if len(alike) > 1 else ""
+
+
+def _swapped(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Call) and node.function.key in _TWINS:
+        yield _one("swapped", body.source.span(node.function), _TWINS[node.function.key])
+    if isinstance(node, (s.Call, s.CallStatement)):
+        inputs = [one for one in node.arguments if not one.output and one.name is not None]
+        for first, second in pairwise(inputs):
+            kind = body.type_of(first.value)
+            if kind is not None and kind == body.type_of(second.value):
+                spans = [_value(first, body), _value(second, body)]
+                texts = [_text(body, span) for span in spans]
+                if texts[0] != texts[1] and not isinstance(kind, (ArrayType, BlockType)):
+                    edits = (Edit(spans[0], texts[1]), Edit(spans[1], texts[0]))
+                    yield Change("swapped", edits)
+
+
+def _value(argument: s.Argument, body: Body) -> Span:
+    """The value of a named argument with its parentheses."""
+    assert argument.name is not None
+    whole = body.source.span(argument)
+    start = body.source.token_after(body.source.span(argument.name), "ASSIGN").end + 1
+    return Span(start, whole.end)
+
+
+def _labels(place: Place, body: Body) -> Iterator[Change]:
+    node = place.node
+    if isinstance(node, s.Case):
+        for first, second in pairwise(node.branches):
+            pair = (first.labels[0], second.labels[0])
+            if len(first.labels) == len(second.labels) == 1 and not any(
+                isinstance(label, s.Range) for label in pair
+            ):
+                spans = [body.source.span(label) for label in pair]
+                edits = (
+                    Edit(spans[0], _text(body, spans[1])),
+                    Edit(spans[1], _text(body, spans[0])),
+                )
+                yield Change("labels", edits)
+
+
+def _cancel(body: Body) -> Iterator[Change]:
+    """At the end of a block: what it shows is taken back where Execute is FALSE."""
+    execute = body.scope.symbol("EXECUTE")
+    if execute is None or not body.pou.body:
+        return
+    end = body.source.span(body.pou.body[-1]).end
+    for symbol in body.symbols():
+        if symbol.section == "VAR_OUTPUT" and getattr(symbol.type, "name", "") == "BOOL":
+            text = f"\n  {symbol.name} := {symbol.name} AND Execute;"
+            yield _one("cancel", Span(end, end), text)
+
+
+def _defaults(body: Body) -> Iterator[Change]:
+    for section in body.pou.sections:
+        for declaration in section.variables:
+            if isinstance(declaration.initial, (s.Literal, s.Name)):
+                place = Place(declaration.initial)
+                kind = body.scope.symbol(declaration.names[0].key)
+                for _, span, text in constants(place, body, kind.type if kind else None):
+                    yield _one("default", span, text)
+
+
+_OPERATORS: tuple[Callable[[Place, Body], Iterator[Change]], ...] = (
+    _relational,
+    _boolean,
+    _negation,
+    _condition,
+    _arithmetic,
+    _constant,
+    _time_out,
+    _dropped,
+    _neighbour,
+    _swapped,
+    _labels,
+)

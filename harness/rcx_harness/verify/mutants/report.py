@@ -1,0 +1,117 @@
+"""What came of the mutants: figures, a table, and the survivors with their reasons."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from rcx_harness.spec import load_toml
+from rcx_harness.verify.mutants.mutant import Mutant
+
+__all__ = ["Judged", "Reasons", "figures", "print_report"]
+
+#: What the score is to be, of all mutants that compile to something else [%].
+GOAL = 95.0
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A mutant, and whether a test has found it."""
+
+    mutant: Mutant
+    killed: bool
+    by: str
+
+
+class Reasons:
+    """The table of known survivors, by block, changed lines and what they become."""
+
+    def __init__(self, file: Path) -> None:
+        rows = load_toml(file).get("survivor", []) if file.exists() else []
+        self._reasons: dict[tuple[str, str, str], str] = {}
+        self._used: set[tuple[str, str, str]] = set()
+        for row in rows:
+            self._reasons[row["block"], row["line"].strip(), row["becomes"].strip()] = row["reason"]
+
+    def of(self, mutant: Mutant) -> str:
+        """Why it survives; empty where nobody has said."""
+        key = (mutant.pou, mutant.before, mutant.after)
+        self._used.add(key)
+        return self._reasons.get(key, "")
+
+    def idle(self, killed: Sequence[Mutant]) -> list[str]:
+        """Rows of the table whose mutant has been found by a test."""
+        dead = {(mutant.pou, mutant.before, mutant.after) for mutant in killed} - self._used
+        return [f"{key[0]}: {key[2]}" for key in self._reasons if key in dead]
+
+
+def figures(judged: Sequence[Judged], reasons: Reasons) -> dict[str, Any]:
+    """The figures of a run."""
+    survivors = [one.mutant for one in judged if not one.killed]
+    rows = [
+        {
+            "block": mutant.pou,
+            "file": mutant.file,
+            "line": mutant.line,
+            "operator": mutant.operator,
+            "before": mutant.before,
+            "after": mutant.after,
+            "reason": reasons.of(mutant),
+        }
+        for mutant in survivors
+    ]
+    return {
+        **_score(judged),
+        "score_by_folder": _grouped(judged, lambda one: one.mutant.file.split("/")[2]),
+        "score_by_operator": _grouped(judged, lambda one: one.mutant.operator),
+        "survivors_with_a_reason": sum(bool(row["reason"]) for row in rows),
+        "rows_without_a_survivor": reasons.idle([one.mutant for one in judged if one.killed]),
+        "survivors": rows,
+    }
+
+
+def _score(judged: Sequence[Judged]) -> dict[str, Any]:
+    killed = sum(one.killed for one in judged)
+    score = round(100.0 * killed / len(judged), 2) if judged else 0.0
+    return {"mutants": len(judged), "killed": killed, "score": score}
+
+
+def _grouped(judged: Sequence[Judged], key: Any) -> dict[str, dict[str, Any]]:
+    groups: dict[str, list[Judged]] = {}
+    for one in judged:
+        groups.setdefault(key(one), []).append(one)
+    return {name: _score(groups[name]) for name in sorted(groups)}
+
+
+def print_report(console: Console, found: Mapping[str, Any], *, show: int) -> None:
+    """Print the table, and at most `show` survivors without a reason."""
+    for title in ("score_by_folder", "score_by_operator"):
+        table = Table(title=title.replace("_", " "))
+        for column in ("", "mutants", "killed", "score"):
+            table.add_column(column, justify="left" if not column else "right")
+        for name, row in found[title].items():
+            score = f"{row['score']:.1f} %"
+            table.add_row(name, str(row["mutants"]), str(row["killed"]), score)
+        console.print(table)
+    unexplained = [row for row in found["survivors"] if not row["reason"]]
+    for row in unexplained[:show]:
+        console.print(f"{row['file']}:{row['line']}: {row['operator']}", highlight=False)
+        console.print(f"  - {row['before']}\n  + {row['after']}", highlight=False, markup=False)
+    if len(unexplained) > show:
+        console.print(f"... and {len(unexplained) - show} more survivors without a reason")
+    blocks = Counter(row["block"] for row in unexplained)
+    if blocks:
+        most = ", ".join(f"{name} {count}" for name, count in blocks.most_common(12))
+        console.print(f"without a reason by block: {most}", highlight=False)
+    for row in found["rows_without_a_survivor"]:
+        console.print(f"survivors.toml: a test finds it now: {row}", markup=False)
+    console.print(
+        f"{found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
+        f" ({found['survivors_with_a_reason']} survivors with a reason)"
+    )

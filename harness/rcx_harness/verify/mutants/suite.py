@@ -1,0 +1,149 @@
+"""The tests that judge the mutants, collected once and kept in memory."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import _lru_cache_wrapper
+from gc import get_objects
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+from _pytest.runner import runtestprotocol
+
+__all__ = ["FOLDERS", "Suite", "forget_benches", "in_suite", "private_folder", "spread"]
+
+#: Folders whose tests run blocks of the library.
+FOLDERS = ("area", "sequence", "command", "faults", "chapters", "examples", "library")
+#: Tests of these names are of something else: the network, matiec, or how the tests work.
+_OTHERS = ("[enip", "-enip", "over_ethernet_ip", "matiec", "test_fault_runner", "test_files.py")
+#: So many of the fault runs of each block are taken (they are long).
+_FAULT_RUNS = 3
+
+
+def spread(items: Sequence[str], most: int) -> list[str]:
+    """At most so many of the items, evenly spread, the first one among them."""
+    if len(items) <= most:
+        return list(items)
+    return [items[k * len(items) // most] for k in range(most)]
+
+
+def in_suite(nodes: Sequence[str]) -> list[str]:
+    """The tests of a collection that judge mutants, by their node identifiers."""
+    plain = [node for node in nodes if not any(word in node for word in _OTHERS)]
+    faults: dict[str, list[str]] = {}
+    for node in plain:
+        if "/faults/" in node and "[" in node:
+            faults.setdefault(node.partition("[")[2].partition("-")[0], []).append(node)
+    left_out = {
+        node
+        for nodes in faults.values()
+        for node in nodes
+        if node not in spread(nodes, _FAULT_RUNS)
+    }
+    return [node for node in plain if node not in left_out]
+
+
+def forget_benches(tests: Path) -> None:
+    """Forget what tests keep from one to the next: each child makes its own."""
+    folder = str(tests)
+    for found in [item for item in get_objects() if isinstance(item, _lru_cache_wrapper)]:
+        code = getattr(getattr(found, "__wrapped__", None), "__code__", None)
+        if code is not None and code.co_filename.startswith(folder):
+            found.cache_clear()
+
+
+@dataclass
+class Suite:
+    """The collected tests.
+
+    Attributes:
+        items: The tests by node identifier, in the order of collection.
+    """
+
+    root: Path
+    items: dict[str, pytest.Item] = field(default_factory=dict)
+    _body: Callable[[], None] | None = None
+
+    def collected(self, body: Callable[[], None]) -> int:
+        """Collect the tests, then run `body` within the session; pytest's exit code."""
+        self._body = body
+        tests = [str(self.root / "tests" / folder) for folder in FOLDERS]
+        there = [folder for folder in tests if Path(folder).is_dir()]
+        options = ["-s", "-p", "no:cacheprovider", "-p", "no:terminal", "-p", "no:xdist"]
+        options += ["--rootdir", str(self.root), "-c", str(self.root / "pyproject.toml")]
+        options += ["-o", "addopts=--strict-markers --import-mode=importlib"]
+        return int(pytest.main([*options, *there], plugins=[_Plugin(self)]))
+
+    def run(self, nodes: Iterable[str]) -> str | None:
+        """Run tests one after the other up to the first that fails; return that one."""
+        items = [self.items[node] for node in nodes]
+        for item, following in zip_longest(items, items[1:]):
+            if not self.passes(item, following):
+                return item.nodeid
+        return None
+
+    @staticmethod
+    def passes(item: pytest.Item, following: pytest.Item | None) -> bool:
+        """Run one test; a skipped one passes."""
+        reports = runtestprotocol(item, log=False, nextitem=following)
+        return not any(report.failed for report in reports)
+
+    def timed(self, node: str) -> tuple[bool, float]:
+        """Run one test alone: whether it passes, and its processor time [s]."""
+        start = time.process_time()
+        passed = self.passes(self.items[node], None)
+        return passed, time.process_time() - start
+
+
+class _Plugin:
+    """Hands the collected tests over, and makes reports without text."""
+
+    def __init__(self, suite: Suite) -> None:
+        self._suite = suite
+
+    def pytest_configure(self, config: pytest.Config) -> None:
+        del config
+        from hypothesis import Phase, settings  # only where the tests are
+
+        phases = (Phase.explicit, Phase.generate)
+        settings.register_profile(
+            "mutants", database=None, derandomize=True, deadline=None, phases=phases
+        )
+        settings.load_profile("mutants")
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        wanted = set(in_suite([item.nodeid for item in session.items]))
+        self._suite.items = {item.nodeid: item for item in session.items if item.nodeid in wanted}
+        assert self._suite._body is not None
+        self._suite._body()
+        return True
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> pytest.TestReport:
+        outcome: Any = "passed"
+        longrepr: Any = None
+        if call.excinfo is not None:
+            skipped = call.excinfo.errisinstance(pytest.skip.Exception)
+            outcome = "skipped" if skipped else "failed"
+            if skipped:
+                longrepr = (str(item.path), 0, "skipped")
+        return pytest.TestReport(
+            item.nodeid, item.location, {}, outcome, longrepr, cast(Any, call.when)
+        )
+
+
+def private_folder(item_config: pytest.Config, name: str) -> None:
+    """Give the temporary folders of this process's tests a place of their own."""
+    factory = getattr(item_config, "_tmp_path_factory", None)
+    if factory is not None and factory._basetemp is not None:
+        own = factory._basetemp / name
+        os.makedirs(own, exist_ok=True)
+        factory._basetemp = own

@@ -1,0 +1,101 @@
+"""What the inputs of the written blocks are where a program leaves them out."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Value
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.engine.needed import needed
+from rcx_harness.engine.types import BlockType
+
+_ANY = timedelta(seconds=5)
+#: Where a default is not that of its type. Size is 256 where the words lie beyond 48 bytes.
+_USUAL: dict[str, Value] = {
+    "Axes": "ORIGIN_INCREMENTAL",
+    "Axis": 1,
+    "Confirm": timedelta(milliseconds=500),
+    "Connected": True,
+    "ImageSize": 512,
+    "Interval": timedelta(milliseconds=100),
+    "Margin": timedelta(milliseconds=150),
+    "Number": 2,
+    "OutputWord": 24,
+    "Size": 48,
+    "StartProgram": True,
+    "Timeout": _ANY,
+}
+_SPECIAL: dict[tuple[str, str], Value] = {
+    ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
+    ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
+    ("FB_RealTimeValue", "Size"): 256,
+    ("FB_RealTimeValueInWords", "Size"): 256,
+    **{
+        (f"FB_{verb}Bit{words}", "Port"): 20
+        for verb in ("Read", "Write")
+        for words in ("", "InWords")
+    },
+    **{
+        (f"FB_{verb}Port{words}", "Port"): 2
+        for verb in ("Read", "Write")
+        for words in ("", "InWords")
+    },
+}
+_NOTHING = {"BOOL": False, "WORD": 0, "INT": 0, "DINT": 0, "REAL": 0.0, "STRING": ""}
+
+
+def _blocks() -> dict[str, dict[str, str]]:
+    """The in-out pins, with their types, of each block that has the robot or an image."""
+    found = {}
+    for file in LIBRARY:
+        written = "Generated from" not in file.read_text(encoding="utf-8").partition("*)")[0]
+        for pou in parse(file).declarations:
+            if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK" and written:
+                pins = {
+                    name.text: declaration.spec.name.text
+                    for section in pou.sections
+                    if section.kind == "VAR_IN_OUT"
+                    for declaration in section.variables
+                    if isinstance(declaration.spec, s.NamedSpec)
+                    for name in declaration.names
+                }
+                if {"RCX_REF", "RCX_IMAGE", "RCX_IMAGE_WORDS"} & set(pins.values()):
+                    found[pou.name.text] = pins
+    return found
+
+
+_BLOCKS = _blocks()
+#: Parts of other blocks, which give them all of their inputs.
+_PARTS = {"FB_DedicatedInputs", "FB_Handshake", "FB_MakeHead", "FB_TakeHead", "FB_SharedWords"}
+
+
+@pytest.mark.parametrize("block", sorted(set(_BLOCKS) - _PARTS))
+def test_an_input_that_is_left_out_has_its_default(block: str, tmp_path: Path) -> None:
+    """Source: design of the library, 7, and the comments of the pins."""
+    pins = _BLOCKS[block]
+    program = tmp_path / "Defaults.st"
+    declared = "".join(f"    Own{name} : {kind};\n" for name, kind in pins.items())
+    given = ", ".join(f"{name} := Own{name}" for name in pins)
+    program.write_text(
+        f"PROGRAM Defaults\n  VAR\n    Block : {block};\n{declared}  END_VAR\n"
+        f"  Block({given});\nEND_PROGRAM\n",
+        encoding="utf-8",
+    )
+    running = build([program, *needed([program], LIBRARY)], "builtin").program
+    running.scan(0)
+    kind = running.type_of("Main.Block")
+    assert isinstance(kind, BlockType)
+    inputs = [pin for pin in kind.variables if pin.section == "VAR_INPUT"]
+    assert inputs or block in ("FB_Status", "FB_StageText")
+    for pin in inputs:
+        name = getattr(pin.type, "name", "")
+        nothing = timedelta(0) if name == "TIME" else _NOTHING.get(name)
+        expected = _SPECIAL.get((block, pin.name), _USUAL.get(pin.name, nothing))
+        if expected is not None:
+            assert running.read(f"Main.Block.{pin.name}") == expected, pin.name
