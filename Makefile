@@ -1,6 +1,7 @@
 # make demo   run the first example against the virtual robot and draw its timing chart
 # make test   run all tests
 # make fuzz   attack the EtherNet/IP adapter: FOR=60s or COUNT=20000, SEED=1 to repeat a run
+# make bench  measure cyclic I/O in real time: RPI=10ms,2ms FOR=60s; writes out/bench.json
 # make lint   check format, types, the portability of the ST, and that generated files are current
 # make docs   write the generated pages and the README's output blocks anew
 # make verification   run every check below whose sources have changed; write docs/verification.md
@@ -14,7 +15,7 @@ DEMO := plc/examples/01_power_up
 
 CHECKS := contract coverage mutants explore campaign metamorphic
 
-.PHONY: demo test fuzz lint docs clean verification $(CHECKS)
+.PHONY: demo test fuzz bench lint docs clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
@@ -27,6 +28,9 @@ test: $(READY)
 fuzz: $(READY)
 	@$(BIN)/python tests/support/enip_fuzz.py --for $(or $(FOR),60s) \
 	  $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED))
+
+bench: $(READY)
+	@$(BIN)/python -m rcx_harness.bench --rpi $(or $(RPI),10ms) --for $(or $(FOR),60s)
 
 lint: $(READY)
 	$(BIN)/ruff check harness tests
