@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from random import Random
 
 import pytest
 
-from plc_bench import LIBRARY, PlcBench
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program, Value
-from rcx_harness.engine.needed import needed
+from alone import Alone
+from head_rules import OTHERS, SAFETY, InputRules
+from plc_bench import PlcBench
+from rcx_harness.engine.base import Value
 
 
 def _changes(plc: PlcBench, scans: int) -> list[tuple[int, str]]:
@@ -135,120 +133,57 @@ def test_inputs_that_nobody_requests_any_more_are_withdrawn() -> None:
 
 # --- the block alone, at random ---
 
-_PROGRAM = """PROGRAM Alone
-  VAR
-    Robot    : RCX_REF;
-    Interval : TIME := T#100ms;
-    Settling : TIME := T#170ms;
-    Inputs   : FB_DedicatedInputs;
-  END_VAR
-  Inputs(Robot := Robot, Interval := Interval, Settling := Settling);
-END_PROGRAM
-"""
-_SAFETY = ("SI00_EmergencyStop", "SI06_Stop")
-_OTHERS = (
-    "SI01_ServoOn",
-    "SI10_SequenceControl",
-    "SI12_AutoStart",
-    "SI14_ReturnToOriginIncr",
-    "SI15_ProgramReset",
-    "SI16_AlarmReset",
-    "SI17_ReturnToOriginAbs",
-)
-_SCAN_MS, _INTERVAL_MS, _SETTLING_MS = 10, 100, 170
-
-
-class _Rules:
-    """What the block has to do, told without timers: times of the last changes [ms].
-
-    The rules are those of the manual's caution (chapter 5, 3) and of the head of the block: one
-    change at a time, withdrawals first, by number; only a switch-off of SI(00) or SI(06) goes out
-    at once.
-    """
-
-    def __init__(self) -> None:
-        self.applied = dict.fromkeys((*_SAFETY, *_OTHERS), False)
-        self._changed_at = self._safety_at = 0
-        self._was_up = False
-
-    def scan(self, now: int, wanted: dict[str, bool], connected: bool) -> bool:
-        """One scan at `now`; returns whether SI(00) and SI(06) are settled."""
-        wanted = {name: on and (connected or name in _OTHERS) for name, on in wanted.items()}
-        settled = now - self._safety_at >= _SETTLING_MS
-        may_change = now - self._changed_at >= _INTERVAL_MS
-        off = [name for name in _SAFETY if self.applied[name] and not wanted[name]]
-        came_up = connected and not self._was_up
-        self._was_up = connected
-        changes: list[str] = list(off)
-        if may_change and not off and not came_up:
-            withdrawn = [name for name in _OTHERS if self.applied[name] and not wanted[name]]
-            raised = [name for name in (*_SAFETY, *_OTHERS) if wanted[name] > self.applied[name]]
-            changes = [*withdrawn, *raised][:1]
-        for name in changes:
-            self.applied[name] = not self.applied[name]
-        if came_up or changes:
-            self._changed_at = now
-        if came_up or set(changes) & set(_SAFETY):
-            self._safety_at, settled = now, False
-        return settled and all(self.applied[name] == wanted[name] for name in _SAFETY)
-
 
 @pytest.fixture(scope="module")
-def alone() -> tuple[Program, object]:
-    """The block with nothing around it, and its start."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Alone.st"
-        file.write_text(_PROGRAM, encoding="utf-8")
-        program = build([file, *needed([file], LIBRARY)]).program
-    return program, program.snapshot()
+def compiled() -> Alone:
+    return Alone("FB_DedicatedInputs", {"Robot": "RCX_REF"})
 
 
 @pytest.fixture
-def running(alone: tuple[Program, object]) -> Program:
-    program, start = alone
-    program.restore(start)
-    return program
+def alone(compiled: Alone) -> Alone:
+    compiled.restart()
+    compiled["Block.Interval"], compiled["Block.Settling"] = "T#100ms", "T#170ms"
+    return compiled
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_every_change_is_the_one_that_the_rules_ask_for(running: Program, seed: int) -> None:
+def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int) -> None:
     """Source: manual chapter 5, 3, caution; design of the library, 2."""
-    chance, rules = Random(seed), _Rules()
+    chance, rules = Random(seed), InputRules()
     now, connected = 0, True
-    wanted = dict.fromkeys((*_SAFETY, *_OTHERS), False)
+    wanted = dict.fromkeys((*SAFETY, *OTHERS), False)
     #: How often a request changes: from many at once to none for a long time.
     for rate in (0.01, 0.1, 0.003, 0.03):
         for _ in range(250):
             for name in wanted:
-                if chance.random() < rate * (0.3 if name in _SAFETY else 1):
+                if chance.random() < rate * (0.3 if name in SAFETY else 1):
                     wanted[name] = not wanted[name]
             connected ^= chance.random() < 0.01
-            running.write("Main.Robot.Connected", connected)
-            running.write("Main.Robot.EmergencyStopOk", wanted[_SAFETY[0]])
-            running.write("Main.Robot.StopOk", wanted[_SAFETY[1]])
-            running.write("Main.Robot.Request", {name: wanted[name] for name in _OTHERS})
-            running.scan(now * 1000)
-            settled = rules.scan(now, wanted, connected)
+            alone["Robot.Connected"] = connected
+            alone["Robot.EmergencyStopOk"], alone["Robot.StopOk"] = (wanted[k] for k in SAFETY)
+            alone["Robot.Request"] = {name: wanted[name] for name in OTHERS}
+            alone.scan(now)
+            rules.scan(now, wanted, connected, 100, 170)
             told = f"seed {seed}, {now} ms, wanted {[name for name in wanted if wanted[name]]}"
-            assert running.read("Main.Robot.SI") == rules.applied, told
-            assert running.read("Main.Robot.Settled") is settled, told
-            request = running.read("Main.Robot.Request")
+            assert alone["Robot.SI"] == rules.applied, told
+            assert alone["Robot.Settled"] is rules.settled, told
+            request = alone["Robot.Request"]
             assert isinstance(request, dict)
             assert not any(request.values()), told
-            now += _SCAN_MS
+            now += 10
 
 
 @pytest.mark.parametrize(("serving", "next_ticket"), [(5, 5), (5, 6), (5, 8), (65535, 0), (8, 5)])
 @pytest.mark.parametrize("alive", [True, False])
 def test_a_turn_whose_block_was_not_called_passes_to_the_next_ticket(
-    running: Program, serving: int, next_ticket: int, alive: bool
+    alone: Alone, serving: int, next_ticket: int, alive: bool
 ) -> None:
     """Source: design of the library, 2: a holder that is no longer called loses the channel."""
     channel = {"Serving": serving, "NextTicket": next_ticket, "Alive": alive, "Holder": 0x12}
-    running.write("Main.Robot.Sequence", channel)
-    running.scan(0)
+    alone["Robot.Sequence"] = channel
+    alone.scan(0)
     passed = serving != next_ticket and not alive
-    found = running.read("Main.Robot.Sequence")
+    found = alone["Robot.Sequence"]
     assert isinstance(found, dict)
     assert found["Serving"] == ((serving + 1) % 65536 if passed else serving)
     assert found["Holder"] == (0 if passed else 0x12)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
+from alone import Alone
+from head_rules import Channel, HandshakeRules
 from plc_bench import PlcBench
 
 #: The guide's own example: PTP to point 19 at 50 % (n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013).
@@ -219,3 +223,75 @@ def test_a_block_that_gives_up_with_its_data_out_hands_no_data_to_the_next_code(
     assert plc.words == [0x0000, 0x0001, *[0] * 14], "the second one's data, one scan alone"
     plc.scan()
     assert plc.words == [0x0501, 0x0001, *[0] * 14]
+
+
+# --- the block alone, at random ---
+
+
+@pytest.fixture(scope="module")
+def compiled() -> Alone:
+    return Alone("FB_Handshake", {"Robot": "RCX_REF"})
+
+
+@pytest.fixture
+def alone(compiled: Alone) -> Alone:
+    compiled.restart()
+    compiled["Block.Interval"] = "T#50ms"
+    return compiled
+
+
+_CODES = (0x0001, 0x0501, 0x0505, 0x0506, 0x3505, 0x2506, 0x0507, 0x1504)
+_STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8000)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) -> None:
+    """Source: guide chapters 1 and 2, and 4.7.4; design of the library, 2."""
+    chance, rules = Random(seed), HandshakeRules()
+    channel = Channel(next_ticket=65533, serving=65533)
+    connected, cpu_ok, asked, hold, status = True, True, True, False, 0
+    code, first = _CODES[0], 0
+    for scan in range(1200):
+        connected ^= chance.random() < (0.01 if connected else 0.2)
+        cpu_ok ^= chance.random() < (0.01 if cpu_ok else 0.2)
+        asked ^= chance.random() < (0.03 if asked else 0.3)
+        hold ^= chance.random() < (0.2 if hold else 0.02)
+        if chance.random() < 0.25:
+            status = chance.choice(_STATUSES)
+        if chance.random() < 0.1:
+            code, first = chance.choice(_CODES), chance.choice((0x0000, 0x0001, 0x0002, 0x4001))
+        if not channel.taken and chance.random() < 0.5:
+            channel.next_ticket = (channel.next_ticket + chance.randint(1, 2)) % 65536
+        channel.alive = chance.random() < 0.9
+        channel.orphan = channel.orphan or chance.random() < 0.01
+        channel.holder = code
+        alone["Robot.Connected"], alone["Robot.SO.SO01_CpuOk"] = connected, cpu_ok
+        alone["Robot.CodeRequest"], alone["Block.Hold"] = asked, hold
+        alone["Robot.Status"], alone["Robot.Code"] = status, code
+        alone["Robot.Data[1]"] = first
+        alone["Robot.Command"] = {
+            "NextTicket": channel.next_ticket,
+            "Serving": channel.serving,
+            "Alive": channel.alive,
+            "Orphan": channel.orphan,
+            "Holder": channel.holder,
+        }
+        alone.scan(10 * scan)
+        rules.scan(
+            10 * scan,
+            there=connected and cpu_ok,
+            status=status,
+            asked=asked,
+            hold=hold,
+            code=code,
+            first=first,
+            channel=channel,
+            interval=50,
+        )
+        told = f"seed {seed}, scan {scan}, status {status:#06x}, code {code:#06x}"
+        assert alone["Robot.Phase"] == rules.phase, told
+        assert alone["Robot.Running"] is rules.running, told
+        assert alone["Robot.CodeRequest"] is False, told
+        found = alone["Robot.Command"]
+        assert isinstance(found, dict)
+        assert Channel.of(found) == channel, told

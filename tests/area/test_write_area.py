@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
+from alone import Alone
+from head_rules import OTHERS, SAFETY, Channel, HeadRules
 from plc_bench import PlcBench
 
 #: Dedicated inputs as chapter 5, 2 prints them: (byte from n, bit, field of RCX_SI).
@@ -99,3 +103,86 @@ def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, nam
     plc[f"Robot.{hold}"] = False
     plc.scan()
     assert plc.inputs == ["SI00", "SI06"]
+
+
+# --- FB_MakeHead alone, at random ---
+
+
+@pytest.fixture(scope="module")
+def head() -> Alone:
+    return Alone("FB_MakeHead", {"Robot": "RCX_REF"})
+
+
+_CODES = (0x0001, 0x0020, 0x0021, 0x1022, 0x3020, 0x0501, 0x0023, 0x001F)
+_STATUSES = (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000)
+
+
+@pytest.mark.parametrize(("interval", "margin"), [(100, 20), (60, 30), (130, 0), (100, 70)])
+@pytest.mark.parametrize("seed", range(2))
+def test_what_goes_out_is_what_the_rules_ask_for(
+    head: Alone, seed: int, interval: int, margin: int
+) -> None:
+    """Source: chapter 5, 1 and 3; guide chapters 1, 2 and 4.2.6; design of the library, 2."""
+    head.restart()
+    head["Block.Interval"], head["Block.Margin"] = f"T#{interval}ms", f"T#{margin}ms"
+    chance, rules, channel = Random(seed), HeadRules(), Channel()
+    flags = {"connected": True, "cpu_ok": True, "asked": True, "stop_jog": False}
+    flags |= {"ok00": True, "ok06": True, "hold00": False, "hold06": False}
+    often = {"connected": 0.004, "cpu_ok": 0.004, "asked": 0.05, "stop_jog": 0.02}
+    requests = dict.fromkeys(OTHERS, False)
+    status, code, data, general = 0, _CODES[0], [0] * 15, [0] * 15
+    for scan in range(1200):
+        for name, on in flags.items():
+            usual = name.startswith(("ok", "c", "a"))
+            flags[name] ^= chance.random() < (often.get(name, 0.006) if on == usual else 0.15)
+        for name in requests:
+            requests[name] ^= chance.random() < 0.01
+        if chance.random() < 0.2:
+            status = chance.choice(_STATUSES)
+        if not channel.taken:
+            code, data = chance.choice(_CODES), [chance.randrange(65536) for _ in range(15)]
+            if chance.random() < 0.5:
+                channel.next_ticket += 1
+        if chance.random() < 0.1:
+            general = [chance.randrange(65536) for _ in range(15)]
+        channel.alive = channel.taken and chance.random() < 0.97
+        head["Robot.Connected"], head["Robot.SO.SO01_CpuOk"] = flags["connected"], flags["cpu_ok"]
+        head["Robot.Status"], head["Robot.CodeRequest"] = status, flags["asked"]
+        head["Robot.Code"], head["Robot.Data"], head["Robot.General"] = code, data, general
+        head["Robot.StopJog"] = flags["stop_jog"]
+        head["Robot.HoldEmergency"], head["Robot.HoldStop"] = flags["hold00"], flags["hold06"]
+        head["Block.EmergencyStopOk"], head["Block.StopOk"] = flags["ok00"], flags["ok06"]
+        head["Robot.Request"] = requests
+        head["Robot.Command"] = {
+            "NextTicket": channel.next_ticket,
+            "Serving": channel.serving,
+            "Alive": channel.alive,
+            "Orphan": channel.orphan,
+        }
+        head.scan(10 * scan)
+        rules.scan(
+            10 * scan,
+            connected=flags["connected"],
+            cpu_ok=flags["cpu_ok"],
+            status=status,
+            asked=flags["asked"],
+            code=code,
+            data=data,
+            general=general,
+            stop_jog=flags["stop_jog"],
+            ok=(flags["ok00"], flags["ok06"]),
+            holds=(flags["hold00"], flags["hold06"]),
+            requests=requests,
+            channel=channel,
+            interval=interval,
+            margin=margin,
+        )
+        told = f"seed {seed}, scan {scan}, status {status:#06x}, code {code:#06x}, {flags}"
+        assert head["Robot.SI"] == rules.inputs.applied, told
+        assert head["Robot.Phase"] == rules.handshake.phase, told
+        assert head["Block.Bits"] == rules.bits, told
+        words = head["Block.Words"]
+        assert isinstance(words, list)
+        assert [head["Block.Code"], *words] == rules.words, told
+        assert head["Robot.StopJog"] is False, told
+    assert set(SAFETY) <= set(rules.inputs.applied)

@@ -56,6 +56,7 @@ def test_a_small_model_is_explored_to_its_end_and_has_a_bound() -> None:
         ("the interval is not waited for", 2),
         ("SI(06) goes ON together with SI(00)", 3),
         ("the recovery of the link does not count as a change", 3),
+        ("a hold that is asked for can be released in the same scan", 3),
     ],
 )
 def test_a_seeded_bug_is_found_with_a_shortest_trace_that_opens_as_a_chart(

@@ -144,4 +144,12 @@ SEEDED = (
         "arbitration",
         "turn",
     ),
+    Seeded(
+        "a hold that is asked for can be released in the same scan",
+        "FB_MakeHead",
+        "Robot.HoldEmergency OR Robot.KeepEmergency",
+        "Robot.HoldEmergency",
+        "emergency",
+        "hold",
+    ),
 )

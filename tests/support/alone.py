@@ -1,0 +1,51 @@
+"""One block of the library with nothing around it: the test sets the fields of the robot."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Value
+from rcx_harness.engine.needed import needed
+
+__all__ = ["Alone"]
+
+
+class Alone:
+    """The instance `Block` of a block, called once in each scan.
+
+    Args:
+        block: Its type.
+        in_outs: The type of each of its VAR_IN_OUT variables, which the program declares under
+            the same name.
+    """
+
+    def __init__(self, block: str, in_outs: Mapping[str, str]) -> None:
+        declared = "".join(f"    {name} : {kind};\n" for name, kind in in_outs.items())
+        given = ", ".join(f"{name} := {name}" for name in in_outs)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "Alone.st"
+            file.write_text(
+                f"PROGRAM Alone\n  VAR\n{declared}    Block : {block};\n  END_VAR\n"
+                f"  Block({given});\nEND_PROGRAM\n",
+                encoding="utf-8",
+            )
+            self._program = build([file, *needed([file], LIBRARY)]).program
+        self._start = self._program.snapshot()
+
+    def __getitem__(self, path: str) -> Value:
+        return self._program.read(f"Main.{path}")
+
+    def __setitem__(self, path: str, value: Value) -> None:
+        self._program.write(f"Main.{path}", value)
+
+    def restart(self) -> None:
+        """Go back to the state before the first scan."""
+        self._program.restore(self._start)
+
+    def scan(self, now_ms: int) -> None:
+        """Run one scan at this time."""
+        self._program.scan(now_ms * 1000)

@@ -1,0 +1,244 @@
+"""What may go out, told a second time: the rules of the wire in plain Python, without timers.
+
+Each class does in `scan` what the manual and the head of its block ask for in one scan. Times are
+in milliseconds of PLC time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+__all__ = ["OTHERS", "SAFETY", "Channel", "HandshakeRules", "HeadRules", "InputRules", "Since"]
+
+SAFETY = ("SI00_EmergencyStop", "SI06_Stop")
+OTHERS = (
+    "SI01_ServoOn",
+    "SI10_SequenceControl",
+    "SI12_AutoStart",
+    "SI14_ReturnToOriginIncr",
+    "SI15_ProgramReset",
+    "SI16_AlarmReset",
+    "SI17_ReturnToOriginAbs",
+)
+_JOGS = (0x0020, 0x0021, 0x0022)
+_CONTINUOUS = (0x0505, 0x0506)
+
+
+@dataclass
+class Since:
+    """How long something has been so, seen once per scan."""
+
+    start: int | None = None
+
+    def look(self, now: int, so: bool, long: int) -> bool:
+        """Whether it is so now and has been, from a scan on that is at least `long` ago."""
+        if not so:
+            self.start = None
+        elif self.start is None:
+            self.start = now
+            return False
+        return self.start is not None and now - self.start >= long
+
+
+@dataclass
+class Channel:
+    """Whose turn it is; see RCX_CHANNEL."""
+
+    next_ticket: int = 0
+    serving: int = 0
+    alive: bool = False
+    orphan: bool = False
+    holder: int = 0
+
+    @classmethod
+    def of(cls, found: Mapping[str, object]) -> Channel:
+        """From the fields as a program has them."""
+        return cls(
+            int(str(found["NextTicket"])),
+            int(str(found["Serving"])),
+            found["Alive"] is True,
+            found["Orphan"] is True,
+            int(str(found["Holder"])),
+        )
+
+    @property
+    def taken(self) -> bool:
+        """Somebody has the turn."""
+        return self.serving != self.next_ticket
+
+    def pass_on(self) -> None:
+        """It is the next one's turn."""
+        self.serving = (self.serving + 1) % 65536
+        self.holder = 0
+
+
+@dataclass
+class InputRules:
+    """Dedicated inputs: the manual's caution of chapter 5, 3, and the head of the block.
+
+    One change at a time, withdrawals first, by number; only a switch-off of SI(00) or SI(06) goes
+    out at once. A start of the PLC and of the link count as changes.
+    """
+
+    applied: dict[str, bool] = field(
+        default_factory=lambda: dict.fromkeys((*SAFETY, *OTHERS), False)
+    )
+    settled: bool = False
+    _changed_at: int = 0
+    _safety_at: int = 0
+    _was_up: bool = False
+
+    def scan(
+        self, now: int, wanted: Mapping[str, bool], connected: bool, interval: int, settling: int
+    ) -> None:
+        """One scan with these requests."""
+        wanted = {name: on and (connected or name in OTHERS) for name, on in wanted.items()}
+        settled = now - self._safety_at >= settling
+        may_change = now - self._changed_at >= interval
+        changes = [name for name in SAFETY if self.applied[name] and not wanted[name]]
+        came_up = connected and not self._was_up
+        self._was_up = connected
+        if may_change and not changes and not came_up:
+            withdrawn = [name for name in OTHERS if self.applied[name] and not wanted[name]]
+            raised = [name for name in (*SAFETY, *OTHERS) if wanted[name] > self.applied[name]]
+            changes = [*withdrawn, *raised][:1]
+        for name in changes:
+            self.applied[name] = not self.applied[name]
+        if came_up or changes:
+            self._changed_at = now
+        if came_up or set(changes) & set(SAFETY):
+            self._safety_at, settled = now, False
+        self.settled = settled and all(self.applied[name] == wanted[name] for name in SAFETY)
+
+
+@dataclass
+class HandshakeRules:
+    """The remote-command handshake: guide, chapters 1 and 2, and 4.7.4 for the one without end."""
+
+    phase: str = "PHASE_STATUS_RESET"
+    running: bool = False
+    _up: Since = field(default_factory=Since)
+    _lost: bool = False
+    _owner: int = 0
+
+    def scan(
+        self,
+        now: int,
+        *,
+        there: bool,
+        status: int,
+        asked: bool,
+        hold: bool,
+        code: int,
+        first: int,
+        channel: Channel,
+        interval: int,
+    ) -> None:
+        """One scan.
+
+        Args:
+            now: Time of the scan.
+            there: Link and CPU_OK.
+            status: As read in this scan.
+            asked: The holder of the channel asks for its command.
+            hold: No new command yet.
+            code: Of the command, with the robot number.
+            first: Its first data word.
+            channel: Its turn; passed on here.
+            interval: How long the controller may take to see a change.
+        """
+        seen = self._up.look(now, there and not self._lost, interval)
+        self._lost = False
+        gone = channel.orphan or not channel.alive
+        if not seen:
+            self.phase = "PHASE_STATUS_RESET"
+        elif self.phase == "PHASE_COMMAND_RUN":
+            endless = code & 0x0FFF in _CONTINUOUS and first & 1 == 1
+            if status in (0x0200, 0x4000) or (endless and status == 0x0100 and gone):
+                self.phase = "PHASE_STATUS_RESET"
+            elif status:
+                self.running = True
+            elif self.running:
+                self._lost, self.phase = True, "PHASE_STATUS_RESET"
+        elif status:
+            self.phase = "PHASE_STATUS_RESET"
+        elif hold or not asked:
+            self.phase = "PHASE_READY"
+        elif self.phase == "PHASE_COMMAND_DATA" and self._owner == channel.serving:
+            self.phase, self.running = "PHASE_COMMAND_RUN", False
+        else:
+            self.phase, self._owner = "PHASE_COMMAND_DATA", channel.serving
+        if channel.taken and self.phase == "PHASE_COMMAND_RUN":
+            channel.orphan = gone
+        elif channel.taken and gone:
+            channel.pass_on()
+            channel.orphan = False
+        channel.alive = False
+
+
+@dataclass
+class HeadRules:
+    """Everything that goes out: the words, and the dedicated inputs as bits.
+
+    A jog that is to stop, or whose block has gone, is stopped by SI(06) (guide 4.2.6); no command
+    goes out before SI(06) is back, unless the application keeps it OFF. Words 2 to 15 are the robot
+    program's while no command has its data out.
+    """
+
+    handshake: HandshakeRules = field(default_factory=HandshakeRules)
+    inputs: InputRules = field(default_factory=InputRules)
+    words: list[int] = field(default_factory=lambda: [0] * 16)
+    _jog_stop: bool = False
+    _jog_hold: bool = False
+
+    def scan(
+        self,
+        now: int,
+        *,
+        connected: bool,
+        cpu_ok: bool,
+        status: int,
+        asked: bool,
+        code: int,
+        data: list[int],
+        general: list[int],
+        stop_jog: bool,
+        ok: tuple[bool, bool],
+        holds: tuple[bool, bool],
+        requests: Mapping[str, bool],
+        channel: Channel,
+        interval: int,
+        margin: int,
+    ) -> None:
+        """One scan; `ok` and `holds` are of SI(00) and SI(06)."""
+        spacing = max(interval, 100) + margin
+        may = [good and not held for good, held in zip(ok, holds, strict=True)]
+        back = self.inputs.applied["SI06_Stop"] and self.inputs.settled
+        self._jog_hold = (self._jog_hold or self._jog_stop) and may[1] and not back
+        self.handshake.scan(
+            now,
+            there=connected and cpu_ok,
+            status=status,
+            asked=asked,
+            hold=self._jog_hold,
+            code=code,
+            first=data[0],
+            channel=channel,
+            interval=spacing,
+        )
+        out = self.handshake.phase == "PHASE_COMMAND_RUN"
+        self._jog_stop = out and code & 0x0FFF in _JOGS and (channel.orphan or stop_jog)
+        wanted = {**requests, SAFETY[0]: may[0], SAFETY[1]: may[1] and not self._jog_stop}
+        self.inputs.scan(now, wanted, connected, spacing, spacing + margin)
+        if out or self.handshake.phase == "PHASE_COMMAND_DATA":
+            self.words = [code if out else 0, *data]
+        else:
+            self.words = [0, 0, *general[1:]]
+
+    @property
+    def bits(self) -> int:
+        """Bytes n + 32 (low) and n + 33: bit 10 is SI(12)."""
+        return sum(
+            on << (int(name[2]) * 8 + int(name[3])) for name, on in self.inputs.applied.items()
+        )
