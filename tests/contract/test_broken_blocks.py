@@ -11,7 +11,7 @@ from contract_bench import ContractBench, cases
 from fault_cell import CaseFailure
 from rcx_harness.verify.broken import broken_library
 
-_JOB, _COMMAND_JOB = "sequence/FB_Job.st", "command/FB_CommandJob.st"
+_JOB, _TAKE_HEAD = "sequence/FB_Job.st", "area/FB_TakeHead.st"
 _HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"
 _HEAD, _JOG = "area/FB_MakeHead.st", "command/FB_Jog.st"
 
@@ -35,25 +35,24 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "a falling Execute cancels the work",
                 "FB_ReadPoint",
                 _JOB,
-                "ELSIF Offline <> WORD#16#0000 THEN",
-                "ELSIF NOT Execute THEN ErrorID := WORD#16#8013; "
-                "ELSIF Offline <> WORD#16#0000 THEN",
+                "IF Answer = WORD#16#8001 OR",
+                "IF NOT Execute THEN ErrorID := WORD#16#8013; ELSIF Answer = WORD#16#8001 OR",
                 "the end is Error 16#8013, expected 16#0000",
             ),
             (
                 "an edge while busy starts again",
                 "FB_ReadPoint",
                 _JOB,
-                "Started := Execute AND NOT WasExecute AND NOT Busy;",
-                "Started := Execute AND NOT WasExecute;",
+                "IF NOT Busy AND (NOT Execute OR NOT WasExecute) THEN",
+                "IF (NOT Busy OR Execute) AND (NOT Execute OR NOT WasExecute) THEN",
                 "it hangs: Busy for more than 40 scans",
             ),
             (
                 "the end is not cleared",
                 "FB_ReadPoint",
                 _JOB,
-                "IF Started OR (NOT Busy AND NOT Execute) THEN",
-                "IF Started THEN",
+                "IF NOT Busy AND (NOT Execute OR NOT WasExecute) THEN",
+                "IF NOT Busy AND Execute AND NOT WasExecute THEN",
                 "Done is shown for more than one scan after Execute has fallen",
             ),
             (
@@ -76,15 +75,15 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "the time limit is armed and not evaluated",
                 "FB_ServoOn",
                 _JOB,
-                "      ELSIF Clock.Q THEN\n",
-                "      ELSIF Clock.Q AND Execute AND NOT Execute THEN\n",
+                "    ELSIF Longest = 0 OR Waited < Longest THEN\n",
+                "    ELSIF Longest >= 0 THEN\n",
                 "it hangs: Busy for more than 40 scans",
             ),
             (
                 "Done without the answer",
                 "FB_ServoOn",
                 _JOB,
-                "Active AND Armed AND Applied AND Answered THEN",
+                "Active AND Armed AND Applied AND Answer <> WORD#16#0000 THEN",
                 "Active AND Armed AND Applied THEN",
                 "Done/Valid, but the controller does not say so",
             ),
@@ -123,18 +122,18 @@ def _told(lib: Path, block: str) -> Iterator[str]:
             (
                 "an abnormal end is not told from a normal one",
                 "FB_ReadPoint",
-                _COMMAND_JOB,
-                "    AnswerID := WORD#16#8020;\n",
-                "    AnswerID := WORD#16#0000;\n",
+                _TAKE_HEAD,
+                "    Robot.Answer := WORD#16#8020;\n",
+                "    Robot.Answer := WORD#16#0200;\n",
                 "the end is Done/Valid, but that is not what happened",
             ),
             (
-                "group and category are swapped",
+                "the group is not that of the alarm",
                 "FB_ReadPoint",
-                _COMMAND_JOB,
-                "    AlarmGroup := Group;\n    AlarmCategory := Category;\n",
-                "    AlarmGroup := Category;\n    AlarmCategory := Group;\n",
-                "alarm 600.12, expected 12.600",
+                "command/FB_ReadPoint.st",
+                "Before := AlarmGroup,\n                             Response := Robot.Response[1]);",
+                "Before := AlarmGroup,\n                             Response := Robot.Response[2]);",
+                "alarm 600.600, expected 12.600",
             ),
             (
                 "the interval is too short",
@@ -157,8 +156,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "a sequence does not see the loss of the link",
                 "FB_ServoOn",
                 "sequence/FB_ServoOn.st",
-                "    Offline := WORD#16#8001;\n",
-                "    Offline := WORD#16#0000;\n",
+                "    Answer := WORD#16#8001;\n",
+                "    Answer := WORD#16#0000;\n",
                 "Busy without a connection",
             ),
             (

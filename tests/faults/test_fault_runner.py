@@ -29,21 +29,21 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
     [
         (
             _JOB,
-            "      ELSIF Clock.Q THEN\n",
-            "      ELSIF Clock.Q AND Execute AND NOT Execute THEN\n",
+            "    ELSIF Longest = 0 OR Waited < Longest THEN\n",
+            "    ELSIF Longest >= 0 THEN\n",
             "none",
             "hangs: Busy for 111 scans, expected at most 110",
         ),
         (
             _JOB,
-            "IF Started OR (NOT Busy AND NOT Execute) THEN",
-            "IF Started THEN",
+            "IF NOT Busy AND (NOT Execute OR NOT WasExecute) THEN",
+            "IF NOT Busy AND Execute AND NOT WasExecute THEN",
             "none",
             "the outputs stay although Execute is FALSE and the end was shown",
         ),
         (
             _JOB,
-            "Active AND Armed AND Applied AND Answered THEN",
+            "Active AND Armed AND Applied AND Answer <> WORD#16#0000 THEN",
             "Active AND Armed AND Applied THEN",
             "none",
             "Done, but SO02 is OFF as the PLC reads it",

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from rcx_harness.library.st import case, guarded, loop, real, word
+from rcx_harness.library.st import WIDTH, case, guarded, loop, real, word
 from rcx_harness.library.tables import Block, Enumeration, Library, Output, When
 from rcx_harness.telegram import Field
 
 __all__ = ["answer"]
+
+#: How far a statement of a response is indented at most.
+_DEEPEST = 10
 
 _EMPTY = {"BOOL": "FALSE", "WORD": "WORD#16#0000", "REAL": "0.0", "STRING": "''"}
 
@@ -54,9 +57,8 @@ def _shared_loop(block: Block, tables: Library, pins: Sequence[Output]) -> list[
     body: list[str] = []
     for pin in pins:
         array = tables.arrays[pin.type]
-        *number, take = _scalar(tables.enumerations, array.of, f"{pin.pin}[k]", pin, part)
-        body += [] if body else number
-        body += guarded(_holds(block, pin.when) if pin.when else "", [take], 4)
+        take = _scalar(tables.enumerations, array.of, f"{pin.pin}[k]", pin, part)
+        body += guarded(_holds(block, pin.when) if pin.when else "", take, 4)
     return loop(part.count, body)
 
 
@@ -97,16 +99,20 @@ def _scalar(
     many = part.count > 1
     if part.type in ("s32", "u32"):
         low, high = (f"2 * k + {k - 2}", f"2 * k + {k - 1}") if many else (f"{k}", f"{k + 1}")
-        lines = [f"Number := FC_DoubleWord(LowWord := Robot.Response[{low}],",
-                  f"                        HighWord := Robot.Response[{high}]);"]  # fmt: skip
         if kind in enumerations:
-            return [*lines, *_members(enumerations[kind], name, "Number")]
-        value = "Number"
+            return [
+                *_double_word("Number := ", low, high, ";"),
+                *_members(enumerations[kind], name, "Number"),
+            ]
         if pin.encoding == "real":
-            value = "FC_BitsReal(Pattern := DINT_TO_DWORD(Number))"
-        elif kind == "REAL":
-            value = f"DINT_TO_REAL(Number) / {real(round(1 / pin.scale))}"
-        return [*lines, f"{name} := {value};"]
+            return [
+                *_double_word("Number := ", low, high, ";"),
+                f"{name} := FC_BitsReal(Pattern := DINT_TO_DWORD(Number));",
+            ]
+        if kind == "REAL":
+            behind = f") / {real(round(1 / pin.scale))};"
+            return _double_word(f"{name} := DINT_TO_REAL(", low, high, behind)
+        return _double_word(f"{name} := ", low, high, ";")
     place = f"k + {k - 1}" if many else f"{k}"
     source = f"Robot.Response[{place}]"
     if part.type == "bits" and part.bits != (0, 15):
@@ -127,6 +133,14 @@ def _scalar(
         half, whole = 2 ** (width - 1), 2**width
         lines += guarded(f"{name} >= {half}", [f"{name} := {name} - {whole};"])
     return lines
+
+
+def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
+    """A statement with the 32 bit number in two words of the response."""
+    call = f"{before}FC_DoubleWord("
+    rest = f"HighWord := Robot.Response[{high}]){behind}"
+    room = len(call) if len(call) + len(rest) + _DEEPEST <= WIDTH else 4
+    return [f"{call}LowWord := Robot.Response[{low}],", f"{' ' * room}{rest}"]
 
 
 def _members(enumeration: Enumeration, name: str, number: str) -> list[str]:

@@ -158,10 +158,7 @@ def _long(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[s
         value = name if kind == "DINT" else f"{kind}_TO_DINT({name})"
     k = part.at // 2
     low, high = (f"2 * k + {k - 2}", f"2 * k + {k - 1}") if part.count > 1 else (f"{k}", f"{k + 1}")
-    lines = []
-    if value != name or "[" in name:
-        lines.append(f"Number := {value};")
-        value = "Number"
-    lines.append(f"Data[{low}] := FC_LowWord(Value := {value});")
-    lines.append(f"Data[{high}] := FC_HighWord(Value := {value});")
-    return lines
+    return [
+        f"Data[{low}] := FC_LowWord(Value := {value});",
+        f"Data[{high}] := FC_HighWord(Value := {value});",
+    ]

@@ -22,6 +22,21 @@ _TESTS = "tests/command/test_command_blocks.py"
 #: Comments stand in one column, but for types that are longer than this.
 _KIND = 24
 
+#: Execute TRUE always leaves one of the others TRUE, so that no edge is missed.
+_IDLE = ["IF NOT (Execute OR Busy OR Done OR Error) THEN", "  RETURN;", "END_IF;"]
+
+_SHOWN = [
+    "Done := Job.Done;",
+    "Busy := Job.Busy;",
+    "Active := Job.Active;",
+    "Error := Job.ErrorID <> WORD#16#0000;",
+    "ErrorID := Job.ErrorID;",
+    "AlarmGroup := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
+    "                           Response := Robot.Response[1]);",
+    "AlarmCategory := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmCategory,",
+    "                              Response := Robot.Response[2]);",
+]
+
 #: name, type with default, comment
 _Row = tuple[str, str, str]
 
@@ -78,15 +93,14 @@ def _block(block: Block, tables: Library) -> str:
         sent = guarded("Refused = WORD#16#0000", fill) if fill else []
         fill = ["Refused := WORD#16#0000;", *refused, *sent]
     body = [
+        *_IDLE,
         "IF Execute AND NOT Job.Busy THEN",
-        *indent([*_code(block, tables), *fill]),
+        *indent([*_code(block, tables), *fill, "Job.Longest := FC_Milliseconds(Value := Timeout);"]),
         "END_IF;",
         "",
-        "Job(Channel := Robot.Command, Execute := Execute, Timeout := Timeout, Code := Code,",
-        f"    Refused := {'Refused' if refused else word(0)}, Connected := Robot.Connected,",
-        "    CpuOk := Robot.SO.SO01_CpuOk, Phase := Robot.Phase, Status := Robot.Status,",
-        "    Running := Robot.Running, Group := Robot.Response[1],",
-        "    Category := Robot.Response[2]);",
+        "Job(Channel := Robot.Command, Execute := Execute, Elapsed := Robot.Elapsed, Holder := Code,",
+        f"    {'Trouble := Refused, ' if refused else ''}Answer := Robot.Answer, Remote := TRUE,",
+        "    Applied := Robot.Phase = PHASE_COMMAND_RUN);",
         "",
         "IF Job.Request THEN",
         "  Robot.Code := Code;",
@@ -94,13 +108,7 @@ def _block(block: Block, tables: Library) -> str:
         "  Robot.CodeRequest := TRUE;",
         "END_IF;",
         *answer(block, tables),
-        "Done := Job.Done;",
-        "Busy := Job.Busy;",
-        "Active := Job.Active;",
-        "Error := Job.Error;",
-        "ErrorID := Job.ErrorID;",
-        "AlarmGroup := Job.AlarmGroup;",
-        "AlarmCategory := Job.AlarmCategory;",
+        *_SHOWN,
     ]
     text = "\n".join(body)
     sections_of_pins = (
@@ -158,7 +166,7 @@ def _outputs(block: Block) -> list[_Row]:
 
 def _inner(body: str) -> list[_Row]:
     every = (
-        ("Job", "FB_CommandJob", ""),
+        ("Job", "FB_Job", ""),
         ("Code", "WORD", ""),
         ("Data", "RCX_WORDS", "held from the rising edge on"),
         ("Refused", "WORD", "ErrorID of an input that is not legal"),

@@ -40,34 +40,32 @@ SEEDED: tuple[Seeded, ...] = (
     ),
     Seeded(
         "Done without the end status",
-        "command/FB_CommandJob.st",
-        "    Over := Status = WORD#16#0200;",
-        "    Over := TRUE;",
+        "area/FB_TakeHead.st",
+        "  Robot.Answer := WORD#16#0000;",
+        "  Robot.Answer := WORD#16#0200;",
         ("not executed", "wrong end", "wrong data", "Done without its effect"),
     ),
     Seeded(
         "a link loss does not end the work: it goes on afterwards",
-        "command/FB_CommandJob.st",
-        "    Offline := WORD#16#8001;",
-        "    Offline := Refused;",
+        "area/FB_TakeHead.st",
+        "    Robot.Answer := WORD#16#8001;",
+        "    Robot.Answer := WORD#16#0000;",
         ("executed twice", "executed unasked", "rule command held"),
     ),
     Seeded(
         "an abnormal end is shown as Done",
-        "command/FB_CommandJob.st",
-        "    AnswerID := WORD#16#8020;",
-        "    AnswerID := WORD#16#0000;",
+        "area/FB_TakeHead.st",
+        "    Robot.Answer := WORD#16#8020;",
+        "    Robot.Answer := WORD#16#0200;",
         ("wrong end",),
     ),
     Seeded(
         "the words of a position are swapped",
         "command/FB_WritePoint.st",
-        "          Number := Pulses[k];\n"
-        "          Data[2 * k + 2] := FC_LowWord(Value := Number);\n"
-        "          Data[2 * k + 3] := FC_HighWord(Value := Number);",
-        "          Number := Pulses[k];\n"
-        "          Data[2 * k + 2] := FC_HighWord(Value := Number);\n"
-        "          Data[2 * k + 3] := FC_LowWord(Value := Number);",
+        "          Data[2 * k + 2] := FC_LowWord(Value := Pulses[k]);\n"
+        "          Data[2 * k + 3] := FC_HighWord(Value := Pulses[k]);",
+        "          Data[2 * k + 2] := FC_HighWord(Value := Pulses[k]);\n"
+        "          Data[2 * k + 3] := FC_LowWord(Value := Pulses[k]);",
         ("starts by itself",),
     ),
     Seeded(

@@ -14,7 +14,7 @@ from rcx_harness.verify.coverage.measure import FileResult, Share
 __all__ = ["MCDC_FILES", "Gap", "demands_mcdc", "folder_table", "full_text", "gaps", "totals"]
 
 #: Where MC/DC is demanded: folders and files.
-MCDC_FILES = ("area/", "sequence/", "command/FB_RemoteCommand.st", "command/FB_CommandJob.st")
+MCDC_FILES = ("area/", "sequence/", "command/FB_RemoteCommand.st")
 
 _COLUMNS = ("statements", "branches", "conditions", "MC/DC", "unique-cause")
 

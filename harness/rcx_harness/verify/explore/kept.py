@@ -37,11 +37,11 @@ class Kept:
 
 _RUN = "robot.PHASE == 3"
 _DATA = "robot.PHASE == 2"
-_SEQUENCE = Kept(dropped="Execute Timeout Offline Trouble", flags="ErrorID")
+_SEQUENCE = Kept(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
 
 TYPES: dict[str, Kept] = {
     "RCX_REF": Kept(
-        dropped="Connected Status Response SO",
+        dropped="Connected Status Response SO Elapsed Answer",
         fixed="Request StopJog CodeRequest General KeepEmergency KeepStop",
         while_true={_RUN: "Running Code Data"},
     ),
@@ -51,6 +51,8 @@ TYPES: dict[str, Kept] = {
         dropped="Connected Error ErrorID Status Words Bits k", fixed="m Size ImageSize"
     ),
     "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Shown", fixed="NoWords"),
+    # Scans are whole milliseconds apart: nothing is left over.
+    "FB_SCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Kept(
         dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value k",
         fixed="n Size ImageSize",
@@ -65,16 +67,10 @@ TYPES: dict[str, Kept] = {
     ),
     "FB_DEDICATEDINPUTS": Kept(dropped="Interval Settling Changed Safety", fixed="Nothing"),
     "FB_JOB": Kept(
-        dropped="Execute Timeout Holder Offline Trouble Settled Applied Answered AnswerID LateID "
-        "Holding Request Ended Started Released Ahead",
+        dropped="Execute Elapsed Holder Trouble Answer Remote Settled Applied Request Ended Ahead",
         flags="ErrorID",
-        while_true={"o.BUSY": "Armed Ticket TimeLimit Clock"},
+        while_true={"o.BUSY": "Armed Ticket Longest Waited"},
         tickets={"Ticket": "of its owner"},
-    ),
-    "FB_COMMANDJOB": Kept(
-        dropped="Execute Timeout Code Refused Connected CpuOk Phase Status Running Group Category "
-        "Done Error ErrorID AlarmGroup AlarmCategory Request Ended Answered OnWire Over Offline "
-        "AnswerID LateID",
     ),
     "FB_REMOTECOMMAND": Kept(
         dropped="Execute Code Data Timeout AlarmGroup AlarmCategory Response k",
@@ -82,17 +78,18 @@ TYPES: dict[str, Kept] = {
         while_true={"o.JOB.BUSY": "HeldCode HeldData Refused"},
     ),
     "FB_JOG": Kept(
-        dropped="Enable Timeout AlarmGroup AlarmCategory Pulses PositionMm Refused Wanted Number k",
+        dropped="Enable Timeout AlarmGroup AlarmCategory Pulses PositionMm Refused Wanted "
+        "Answered k",
         fixed="RobotNumber Frame Axis Direction PositionOutput",
         flags="ErrorID Failure",
-        while_true={"o.JOB.BUSY": "Code Illegal Out Halt"},
+        while_true={"o.JOB.BUSY": "Code Illegal Out Halt Longest Waited"},
     ),
     "FB_CONTINUOUSPOSITION": Kept(
         dropped="Enable Timeout AlarmGroup AlarmCategory Pulses PositionMm HandSystem Arm1 Arm2 "
-        "Refused k Number",
+        "Refused k",
         fixed="RobotNumber Unit",
         flags="ErrorID Failure",
-        while_true={"o.JOB.BUSY": "Code Out"},
+        while_true={"o.JOB.BUSY": "Code Out Longest Waited"},
     ),
     "FB_SERVOON": _SEQUENCE,
     "FB_ALARMRESET": _SEQUENCE,

@@ -243,9 +243,9 @@ JOBS = Model(
     "three FB_Job alone on one channel, with any answer and any trouble",
     tuple(
         Block(name, "FB_Job",
-              f"Channel := Robot.Sequence, Timeout := T#{limit}ms, Offline := Offline, "
-              "Trouble := Trouble, Settled := TRUE, Applied := Applied, Answered := Answered, "
-              "AnswerID := WORD#16#0000, LateID := WORD#16#8010, Holding := FALSE",
+              f"Channel := Robot.Sequence, Longest := {limit}, Elapsed := Robot.Elapsed, "
+              "Trouble := Trouble, Settled := TRUE, Applied := Applied, "
+              "Answer := BOOL_TO_WORD(Answered)",
               "job", does=does)
         for name, limit, does in (
             ("First", 100, (DOWN, UP, SKIPPED)), ("Second", 0, (DOWN, UP, SKIPPED)),
@@ -255,8 +255,8 @@ JOBS = Model(
     (Situation("ready", so=_CPU),),
     (Quiet("blocks not called any more", SKIPPED, lambda _: "ready"),),
     pins=((False, False),),
-    variables="    Offline, Trouble : WORD;\n",
-    statements="  Offline := WORD#16#0000;\n  Trouble := WORD#16#0000;\n"
+    variables="    Trouble : WORD;\n",
+    statements="  Trouble := WORD#16#0000;\n"
     "  IF Refuse THEN Trouble := WORD#16#8003; END_IF;\n",
     switches={"Applied": (False, True), "Answered": (False, True), "Refuse": (False, True)},
 )  # fmt: skip

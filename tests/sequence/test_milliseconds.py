@@ -1,0 +1,95 @@
+"""FC_Milliseconds and FC_Waited: time limits as numbers, on which all PLCs agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from both_engines import ENGINES
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.needed import needed
+
+_LIBRARY = sorted((Path(__file__).resolve().parents[2] / "plc/lib").rglob("*.st"))
+_LITERALS = (1, 2, 3, 4, 7, 8, 16, 63, 99, 128, 150, 255, 999, 1000, 1001, 5000, 60_000, 3_600_000)
+_PROGRAM = """
+PROGRAM Limits
+  VAR
+    Given   : TIME;
+    Count   : DINT;
+    Literal : DINT;
+    Index   : INT;
+    Waits   : BOOL;
+    Before  : DINT := -1;
+    Elapsed : UINT;
+  END_VAR
+  CASE Index OF
+{literals}
+  END_CASE;
+  Count := FC_Milliseconds(Value := Given);
+  Before := FC_Waited(Waits := Waits, Before := Before, Elapsed := Elapsed);
+END_PROGRAM
+CONFIGURATION Config0
+  RESOURCE Res0 ON PLC
+    TASK Cyclic(INTERVAL := T#1ms, PRIORITY := 0);
+    PROGRAM Main WITH Cyclic : Limits;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+@pytest.fixture(params=ENGINES)
+def program(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Program]:
+    file = tmp_path / "limits.st"
+    rows = [
+        f"    {k}: Literal := FC_Milliseconds(Value := T#{ms}ms);" for k, ms in enumerate(_LITERALS)
+    ]
+    file.write_text(_PROGRAM.format(literals="\n".join(rows)))
+    yield build([file, *needed([file], _LIBRARY)], request.param).program
+
+
+def test_a_literal_is_its_number(program: Program) -> None:
+    """Also where it is a nanosecond short, as about half of them on matiec."""
+    for index, ms in enumerate(_LITERALS):
+        program.write("Main.Index", index)
+        program.scan(index)
+        assert program.read("Main.Literal") == ms
+
+
+@pytest.mark.parametrize(
+    ("time", "ms"),
+    [
+        ("T#0s", 0),
+        ("T#1500ms", 1500),
+        ("T#59s", 59_000),
+        ("T#3h25m45s", 12_345_000),
+        ("T#480h", 1_728_000_000),
+        ("T#481h", 1_728_000_000),
+        ("T#1000h", 1_728_000_000),
+    ],
+)
+def test_every_digit_counts_up_to_20_days(program: Program, time: str, ms: int) -> None:
+    program.write("Main.Given", time)
+    program.scan(0)
+    assert program.read("Main.Count") == ms
+
+
+def test_a_wait_counts_from_its_first_scan_on_and_stops_at_its_end(program: Program) -> None:
+    program.write("Main.Elapsed", 10)
+    shown = []
+    for now, waits in enumerate((False, True, True, True, False, True, True)):
+        program.write("Main.Waits", waits)
+        program.scan(now)
+        shown.append(program.read("Main.Before"))
+    assert shown == [-1, 0, 10, 20, -1, 0, 10]
+
+
+def test_a_wait_never_overflows(program: Program) -> None:
+    program.write("Main.Waits", True)
+    program.write("Main.Elapsed", 65_535)
+    program.write("Main.Before", 1_999_999_999)
+    for now in range(3):
+        program.scan(now)
+        assert program.read("Main.Before") == 2_000_065_534
