@@ -32,8 +32,8 @@ def check_size(size: int) -> None:
 class Image(Protocol):
     """The robot's two areas in the program's process image."""
 
-    def put(self, area: bytes) -> None:
-        """Write the area that came from the robot, at offset m."""
+    def put(self, area: bytes, connected: bool = True) -> None:
+        """Write the area that came from the robot, at offset m; is it `connected`?"""
 
     def get(self) -> bytes:
         """Read the area that goes to the robot, at offset n."""
@@ -120,16 +120,13 @@ class ArrayImage:
             if offset % 2 and _is_words(kind):
                 raise InputError(f"{name} = {offset} is odd, but {path} is an array of WORD")
 
-    def put(self, area: bytes) -> None:
+    def put(self, area: bytes, connected: bool = True) -> None:
         """Write the area that came from the robot; what lies beside it stays."""
-        if self._m:
-            area = self._program.read_bytes(self._source)[: self._m] + area
-        self._program.write_bytes(self._source, area)
+        self._program.write_bytes(self._source, area, self._m)
 
     def get(self) -> bytes:
         """Read the area that goes to the robot."""
-        image = self._program.read_bytes(self._target)
-        return image[self._n : self._n + self._size]
+        return self._program.read_bytes(self._target, self._n, self._size)
 
 
 def _is_words(kind: Type) -> bool:
@@ -146,10 +143,12 @@ class _Slot(NamedTuple):
 
 
 class LocatedImage:
-    """Located variables: `%I` and `%Q`, or `%M` for both.
+    """Located variables: `%I` and `%Q`, `%M` for both, or `%M` and `%Q` as behind `rcx bridge`.
 
     An index counts elements of its own width, as on OpenPLC: `%IW3` is bytes 6 and 7, `%ID1` bytes
-    4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero.
+    4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero. With `%M` and `%Q` the
+    word behind the inputs is the bridge's life word: another one in each scan, and 0, as all of the
+    area, without a connection.
     """
 
     def __init__(
@@ -158,18 +157,27 @@ class LocatedImage:
         slots = [_slot(item) for item in located]
         memory = {area: [s for a, s in slots if a == area] for area in "IQM"}
         shared = not memory["I"] and not memory["Q"]
+        bridged = not memory["I"] and not shared and bool(memory["M"])
         if shared and abs(m - n) < size:
             raise InputError(
                 f"the areas at m = {m} and n = {n} overlap in %M",
                 hint=f"leave {size} bytes between them",
             )
         self._program, self._size = program, size
-        self._inputs = _within(memory["M" if shared else "I"], "m", m, size)
+        self._inputs = _within(memory["M" if shared or bridged else "I"], "m", m, size)
         self._outputs = _within(memory["M" if shared else "Q"], "n", n, size)
         _check_overlap(self._outputs)
+        self._bridged = bridged
+        behind = [slot.path for slot in memory["M"] if (slot.start, slot.width) == (m + size, 2)]
+        self._life_path = behind[0] if bridged and behind else ""
 
-    def put(self, area: bytes) -> None:
+    def put(self, area: bytes, connected: bool = True) -> None:
         """Write the area that came from the robot to the inputs."""
+        if self._bridged and not connected:
+            area = bytes(self._size)
+        if self._life_path:
+            life = int(self._program.read(self._life_path)) % 0xFFFF + 1
+            self._program.write(self._life_path, life if connected else 0)
         for slot in self._inputs:
             self._program.write(slot.path, _value(slot, area))
 

@@ -82,7 +82,9 @@ class _Cyclic:
         if link is LinkState.OFF:
             self._exchange.clear()
         now_us = _now_us()
-        due_us = self._exchange.poll(now_us, self._send if link is LinkState.UP else _send_nothing)
+        ends_us = self._images.sending_ends_us
+        sends = link is LinkState.UP and (not ends_us or now_us < ends_us)
+        due_us = self._exchange.poll(now_us, self._send if sends else _send_nothing)
         return None if due_us is None else min(due_us, now_us + _LOOK_US)
 
     def _receive(self, one: socket.socket) -> None:

@@ -198,15 +198,25 @@ class Scanner:
         )
         self._control.add(self.connection)
 
-    def write(self, image: bytes, run: bool = True) -> None:
+    @property
+    def alive(self) -> bool:
+        """Does the process that sends and receives still run?"""
+        return self._control.alive
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
         """Set what is sent from the next packet on.
 
         Args:
             image: Assembly 150, exactly `size` bytes.
             run: The program runs; False sends the idle state, which makes the data void.
+            valid_us: No packet goes out any more this many microseconds from now, unless `write`
+                has been called again: who has stopped writing is not to be believed for ever.
+                None: without an end.
         """
         self._images.to_robot.write(image)
         self._images.run = run
+        now_us = time.monotonic_ns() // 1000
+        self._images.sending_ends_us = 0 if valid_us is None else now_us + valid_us
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""

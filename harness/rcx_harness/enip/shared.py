@@ -40,7 +40,7 @@ class LinkState(IntEnum):
 
 
 class Counter(IntEnum):
-    """Words of the status block; written by the process of the cyclic part, but for three."""
+    """Words of the status block; written by the process of the cyclic part, but for four."""
 
     SIZE = 0  # once, by the creator
     LINK = 1  # by the parent
@@ -59,6 +59,7 @@ class Counter(IntEnum):
     SKIPPED = 14
     ARRIVED = 15  # monotonic clock in microseconds
     GAPS = 16  # how many have been kept
+    SENDING_ENDS = 17  # monotonic clock in microseconds, 0 for never; by the scanner
 
 
 _WORDS = len(Counter)
@@ -223,6 +224,15 @@ class SharedImages:
     @run.setter
     def run(self, run: bool) -> None:
         self._words[Counter.RUN] = run
+
+    @property
+    def sending_ends_us(self) -> int:
+        """From when on nothing is sent any more, by the monotonic clock; 0: never."""
+        return self._words[Counter.SENDING_ENDS]
+
+    @sending_ends_us.setter
+    def sending_ends_us(self, time_us: int) -> None:
+        self._words[Counter.SENDING_ENDS] = time_us
 
     @property
     def owner(self) -> OwnerState:

@@ -1,0 +1,1 @@
+"""`rcx bridge`: a PLC that speaks Modbus TCP drives a controller that speaks EtherNet/IP."""

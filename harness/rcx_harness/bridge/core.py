@@ -1,0 +1,184 @@
+"""What the bridge does with what it sees on its two sides; no sockets, no clock.
+
+The rule behind it: the PLC's words reach the robot only while both sides are there, and after any
+loss only once the PLC has shown that it has noticed. What is not the PLC's word is zero: SI(00)
+and SI(06) OFF stop the robot as a lost connection does (manual chapter 1, 5), but within one
+packet, and the connection that shows the robot's state stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from rcx_harness.bridge.registers import words_of
+from rcx_harness.units import format_us
+
+__all__ = ["Actions", "Bridge", "Limits", "Lost", "PlcSeen", "RobotSeen", "State"]
+
+_CODE, _DEDICATED = 0, 16
+"""Words that the PLC must have cleared: the remote command's code, and SI(00) to SI(17)."""
+_LAST_LIFE = 0xFFFF
+_SCANS = 2
+"""Heartbeats after which a whole scan of the PLC has seen what was written."""
+
+
+class State(str, Enum):
+    """What holds the bridge up, or that nothing does."""
+
+    NO_PLC = "no PLC"
+    STANDING = "the PLC's program stands still"
+    NO_ROBOT = "no robot"
+    CLEARING = "both are there; waiting for the PLC to clear its outputs"
+    RUN = "running"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Times in microseconds.
+
+    Attributes:
+        gap_us: Longest time from one request to the answer of the next; more is a loss of the PLC.
+        beat_us: Longest time without a change of the PLC's heartbeat; 0: there is none.
+        hold_us: After a loss the PLC is told so for at least this long.
+    """
+
+    gap_us: int = 100_000
+    beat_us: int = 500_000
+    hold_us: int = 200_000
+
+
+@dataclass(frozen=True)
+class PlcSeen:
+    """The PLC has answered, and has taken what was written to it the time before.
+
+    Attributes:
+        area: Its output words as bytes.
+        beat: Its heartbeat word.
+        asked_us: When it was asked, in microseconds of the clock of `Bridge.step`.
+    """
+
+    area: bytes
+    beat: int
+    asked_us: int
+
+
+@dataclass(frozen=True)
+class RobotSeen:
+    """Packets of the robot come: its area as it came last."""
+
+    area: bytes
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A side is not there; why, in words."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Actions:
+    """What is to be done now.
+
+    Attributes:
+        to_robot: Assembly 150 for the next packet.
+        to_plc: The area from the robot, as words.
+        life: The word behind it: 0 while the PLC must take its robot as not connected, else a
+            number from 1 to 65535 that is another one each time.
+        state: Where the bridge is.
+        reason: Why, in words; empty while it runs.
+    """
+
+    to_robot: bytes
+    to_plc: tuple[int, ...]
+    life: int
+    state: State
+    reason: str
+
+
+class Bridge:
+    """The state between the two sides.
+
+    Args:
+        size: Bytes of each area, 48 or 256.
+        limits: Its times.
+    """
+
+    def __init__(self, size: int, limits: Limits) -> None:
+        self._limits = limits
+        self._nothing = bytes(size)
+        self._state = State.NO_PLC
+        self._life = 0
+        self._asked_us = 0
+        self._beat: int | None = None
+        self._beat_us = 0
+        self._beats = 0
+        self._zero_us: int | None = None
+        """Since when the PLC has had the news that it is not connected."""
+
+    def step(self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost) -> Actions:
+        """Take one look at both sides.
+
+        Args:
+            now_us: A clock that never goes back, in microseconds.
+            plc: Its answer; `Lost` also if the last writing failed.
+            robot: What has come from the robot.
+        """
+        self._watch_plc(now_us, plc)
+        state, reason = self._judge(now_us, plc, robot)
+        stopped = self._state is State.RUN and state is not State.RUN
+        if stopped or state in (State.NO_PLC, State.STANDING):
+            self._zero_us = None
+        self._state = state
+        if state is State.RUN and isinstance(plc, PlcSeen) and isinstance(robot, RobotSeen):
+            self._life = self._life % _LAST_LIFE + 1
+            return Actions(plc.area, words_of(robot.area), self._life, state, "")
+        return Actions(self._nothing, words_of(self._nothing), 0, state, reason)
+
+    def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
+        if isinstance(plc, Lost):
+            self._beat = self._zero_us = None
+            return
+        if self._beat is None:  # its first answer: what it holds from before is unknown
+            self._beat, self._beat_us = plc.beat, now_us
+            return
+        if self._zero_us is None and self._state is not State.RUN:
+            # It has answered after the writing of zeros: it has taken them.
+            self._zero_us, self._beats = now_us, 0
+        elif plc.beat != self._beat:
+            self._beats += 1
+        if plc.beat != self._beat:
+            self._beat, self._beat_us = plc.beat, now_us
+
+    def _judge(
+        self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost
+    ) -> tuple[State, str]:
+        if isinstance(plc, Lost):
+            return State.NO_PLC, plc.reason
+        asked_us, self._asked_us = self._asked_us, plc.asked_us
+        gap_us = now_us - asked_us
+        if self._state is State.RUN and gap_us > self._limits.gap_us:
+            limit = format_us(self._limits.gap_us)
+            return State.NO_PLC, f"{format_us(gap_us)} between two readings; limit {limit}"
+        still_us = now_us - self._beat_us
+        if self._limits.beat_us and still_us > self._limits.beat_us:
+            return State.STANDING, f"its heartbeat has been {plc.beat} for {format_us(still_us)}"
+        if isinstance(robot, Lost):
+            return State.NO_ROBOT, robot.reason
+        if self._state is State.RUN:
+            return State.RUN, ""
+        return self._clearing(now_us, plc)
+
+    def _clearing(self, now_us: int, plc: PlcSeen) -> tuple[State, str]:
+        """Has the PLC seen that it was not connected, and does it ask for nothing?"""
+        if self._zero_us is None or now_us - self._zero_us < self._limits.hold_us:
+            return State.CLEARING, "it is being told that there was no connection"
+        if self._limits.beat_us and self._beats < _SCANS:
+            return State.CLEARING, "its program has not run since"
+        words = words_of(plc.area)
+        if words[_CODE]:
+            return State.CLEARING, f"it still holds the remote command 0x{words[_CODE]:04X}"
+        if words[_DEDICATED]:
+            return State.CLEARING, f"it still holds dedicated inputs, 0x{words[_DEDICATED]:04X}"
+        return State.RUN, ""

@@ -1,0 +1,144 @@
+"""The exchange, again and again: read the PLC, look at the robot, decide, write both."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from rcx_harness.bridge.core import Actions, Bridge, Limits, Lost, PlcSeen, RobotSeen, State
+from rcx_harness.bridge.figures import Figures
+from rcx_harness.bridge.plc import PlcError
+from rcx_harness.bridge.registers import Registers, area_of
+
+__all__ = ["Loop", "now_us"]
+
+_RETRY_US = 500_000
+_VALID_GAPS = 2
+"""The robot's packets end after so many of the longest gaps without anything new: the bridge's
+own process stands still, and nobody knows what the PLC wants."""
+
+
+class PlcPort(Protocol):
+    """What is needed of `rcx_harness.bridge.plc.PlcLink`."""
+
+    @property
+    def connected(self) -> bool: ...
+
+    def connect(self) -> None: ...
+
+    def read(self) -> tuple[int, ...]: ...
+
+    def write(self, words: Sequence[int]) -> None: ...
+
+
+class RobotPort(Protocol):
+    """What is needed of `rcx_harness.bridge.robot.RobotLink`."""
+
+    def read(self) -> RobotSeen | Lost: ...
+
+    def write(self, image: bytes, valid_us: int | None) -> None: ...
+
+
+def now_us() -> int:
+    """The monotonic clock in microseconds."""
+    return time.monotonic_ns() // 1000
+
+
+class Loop:
+    """One exchange after the other, each by a call of `turn`; it waits for the PLC's answers only.
+
+    Args:
+        plc: The PLC's registers.
+        robot: The robot's connection.
+        registers: Where the areas lie.
+        limits: Times of the bridge.
+        on_state: Told each change of state, with its reason.
+        clock_us: The clock, in microseconds.
+
+    Attributes:
+        state: As the last exchange left it.
+        reason: Why it is that.
+        figures: Of the exchanges that succeeded.
+    """
+
+    def __init__(
+        self,
+        plc: PlcPort,
+        robot: RobotPort,
+        registers: Registers,
+        limits: Limits,
+        on_state: Callable[[State, str], None] = lambda state, reason: None,
+        clock_us: Callable[[], int] = now_us,
+    ) -> None:
+        self._plc, self._robot = plc, robot
+        self._words = registers.words
+        self._bridge = Bridge(registers.size, limits)
+        self._valid_us = _VALID_GAPS * limits.gap_us
+        self._on_state = on_state
+        self._clock_us = clock_us
+        self._failure: str | None = None
+        self._retry_us = 0
+        self._told: tuple[State, str] | None = None
+        self.state, self.reason = State.NO_PLC, "not asked yet"
+        self.figures = Figures()
+
+    def turn(self) -> Actions:
+        """One exchange."""
+        asked_us = self._clock_us()
+        plc = self._look_at_plc(asked_us)
+        actions = self._bridge.step(self._clock_us(), plc, self._robot.read())
+        # Zeros may stand for ever, the PLC's words must not.
+        valid_us = self._valid_us if actions.state is State.RUN else None
+        self._robot.write(actions.to_robot, valid_us)
+        self._tell(actions)
+        if isinstance(plc, PlcSeen):
+            try:
+                self._plc.write((*actions.to_plc, actions.life))
+            except PlcError as error:
+                self._fail(error)
+            else:
+                ended_us = self._clock_us()
+                self.figures.add(ended_us, ended_us - asked_us)
+        return actions
+
+    def end(self) -> None:
+        """Leave both sides with zeros, as far as they can be reached."""
+        nothing = (0,) * (self._words + 1)
+        self._robot.write(area_of(nothing[:-1]), None)
+        if self._plc.connected:
+            try:
+                self._plc.write(nothing)
+            except PlcError as error:
+                self._fail(error)
+
+    def _look_at_plc(self, asked_us: int) -> PlcSeen | Lost:
+        # A writing that failed is told first: before anything is waited for, the robot gets zeros.
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            return Lost(failure)
+        try:
+            if not self._plc.connected:
+                if asked_us < self._retry_us:
+                    return Lost(self.reason)
+                self._plc.connect()
+            words = self._plc.read()
+        except PlcError as error:
+            self._retry_us = self._clock_us() + _RETRY_US
+            return Lost(str(error))
+        return PlcSeen(area_of(words[: self._words]), words[self._words], asked_us)
+
+    def _fail(self, error: PlcError) -> None:
+        self._failure = str(error)
+        self._retry_us = self._clock_us() + _RETRY_US
+
+    def _tell(self, actions: Actions) -> None:
+        self.state, self.reason = actions.state, actions.reason
+        told = (actions.state, actions.reason if actions.state in _REASONS_COUNT else "")
+        if told != self._told:
+            self._told = told
+            self._on_state(actions.state, actions.reason)
+
+
+#: States in which another reason is news; in the others it only counts on.
+_REASONS_COUNT = (State.NO_PLC, State.NO_ROBOT, State.CLEARING)

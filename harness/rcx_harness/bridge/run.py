@@ -1,0 +1,253 @@
+"""The bridge until Ctrl-C: connect both sides, exchange, show, leave both with zeros."""
+
+from __future__ import annotations
+
+import queue
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.text import Text
+
+from rcx_harness.bridge.core import Limits, Lost, State
+from rcx_harness.bridge.loop import Loop, now_us
+from rcx_harness.bridge.plc import PlcError, PlcLink
+from rcx_harness.bridge.registers import Registers
+from rcx_harness.bridge.robot import RobotLink
+from rcx_harness.bridge.show import figures_text, plc_text, robot_text, state_text
+from rcx_harness.enip.client import PORT
+from rcx_harness.enip.scanner import Scanner
+from rcx_harness.errors import InputError
+from rcx_harness.realtime import multiplier_of
+
+__all__ = ["BridgeOptions", "Running", "bridge"]
+
+_SHOW_EVERY_S = 0.25
+_FIGURES_EVERY_S = 5.0
+_KEEP_EVERY_S = 0.5
+_FIRST_S, _LOOK_S = 2.0, 0.01
+_STYLES = {State.RUN: "bold green", State.CLEARING: "yellow"}
+
+
+@dataclass(frozen=True)
+class BridgeOptions:
+    """What `rcx bridge` was asked for.
+
+    Attributes:
+        plc_host: Name or address of the PLC.
+        plc_port: Its Modbus TCP port.
+        robot: Name or address of the controller.
+        robot_port: Its TCP port.
+        address: Address of this machine towards the controller; empty for the usual one.
+        registers: Where the areas lie in the PLC.
+        unit: Modbus unit identifier.
+        period_us: From one exchange with the PLC to the next, in microseconds.
+        rpi_us: Packet interval to and from the controller, in microseconds.
+        limits: When a side counts as lost.
+        wait: Start although a side is not there yet.
+        quiet: Say only what goes wrong.
+    """
+
+    plc_host: str
+    plc_port: int
+    robot: str
+    robot_port: int = PORT
+    address: str = ""
+    registers: Registers = field(default_factory=Registers)
+    unit: int = 1
+    period_us: int = 10_000
+    rpi_us: int = 10_000
+    limits: Limits = field(default_factory=Limits)
+    wait: bool = False
+    quiet: bool = False
+
+
+class Running:
+    """The bridge at work: a thread exchanges, another one opens the robot's connection anew.
+
+    Args:
+        options: What is asked for.
+
+    Attributes:
+        loop: The exchange.
+        robot: The robot's side.
+        start_s: When it was started, by the monotonic clock.
+        news: Changes of state: monotonic time in seconds, state, reason; `None` when the exchange
+            has ended by itself.
+
+    Raises:
+        InputError: a side that is not there or refuses, unless `wait`; bad options.
+    """
+
+    def __init__(self, options: BridgeOptions) -> None:
+        self._options = options
+        self._stop = threading.Event()
+        self.start_s = time.monotonic()
+        self.news: queue.SimpleQueue[tuple[float, State, str] | None] = queue.SimpleQueue()
+        timeout_s = options.limits.gap_us / 1e6
+        self._plc = PlcLink(
+            *(options.plc_host, options.plc_port, options.registers),
+            unit=options.unit,
+            timeout_s=timeout_s,
+        )
+        multiplier = multiplier_of(options.limits.gap_us, options.rpi_us)
+        size = options.registers.size
+
+        def connect() -> Scanner:
+            return Scanner(
+                *(options.robot, size, options.rpi_us),
+                multiplier=multiplier,
+                address=options.address,
+                port=options.robot_port,
+            )
+
+        self.robot = RobotLink(f"{options.robot}:{options.robot_port}", size, connect)
+        self.loop = Loop(
+            *(self._plc, self.robot, options.registers, options.limits),
+            on_state=lambda state, reason: self.news.put((time.monotonic(), state, reason)),
+        )
+        self._first_contact()
+        self._threads = [
+            threading.Thread(target=self._exchange, daemon=True),
+            threading.Thread(target=self._keep, daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        """Zeros to both sides, then the end of both connections; more than once does no harm."""
+        self._stop.set()
+        for thread in self._threads:
+            thread.join()
+        self.loop.end()
+        self._plc.close()
+        self.robot.close()
+
+    def __enter__(self) -> Running:
+        """At work."""
+        return self
+
+    def __exit__(self, *of: object) -> None:
+        """End it."""
+        self.close()
+
+    def _first_contact(self) -> None:
+        """What is wrong from the start is the user's to put right."""
+        try:
+            self._plc.connect()
+            self._plc.read()
+            self.robot.open()
+            self._first_packet()
+        except (PlcError, InputError) as error:
+            if self._options.wait:
+                return
+            self._plc.close()
+            if isinstance(error, PlcError):
+                hint = "is its Modbus server on; --wait starts without it"
+                raise InputError(str(error), hint=hint) from None
+            raise
+
+    def _first_packet(self) -> None:
+        """It is no news that the first packet takes a moment."""
+        until_s = time.monotonic() + _FIRST_S
+        while isinstance(self.robot.read(), Lost) and time.monotonic() < until_s:
+            self._stop.wait(_LOOK_S)
+
+    def _exchange(self) -> None:
+        period_s = self._options.period_us / 1e6
+        due_s = time.monotonic()
+        try:
+            while not self._stop.is_set():
+                self.loop.turn()
+                # Late by more than a period: go on from now, never in a burst.
+                due_s = max(due_s + period_s, time.monotonic() - period_s)
+                self._stop.wait(max(0.0, due_s - time.monotonic()))
+        finally:
+            if not self._stop.is_set():
+                self.news.put(None)
+
+    def _keep(self) -> None:
+        while not self._stop.wait(_KEEP_EVERY_S):
+            self.robot.keep()
+
+
+def bridge(options: BridgeOptions) -> int:
+    """Bridge until SIGINT or SIGTERM.
+
+    Returns:
+        0 after a signal, 1 if the exchange has ended by itself.
+
+    Raises:
+        InputError: as `Running`.
+    """
+    stop = threading.Event()
+    with _signals(stop), Running(options) as running:
+        if not options.quiet:
+            _announce(options)
+        ended = _show(running, stop, options)
+    if ended:
+        print("rcx: the exchange has ended by itself", file=sys.stderr)
+    return int(ended)
+
+
+@contextmanager
+def _signals(stop: threading.Event) -> Iterator[None]:
+    """SIGINT and SIGTERM set the event meanwhile."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: stop.set()) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+def _announce(options: BridgeOptions) -> None:
+    registers = options.registers
+    print(
+        f"PLC {options.plc_host}:{options.plc_port}: reads holding registers "
+        f"{registers.text(registers.read)}, writes {registers.text(registers.write)}"
+    )
+    print(
+        f"robot {options.robot}: {registers.size} bytes. Ctrl-C ends it; the robot then loses its "
+        "master.",
+        flush=True,
+    )
+
+
+def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bool:
+    """Show until told to stop (false), or until it ends by itself (true)."""
+    console = Console()
+    start_s = shown_s = running.start_s
+    live = console.is_terminal and not options.quiet
+    with Live(console=console, auto_refresh=False) if live else nullcontext() as screen:
+        while not stop.wait(_SHOW_EVERY_S):
+            now_s = time.monotonic()
+            while not running.news.empty():
+                news = running.news.get()
+                if news is None:
+                    return True
+                happened_s, state, reason = news
+                if not options.quiet or state not in (State.RUN, State.CLEARING):
+                    console.print(
+                        f"{happened_s - start_s:10.3f} s  {state_text(state, reason)}",
+                        markup=False,
+                        highlight=False,
+                        soft_wrap=True,
+                    )
+            rate, look = running.loop.figures.look(now_us()), running.robot.look()
+            if screen is not None:
+                style = _STYLES.get(running.loop.state, "bold red")
+                text = state_text(running.loop.state, running.loop.reason)
+                lines = [Text(text, style), Text(plc_text(rate)), Text(robot_text(look))]
+                screen.update(Group(*lines), refresh=True)
+            elif not options.quiet and now_s - shown_s >= _FIGURES_EVERY_S:
+                shown_s = now_s
+                print(f"{now_s - start_s:10.3f} s  {figures_text(rate, look)}", flush=True)
+    return False

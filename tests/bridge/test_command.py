@@ -1,0 +1,248 @@
+"""`rcx bridge` as a user starts it, and what it says when something is wrong."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from pymodbus.constants import ExcCodes
+
+from modbus_plc import ModbusPlc
+from rcx_harness import cli_bridge
+from rcx_harness.bridge.core import Limits, State
+from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.run import BridgeOptions, Running
+from rcx_harness.cli import main
+from rcx_harness.enip import Adapter
+from rcx_harness.enip.scanner import Scanner
+
+Captured = pytest.CaptureFixture[str]
+Start = Callable[..., int]
+
+_ANSWERS = bytes([0, 2]) + bytes(46)
+
+
+@pytest.fixture(scope="module")
+def adapter() -> Iterator[Adapter]:
+    with Adapter(48, cyclic=0) as made:
+        made.write_to_master(_ANSWERS)
+        yield made
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ModbusPlc]:
+    with ModbusPlc() as made:
+        yield made
+
+
+@pytest.fixture
+def plc(server: ModbusPlc) -> ModbusPlc:
+    server.holds.clear()
+    server.refuses = None
+    return server
+
+
+@pytest.fixture
+def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
+    """Runs `rcx bridge` between both; slow computers are given time."""
+
+    def start(*options: str) -> int:
+        host, port = adapter.address
+        sides = ["--plc", f"127.0.0.1:{plc.port}", "--robot", f"{host}:{port}"]
+        return main(["bridge", *sides, "--heartbeat", "0s", "--timeout", "1s", *options])
+
+    return start
+
+
+def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
+    """SIGINT to this process once `after` has ended, if the bridge is still there to take it."""
+    before = signal.getsignal(signal.SIGINT)
+
+    def press() -> None:
+        try:
+            after()
+        finally:
+            if signal.getsignal(signal.SIGINT) is not before:
+                os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=press)
+    thread.start()
+    return thread
+
+
+def test_it_bridges_until_ctrl_c_and_leaves_zeros(
+    bridge: Start, plc: ModbusPlc, adapter: Adapter, capsys: Captured
+) -> None:
+    """A general purpose word passes in both directions."""
+    plc.holds[2] = 0x1234
+    seen: list[int] = []
+
+    def until_it_runs() -> None:
+        while not plc.holds.get(1048):
+            plc.wait_exchanges()
+        seen.append(plc.holds[1024])
+        pause = threading.Event()
+        while adapter.read_to_robot()[4:6] != b"\x34\x12":
+            pause.wait(0.001)
+
+    thread = press_ctrl_c(until_it_runs)
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        assert bridge("--hold", "0s") == 0
+    finally:
+        thread.join()
+    assert seen == [0x0200], "SOW(0), little endian"
+    assert [plc.holds[1024 + k] for k in range(25)] == [0] * 25
+    assert signal.getsignal(signal.SIGINT) == before
+    out = capsys.readouterr().out
+    assert out.startswith(f"PLC 127.0.0.1:{plc.port}: reads holding registers 0 to 24, writes 1024")
+    assert "the robot then loses its master" in out
+
+
+def test_quiet_says_nothing_as_long_as_all_is_well(
+    bridge: Start, plc: ModbusPlc, capsys: Captured
+) -> None:
+    thread = press_ctrl_c(plc.wait_exchanges)
+    try:
+        assert bridge("--quiet", "--hold", "10s") == 0
+    finally:
+        thread.join()
+    said = capsys.readouterr()
+    assert (said.out, said.err) == ("", "")
+
+
+def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
+    thread = press_ctrl_c(plc.wait_exchanges)
+    plc.requests.clear()
+    try:
+        assert bridge("--read", "100", "--write", "0") == 0
+    finally:
+        thread.join()
+    assert {(3, 100, 25), (16, 0, 25)} == set(plc.requests)
+
+
+def test_where_there_is_no_plc_one_line_says_so(capsys: Captured) -> None:
+    assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
+    assert "; is its Modbus server on; --wait starts without it" in error
+    assert error.count("\n") == 1
+
+
+def test_where_there_is_no_robot_one_line_says_so(plc: ModbusPlc, capsys: Captured) -> None:
+    assert main(["bridge", "--plc", f"127.0.0.1:{plc.port}", "--robot", "127.0.0.1:1"]) == 2
+    error = capsys.readouterr().err
+    assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in error
+    assert error.count("\n") == 1
+
+
+def test_a_robot_that_has_a_master_is_not_taken_away(
+    bridge: Start, adapter: Adapter, capsys: Captured
+) -> None:
+    host, port = adapter.address
+    with Scanner(host, port=port, io_port=0, multiplier=7) as master:
+        master.open()
+        assert bridge() == 2
+    assert "another master has it: disconnect that first" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--size", "64"], "an area of 64 bytes does not exist"),
+        (["--size", "256"], "the robot's areas have another size: try the other --size"),
+        (["--read", "190"], "illegal data address; does the PLC have these registers"),
+        (["--read", "1020"], "the registers 1020 to 1044 and 1024 to 1048 overlap"),
+        (["--unit", "256"], "--unit 256 is no unit identifier"),
+        (["--period", "0ms"], "--period 0ms cannot be served; it can be 1ms to 1s"),
+        (["--period", "2s"], "--period 2s cannot be served"),
+        (["--timeout", "15ms"], "--timeout 15ms is less than two periods of 10ms"),
+        (["--timeout", "1h"], "a time-out of"),
+        (["--rpi", "10us"], "--rpi 10us cannot be served; it can be 1ms to 1s"),
+        (["--rpi", "soon"], "not a duration: 'soon'"),
+        (["--heartbeat", "-1s"], "-1s"),
+        (["--plc", "plc:modbus"], "--plc 'plc:modbus' is no address"),
+        (["--robot", ":44818"], "--robot ':44818' is no address"),
+        (["--robot", "10.0.0.1:70000"], "--robot '10.0.0.1:70000' is no address"),
+    ],
+)
+def test_bad_input_is_one_line(
+    bridge: Start, capsys: Captured, options: list[str], message: str
+) -> None:
+    assert bridge(*options) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
+def test_without_pymodbus_it_says_what_to_install(
+    bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    for name in [name for name in sys.modules if name.startswith("rcx_harness.bridge.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "pymodbus.client", None)
+    assert bridge() == 2
+    assert "pip install 'rcx-harness[bridge]'" in capsys.readouterr().err
+
+
+def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
+    """Nothing has to be started again."""
+    host, port = adapter.address
+    plc = ModbusPlc()
+    plc.stop()
+    limits = Limits(gap_us=1_000_000, beat_us=0, hold_us=0)
+    options = BridgeOptions("127.0.0.1", plc.port, host, port, limits=limits, wait=True)
+    try:
+        with Running(options) as running:
+            _, _, reason = wait_for(running, State.NO_PLC)
+            assert "refused" in reason
+            plc.start()
+            wait_for(running, State.RUN)
+            plc.refuses = ExcCodes.DEVICE_BUSY
+            _, _, reason = wait_for(running, State.NO_PLC)
+            assert "device busy" in reason
+            plc.refuses = None
+            wait_for(running, State.RUN)
+    finally:
+        plc.close()
+
+
+def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
+    """docs/bridge.md is written by hand; its table must not fall behind."""
+    page = (repository / "docs/bridge.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(--[a-z]+)` \|.*\|([^|]*)\|$", page, re.MULTILINE))
+    expected = {}
+    for name, parameter in inspect.signature(cli_bridge.bridge).parameters.items():
+        default = parameter.default
+        shown = "" if default in (False, "", inspect.Parameter.empty) else str(default)
+        expected[{"address": "--from"}.get(name, f"--{name}")] = shown
+    expected |= {"--plc": "port 502", "--robot": "port 44818", "--read": "0"}
+    assert {name: rows[name].strip() for name in rows} == expected
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
+    bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    def fail(loop: object) -> None:
+        raise SystemExit  # a thread that ends without a traceback
+
+    monkeypatch.setattr(Loop, "turn", fail)
+    assert bridge() == 1
+    assert "the exchange has ended by itself" in capsys.readouterr().err
+
+
+def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
+    """The next news of that state."""
+    while True:
+        news = running.news.get(timeout=60)
+        assert news is not None, "it has ended"
+        if news[1] is wanted:
+            return news

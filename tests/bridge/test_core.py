@@ -1,0 +1,283 @@
+"""What the bridge decides, on a clock of the test's own.
+
+The scenes are one PLC, one robot and the bridge between them; `Scene.go` is one exchange.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from rcx_harness.bridge.core import Actions, Bridge, Limits, Lost, PlcSeen, RobotSeen, State
+from rcx_harness.bridge.registers import words_of
+
+_MS = 1_000
+_PERIOD_US = 10 * _MS
+_LIMITS = Limits(gap_us=100 * _MS, beat_us=500 * _MS, hold_us=200 * _MS)
+#: SI(00) and SI(06) ON (byte 32), a general purpose bit SI(20) (byte 34); code and data 0.
+_ASKS = bytes(32) + bytes([0x41, 0x00, 0x01]) + bytes(13)
+_QUIET = bytes(34) + bytes([0x01]) + bytes(13)
+#: Status 0x0200, SOW(2) = 0x1234, SO(01) CPU_OK.
+_ANSWERS = b"\x00\x02\x00\x00\x34\x12" + bytes(26) + b"\x02" + bytes(15)
+_ZERO = bytes(48)
+
+
+@dataclass
+class Scene:
+    """Both sides as they are, and what the bridge made of them."""
+
+    limits: Limits = _LIMITS
+    area: bytes = _QUIET
+    beats: bool = True
+    plc_there: bool = True
+    robot_there: bool = True
+    now_us: int = 0
+    beat: int = 0
+    bridge: Bridge = field(init=False)
+    last: Actions = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.bridge = Bridge(len(self.area), self.limits)
+
+    def go(self, times: int = 1, after_us: int = _PERIOD_US) -> Actions:
+        """Some exchanges, `after_us` after one another."""
+        for _ in range(times):
+            self.now_us += after_us
+            self.beat = (self.beat + self.beats) & 0xFFFF
+            plc = PlcSeen(self.area, self.beat, self.now_us) if self.plc_there else Lost("gone")
+            robot = RobotSeen(_ANSWERS) if self.robot_there else Lost("cut")
+            self.last = self.bridge.step(self.now_us, plc, robot)
+            if self.last.state is not State.RUN:
+                self.assert_safe()
+        return self.last
+
+    def assert_safe(self) -> None:
+        """Nothing reaches either side."""
+        assert self.last.to_robot == _ZERO
+        assert self.last.to_plc == (0,) * 24
+        assert self.last.life == 0
+
+    def until_run(self, most: int = 100) -> int:
+        """Exchanges until it runs."""
+        for count in range(1, most + 1):
+            if self.go().state is State.RUN:
+                return count
+        raise AssertionError(f"{most} exchanges, and still {self.last.state}: {self.last.reason}")
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return Scene()
+
+
+@pytest.fixture
+def running(scene: Scene) -> Scene:
+    scene.until_run()
+    scene.area = _ASKS
+    assert scene.go().to_robot == _ASKS
+    return scene
+
+
+def test_words_are_little_endian_as_the_library_reads_them() -> None:
+    """Byte m is the low half of SOW(0), byte m + 1 the high one.
+
+    Source: manual chapter 1, 4.1.
+    """
+    assert words_of(_ANSWERS)[:4] == (0x0200, 0x0000, 0x1234, 0x0000)
+    assert words_of(_ANSWERS)[16] == 0x0002
+
+
+def test_at_the_start_the_plc_is_told_for_the_hold_time_that_there_was_no_connection() -> None:
+    """First answer, then 200 ms of zeros that it has taken: exchanges 1, 2 and 20 more."""
+    assert Scene().until_run() == 22
+
+
+def test_while_it_runs_both_areas_pass_and_the_life_word_is_another_each_time(
+    running: Scene,
+) -> None:
+    first = running.go()
+    assert (first.to_robot, first.to_plc, first.reason) == (_ASKS, words_of(_ANSWERS), "")
+    assert running.go().life == first.life + 1
+
+
+def test_the_life_word_is_never_0_while_it_runs() -> None:
+    scene = Scene()
+    scene.until_run()
+    lives = [scene.go(after_us=1).life for _ in range(0x10000)]
+    assert 0 not in lives
+    assert max(lives) == 0xFFFF
+    assert 1 in lives, "it wraps to 1"
+
+
+def test_a_lost_plc_is_zero_on_the_wire_at_once(running: Scene) -> None:
+    """SI(00), SI(06) and everything else.
+
+    Source: manual chapter 1, 5.2.
+    """
+    running.plc_there = False
+    assert running.go().state is State.NO_PLC
+    assert running.last.reason == "gone"
+
+
+def test_a_lost_robot_is_zero_in_the_plc_at_once(running: Scene) -> None:
+    running.robot_there = False
+    assert running.go().state is State.NO_ROBOT
+    assert running.last.reason == "cut"
+
+
+@pytest.mark.parametrize("side", ["plc_there", "robot_there"])
+def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedicated_inputs(
+    running: Scene, side: str
+) -> None:
+    """A command that was out, or SI(00), must not come back by itself."""
+    setattr(running, side, False)
+    running.go()
+    setattr(running, side, True)
+    assert running.go(100).state is State.CLEARING
+    assert running.last.reason == "it still holds dedicated inputs, 0x0041"
+    running.area = b"\x01\x00" + bytes(46)
+    assert running.go().reason == "it still holds the remote command 0x0001"
+    running.area = _QUIET
+    assert running.go().state is State.RUN
+    assert running.last.to_robot == _QUIET, "general purpose inputs are the PLC's to keep"
+
+
+@pytest.mark.parametrize(
+    "word", [k for k in range(24) if k not in (0, 16)], ids=lambda k: f"word {k}"
+)
+def test_only_the_code_and_the_dedicated_inputs_must_be_clear(word: int) -> None:
+    area = bytearray(48)
+    area[2 * word] = 1
+    assert Scene(area=bytes(area)).until_run() == 22
+
+
+@pytest.mark.parametrize("at", [0, 1, 32, 33])
+def test_each_byte_of_the_two_counts(at: int) -> None:
+    area = bytearray(48)
+    area[at] = 0x80
+    scene = Scene(area=bytes(area))
+    assert scene.go(100).state is State.CLEARING
+
+
+def test_a_short_loss_of_the_robot_is_told_to_the_plc_for_the_whole_hold_time(
+    scene: Scene,
+) -> None:
+    """FB_ReadArea.Connected must be FALSE for at least one scan."""
+    scene.until_run()
+    scene.robot_there = False
+    scene.go()
+    scene.robot_there = True
+    assert scene.until_run() == 21, "one answer to the zeros, 200 ms"
+
+
+def test_the_hold_time_of_a_lost_plc_begins_with_the_first_writing_it_has_taken(
+    scene: Scene,
+) -> None:
+    scene.until_run()
+    scene.plc_there = False
+    scene.go(1000)
+    scene.plc_there = True
+    assert scene.until_run() == 22
+
+
+def test_a_plc_that_comes_and_goes_begins_again_each_time() -> None:
+    scene = Scene()
+    for _ in range(10):
+        scene.plc_there = True
+        assert scene.go(20).state is State.CLEARING
+        scene.plc_there = False
+        assert scene.go().state is State.NO_PLC
+
+
+def test_time_without_a_robot_counts_for_the_hold_time() -> None:
+    """The PLC has had the news all along."""
+    scene = Scene(robot_there=False)
+    scene.go(50)
+    scene.robot_there = True
+    assert scene.until_run() == 1
+
+
+def test_a_program_that_has_not_run_since_the_loss_holds_it_up() -> None:
+    """Two beats: the first may be of a scan that had begun before."""
+    scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 60_000 * _MS, _LIMITS.hold_us))
+    assert scene.go(100).reason == "its program has not run since"
+    scene.beat += 1
+    assert scene.go().reason == "its program has not run since"
+    scene.beat += 1
+    assert scene.go().state is State.RUN
+
+
+def test_a_heartbeat_that_stands_still_is_the_loss_of_the_plc(running: Scene) -> None:
+    """The Modbus server answers, but the program has stopped."""
+    running.beats = False
+    assert running.go(50).state is State.RUN, "500 ms are not more than 500 ms"
+    assert running.go().state is State.STANDING
+    assert running.last.reason == f"its heartbeat has been {running.beat} for 510 ms"
+    assert running.go(1000).state is State.STANDING
+    running.beats, running.area = True, _QUIET
+    assert running.go().state is State.CLEARING
+    assert running.until_run() == 20, "200 ms after the first beat"
+
+
+def test_a_slow_heartbeat_is_one(running: Scene) -> None:
+    running.beats = False
+    for _ in range(10):
+        assert running.go(49).state is State.RUN
+        running.beat += 1
+        assert running.go().state is State.RUN
+
+
+def test_without_a_heartbeat_the_word_is_not_looked_at() -> None:
+    scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 0, _LIMITS.hold_us))
+    assert scene.until_run() == 22
+    scene.area = _ASKS
+    assert scene.go(10_000).state is State.RUN
+
+
+def test_a_wrap_of_the_heartbeat_is_a_beat() -> None:
+    scene = Scene(beat=0xFFF0)
+    scene.until_run()
+    assert scene.go(0x20).state is State.RUN
+
+
+def test_two_readings_too_far_apart_are_the_loss_of_the_plc(running: Scene) -> None:
+    """Two changes of dedicated inputs could come out together.
+
+    Source: manual chapter 5, 3, caution: 100 ms between two changes.
+    """
+    assert running.go(after_us=100 * _MS).state is State.RUN
+    assert running.go(after_us=100 * _MS + 1).state is State.NO_PLC
+    assert running.last.reason == "100.001 ms between two readings; limit 100 ms"
+    running.area = _QUIET
+    assert running.go().state is State.CLEARING
+    running.until_run()
+
+
+def test_the_gap_counts_from_the_question_before_to_this_answer(scene: Scene) -> None:
+    scene.until_run()
+    asked_us = scene.now_us
+    scene.beat += 1
+    plc = PlcSeen(_QUIET, scene.beat, asked_us + 60 * _MS)
+    actions = scene.bridge.step(asked_us + 101 * _MS, plc, RobotSeen(_ANSWERS))
+    assert actions.state is State.NO_PLC
+
+
+def test_a_gap_does_no_harm_while_nothing_passes() -> None:
+    scene = Scene()
+    scene.go()
+    assert scene.go(after_us=5_000 * _MS).state is State.CLEARING
+    assert scene.until_run() == 20
+
+
+def test_the_plc_is_named_before_the_robot_when_both_are_gone(running: Scene) -> None:
+    running.plc_there = running.robot_there = False
+    assert running.go().state is State.NO_PLC
+
+
+def test_areas_of_256_bytes_pass_too() -> None:
+    area = bytes(48) + bytes(range(208))
+    scene = Scene(area=area)
+    seen = (PlcSeen(area, beat, 10 * _MS * beat) for beat in range(1, 40))
+    last = [scene.bridge.step(one.asked_us, one, RobotSeen(area)) for one in seen][-1]
+    assert (last.state, last.to_robot, last.to_plc) == (State.RUN, area, words_of(area))

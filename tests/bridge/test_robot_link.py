@@ -1,0 +1,207 @@
+"""The robot's side: what keeps the connection, and what ends it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from rcx_harness.bridge.core import Lost, RobotSeen
+from rcx_harness.bridge.robot import RobotLink, open_hint
+from rcx_harness.enip import Adapter
+from rcx_harness.enip.connections import EndReason, OwnerState
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.scanner import Received, Scanner, ScannerStatistics
+from rcx_harness.errors import InputError
+
+_LOOKS = 60_000
+
+
+class FakeScanner:
+    """A scanner without a network."""
+
+    def __init__(self, refusal: CipError | None = None) -> None:
+        self.ended: EndReason | None = None
+        self.alive = True
+        self.connected = False
+        self.refusal = refusal
+        self.done: list[str] = []
+        self.written: list[tuple[bytes, int | None]] = []
+
+    def open(self) -> None:
+        """Refused, or open."""
+        self.done.append("open")
+        if self.refusal is not None:
+            raise self.refusal
+
+    def read(self) -> Received:
+        """Its area is all 7."""
+        return Received(bytes([7] * 48), 5, self.connected)
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
+        """Noted."""
+        assert run
+        self.done.append("write")
+        self.written.append((image, valid_us))
+
+    def statistics(self) -> ScannerStatistics:
+        """All 0."""
+        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
+
+    def close(self) -> None:
+        """Noted."""
+        self.done.append("close")
+
+
+class Network:
+    """Gives scanners out, one after the other."""
+
+    def __init__(self, *scanners: FakeScanner) -> None:
+        self.scanners = list(scanners)
+        self.link = RobotLink("robot", 48, self.connect)
+
+    def connect(self) -> FakeScanner:
+        """The next one; without one there is no robot."""
+        if not self.scanners:
+            raise EnipError("nobody there")
+        return self.scanners.pop(0)
+
+
+def test_the_first_packet_of_a_connection_asks_for_nothing() -> None:
+    scanner = FakeScanner()
+    Network(scanner).link.open()
+    assert scanner.done == ["write", "open"]
+    assert scanner.written == [(bytes(48), None)]
+
+
+def test_before_packets_come_the_robot_is_not_there() -> None:
+    scanner = FakeScanner()
+    link = Network(scanner).link
+    assert link.read() == Lost("robot: not connected yet")
+    link.open()
+    assert link.read() == Lost("robot: packets have not come yet")
+    scanner.connected = True
+    assert link.read() == RobotSeen(bytes([7] * 48))
+
+
+def test_a_connection_that_lives_is_left_alone() -> None:
+    scanner = FakeScanner()
+    link = Network(scanner).link
+    link.keep()
+    link.keep()
+    assert scanner.done == ["write", "open"]
+
+
+@pytest.mark.parametrize("end", ["timed out", "process"])
+def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
+    first, second = FakeScanner(), FakeScanner()
+    link = Network(first, second).link
+    link.open()
+    if end == "process":
+        first.alive = False
+    else:
+        first.ended = EndReason.TIMED_OUT
+        assert link.read() == Lost("robot: the connection has ended: timed out")
+    link.keep()
+    assert first.done[-1] == "close"
+    assert second.done == ["write", "open"]
+
+
+def test_without_a_robot_the_reason_is_told_and_keeping_on_does_no_harm() -> None:
+    link = Network().link
+    link.keep()
+    link.keep()
+    assert link.read() == Lost("nobody there")
+    assert link.look() is None
+    link.write(bytes(48), None)
+    link.close()
+
+
+def test_a_refusal_closes_the_scanner_and_says_what_to_do() -> None:
+    scanner = FakeScanner(CipError("the connection (Forward Open)", 1, (0x106,)))
+    link = Network(scanner).link
+    with pytest.raises(InputError) as refused:
+        link.open()
+    assert scanner.done[-1] == "close"
+    assert "0x0106, another master owns the outputs" in str(refused.value)
+    assert str(refused.value).endswith("; another master has it: disconnect that first")
+
+
+@pytest.mark.parametrize(
+    ("extended", "hint"),
+    [
+        ((0x109,), "try the other --size"),
+        ((0x127,), "try the other --size"),
+        ((0x128,), "try the other --size"),
+        ((0x112,), "try another --rpi"),
+    ],
+)
+def test_a_refusal_with_a_remedy_has_a_hint(extended: tuple[int, ...], hint: str) -> None:
+    assert open_hint(CipError("x", 1, extended)).endswith(hint)
+
+
+@pytest.mark.parametrize("extended", [(), (0x315,)])
+def test_a_refusal_without_a_known_remedy_has_none(extended: tuple[int, ...]) -> None:
+    assert open_hint(CipError("x", 1, extended)) == ""
+
+
+@pytest.fixture
+def adapter() -> Iterator[Adapter]:
+    with Adapter(48, cyclic=0, options=AdapterOptions(rpi_min_us=1_000)) as made:
+        yield made
+
+
+@pytest.fixture
+def link(adapter: Adapter) -> Iterator[RobotLink]:
+    def connect() -> Scanner:
+        host, port = adapter.address
+        return Scanner(host, 48, 2_000, port=port, io_port=0, multiplier=7)
+
+    made = RobotLink("robot", 48, connect)
+    yield made
+    made.close()
+
+
+def until(what: Callable[[], bool]) -> None:
+    """Look until something is so."""
+    pause = threading.Event()
+    for _ in range(_LOOKS):
+        if what():
+            return
+        pause.wait(0.001)
+    raise AssertionError("it does not happen")
+
+
+def received(link: RobotLink) -> int:
+    """Packets that have come from the adapter."""
+    look = link.look()
+    return look[0].received if look else 0
+
+
+def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) -> None:
+    adapter.write_to_master(bytes(range(48)))
+    link.open()
+    link.write(bytes(range(100, 148)), 60_000_000)
+    until(lambda: adapter.read_to_robot() == bytes(range(100, 148)))
+    until(lambda: link.read() == RobotSeen(bytes(range(48))))
+
+
+def test_words_whose_time_is_over_are_not_sent_until_there_are_new_ones(
+    adapter: Adapter, link: RobotLink
+) -> None:
+    """Who has stopped writing must not keep the robot going.
+
+    Twenty packets of the robot have come meanwhile, as many as would have gone the other way.
+    """
+    link.open()
+    until(lambda: adapter.shared.owner is OwnerState.RUN)
+    link.write(bytes([1] * 48), 0)
+    before = received(link)
+    until(lambda: received(link) >= before + 2)  # what was under way has arrived
+    arrived = adapter.shared.status().received
+    until(lambda: received(link) >= before + 22)
+    assert adapter.shared.status().received == arrived
+    link.write(bytes([2] * 48), None)
+    until(lambda: adapter.read_to_robot() == bytes([2] * 48))

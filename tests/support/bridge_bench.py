@@ -1,0 +1,138 @@
+"""PLC, bridge and robot in one room: real Modbus TCP and EtherNet/IP, but the test's own time.
+
+A step is one scan of the PLC of 20 ms: it scans, the bridge makes its exchange, the packets of
+both directions arrive, and four cycles of the controller pass. What travels is waited for by
+looking at the other end; how long that takes is nowhere in the test's time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any
+
+from modbus_plc import ModbusPlc
+from rcx_harness.bridge.core import Actions, Limits, RobotSeen, State
+from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.plc import PlcLink
+from rcx_harness.bridge.registers import Registers
+from rcx_harness.bridge.robot import RobotLink
+from rcx_harness.enip import Adapter
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.scanner import Scanner
+from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.serve.station import Station
+
+__all__ = ["BridgeBench"]
+
+_SCAN_US = 20_000
+_RPI_US = 2_000
+_PAUSE_S = 0.001
+_MOST_LOOKS = 60_000
+
+
+class BridgeBench:
+    """The bench; robot and PLC are there, the bridge has not looked yet.
+
+    Args:
+        scan: One scan of the PLC at a time in microseconds: what it does to its registers.
+        multiplier: Of the cyclic connection's time-out, coded.
+
+    Attributes:
+        plc: The PLC's Modbus server.
+        controller: The robot.
+        adapter: The robot's end of the network.
+        loop: The bridge.
+        news: Its changes of state.
+        last: What it did last.
+    """
+
+    def __init__(
+        self,
+        scan: Callable[[int, dict[int, int]], None],
+        registers: Registers | None = None,
+        multiplier: int = 5,
+        robot: Mapping[str, Any] | None = None,
+    ) -> None:
+        registers = registers or Registers()
+        self.now_us = 0
+        self.news: list[State] = []
+        self._scan = scan
+        self._cycle_us = 0
+        self._pause = threading.Event()
+        config = RobotConfig(size=registers.size, boot_time=100, **dict(robot or {}))
+        self.controller = Controller(config)
+        options = AdapterOptions(rpi_min_us=1_000)
+        self.adapter = Adapter(registers.size, cyclic=0, options=options)
+        self.plc = ModbusPlc()
+        self.station = Station(self.controller, self.adapter.shared)
+
+        def connect() -> Scanner:
+            host, port = self.adapter.address
+            return Scanner(
+                *(host, registers.size, _RPI_US), port=port, io_port=0, multiplier=multiplier
+            )
+
+        self.robot = RobotLink("robot", registers.size, connect)
+        link = PlcLink("127.0.0.1", self.plc.port, registers, timeout_s=30.0)
+        self._link = link
+        self.loop = Loop(
+            *(link, self.robot, registers, Limits()),
+            on_state=lambda state, reason: self.news.append(state),
+            clock_us=lambda: self.now_us,
+        )
+        self.last: Actions | None = None
+
+    def step(self, steps: int = 1) -> None:
+        """Let scans of the PLC pass, and everything else meanwhile."""
+        for _ in range(steps):
+            self.now_us += _SCAN_US
+            with self.plc.between_scans() as holds:
+                self._scan(self.now_us, holds)
+            self.last = actions = self.loop.turn()
+            self._packets(actions.to_robot)
+            while self._cycle_us < self.now_us:
+                self.station.step(self._cycle_us)
+                self._cycle_us += CYCLE_US
+            self._packets(actions.to_robot)
+
+    def until(self, what: Callable[[], bool], most: int = 500) -> None:
+        """Let scans pass until something is so."""
+        for _ in range(most):
+            if what():
+                return
+            self.step()
+        raise AssertionError(f"not in {most} scans; {self.loop.state}: {self.loop.reason}")
+
+    def close(self) -> None:
+        """End everything."""
+        self._link.close()
+        self.robot.close()
+        self.adapter.close()
+        self.plc.close()
+
+    def __enter__(self) -> BridgeBench:
+        """It is ready."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End everything."""
+        self.close()
+
+    def _packets(self, to_robot: bytes) -> None:
+        """Wait until both areas have arrived, as long as there is a connection."""
+        for _ in range(_MOST_LOOKS):
+            seen = self.robot.read()
+            if not isinstance(seen, RobotSeen):
+                return
+            there = self.adapter.shared.to_robot.read() == to_robot
+            if there and seen.area == self.adapter.shared.to_master.read():
+                return
+            self._pause.wait(_PAUSE_S)
+        raise AssertionError("the packets do not come")
