@@ -10,7 +10,16 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness import cli_check, cli_codec, cli_eds, cli_export, cli_scan, cli_serve
+from rcx_harness import (
+    cli_bridge,
+    cli_check,
+    cli_codec,
+    cli_eds,
+    cli_export,
+    cli_new,
+    cli_scan,
+    cli_serve,
+)
 from rcx_harness.cell import EVENTS
 from rcx_harness.cli_report import RunProgress, print_outcome
 from rcx_harness.clocks import Duration
@@ -67,9 +76,18 @@ def run(
     size: Annotated[
         int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
     ] = None,
-    m: Annotated[int, typer.Option("--m", help="Where in the inputs the area begins.")] = 0,
-    n: Annotated[int, typer.Option("--n", help="Where in the outputs the area begins.")] = 0,
-    robot: Annotated[Path | None, typer.Option(help="Properties of the robot (TOML).")] = None,
+    m: Annotated[
+        list[int] | None,
+        typer.Option("--m", help="Where in the inputs the area begins; once for each robot."),
+    ] = None,
+    n: Annotated[
+        list[int] | None,
+        typer.Option("--n", help="Where in the outputs the area begins; once for each robot."),
+    ] = None,
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(help="Properties of the robot (TOML); of several robots once for each."),
+    ] = None,
     stimulus: Annotated[Path | None, typer.Option(help="What happens when (TOML).")] = None,
     seed: Annotated[int, typer.Option(help="Seed of all that is drawn.")] = 0,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
@@ -106,9 +124,9 @@ def run(
         link=link,
         realtime=realtime,
         size=size,
-        m=m,
-        n=n,
-        robot=robot,
+        m=m or 0,
+        n=n or 0,
+        robot=robot or None,
         stimulus=stimulus,
         seed=seed,
         rpi=rpi,
@@ -167,8 +185,10 @@ def decode(
     cli_codec.decode(words, response)
 
 
+app.command()(cli_bridge.bridge)
 app.command()(cli_eds.eds)
 app.command(epilog=cli_export.EPILOG)(cli_export.export)
+app.command()(cli_new.new)
 app.command()(cli_scan.scan)
 app.command()(cli_serve.serve)
 

@@ -1,0 +1,40 @@
+"""`rcx new`: a repository for a cell, with program, tests and CI."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.new import CI, new_project
+
+__all__ = ["new"]
+
+_TRY = ("pytest", "rcx run plc --robot robot.toml --stimulus stimulus.toml --for 5s --show")
+_INSTALL = ("pip install pytest   # it is missing here; for CI see README.md", "pytest")
+
+
+def new(
+    folder: Annotated[Path, typer.Argument(help="Folder to make; new or empty.", metavar="DIR")],
+    name: Annotated[
+        str | None, typer.Option(help="The cell's name. Default: the folder's.")
+    ] = None,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    ci: Annotated[str, typer.Option(help=f"CI files: {', '.join(CI)} or all.")] = "all",
+) -> None:
+    """Write a repository for a cell of your own: program, tests, virtual robot, CI files.
+
+    Exit code: 0, or 2 where the folder has files.
+    """
+    files = new_project(folder, name, size, ci)
+    for file in files:
+        print(f"  {file.as_posix()}")
+    print(f"written: {len(files)} files in {folder}\n\nnext:\n  cd {_quoted(folder)}")
+    for line in _INSTALL if find_spec("pytest") is None else _TRY:
+        print(f"  {line}")
+
+
+def _quoted(folder: Path) -> str:
+    return f'"{folder}"' if " " in str(folder) else str(folder)

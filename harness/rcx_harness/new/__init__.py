@@ -1,0 +1,89 @@
+"""`rcx new`: a repository for a user's own cell, with program, tests and CI."""
+
+from __future__ import annotations
+
+import re
+from importlib.metadata import version
+from pathlib import Path
+
+from rcx_harness.cell_image import check_size
+from rcx_harness.errors import InputError
+
+__all__ = ["CI", "new_project"]
+
+#: Files of a CI system in the template, by the name of the system.
+CI: dict[str, str] = {
+    "github": ".github/workflows/test.yml",
+    "gitlab": ".gitlab-ci.yml",
+    "jenkins": "Jenkinsfile",
+}
+
+_TEMPLATE = Path(__file__).resolve().parent / "template"
+_NAME = re.compile(r"\w[\w .-]{0,59}")
+#: What may be in the folder already: an empty repository.
+_WELCOME = {".git"}
+
+
+def new_project(
+    folder: Path, name: str | None = None, size: int = 48, ci: str = "all"
+) -> list[Path]:
+    """Write the template into a new or empty folder.
+
+    Args:
+        folder: Where; its parents are made.
+        name: The cell's name in the README; default: the folder's.
+        size: Bytes of the areas, 48 or 256.
+        ci: `"github"`, `"gitlab"`, `"jenkins"` or `"all"`.
+
+    Returns:
+        The files, relative to the folder.
+
+    Raises:
+        InputError: the folder has files, or an argument is wrong.
+    """
+    check_size(size)
+    if ci != "all" and ci not in CI:
+        raise InputError(f"there is no template for {ci!r}", hint=f"use {', '.join(CI)} or all")
+    title = folder.resolve().name if name is None else name
+    if not _NAME.fullmatch(title):
+        raise InputError(
+            f"{title!r} is no name for a cell",
+            hint="give --name with letters, digits, spaces, '.', '-' and '_', at most 60",
+        )
+    _check_empty(folder)
+    words = {"@NAME@": title, "@SIZE@": str(size), "@VERSION@": version("rcx-harness")}
+    others = {path for system, path in CI.items() if ci not in ("all", system)}
+    written = []
+    for source in sorted(_TEMPLATE.rglob("*")):
+        place = re.sub(r"(^|/)dot_", r"\1.", source.relative_to(_TEMPLATE).as_posix())
+        if source.is_file() and place not in others and "__pycache__" not in source.parts:
+            _write(folder / place, source.read_text(encoding="utf-8"), words)
+            written.append(Path(place))
+    return written
+
+
+def _check_empty(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise InputError("is a file", file=folder, hint="name a folder that is new or empty")
+    try:
+        there = [path.name for path in folder.iterdir()] if folder.exists() else []
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=folder) from None
+    found = sorted(set(there) - _WELCOME)
+    if found:
+        more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+        raise InputError(
+            f"is not empty: {', '.join(found[:3])}{more}",
+            file=folder,
+            hint="nothing was written; name a folder that is new or empty",
+        )
+
+
+def _write(path: Path, text: str, words: dict[str, str]) -> None:
+    for token, word in words.items():
+        text = text.replace(token, word)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=path) from None

@@ -1,0 +1,14 @@
+"""The operator of the cell, as the tests play him."""
+
+from __future__ import annotations
+
+from rcx_harness import Cell
+
+__all__ = ["press"]
+
+
+def press(cell: Cell, button: str) -> None:
+    """Press a button for 50 ms."""
+    cell[button] = True
+    cell.run("50ms")
+    cell[button] = False

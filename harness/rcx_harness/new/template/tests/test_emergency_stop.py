@@ -1,0 +1,46 @@
+"""The emergency stop: at once, and nothing goes on by itself."""
+
+from __future__ import annotations
+
+from panel import press
+
+from rcx_harness import Cell
+
+
+def test_an_open_safety_circuit_takes_the_servos_away_and_is_shown(moving: Cell) -> None:
+    moving["Main.CellSafe"] = False
+    with moving.takes(scans=1):
+        moving.scan()
+    assert not moving["Main.Robot.SI.SI00_EmergencyStop"], "SI(00) is OFF in the same scan"
+    moving.run("200ms")
+    assert not moving["Main.Robot.SO.SO02_ServoOn"]
+    assert moving["Main.Stage"] == "CELL_FAULT"
+    assert moving["Main.Fault"] != 0
+
+
+def test_it_goes_on_only_after_acknowledge_and_start(moving: Cell) -> None:
+    moving["Main.CellSafe"] = False
+    moving.run("500ms")
+    moving["Main.CellSafe"] = True
+    moving.run("5s")
+    assert moving["Main.Stage"] == "CELL_FAULT", "nothing restarts by itself"
+    assert not moving["Main.Robot.SO.SO02_ServoOn"]
+
+    press(moving, "Main.Acknowledge")
+    moving.run("2s")
+    assert moving["Main.Stage"] == "CELL_IDLE"
+    assert not moving["Main.Robot.SO.SO02_ServoOn"]
+
+    press(moving, "Main.Start")
+    moving.run_until(lambda: moving["Main.Parts"] == 1, within="10s")
+
+
+def test_the_robots_own_emergency_stop_is_a_fault_too(moving: Cell) -> None:
+    moving.inject("emergency_stop")
+    moving.run("200ms")
+    assert moving["Main.Stage"] == "CELL_FAULT"
+
+    moving.inject("emergency_stop_release")
+    press(moving, "Main.Acknowledge")
+    press(moving, "Main.Start")
+    moving.run_until(lambda: moving["Main.Parts"] == 1, within="10s")

@@ -1,0 +1,55 @@
+"""Parts go from point 1 to point 2."""
+
+from __future__ import annotations
+
+import pytest
+from panel import press
+
+from rcx_harness import Cell
+
+PICK, PLACE = [120_000, -45_000, 30_000, 0], [-80_000, 60_000, 30_000, 0]
+
+
+def gripper(cell: Cell) -> bool:
+    """DO2(0), bit 0 of output port 2 of the robot."""
+    return bool(cell.robot.read_port("DO(20)"))
+
+
+def test_one_part_is_picked_at_point_1_and_placed_at_point_2(moving: Cell) -> None:
+    moving["Main.LastPart"] = True
+    moving.run_until(lambda: moving["Main.Stage"] == "CELL_GRIP", within="5s")
+    assert moving.robot.positions == PICK
+    assert not gripper(moving)
+
+    moving.run_until(lambda: moving["Main.Stage"] == "CELL_TO_PLACE", within="1s")
+    assert gripper(moving)
+
+    moving.run_until(lambda: moving["Main.Stage"] == "CELL_RELEASE", within="5s")
+    assert moving.robot.positions == PLACE
+    assert gripper(moving)
+
+    moving.run_until(lambda: moving["Main.Stage"] == "CELL_IDLE", within="1s")
+    assert not gripper(moving)
+    assert moving["Main.Parts"] == 1
+
+
+def test_parts_go_on_until_the_last_one_is_asked_for(moving: Cell) -> None:
+    moving.run_until(lambda: moving["Main.Parts"] == 3, within="20s")
+    moving["Main.LastPart"] = True
+    moving.run_until(lambda: moving["Main.Stage"] == "CELL_IDLE", within="10s")
+    assert moving["Main.Parts"] == 4
+    moving.run("5s")
+    assert moving["Main.Parts"] == 4
+
+
+def test_nothing_happens_while_the_cell_is_not_safe(cell: Cell) -> None:
+    cell.run("500ms")
+    press(cell, "Main.Start")
+    cell.run("2s")
+    assert not cell["Main.Robot.SI.SI00_EmergencyStop"], "SI(00) stays OFF"
+    assert not cell["Main.Robot.SO.SO02_ServoOn"]
+
+
+@pytest.mark.rcx(scan="20ms", rpi="20ms", jitter="5ms")
+def test_a_slow_plc_and_a_slow_network_do_it_too(moving: Cell) -> None:
+    moving.run_until(lambda: moving["Main.Parts"] == 1, within="20s")

@@ -1,0 +1,208 @@
+"""The cells of one test: built from its settings, watched, attached to its report, closed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.cell import Cell, CellTimeout
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Violation
+from rcx_harness.testing.evidence import broken_rules, chart_of, state_of, write_files
+from rcx_harness.testing.settings import artifacts, settings_of
+from rcx_harness.units import format_us
+
+__all__ = ["Build", "Cells", "shorten"]
+
+#: `rcx_build`: options of a cell to the cell.
+Build = Callable[..., Cell]
+
+_FILES = re.compile(r"(chart|trace)(-\d+)?\.(svg|jsonl)")
+_LONGEST = 80
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+class _Cell(Cell):
+    """A cell that knows whether it is closed; its variables are gone then."""
+
+    closed = False
+
+    def close(self) -> None:
+        """As `Cell.close`."""
+        self.closed = True
+        super().close()
+
+
+class Cells:
+    """All cells that one test has built.
+
+    Args:
+        item: The test.
+        temporary: Makes the folder of the files where no other is named.
+    """
+
+    def __init__(self, item: pytest.Item, temporary: pytest.TempPathFactory) -> None:
+        self._item = item
+        self._temporary = temporary
+        self._cells: list[_Cell] = []
+        self._told: list[int] = []
+        self._attached = False
+        self._evidence: list[tuple[str, str]] | None = None
+        self._files: list[Path] = []
+        self._forget_last_run()
+
+    def build(self, **changes: Any) -> Cell:
+        """A cell as the settings of the test say, with these changes.
+
+        Raises:
+            InputError: anything wrong with sources or settings.
+        """
+        cell = _Cell.build(**settings_of(self._item, changes))
+        assert isinstance(cell, _Cell)
+        self._cells.append(cell)
+        self._told.append(0)
+        return cell
+
+    def broken(self) -> str:
+        """The rules that were broken since this was asked last and are not allowed; or empty."""
+        found: list[Violation] = []
+        for number, cell in enumerate(self._cells):
+            found += cell.violations[self._told[number] :]
+            self._told[number] = len(cell.violations)
+        found = [one for one in found if not self._allowed(one)]
+        if not found:
+            return ""
+        what = "a rule was broken" if len(found) == 1 else f"{len(found)} times a rule was broken"
+        lines = [f"  {format_us(one.t_us):>14}  {one.text}" for one in found]
+        rules = ", ".join(f'"{rule}"' for rule in dict.fromkeys(one.rule for one in found))
+        hint = f"(a test that means it to: @pytest.mark.allow_violations({rules}))"
+        return "\n".join([f"rcx: {what}:", *lines, hint])
+
+    def finish(self) -> str:
+        """Close all cells.
+
+        Returns:
+            What `broken` says at the very end.
+        """
+        broken = self.broken()
+        try:
+            if broken:
+                self._collect()
+        finally:
+            for cell in self._cells:
+                cell.close()
+        return broken
+
+    def attach(self, report: pytest.TestReport) -> None:
+        """Put chart, variables and the names of the files into a report, once."""
+        if self._attached or not self._cells:
+            return
+        self._attached = True
+        report.sections += self._collect()
+        named: list[tuple[str, object]] = [(f"rcx_{path.stem}", str(path)) for path in self._files]
+        report.user_properties += named
+        self._item.user_properties += named  # a JUnit report takes them at the test's end
+        if self._item.config.pluginmanager.hasplugin("html"):
+            _attach_html(report, self._files)
+
+    def _collect(self) -> list[tuple[str, str]]:
+        """Titles and texts for the report; the files are written on the way."""
+        if self._evidence is None:
+            self._evidence = []
+            for number, cell in enumerate(self._cells, 1):
+                of = f" {number} of {len(self._cells)}" if len(self._cells) > 1 else ""
+                self._evidence += self._of_one(cell, f"cell{of}")
+            self._evidence.append(("rcx: files", self._write()))
+        return self._evidence
+
+    def _of_one(self, cell: _Cell, name: str) -> list[tuple[str, str]]:
+        sections = [(f"rcx: timing chart of the {name}", chart_of(cell))]
+        if not cell.closed:
+            sections.append((f"rcx: variables of the {name}", state_of(cell)))
+        if cell.violations:
+            sections.append((f"rcx: broken rules in the {name}", broken_rules(cell)))
+        return sections
+
+    def _write(self) -> str:
+        folder = self._folder()
+        try:
+            for number, cell in enumerate(self._cells, 1):
+                suffix = f"-{number}" if len(self._cells) > 1 else ""
+                self._files += write_files(cell, folder, self._item.nodeid, suffix)
+        except InputError as error:
+            return str(error)
+        return "\n".join(_short(path) for path in self._files)
+
+    def _folder(self) -> Path:
+        named = self._named_folder()
+        if named is not None:
+            return named
+        return self._temporary.mktemp("rcx-" + _file_name(self._item.name)[:30])
+
+    def _named_folder(self) -> Path | None:
+        """Below the folder for failures, as the test lies below the project's."""
+        parent = artifacts(self._item.config)
+        if parent is None:
+            return None
+        file, _, name = self._item.nodeid.partition("::")
+        names, bracket, parameter = name.partition("[")
+        parts = [*file.removesuffix(".py").split("/"), *names.split("::")]
+        parts[-1] += bracket + parameter
+        return parent.joinpath(*map(_file_name, parts))
+
+    def _forget_last_run(self) -> None:
+        """Remove what an earlier run has left of this test: it may pass now."""
+        folder = self._named_folder()
+        if folder is None or not folder.is_dir():
+            return
+        for path in folder.iterdir():
+            if _FILES.fullmatch(path.name):
+                path.unlink(missing_ok=True)
+        if not any(folder.iterdir()):
+            folder.rmdir()
+
+    def _allowed(self, violation: Violation) -> bool:
+        """Does a marker allow it: by its rule, or as all of them?"""
+        markers = self._item.iter_markers("allow_violations")
+        return any(not marker.args or violation.rule in marker.args for marker in markers)
+
+
+def _file_name(name: str) -> str:
+    """A part of a test's name as a folder's name; different ones stay different."""
+    plain = re.sub(r"[^\w.-]+", "-", name, flags=re.ASCII).strip("-")
+    if plain == name and len(plain) <= _LONGEST and plain.strip("."):
+        return plain
+    return f"{plain[:_LONGEST]}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+
+
+def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+    """Let pytest leave out the harness's frames below the user's line (not with --full-trace)."""
+    for entry in excinfo.traceback:
+        if isinstance(entry.path, Path) and entry.path.is_relative_to(_PACKAGE):
+            entry.frame.f_globals["__tracebackhide__"] = _tells_the_user
+
+
+def _tells_the_user(excinfo: pytest.ExceptionInfo[BaseException] | None) -> bool:
+    """Is it an error of the user's input or test, and none of the harness?"""
+    return excinfo is not None and isinstance(excinfo.value, (CellTimeout, InputError))
+
+
+def _short(path: Path) -> str:
+    """Relative to where we are, if it lies below."""
+    return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
+
+
+def _attach_html(report: pytest.TestReport, files: list[Path]) -> None:
+    """Show the charts in the report of pytest-html."""
+    extras: Any = import_module("pytest_html.extras")
+    shown = [
+        extras.html(path.read_text(encoding="utf-8")) for path in files if path.suffix == ".svg"
+    ]
+    report.extras = [*getattr(report, "extras", []), *shown]  # type: ignore[attr-defined]

@@ -1,0 +1,132 @@
+"""What is kept of a cell when its test has failed: chart, trace, variables."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from rcx_harness import spec
+from rcx_harness.cell import Cell
+from rcx_harness.chart import Timeline, text_chart
+from rcx_harness.chart_svg import svg_chart
+from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
+from rcx_harness.errors import InputError
+from rcx_harness.units import format_us
+
+__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "write_files"]
+
+_SECOND_US = 1_000_000
+#: A chart goes back further than a second until it shows so many changes.
+_FEWEST = 6
+_WIDTH = (80, 120)
+_MOST_RULES = 20
+
+
+class LastChanges(Timeline):
+    """The end of a run: the last second, or the last changes if there are few in it."""
+
+    def __init__(self, cell: Cell) -> None:
+        super().__init__()
+        for record in cell.trace:
+            self.take(record)
+        self.end_us = cell.now_us
+        every = super().instants()
+        recent = [t_us for t_us in every if t_us >= self.end_us - _SECOND_US]
+        self._shown = sorted({*(recent if len(recent) >= _FEWEST else every[-_FEWEST:])})
+        self._shown = sorted({*self._shown, self.end_us})
+
+    def instants(self) -> list[int]:
+        """The times of the last changes, and the end."""
+        return self._shown
+
+    @property
+    def since_us(self) -> int:
+        """Where the chart begins."""
+        return self._shown[0]
+
+
+def chart_of(cell: Cell) -> str:
+    """The end of the run as text, below a line that says which time it shows."""
+    chart = LastChanges(cell)
+    width = max(_WIDTH[0], min(shutil.get_terminal_size((100, 24)).columns, _WIDTH[1]))
+    out = sys.__stdout__
+    unicode = "utf" in ((out.encoding if out is not None else "") or "utf").lower()
+    trace = cell.trace.header
+    head = (
+        f"{format_us(chart.since_us)} to {format_us(cell.now_us)}, the end of the test "
+        f"(scan {cell.scans}); scan {format_us(cell.timing.scan_us)}, engine {trace['engine']}, "
+        f"link {trace['link']}, seed {trace['seed']}"
+    )
+    return f"{head}\n\n{text_chart(chart, width, ascii_only=not unicode)}"
+
+
+def state_of(cell: Cell) -> str:
+    """The programs' plain variables, and the blocks that are busy or in error."""
+    return "\n".join(_state(cell))
+
+
+def broken_rules(cell: Cell) -> str:
+    """The broken rules, one per line, each with its time."""
+    shown = [f"{format_us(one.t_us):>14}  {one.text}" for one in cell.violations[:_MOST_RULES]]
+    rest = len(cell.violations) - _MOST_RULES
+    return "\n".join([*shown, f"... and {rest} more"] if rest > 0 else shown)
+
+
+def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[Path]:
+    """Write chart and trace into a folder, over those of an earlier run.
+
+    The trace holds what is in memory: the latest 40,000 records, about two minutes.
+
+    Raises:
+        InputError: a file cannot be written.
+    """
+    chart, trace = folder / f"chart{suffix}.svg", folder / f"trace{suffix}.jsonl"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        chart.write_text(svg_chart(LastChanges(cell), title), encoding="utf-8", newline="\n")
+        with trace.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(line + "\n" for line in cell.trace.lines())
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=folder) from None
+    return [chart, trace]
+
+
+def _state(cell: Cell) -> Iterator[str]:
+    for name, kind in cell.program.instances().items():
+        assert isinstance(kind, BlockType)
+        for variable in kind.variables:
+            path = f"{name}.{variable.name}"
+            if isinstance(variable.type, (ElementaryType, EnumType)):
+                yield f"{path} = {_shown(cell, path, variable.type)}"
+            elif isinstance(variable.type, BlockType):
+                yield from _block(cell, path, variable.type)
+
+
+def _block(cell: Cell, path: str, kind: BlockType) -> Iterator[str]:
+    pins = {variable.name for variable in kind.variables}
+    if "ErrorID" in pins and cell[f"{path}.ErrorID"]:
+        number = int(str(cell[f"{path}.ErrorID"]))
+        alarm = ""
+        if "AlarmCategory" in pins and cell[f"{path}.AlarmGroup"]:
+            alarm = f", alarm {cell[f'{path}.AlarmGroup']}.{cell[f'{path}.AlarmCategory']}"
+        yield f"{path}: error 16#{number:04X} ({_errors().get(number, 'unknown')}{alarm})"
+    elif "Busy" in pins and cell[f"{path}.Busy"]:
+        yield f"{path}: busy"
+
+
+def _shown(cell: Cell, path: str, kind: ElementaryType | EnumType) -> str:
+    value = cell[path]
+    if kind == ElementaryType("WORD"):
+        number = int(str(value))
+        about = f" ({_errors()[number]})" if number in _errors() else ""
+        return f"16#{number:04X}{about}"
+    return str(value)
+
+
+@lru_cache(maxsize=1)
+def _errors() -> dict[int, str]:
+    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    return {entry["id"]: entry["name"] for entry in table}

@@ -1,0 +1,176 @@
+"""The pytest plugin: fixtures `cell`, `robot` and `rcx_build` for tests of a PLC project.
+
+pytest loads this module in every run of an environment that has the package, so it imports
+nothing of the harness until a test asks for a fixture. docs/testing.md is the user's page.
+"""
+
+from __future__ import annotations
+
+from argparse import ArgumentTypeError
+from collections.abc import Generator, Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from rcx_harness.cell import Cell
+    from rcx_harness.robot import Controller
+    from rcx_harness.testing.cells import Build, Cells
+
+__all__ = ["LISTS", "OPTIONS", "VALUES", "cell", "rcx_build", "robot"]
+
+_CELLS: pytest.StashKey[Cells] = pytest.StashKey()
+
+#: Options of the command line, by the name of the ini key: default is None for each.
+OPTIONS: dict[str, dict[str, Any]] = {
+    "engine": {"choices": ("auto", "matiec", "builtin"), "help": "engine of the PLC program"},
+    "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
+    "seed": {"type": int, "metavar": "N", "help": "seed of all that is drawn"},
+    "scan": {"metavar": "TIME", "help": "period of the PLC, as 10ms"},
+    "robot": {
+        "action": "append",
+        "metavar": "FILE",
+        "help": "properties of the robot (TOML); once for each robot",
+    },
+    "artifacts": {"metavar": "DIR", "help": "folder for charts and traces of failed tests"},
+}
+
+#: Keys of the ini file that are lists; all others are one value.
+LISTS = {
+    "sources": "ST files of the program: names, patterns or folders, one per line",
+    "watch": "variables that traces show in every scan, one per line",
+}
+
+#: The other keys of the ini file.
+VALUES = {
+    "lib": "folder of the library; default: that of rcx-harness",
+    "size": "bytes of the areas, 48 or 256; default: the robot's",
+    "m": "where in the inputs the area begins; of several robots: 0 48",
+    "n": "where in the outputs the area begins",
+    "rpi": "packet interval",
+    "jitter": "greatest delay of a packet",
+    "on_loss": "the PLC's inputs without a link: hold or clear",
+}
+
+_MARKERS = (
+    "rcx(scan=, robot=, ...): build this test's cell otherwise; takes what Cell.build takes",
+    "allow_violations(*rules): broken rules do not fail this test; without names: none of them",
+)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options `--rcx-...` and keys `rcx_...` of the ini file."""
+    group = parser.getgroup("rcx", "virtual robot cell (rcx-harness)")
+    for name, about in OPTIONS.items():
+        kind = {"type": _duration} if name == "scan" else {}
+        group.addoption(f"--rcx-{name}", dest=f"rcx_{name}", default=None, **about, **kind)
+        many: dict[str, Any] = {"type": "linelist", "default": []} if name == "robot" else {}
+        parser.addini(
+            f"rcx_{name}", f"{about['help']}; as --rcx-{name}", **{"default": None, **many}
+        )
+    for name, text in LISTS.items():
+        parser.addini(f"rcx_{name}", text, type="linelist", default=[])
+    for name, text in VALUES.items():
+        parser.addini(f"rcx_{name}", text, default=None)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the markers known; check the settings where there are any."""
+    for marker in _MARKERS:
+        config.addinivalue_line("markers", marker)
+    if _in_use(config):
+        from rcx_harness.testing.settings import check_settings
+
+        check_settings(config)
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    """One line: version, engine, link, seed."""
+    if not _in_use(config):
+        return None
+    from rcx_harness.testing.settings import header
+
+    return header(config)
+
+
+@pytest.fixture
+def rcx_build(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Build]:
+    """Build further cells: takes what the marker `rcx` takes, on top of this test's settings."""
+    from rcx_harness.testing.cells import Cells
+
+    cells = Cells(request.node, tmp_path_factory)
+    request.node.stash[_CELLS] = cells
+    yield cells.build
+    broken = cells.finish()
+    if broken:
+        pytest.fail(broken, pytrace=False)
+
+
+@pytest.fixture
+def cell(rcx_build: Build) -> Cell:
+    """This project's PLC program and a virtual robot, at time 0; new for every test."""
+    from rcx_harness.errors import InputError
+
+    try:
+        return rcx_build()
+    except InputError as error:
+        reason = f"rcx: {error}"
+    pytest.fail(reason, pytrace=False)  # outside: the message alone, once
+
+
+@pytest.fixture
+def robot(cell: Cell) -> Controller:
+    """The virtual robot of `cell`."""
+    return cell.robot
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
+    """A test that passed fails if its cells broke a rule of the manual."""
+    cells = item.stash.get(_CELLS, None)
+    try:
+        result = yield
+    finally:
+        broken = "" if cells is None else cells.broken()
+    if broken:
+        pytest.fail(broken, pytrace=False)
+    return result
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Attach chart and trace to the report of a test that failed."""
+    cells = item.stash.get(_CELLS, None)
+    if cells is not None and call.excinfo is not None:
+        from rcx_harness.testing.cells import shorten
+
+        shorten(call.excinfo)
+    report = yield
+    if cells is not None:
+        if report.failed:
+            cells.attach(report)
+        if call.when == "teardown":
+            del item.stash[_CELLS]
+    return report
+
+
+def _duration(text: str) -> str:
+    from rcx_harness.errors import InputError
+    from rcx_harness.units import parse_us
+
+    try:
+        parse_us(text)
+    except InputError as error:
+        raise ArgumentTypeError(str(error)) from None
+    return text
+
+
+def _in_use(config: pytest.Config) -> bool:
+    """Is there any setting of ours, in the ini file or on the command line?"""
+    if any(config.getoption(f"rcx_{name}") is not None for name in OPTIONS):
+        return True
+    return any(config.getini(f"rcx_{name}") for name in (*OPTIONS, *LISTS, *VALUES))

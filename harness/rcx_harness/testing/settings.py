@@ -1,0 +1,199 @@
+"""What a test's cell is built of: marker before command line before ini file before defaults."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from difflib import get_close_matches
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.cell import Cell
+from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.errors import InputError
+from rcx_harness.robot import RobotConfig
+from rcx_harness.telegram import did_you_mean
+from rcx_harness.units import parse_us
+
+__all__ = ["artifacts", "check_settings", "header", "known", "project", "settings_of"]
+
+#: What the marker and `rcx_build` take: the arguments of `Cell.build`, `program` as `sources`.
+_BUILD = inspect.signature(Cell.build).parameters
+_KEYS = ("sources", *(name for name in _BUILD if name not in ("program", "trace")))
+
+_ON_COMMAND_LINE = ("engine", "link", "seed", "scan", "robot")
+_NUMBERS = ("seed", "size", "m", "n")
+_DURATIONS = ("scan", "rpi", "jitter")
+_IN_INI = ("engine", "link", "seed", "scan", "lib", "size", "m", "n", "rpi", "jitter", "on_loss")
+
+_NO_SOURCES = (
+    "no program is named; write `rcx_sources = plc/*.st` into pytest.ini, or mark the test with "
+    '@pytest.mark.rcx(sources="plc/*.st")'
+)
+
+
+def project(config: pytest.Config) -> Path:
+    """The folder that names in the ini file and in markers start from."""
+    return config.inipath.parent if config.inipath is not None else config.rootpath
+
+
+def check_settings(config: pytest.Config) -> None:
+    """Refuse what is wrong in the ini file and on the command line, before any test runs.
+
+    Raises:
+        UsageError: one message, for pytest to print.
+    """
+    try:
+        settings = dict(_of_run(config))
+        for name in _DURATIONS:
+            if name in settings:
+                parse_us(settings[name])
+        for path in settings.get("robot", ()):
+            RobotConfig.load(path)
+        if "sources" in settings:
+            _files(project(config), settings["sources"])
+        folder = artifacts(config)
+        if folder is not None and folder.exists() and not folder.is_dir():
+            raise InputError("is no folder", file=folder, hint="give another --rcx-artifacts")
+        _engine(settings)
+    except InputError as error:
+        raise pytest.UsageError(f"rcx: {error}") from None
+
+
+def header(config: pytest.Config) -> str:
+    """Version, engine, link, seed, in one line."""
+    settings = _of_run(config)
+    parts = [f"engine {_engine(settings)}", f"link {settings.get('link', 'direct')}"]
+    parts += [f"seed {settings.get('seed', 0)}"]
+    parts += [f"{name} {settings[name]}" for name in ("scan",) if name in settings]
+    return f"rcx-harness {version('rcx-harness')}: {', '.join(parts)}"
+
+
+def artifacts(config: pytest.Config) -> Path | None:
+    """The folder for charts and traces of failed tests; None: pytest's temporary one."""
+    given = config.getoption("rcx_artifacts")
+    if given is not None:
+        return config.invocation_params.dir / str(given)
+    named = config.getini("rcx_artifacts")
+    return project(config) / str(named) if named else None
+
+
+def known(changes: Mapping[str, Any]) -> None:
+    """Refuse arguments that `Cell.build` does not take.
+
+    Raises:
+        InputError: with near names.
+    """
+    for name in changes:
+        if name not in _KEYS:
+            near = did_you_mean(get_close_matches(name, _KEYS))
+            hint = near or f"use {', '.join(_KEYS)}"
+            raise InputError(f"a cell has no option {name!r}", hint=hint)
+
+
+def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of `Cell.build` for a cell of this test.
+
+    Args:
+        item: The test; its markers `rcx` count, the nearest last.
+        changes: What the test itself asks for, on top.
+
+    Raises:
+        InputError: unknown options, or no program.
+    """
+    settings = dict(_of_run(item.config))
+    for marker in reversed(list(item.iter_markers("rcx"))):
+        if marker.args:
+            raise InputError(
+                f"@pytest.mark.rcx takes names, not {marker.args[0]!r}",
+                hint='write it as @pytest.mark.rcx(scan="5ms")',
+            )
+        known(marker.kwargs)
+        settings |= marker.kwargs
+    known(changes)
+    settings |= changes
+    home = project(item.config)
+    if "sources" not in settings:
+        raise InputError(_NO_SOURCES)
+    settings["program"] = _files(home, settings.pop("sources"))
+    for name in ("robot", "lib"):
+        if name in settings:
+            settings[name] = _below(home, settings[name])
+    return settings
+
+
+def _of_run(config: pytest.Config) -> dict[str, Any]:
+    """What ini file and command line say; file names are absolute."""
+    settings: dict[str, Any] = {}
+    for name in ("sources", "watch", "robot"):
+        if config.getini(f"rcx_{name}"):
+            settings[name] = list(config.getini(f"rcx_{name}"))
+    for name in _IN_INI:
+        value = config.getini(f"rcx_{name}")
+        if value:
+            settings[name] = _number(name, value) if name in _NUMBERS else str(value)
+    for name in ("robot", "lib"):
+        if name in settings:
+            settings[name] = _below(project(config), settings[name])
+    for name in _ON_COMMAND_LINE:
+        value = config.getoption(f"rcx_{name}")
+        if value is not None:
+            here = config.invocation_params.dir
+            settings[name] = _below(here, value) if name == "robot" else value
+    return settings
+
+
+def _below(folder: Path, named: Any) -> Any:
+    """A name of a file, or several, seen from a folder; anything else as it is."""
+    if isinstance(named, (str, Path)):
+        return folder / named
+    return [_below(folder, one) for one in named] if isinstance(named, (list, tuple)) else named
+
+
+def _number(name: str, value: object) -> int | list[int]:
+    """A whole number; of the areas of several robots a list of them."""
+    try:
+        numbers = [int(part) for part in str(value).split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) == 1:
+        return numbers[0]
+    if not numbers or name not in ("m", "n"):
+        raise InputError(f"rcx_{name} is {value!r}, not a whole number")
+    return numbers
+
+
+def _files(home: Path, sources: Any) -> list[Path]:
+    """The ST files that names, patterns and folders give, in the order given."""
+    found: list[Path] = []
+    for source in [sources] if isinstance(sources, (str, Path)) else sources:
+        place = home / source
+        if place.exists():
+            found.append(place)
+            continue
+        try:
+            matching = sorted(home.glob(str(source)))
+        except (NotImplementedError, ValueError):  # an absolute pattern, or an empty one
+            matching = []
+        if not matching:
+            raise InputError(f"no file is called {source}", file=home, hint="correct rcx_sources")
+        found += matching
+    return list(dict.fromkeys(found))
+
+
+@lru_cache(maxsize=1)
+def _auto_engine() -> str:
+    return "builtin" if find_matiec() is None or find_c_compiler() is None else "matiec"
+
+
+def _engine(settings: Mapping[str, Any]) -> str:
+    """The engine that will run, and why, where it is chosen by what is found."""
+    engine = str(settings.get("engine", "auto"))
+    if engine != "auto":
+        return engine
+    found = _auto_engine()
+    return found if found == "matiec" else "builtin (matiec not found)"

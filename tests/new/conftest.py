@@ -1,0 +1,7 @@
+"""Pytest within pytest, for the tests of a project that `rcx new` has written."""
+
+from __future__ import annotations
+
+import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run to the next
+
+pytest_plugins = ["pytester"]

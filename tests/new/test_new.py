@@ -1,0 +1,170 @@
+"""`rcx new`: a project that works as it is, and that nothing is written over for."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli import main
+from rcx_harness.new import CI
+
+Captured = pytest.CaptureFixture[str]
+
+#: What the inner run does without, because loading it takes longer than the run itself.
+_PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
+
+
+def _files(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_its_tests_pass(pytester: pytest.Pytester) -> None:
+    """Normal run, emergency stop, alarm and loss of the link, each in a file of its own."""
+    assert main(["new", "."]) == 0
+    result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-v")
+    result.assert_outcomes(passed=13)
+    for name in ("normal_run", "emergency_stop", "alarm", "link_loss"):
+        result.stdout.fnmatch_lines([f"tests/test_{name}.py::*PASSED*"])
+
+
+def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> None:
+    assert main(["new", ".", "--size", "256"]) == 0
+    result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "one_part")
+    result.assert_outcomes(passed=1, deselected=12)
+
+
+def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Pytester) -> None:
+    """A template's tests are worth what they find."""
+    assert main(["new", "."]) == 0
+    program = Path("plc/PickAndPlace.st")
+    source = program.read_text(encoding="utf-8")
+    changed = source.replace(
+        "Stage = CELL_FAULT AND Acknowledge", "Stage = CELL_FAULT AND CellSafe"
+    )
+    assert changed != source
+    program.write_text(changed, encoding="utf-8")
+    result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "acknowledge")
+    result.assert_outcomes(failed=1, deselected=12)
+
+
+def test_its_program_is_portable_and_runs_from_the_command_line(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    folder = tmp_path / "cell"
+    assert main(["new", str(folder)]) == 0
+    assert main(["check", "--lint", str(folder / "plc")]) == 0
+    capsys.readouterr()
+    named = [f"--{name}={folder / name}.toml" for name in ("robot", "stimulus")]
+    assert main(["run", str(folder / "plc"), *named, "--engine=builtin", "--for=3s"]) == 0
+    assert "4 remote commands, no violations" in capsys.readouterr().out
+
+
+def test_it_prints_its_files_and_the_next_three_commands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my cell"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert {line.strip() for line in lines[: lines.index("")][:-1]} == _files(tmp_path / "my cell")
+    assert lines[-4:] == [
+        "next:",
+        '  cd "my cell"',
+        "  pytest",
+        "  rcx run plc --robot robot.toml --stimulus stimulus.toml --for 5s --show",
+    ]
+
+
+def test_where_pytest_is_missing_its_installation_comes_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.setattr("rcx_harness.cli_new.find_spec", lambda name: None)
+    assert main(["new", str(tmp_path / "cell")]) == 0
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()[-3:]]
+    assert lines[0] == f"cd {tmp_path / 'cell'}"
+    assert lines[1].startswith("pip install pytest ")
+    assert lines[2] == "pytest"
+
+
+def test_name_and_version_stand_in_it_and_no_mark_of_the_template_is_left(tmp_path: Path) -> None:
+    assert main(["new", str(tmp_path / "one")]) == 0
+    assert main(["new", str(tmp_path / "two"), "--name", "Press 4"]) == 0
+    assert (tmp_path / "one" / "README.md").read_text().startswith("# one\n")
+    assert (tmp_path / "two" / "README.md").read_text().startswith("# Press 4\n")
+    for path in (tmp_path / "two").rglob("*"):
+        if path.is_file():
+            assert not re.search(r"@[A-Z]+@", path.read_text(encoding="utf-8")), path
+    assert re.search(r"==\d+\.\d+", (tmp_path / "one" / "requirements.txt").read_text())
+
+
+@pytest.mark.parametrize("ci", sorted(CI))
+def test_one_ci_system_leaves_the_files_of_the_others_out(tmp_path: Path, ci: str) -> None:
+    assert main(["new", str(tmp_path / "all")]) == 0
+    assert main(["new", str(tmp_path / ci), "--ci", ci]) == 0
+    assert _files(tmp_path / "all") - _files(tmp_path / ci) == set(CI.values()) - {CI[ci]}
+
+
+@pytest.mark.parametrize("ci", sorted(CI))
+def test_each_ci_file_installs_checks_tests_and_keeps_the_charts(tmp_path: Path, ci: str) -> None:
+    assert main(["new", str(tmp_path / ci), "--ci", ci]) == 0
+    text = (tmp_path / ci / CI[ci]).read_text(encoding="utf-8")
+    commands = (
+        "pip install -r requirements.txt",
+        "rcx check plc",
+        "pytest --junitxml=out/junit.xml",
+    )
+    places = [text.index(command) for command in commands]
+    assert places == sorted(places)
+    assert re.search(r"(artifact|archiveArtifacts)[^#]*\bout/", text), "out/failed is in out/"
+    assert "\t" not in text
+    assert "out/failed" in (tmp_path / ci / "pytest.ini").read_text(encoding="utf-8")
+
+
+def test_a_folder_with_files_is_refused_and_stays_as_it_is(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    (tmp_path / "pytest.ini").write_text("mine")
+    assert main(["new", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == (
+        f"rcx: {tmp_path}: is not empty: pytest.ini; nothing was written; "
+        "name a folder that is new or empty\n"
+    )
+    assert _files(tmp_path) == {"pytest.ini"}
+    assert (tmp_path / "pytest.ini").read_text() == "mine"
+
+
+def test_an_empty_repository_is_taken(tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    (tmp_path / ".git" / "HEAD").write_text("ref: refs/heads/main\n")
+    assert main(["new", str(tmp_path), "--name", "cell"]) == 0
+    assert (tmp_path / ".git" / "HEAD").read_text() == "ref: refs/heads/main\n"
+    assert (tmp_path / "pytest.ini").is_file()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ["--ci", "travis"],
+            "there is no template for 'travis'; use github, gitlab, jenkins or all",
+        ),
+        (["--size", "47"], "an area of 47 bytes does not exist"),
+        (["--name", "<b>"], "'<b>' is no name for a cell; give --name"),
+        (["--name", ""], "'' is no name for a cell; give --name"),
+    ],
+)
+def test_what_is_wrong_is_said_and_nothing_is_written(
+    tmp_path: Path, capsys: Captured, options: list[str], message: str
+) -> None:
+    assert main(["new", str(tmp_path / "cell"), *options]) == 2
+    assert capsys.readouterr().err.startswith(f"rcx: {message}")
+    assert not (tmp_path / "cell").exists()
+
+
+def test_a_file_in_the_way_is_said(tmp_path: Path, capsys: Captured) -> None:
+    (tmp_path / "cell").write_text("mine")
+    assert main(["new", str(tmp_path / "cell")]) == 2
+    assert "is a file; name a folder that is new or empty" in capsys.readouterr().err
+    assert main(["new", str(tmp_path / "cell" / "below")]) == 2
+    assert "cannot be written: Not a directory" in capsys.readouterr().err

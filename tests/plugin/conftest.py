@@ -1,0 +1,45 @@
+"""A project of a user, for pytest within pytest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run to the next
+
+#: `run(test, *options, ini={...})`: a run of that test file in a project with a program.
+Run = Callable[..., pytest.RunResult]
+
+pytest_plugins = ["pytester"]
+
+#: What the inner run does without, because loading it takes longer than the run itself.
+_WITHOUT = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
+
+
+@pytest.fixture
+def run(pytester: pytest.Pytester, repository: Path) -> Run:
+    """Runs tests of a project whose program is RawArea, which needs no library."""
+    program = repository / "tests" / "cell" / "programs" / "RawArea.st"
+    plc = pytester.mkdir("plc")
+    (plc / "RawArea.st").write_text(program.read_text(encoding="utf-8"), encoding="utf-8")
+    pytester.mkdir("no-library")
+
+    def run(test: str, *options: str, **ini: str) -> pytest.RunResult:
+        keys = {"sources": "plc/*.st", "lib": "no-library", "engine": "builtin"} | ini
+        lines = [f"rcx_{name} = {value}" for name, value in keys.items() if value]
+        pytester.makefile(".ini", pytest="\n".join(["[pytest]", *lines]))
+        pytester.makepyfile(test_it=test)
+        arguments = (
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "no:xdist",
+            "-p",
+            "no:hypothesispytest",
+            *options,
+        )
+        return pytester.runpytest_inprocess(*arguments)
+
+    return run

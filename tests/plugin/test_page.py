@@ -1,0 +1,38 @@
+"""docs/testing.md says what there is, and its examples pass."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli import main
+from rcx_harness.testing import plugin
+
+_PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
+
+
+@pytest.fixture
+def page(repository: Path) -> str:
+    return (repository / "docs" / "testing.md").read_text(encoding="utf-8")
+
+
+def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> None:
+    options = {f"--rcx-{name}" for name in plugin.OPTIONS}
+    assert set(re.findall(r"--rcx-\w+", page)) == options
+    keys = {f"rcx_{name}" for name in (*plugin.OPTIONS, *plugin.LISTS, *plugin.VALUES)}
+    others = {"rcx_build", "rcx_harness", "rcx_chart", "rcx_trace"}
+    assert set(re.findall(r"\brcx_[a-z_]+\b", page)) == keys | others
+
+
+def test_the_examples_of_the_page_pass_in_a_new_project(
+    page: str, pytester: pytest.Pytester
+) -> None:
+    assert main(["new", "."]) == 0
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    assert len(blocks) == 2
+    for number, block in enumerate(blocks):
+        Path(f"tests/test_page_{number}.py").write_text(block, encoding="utf-8")
+    result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "test_page")
+    result.assert_outcomes(passed=3, deselected=13)

@@ -1,0 +1,140 @@
+"""The wheel brings all that a user without the repository needs.
+
+By default it is built and unpacked beside what is installed already; with RCX_WHEEL=all it is
+installed by pip into an empty environment, which needs a package index.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+_FULL = pytest.mark.skipif(
+    os.environ.get("RCX_WHEEL") != "all",
+    reason="some minutes and a package index: set RCX_WHEEL=all",
+)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel of the repository, built by its build tool."""
+    pytest.importorskip("hatchling", reason="hatchling is missing: pip install -e '.[dev]'")
+    folder = tmp_path_factory.mktemp("wheel")
+    _call(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)],
+        Path(__file__).parents[2],
+        dict(os.environ),
+    )
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+def _call(command: list[str], folder: Path, environment: dict[str, str]) -> str:
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def _own(environment: dict[str, str]) -> dict[str, str]:
+    """The environment without what would lead back into the repository."""
+    return {
+        name: value
+        for name, value in environment.items()
+        if not name.startswith(("PYTEST_", "RCX_", "PYTHONPATH"))
+    }
+
+
+def test_library_tables_and_template_are_in_it_as_in_the_repository(
+    wheel: Path, repository: Path
+) -> None:
+    with ZipFile(wheel) as archive:
+        held = {name: archive.read(name) for name in archive.namelist()}
+    folders = {
+        "plc/lib": "rcx_harness/_data/plc/lib",
+        "spec": "rcx_harness/_data/spec",
+        "harness/rcx_harness/new/template": "rcx_harness/new/template",
+        "harness/rcx_harness/serve/page": "rcx_harness/serve/page",
+    }
+    for source, place in folders.items():
+        expected = {
+            f"{place}/{path.relative_to(repository / source).as_posix()}": path.read_bytes()
+            for path in (repository / source).rglob("*")
+            if path.is_file() and "__pycache__" not in path.parts
+        }
+        assert len(expected) > 3, source
+        assert {name: held[name] for name in held if name.startswith(place + "/")} == expected
+
+
+def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
+    wheel: Path, tmp_path: Path
+) -> None:
+    site = tmp_path / "site"
+    with ZipFile(wheel) as archive:
+        archive.extractall(site)
+    environment = _own(dict(os.environ)) | {"PYTHONPATH": str(site)}
+    _call([sys.executable, "-m", "rcx_harness", "new", "cell"], tmp_path, environment)
+    cell = tmp_path / "cell"
+    (cell / "tests" / "test_from.py").write_text(
+        "import rcx_harness\n"
+        "from rcx_harness.cell_build import default_lib\n"
+        "def test_library_comes_from_the_wheel():\n"
+        f"    assert str(default_lib()).startswith({str(site)!r})\n"
+        f"    assert rcx_harness.__file__.startswith({str(site)!r})\n"
+    )
+    command = [sys.executable, "-m", "pytest", "--assert=plain", "-pno:hypothesispytest"]
+    command += ["-pno:xdist", "-k", "one_part or from_the_wheel", "--rcx-engine=builtin"]
+    assert "2 passed" in _call(command, cell, environment)
+
+
+@_FULL
+def test_installed_by_pip_into_an_empty_environment_all_commands_work(
+    wheel: Path, tmp_path: Path
+) -> None:
+    environment = _own(dict(os.environ))
+    venv.create(tmp_path / "venv", with_pip=True)
+    programs = tmp_path / "venv" / ("Scripts" if os.name == "nt" else "bin")
+    pip = [str(programs / "python"), "-m", "pip", "--disable-pip-version-check"]
+    index = subprocess.run(
+        [*pip, "download", "--no-deps", "-q", "-d", str(tmp_path), "iniconfig"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if index.returncode:
+        pytest.skip(f"pip reaches no package index: {index.stderr.strip().splitlines()[-1]}")
+    _call([*pip, "install", "-q", f"{wheel}[test,serve]", "pytest-html"], tmp_path, environment)
+    rcx, cell = str(programs / "rcx"), tmp_path / "cell"
+    _call([rcx, "new", "cell"], tmp_path, environment)
+    pytest_in_it = [str(programs / "python"), "-m", "pytest"]
+    assert "13 passed" in _call(pytest_in_it, cell, environment)
+    assert "13 passed" in _call([*pytest_in_it, "-n", "2"], cell, environment)
+    _call([rcx, "check", "plc"], cell, environment)
+    named = ["--robot", "robot.toml", "--stimulus", "stimulus.toml", "--for", "2s"]
+    _call([rcx, "run", "plc", *named], cell, environment)
+    _call([rcx, "run", "plc", *named, "--link", "enip"], cell, environment)
+    for target in ("st", "plcopen", "twincat", "scl"):
+        _call([rcx, "export", target, "--program", "plc", "-o", f"out/{target}"], cell, environment)
+    _call([rcx, "eds", "out/robot.eds"], cell, environment)
+    _call([rcx, "encode", "MovePtp", "point=19"], cell, environment)
+    for command in ("serve", "scan", "new", "export"):
+        _call([rcx, command, "--help"], cell, environment)
+    failing = cell / "tests" / "test_failing.py"
+    failing.write_text("def test_it(cell):\n    cell.run('1s')\n    assert False\n")
+    failed = subprocess.run(
+        [*pytest_in_it, str(failing), "--html=out/report.html"],
+        cwd=cell,
+        env=environment,
+        capture_output=True,
+        check=False,
+    )
+    assert failed.returncode == 1
+    assert "&lt;svg" in (cell / "out" / "report.html").read_text(encoding="utf-8")
