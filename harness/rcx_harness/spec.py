@@ -87,7 +87,7 @@ class Signals:
 
 @dataclass(frozen=True)
 class Alarm:
-    """An alarm that the manual names; `number` is `"12.600"`."""
+    """An alarm that the manual names; `number` is `"12.600"`. `_ja` are texts in Japanese."""
 
     number: str
     group: int
@@ -96,6 +96,9 @@ class Alarm:
     cause: str
     remedy: str
     section: str
+    name_ja: str
+    cause_ja: str
+    remedy_ja: str
 
 
 def load_toml(path: Path) -> dict[str, Any]:

@@ -86,6 +86,7 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block(body="  if a = 1 THEN\n    a := 2;\n  END_IF;\n"), 5, "if: write keywords in upper"),
         (block(body="\ta := 1;\n"), 5, "a tab"),
         (block(body="  a := 1;" + " " * 90 + "(* *)\n"), 5, "longer than 100 characters"),
+        (block(body=f"  t := '{'x' * 90}'; a := 1;\n"), 5, "longer than 100 characters"),
         (block(body="  CASE a OF\n    16#01: a := 2;\n  END_CASE;\n"), 6, "the label 16#01"),
         (block(body="  CASE a OF\n    Limit1: a := 2;\n  END_CASE;\n"), 6, "the label Limit1"),
         (block("    t : TIME := T#1s500ms;\n"), 3, "T#1s500ms: write a TIME with one whole"),
@@ -145,6 +146,11 @@ def test_each_portability_rule_is_found(tmp_path: Path, text: str, line: int, fi
     found = lint([file])
     assert [one.at.line for one in found if finding in one.text] == [line], found
     assert not found[0].strict
+
+
+def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path: Path) -> None:
+    body = f"  t := '{'$E3$81$82' * 20}';\n  t := '{'x' * 110}';\n"
+    assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
 @pytest.mark.parametrize(

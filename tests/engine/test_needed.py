@@ -34,6 +34,17 @@ def test_a_name_in_a_comment_is_not_mentioned(tmp_path: Path) -> None:
     assert needed([program], list(library.values())) == []
 
 
+def test_a_name_in_a_text_is_not_mentioned_but_what_stands_beside_it_is(tmp_path: Path) -> None:
+    text = "PROGRAM Main s := 'it$'s FB_One (*'; a : FB_Two; (* isn't FB_One *) END_PROGRAM"
+    program = _files(tmp_path, main=text)["main"]
+    library = _files(
+        tmp_path,
+        FB_One="FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK",
+        FB_Two="FUNCTION_BLOCK FB_Two END_FUNCTION_BLOCK",
+    )
+    assert needed([program], list(library.values())) == [library["FB_Two"]]
+
+
 def test_a_file_is_known_by_what_it_declares_not_by_its_name(tmp_path: Path) -> None:
     program = _files(tmp_path, main="PROGRAM Main VAR a : INNER; END_VAR END_PROGRAM")["main"]
     library = _files(

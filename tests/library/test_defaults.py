@@ -32,6 +32,10 @@ _USUAL: dict[str, Value] = {
     "Timeout": _ANY,
 }
 _SPECIAL: dict[tuple[str, str], Value] = {
+    ("FB_CommandRecorder", "After"): 8,
+    ("FB_CommandRecorder", "LogSize"): 32,
+    ("FB_ChannelStatus", "CommandLimit"): 60_000,
+    ("FB_ChannelStatus", "SequenceLimit"): 60_000,
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -92,7 +96,7 @@ def test_an_input_that_is_left_out_has_its_default(block: str, tmp_path: Path) -
     kind = running.type_of("Main.Block")
     assert isinstance(kind, BlockType)
     inputs = [pin for pin in kind.variables if pin.section == "VAR_INPUT"]
-    assert inputs or block in ("FB_Status", "FB_StageText")
+    assert inputs or block == "FB_DedicatedBits"
     for pin in inputs:
         name = getattr(pin.type, "name", "")
         nothing = timedelta(0) if name == "TIME" else _NOTHING.get(name)

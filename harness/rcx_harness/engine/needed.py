@@ -10,7 +10,8 @@ from pathlib import Path
 
 __all__ = ["needed"]
 
-_COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
+#: Comments and texts: what they mention is not needed.
+_SAID = re.compile(r"\(\*.*?\*\)|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _POU = re.compile(r"\b(?:FUNCTION_BLOCK|FUNCTION|PROGRAM)\s+(\w+)", re.IGNORECASE)
 _TYPE = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL | re.IGNORECASE)
@@ -46,7 +47,7 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
 
 @dataclass(frozen=True)
 class _File:
-    """The names in a file, in upper case, without those in comments.
+    """The names in a file, in upper case, without those in comments and texts.
 
     `declared` is empty where nothing is, or where a configuration is among it; of types it has
     the names of the fields, too.
@@ -66,7 +67,7 @@ def _look(file: Path) -> _File:
 @lru_cache(maxsize=1024)
 def _read(file: Path, stamp: int) -> _File:
     """The names in a file as it was at `stamp`."""
-    code = _COMMENT.sub(" ", file.read_text(encoding="utf-8", errors="replace"))
+    code = _SAID.sub(" ", file.read_text(encoding="utf-8", errors="replace"))
     names = _POU.findall(code)
     for types in _TYPE.findall(code):
         names += re.findall(r"(\w+)\s*:", types)

@@ -203,8 +203,8 @@ CHECKS: tuple[Check, ...] = (
         tuple(
             f"tests/{name}"
             for name in (
-                *("area", "sequence", "command", "chapters", "cell", "contract", "faults"),
-                *("examples", "support", "data", "verify/conditions.toml"),
+                *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
+                *("faults", "examples", "support", "data", "verify/conditions.toml"),
             )
         ),
     ),
@@ -225,7 +225,7 @@ CHECKS: tuple[Check, ...] = (
             ("run time [s]", _number("run_time_s")),
         ),
         (
-            *(f"tests/{name}" for name in ("area", "sequence", "command", "chapters")),
+            *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "chapters")),
             *(f"tests/{name}" for name in ("faults", "examples", "library", "support", "data")),
             "tests/verify/survivors.toml",
         ),

@@ -97,7 +97,7 @@ class Station(Cell):
         elif act.kind == "overrun":
             self.network.overrun(details["us"])
         elif act.kind == "interval":
-            self.timing = replace(self.timing, rpi_us=details["us"])
+            self.timing = self._first.timing = replace(self.timing, rpi_us=details["us"])
             self.network.change_interval(self.timing)
         else:
             self._lose_plc_power(details["off_us"])
@@ -131,7 +131,7 @@ class Station(Cell):
         self._powered = True
         self.program.restore(self._start)
         self._contract.restore(self._quiet_contract)
-        self._wire = WireMonitor()
+        self._first.wire = WireMonitor()
         self.network.set_cable(self._plugged)
         self.on_restart()
 

@@ -17,7 +17,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 __all__ = ["FOLDERS", "Run", "run_tests"]
 
 #: Folders of tests in which blocks of the library run.
-FOLDERS = ("area", "sequence", "command", "chapters", "cell", "contract", "faults", "examples")
+FOLDERS = (
+    *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract", "faults"),
+    "examples",
+)
 #: What runs at the pace of the clock executes nothing that the others do not.
 _LEFT_OUT = ("tests/cell/test_realtime.py",)
 

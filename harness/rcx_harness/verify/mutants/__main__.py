@@ -26,6 +26,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from rcx_harness.engine.needed import needed
 from rcx_harness.library import files as generated_files
+from rcx_harness.library.alarm_texts import text_files
 from rcx_harness.verify.mutants.engine import Workshop
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
 from rcx_harness.verify.mutants.pool import Task, remove_folders, run_tasks
@@ -83,7 +84,7 @@ class _Session:
         self._root = root = options.root.resolve()
         self._out = root / "out" / "verification"
         self._library = sorted((root / "plc/lib").rglob("*.st"))
-        self._generated = set(generated_files())
+        self._generated = {*generated_files(), *text_files()}
         self._results = Results(self._out / "mutants.jsonl", fresh=options.fresh)
         self._started = time.monotonic()
         self.workshop = Workshop()

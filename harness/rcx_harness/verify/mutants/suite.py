@@ -18,7 +18,9 @@ from _pytest.runner import runtestprotocol
 __all__ = ["FOLDERS", "Suite", "forget_benches", "in_suite", "private_folder", "spread"]
 
 #: Folders whose tests run blocks of the library.
-FOLDERS = ("area", "sequence", "command", "faults", "chapters", "examples", "library")
+FOLDERS = (
+    *("area", "sequence", "command", "diagnosis", "faults", "chapters", "examples", "library"),
+)
 #: Tests of these names are of something else: the network, matiec, or how the tests work.
 _OTHERS = ("[enip", "-enip", "over_ethernet_ip", "matiec", "test_fault_runner", "test_files.py")
 #: So many of the fault runs of each block are taken (they are long).

@@ -1,0 +1,222 @@
+"""Alarms and ErrorIDs in words for a panel: blocks of plc/lib/diagnosis, and a table as CSV.
+
+The texts are in spec/alarms.toml and spec/errors.toml, in English and Japanese. A STRING of a PLC
+holds bytes, on many PLCs up to 80 of them: a text becomes up to two lines of up to 80 bytes, and
+Japanese is carried as UTF-8, in escapes, so that the source stays ASCII.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import groupby
+from typing import Any
+
+from rcx_harness import spec
+from rcx_harness.errors import InputError
+
+__all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
+
+#: Suffix of the keys in spec/ by language.
+LANGUAGES = {"English": "", "Japanese": "_ja"}
+
+_WIDTH, _LINES = 80, 2
+#: What may stand alone on a line: ASCII without spaces, or a character with what closes it.
+_PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
+#: From this number on the errors are in the second block: what is wrong with inputs.
+_INPUTS = 0x8021
+
+_HEXADECIMAL = "0123456789ABCDEFabcdef"
+_KEYS = ("name", "cause", "remedy")
+_ALARMS = "spec/alarms.toml"
+_ERRORS = "spec/errors.toml"
+_TESTS = "tests/diagnosis/test_alarm_texts.py"
+
+Row = Mapping[str, Any]
+
+
+def text_files() -> dict[str, Callable[[], str]]:
+    """What writes each generated file, by its path in the repository."""
+    folder = "plc/lib/diagnosis"
+    written: dict[str, Callable[[], str]] = {}
+    for language in LANGUAGES:
+        for kind, make in (
+            ("AlarmText", _alarm_block),
+            ("ErrorText", _error_block),
+            ("InputErrorText", _error_block),
+        ):
+            name = f"FB_{kind}{language}"
+            written[f"{folder}/{name}.st"] = partial(make, name, language)
+    written[f"{folder}/FC_CommandName.st"] = _command_names
+    written[f"{folder}/FC_SignalName.st"] = _signal_names
+    written["docs/texts.csv"] = _table
+    return written
+
+
+def wrapped(text: str) -> list[str]:
+    """A text as lines of up to 80 bytes.
+
+    Raises:
+        InputError: there would be more than two.
+    """
+    lines = [""]
+    if text.isascii():
+        lines = textwrap.wrap(text, _WIDTH)
+    else:
+        for piece in _PIECE.findall(text):
+            if len((lines[-1] + piece).encode()) > _WIDTH:
+                lines.append("")
+            lines[-1] += piece
+    if len(lines) > _LINES or any(len(line.encode()) > _WIDTH for line in lines):
+        raise InputError(
+            f"a text is too long for {_LINES} lines of {_WIDTH} bytes: {text}",
+            hint="shorten it in spec/alarms.toml or spec/errors.toml",
+        )
+    return lines
+
+
+def literal(text: str) -> str:
+    """A STRING literal: bytes of UTF-8, those beyond ASCII as escapes.
+
+    A digit or a letter from A to F after an escape is one, too: in C it would belong to it.
+    """
+    made, escaped = [], False
+    for byte in text.encode():
+        character = chr(byte)
+        escaped = byte > 0x7E or character in "$'" or (escaped and character in _HEXADECIMAL)
+        made.append(f"${byte:02X}" if escaped else character)
+    return f"'{''.join(made)}'"
+
+
+def _assigned(row: Row, suffix: str) -> Iterator[str]:
+    yield f"Text.Name := {literal(row[f'name{suffix}'])};"
+    for key in ("cause", "remedy"):
+        for number, line in enumerate(wrapped(row[f"{key}{suffix}"]), 1):
+            yield f"Text.{key.capitalize()}{number} := {literal(line)};"
+
+
+def _block(name: str, head: Sequence[str], inputs: Sequence[str], body: Sequence[str]) -> str:
+    comment = ["(*", *(f" * {line}".rstrip() for line in head), " *", f" * Tests: {_TESTS}", " *)"]
+    pins = [
+        *("  VAR_IN_OUT", "    Text : RCX_TEXT;  (* empty at the call *)", "  END_VAR"),
+        *("  VAR_INPUT", *(f"    {line}" for line in inputs), "  END_VAR"),
+    ]
+    rows = [f"  {line}" for line in body]
+    return "\n".join([*comment, f"FUNCTION_BLOCK {name}", *pins, "", *rows, "END_FUNCTION_BLOCK\n"])
+
+
+def _alarm_block(name: str, language: str) -> str:
+    head = [
+        f"{name}: the alarms that the manual names, in {language} (chapter 4, 4).",
+        *("", f"Part of FB_AlarmText. Generated from {_ALARMS} by `make docs`."),
+    ]
+    body = ["CASE WORD_TO_INT(Group) OF"]
+    rows = spec.load_toml(spec.folder() / "alarms.toml")["alarm"]
+    for group, alarms in groupby(rows, key=lambda row: int(row["group"])):
+        body += [f"  {group}:", "    CASE WORD_TO_INT(Category) OF"]
+        for row in alarms:
+            body.append(f"      {row['category']}:  (* {row['number']} *)")
+            body += [f"        {line}" for line in _assigned(row, LANGUAGES[language])]
+        body.append("    END_CASE;")
+    return _block(name, head, ["Group    : WORD;", "Category : WORD;"], [*body, "END_CASE;"])
+
+
+def _error_block(name: str, language: str) -> str:
+    of_inputs = "Input" in name
+    what = "errors of inputs" if of_inputs else "errors of states and answers"
+    head = [
+        f"{name}: {what}, in {language} (docs/errors.md).",
+        *("", f"Part of FB_ErrorText. Generated from {_ERRORS} by `make docs`."),
+    ]
+    body = ["CASE Number OF"]
+    for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+        if (row["id"] >= _INPUTS) == of_inputs:
+            body.append(f"  {row['id'] & 0xFF}:  (* 16#{row['id']:04X} *)")
+            body += [f"    {line}" for line in _assigned(row, LANGUAGES[language])]
+    inputs = ["Number : INT;  (* lower byte of the ErrorID *)"]
+    return _block(name, head, inputs, [*body, "END_CASE;"])
+
+
+def _command_names() -> str:
+    rows = [(str(code), command.name, f"16#{code:03X}") for code, command in _named_commands()]
+    about = [
+        "FC_CommandName: the name of a remote command, as in docs/commands.md (guide 3).",
+        "Empty for a code that is none; the robot number does not matter.",
+        "Generated from spec/remote_commands.toml by `make docs`.",
+    ]
+    inputs = ["Code : WORD;  (* with the robot number in bits 15-12 *)"]
+    cases = _cases("Code AND WORD#16#0FFF", "FC_CommandName", rows)
+    return _function("FC_CommandName", about, inputs, cases)
+
+
+def _signal_names() -> str:
+    about = [
+        "FC_SignalName: the manual's name of a dedicated bit (chapter 5, 2).",
+        "Empty for a number that is reserved.",
+        "Generated from spec/signals.toml by `make docs`.",
+    ]
+    inputs = [
+        "Output : BOOL;  (* TRUE: SO, of the controller; FALSE: SI, of the PLC *)",
+        "Number : WORD;  (* 16#0012 = SI(12), SO(12) *)",
+    ]
+    sides = []
+    for signals in (spec.signals().output, spec.signals().input):
+        rows = [
+            (str(int(one.short[2:], 16)), f"{one.signal} {one.title}", f"16#{one.short[2:]}")
+            for one in signals
+        ]
+        sides.append([f"  {line}" for line in _cases("Number", "FC_SignalName", rows)])
+    body = ["IF Output THEN", *sides[0], "ELSE", *sides[1], "END_IF;"]
+    return _function("FC_SignalName", about, inputs, body)
+
+
+def _cases(of: str, name: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
+    """A CASE that gives each number its name, with a remark; an empty name to all others."""
+    texts = [f"  {number}: {name} := {literal(text)};" for number, text, _ in rows]
+    width = max(map(len, texts)) + 2
+    lines = [f"{text:<{width}}(* {row[2]} *)" for text, row in zip(texts, rows, strict=True)]
+    return [
+        f"CASE WORD_TO_INT({of}) OF",
+        *lines,
+        *("ELSE", f"  {name} := '';", "END_CASE;"),
+    ]
+
+
+def _function(name: str, about: Sequence[str], inputs: Sequence[str], body: Sequence[str]) -> str:
+    lines = [
+        *("(*", f" * {about[0]}", " *", *(f" * {line}" for line in about[1:])),
+        *(" *", f" * Tests: {_TESTS}", " *)", f"FUNCTION {name} : STRING", "  VAR_INPUT"),
+        *(f"    {line}" for line in inputs),
+        *("  END_VAR", "", *(f"  {line}" for line in body), "END_FUNCTION\n"),
+    ]
+    return "\n".join(lines)
+
+
+def _named_commands() -> list[tuple[int, spec.Command]]:
+    """All but the status reset, which no block sends as a command."""
+    return [(code, one) for code, one in sorted(spec.commands().items()) if code]
+
+
+def _table() -> str:
+    """All texts, for the text lists of a panel; with a byte order mark, for spreadsheets."""
+    columns = [f"{key}{suffix}" for suffix in LANGUAGES.values() for key in _KEYS]
+    page = io.StringIO()
+    page.write("\N{ZERO WIDTH NO-BREAK SPACE}")
+    writer = csv.writer(page, lineterminator="\n")
+    writer.writerow(["list", "number", *columns])
+    for row in spec.load_toml(spec.folder() / "alarms.toml")["alarm"]:
+        writer.writerow(["alarm", row["number"], *(row[column] for column in columns)])
+    for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+        number = f"16#{row['id']:04X}"
+        writer.writerow(["ErrorID", number, *(row[column] for column in columns)])
+    blank = [""] * (len(columns) - 1)
+    for code, command in _named_commands():
+        writer.writerow(["command", f"16#{code:04X}", command.name, *blank])
+    every = spec.signals()
+    for signal in every.output + every.input:
+        writer.writerow(["signal", signal.signal, signal.title, *blank])
+    return page.getvalue()

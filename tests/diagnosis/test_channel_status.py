@@ -1,0 +1,275 @@
+"""FB_ChannelStatus: who has the turn, for how long, who waits; the test plays the controller."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import pytest
+
+from alone import Alone
+from both_engines import ENGINES
+from plc_bench import ROOT, PlcBench
+
+
+class Channels:
+    """The block alone, called every 10 ms."""
+
+    def __init__(self) -> None:
+        self._alone = _alone()
+        self._alone.restart()
+        self._now_ms = 0
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self._alone[path] = value
+
+    def __getitem__(self, path: str) -> Any:
+        return self._alone[f"Block.{path}"]
+
+    def scan(self, count: int = 1, *, after_ms: int = 10) -> None:
+        """Run scans."""
+        for _ in range(count):
+            self._now_ms += after_ms
+            self._alone["Robot.Elapsed"] = after_ms
+            self._alone.scan(self._now_ms)
+
+
+@cache
+def _alone() -> Alone:
+    return Alone("FB_ChannelStatus", {"Robot": "RCX_REF"})
+
+
+_BOTH = pytest.mark.parametrize("channel", ["Command", "Sequence"])
+
+
+@_BOTH
+def test_a_free_channel_has_no_holder_and_nobody_waits(channel: str) -> None:
+    block = Channels()
+    block[f"Robot.{channel}.Serving"] = 7
+    block[f"Robot.{channel}.NextTicket"] = 7
+    block.scan(3)
+    assert not any(block[channel].values())
+
+
+@_BOTH
+def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str) -> None:
+    block = Channels()
+    block.scan(5)
+    block[f"Robot.{channel}.NextTicket"] = 1
+    block[f"Robot.{channel}.Holder"] = 0x0012
+    for held in (0, 10, 20):
+        block.scan()
+        turn = block[channel]
+        assert (turn["Taken"], turn["Holder"], turn["Held"]) == (True, 0x0012, held)
+    block[f"Robot.{channel}.Serving"] = 1
+    block[f"Robot.{channel}.Holder"] = 0
+    block.scan()
+    turn = block[channel]
+    assert (turn["Taken"], turn["Holder"], turn["Held"]) == (False, 0, 0)
+    assert (turn["Longest"], turn["LongestHolder"]) == (20, 0x0012)
+
+
+@_BOTH
+def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None:
+    block = Channels()
+    block[f"Robot.{channel}.NextTicket"] = 2
+    block.scan(4)
+    assert block[channel]["Held"] == 30
+    block[f"Robot.{channel}.Serving"] = 1
+    block.scan()
+    assert block[channel]["Held"] == 0
+    block.scan()
+    assert block[channel]["Held"] == 10
+    assert block[channel]["Longest"] == 30
+
+
+def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
+    """The ticket of the free channel is that of the next turn."""
+    block = Channels()
+    block.scan(10)
+    block["Robot.Command.NextTicket"] = 1
+    block.scan()
+    assert block["Command"]["Held"] == 0
+
+
+@_BOTH
+@pytest.mark.parametrize(
+    ("serving", "following", "waiting"),
+    [(0, 1, 0), (0, 4, 3), (65535, 0, 0), (65534, 2, 3), (5, 5, 0)],
+)
+def test_those_behind_the_holder_wait(
+    channel: str, serving: int, following: int, waiting: int
+) -> None:
+    """Tickets go on from 65535 to 0.
+
+    Source: RCX_CHANNEL
+    """
+    block = Channels()
+    block[f"Robot.{channel}.Serving"] = serving
+    block[f"Robot.{channel}.NextTicket"] = following
+    block.scan()
+    assert block[channel]["Waiting"] == waiting
+    other = "Sequence" if channel == "Command" else "Command"
+    assert block[other]["Waiting"] == 0
+
+
+@_BOTH
+def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
+    """As when the link is lost, and all that wait end with an error."""
+    block = Channels()
+    block[f"Robot.{channel}.NextTicket"] = 3
+    block.scan()
+    assert block[channel]["Waiting"] == 2
+    block[f"Robot.{channel}.Serving"] = 3
+    block.scan()
+    assert (block[channel]["Taken"], block[channel]["Waiting"]) == (False, 0)
+
+
+@_BOTH
+def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
+    """Tickets go on from 65535 to 0.
+
+    Source: RCX_CHANNEL
+    """
+    block = Channels()
+    block[f"Robot.{channel}.Serving"] = 65535
+    block[f"Robot.{channel}.NextTicket"] = 1
+    block.scan(3)
+    assert block[channel]["Held"] == 20
+    block[f"Robot.{channel}.Serving"] = 0
+    block.scan()
+    assert block[channel]["Held"] == 0
+
+
+@_BOTH
+@pytest.mark.parametrize("limit", [1, 29, 30])
+def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
+    block = Channels()
+    block[f"Block.{channel}Limit"] = limit
+    block[f"Robot.{channel}.NextTicket"] = 1
+    block.scan()
+    block.scan(after_ms=limit)
+    assert block[channel]["Held"] == limit
+    assert not block[channel]["Stuck"]
+    assert not block["Stuck"]
+    block.scan()
+    assert block[channel]["Stuck"]
+    assert block["Stuck"]
+    other = "Sequence" if channel == "Command" else "Command"
+    assert not block[other]["Stuck"]
+    block[f"Robot.{channel}.Serving"] = 1
+    block.scan()
+    assert not block[channel]["Stuck"]
+    assert not block["Stuck"]
+
+
+@_BOTH
+@pytest.mark.parametrize(("limit", "stuck"), [(None, True), (0, False)])
+def test_the_limit_is_a_minute_and_zero_is_none(
+    channel: str, limit: int | None, stuck: bool
+) -> None:
+    block = Channels()
+    if limit is not None:
+        block[f"Block.{channel}Limit"] = limit
+    block[f"Robot.{channel}.NextTicket"] = 1
+    block.scan()
+    block.scan(2, after_ms=30_000)
+    assert block[channel]["Held"] == 60_000
+    assert not block["Stuck"]
+    block.scan(after_ms=1)
+    assert block["Stuck"] is stuck
+
+
+@_BOTH
+def test_the_longest_turn_is_kept_until_reset(channel: str) -> None:
+    block = Channels()
+    for serving, holder, scans in ((0, 0x0001, 3), (1, 0x0012, 6), (2, 0x0015, 6)):
+        block[f"Robot.{channel}.Serving"] = serving
+        block[f"Robot.{channel}.NextTicket"] = serving + 1
+        block[f"Robot.{channel}.Holder"] = holder
+        block.scan(scans)
+    assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (50, 0x0012)
+    block["Block.Reset"] = True
+    block.scan()
+    assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (0, 0)
+    block["Block.Reset"] = False
+    block.scan()
+    assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (70, 0x0015)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine: str) -> None:
+    """Three blocks in one scan: the first is served, two wait; then its call is left out.
+
+    Source: guide chapter 2: a command is held to its end.
+    """
+    plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine, contract=False)
+    plc.power_up()
+    for name, code in (("Command", 0x1001), ("Second", 0x0505), ("Third", 0x0506)):
+        plc[f"{name}.Code"] = code
+        plc[f"{name}.Execute"] = True
+    plc.scan(3)
+    turn = plc["Channels.Command"]
+    assert (turn["Taken"], turn["Holder"], turn["Waiting"]) == (True, 0x1001, 2)
+    assert not turn["Orphan"]
+    plc.answer(0x0100)
+    plc["CallCommand"] = False
+    plc.scan(2)
+    assert plc["Channels.Command.Orphan"]
+    assert plc["Channels.Command.Held"] == 40
+    plc.answer(0x0200)
+    plc.scan(2)
+    assert not plc["Channels.Command.Orphan"]
+    assert plc["Channels.Command.Waiting"] == 1
+    assert not plc["Channels.Sequence.Taken"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_story(
+    engine: str,
+) -> None:
+    """Servo on: SI(01) ON, SO(02) ON, SI(01) OFF.
+
+    Source: manual chapter 5, 3.1
+    """
+    plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
+    plc.power_up()
+    plc["ServoOn.Execute"] = True
+    plc.scan(14)
+    turn = plc["Channels.Sequence"]
+    assert (turn["Taken"], turn["Holder"], turn["Waiting"]) == (True, 0x0001, 0)
+    plc.outputs(SO02=True)
+    plc.scan(16)
+    rows = [(row["Kind"], row["Number"], row["Result"]) for row in plc["Recorder.Rows"]]
+    assert rows[:3] == [("LOG_INPUT", 1, 0), ("LOG_OUTPUT", 2, 1), ("LOG_INPUT", 1, 1)]
+    assert not plc["Channels.Sequence.Taken"]
+    assert not plc["Channels.Command.Taken"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_command_that_ends_abnormally_is_in_the_log_with_the_error_of_its_block(
+    engine: str,
+) -> None:
+    """Data goes out in the first scan, the code in the second: the recorder counts from there.
+
+    Source: guide chapters 1 and 2.
+    """
+    plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
+    plc.power_up()
+    plc["Command.Code"] = 0x1001
+    plc["Command.Data"] = [4, 0, 50, 19, *[0] * 11]
+    plc["Command.Execute"] = True
+    plc.scan(2)
+    assert plc.words[0] == 0x1001
+    assert (plc["Recorder.Code"], plc["Recorder.Running"]) == (0x1001, 0)
+    plc.answer(0x0100)
+    plc.scan(5)
+    assert plc["Recorder.Running"] == 50
+    plc.answer(0x4000, [2, 334])
+    plc.scan()
+    command, error = plc["Recorder.Rows"][1], plc["Recorder.Rows"][0]
+    assert (command["Number"], command["Result"]) == (0x1001, 0x4000)
+    assert (command["Group"], command["Category"], command["Duration"]) == (2, 334, 60)
+    assert (error["Kind"], error["Result"]) == ("LOG_ERROR", 0x8020)
+    assert plc["Recorder.Fault"] == command
+    assert plc["Recorder.FaultData"][:4] == [4, 0, 50, 19]

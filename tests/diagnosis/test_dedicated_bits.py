@@ -1,0 +1,35 @@
+"""FB_DedicatedBits: the dedicated bits in words, at the places that they have in the areas."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from alone import Alone
+from rcx_harness import spec
+
+
+@cache
+def _block() -> Alone:
+    return Alone("FB_DedicatedBits", {"Robot": "RCX_REF"})
+
+
+@pytest.mark.parametrize(
+    ("direction", "signal"),
+    [
+        *(("SO", signal) for signal in spec.signals().output),
+        *(("SI", signal) for signal in spec.signals().input),
+    ],
+    ids=lambda part: getattr(part, "short", str(part)),
+)
+def test_each_bit_stands_where_it_stands_in_the_area(direction: str, signal: spec.Signal) -> None:
+    """Source: manual chapter 5, 1, bytes m + 32, m + 33, n + 32 and n + 33."""
+    block = _block()
+    block.restart()
+    block[f"Robot.{direction}.{signal.name}"] = True
+    block.scan(0)
+    expected = 1 << signal.bit + 8 * (signal.byte - 32)
+    words = {"SO": block["Block.Outputs"], "SI": block["Block.Inputs"]}
+    assert words.pop(direction) == expected
+    assert [*words.values()] == [0]
