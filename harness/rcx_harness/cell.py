@@ -1,28 +1,33 @@
-"""One PLC, one robot, one network between them, on one virtual clock."""
+"""One PLC, its robots, the network between them, on one virtual clock."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
 
-from rcx_harness.cell_build import Files, check_outputs, make_link, make_robot, source_files
-from rcx_harness.cell_image import find_image
-from rcx_harness.cell_network import make_network
+from rcx_harness.cell_build import (
+    Areas,
+    Files,
+    Robots,
+    check_outputs,
+    make_members,
+    several,
+    source_files,
+)
+from rcx_harness.cell_node import Member, Node
 from rcx_harness.clocks import CYCLE_US, Duration, Kind, Timing
 from rcx_harness.contract import ContractMonitor
 from rcx_harness.contract_source import steady_instances
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.load import build as build_program
-from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.errors import InputError
 from rcx_harness.link import Link
-from rcx_harness.monitor import WireMonitor
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
-from rcx_harness.robot import Controller, RobotConfig, Violation
-from rcx_harness.trace import Cycle, Finding, Scan, Trace
+from rcx_harness.robot import Controller, Violation
+from rcx_harness.trace import Finding, Trace
 from rcx_harness.units import format_us, parse_us
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
@@ -41,19 +46,18 @@ class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fau
 
 class _Snapshot(NamedTuple):
     program: object
-    robot: object
-    network: object
-    agenda: Any
-    monitors: tuple[Any, Any]
+    nodes: tuple[object, ...]
+    contract: Any
     trace: Any
-    counts: tuple[int, int, int, int]
+    counts: tuple[int, int, int]
 
 
 class Cell:
     """A PLC program and a virtual controller, joined by a network, in virtual time.
 
     Build it with `Cell.build`. At time 0 both are switched on; the link is there as soon as the
-    controller has booted. `now_us` is the time up to which all has happened.
+    controller has booted. `now_us` is the time up to which all has happened. A PLC may have
+    `further` controllers, each with a link and with areas of its own.
     """
 
     def __init__(
@@ -65,6 +69,7 @@ class Cell:
         *,
         m: int = 0,
         n: int = 0,
+        further: Sequence[Member] = (),
         seed: int = 0,
         on_loss: str = "hold",
         trace: str | Path | None = None,
@@ -75,35 +80,37 @@ class Cell:
         if on_loss not in ("hold", "clear"):
             raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
         self.robot, self.program, self.timing = robot, program, timing
+        self.robots = (robot, *(member.robot for member in further))
+        """All controllers; the first is `robot`."""
         self._notice = notice
         self.now_us = 0
         self.scans = 0
-        self.cycles = 0
         self.violations: list[Violation] = []
-        """All broken rules so far, the PLC's and the controller's, in order of time."""
-        self.matched = link.size == robot.config.size
-        """Do master and robot agree on the area's size? Without that there is no connection."""
-        self._link = link
-        self._image = find_image(program, size=link.size, m=m, n=n)
-        self._no_area = bytes(link.size)
-        self._clear = on_loss == "clear"
-        self._agenda, self._network = make_network(link, timing, matched=self.matched, seed=seed)
-        self._status = _status_path(program)
+        """All broken rules so far, the PLC's and the controllers', in order of time."""
         self._watch = tuple(watch)
         for path in self._watch:
             program.read(path)
-        self._wire = WireMonitor(link.size)
-        self._contract = ContractMonitor(program, steady)
         header: dict[str, Any] = {
             "scan_us": timing.scan_us,
             "cycle_us": CYCLE_US,
             "size": link.size,
         }
         header |= {"engine": program.engine, "link": link.name, "seed": seed}
+        if further:
+            header["controllers"] = len(self.robots)
+        self._nodes = [
+            Node(number, member, program, timing, seed=seed + number - 1, clear=on_loss == "clear")
+            for number, member in enumerate((Member(robot, link, m, n), *further), 1)
+        ]
         self.trace = Trace(header, trace)
-        kinds = (Kind.CYCLE, Kind.PRODUCE_TO_ROBOT, Kind.PRODUCE_TO_PLC, Kind.SCAN)
-        for kind, phase in zip(kinds, timing.phases, strict=True):
-            self._agenda.add(phase, kind)
+        for node in self._nodes:
+            node.connect(self.trace, self._report)
+        self._first = self._nodes[0]
+        self._agenda = self._first.agenda
+        self._agenda.add(timing.phases[-1], Kind.SCAN)
+        self._first.happens[Kind.SCAN] = self._scan_is_due
+        self._first.happens[Kind.STIMULUS] = lambda _, action: action()
+        self._contract = ContractMonitor(program, steady)
 
     @classmethod
     def build(
@@ -115,9 +122,9 @@ class Cell:
         engine: str = "auto",
         link: str = "direct",
         size: int | None = None,
-        m: int = 0,
-        n: int = 0,
-        robot: RobotConfig | str | Path | None = None,
+        m: Areas = 0,
+        n: Areas = 0,
+        robot: Robots = None,
         rpi: Duration = "10ms",
         jitter: Duration = 0,
         timeout: Duration | None = None,
@@ -137,15 +144,16 @@ class Cell:
             link: `"direct"` (in process), `"enip"` (EtherNet/IP on the loopback, in lock-step with
                 virtual time) or `"enip-realtime"` (its cyclic I/O, at the pace of the clock).
             size: Bytes of the PLC's areas, 48 or 256; default: the robot's.
-            m: Where the area from the robot begins in the process image, in bytes.
-            n: Where the area to the robot begins, in bytes.
-            robot: Properties of the robot, or a file of them.
+            m: Where the area from the robot begins in the process image, in bytes. Of several
+                robots one for each; those left out follow the area before.
+            n: Where the area to the robot begins; as for m.
+            robot: Properties of the robot, or a file of them; or several, each with its areas.
             rpi: Packet interval in both directions.
             jitter: Greatest delay of a packet.
             timeout: See `Timing.make`.
             phases: See `Timing.make`.
             on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
-            seed: Of everything that is drawn: phases, jitter, the controller's delays.
+            seed: Of everything that is drawn: phases, jitter, the controllers' delays.
             trace: File for the trace.
             watch: Paths of variables that the trace shows in every scan.
 
@@ -154,8 +162,7 @@ class Cell:
         """
         files = source_files(program, lib)
         if trace is not None:
-            check_outputs([trace], files, robot)
-        controller = make_robot(robot, size=size, seed=seed)
+            check_outputs([trace], files, *several(robot))
         built = build_program(files.all, engine)
         compiled = built.program
         try:
@@ -163,18 +170,20 @@ class Cell:
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
-            wire = make_link(link, controller.config.size if size is None else size, timing)
+            members = make_members(robot, link, size=size, m=m, n=n, timing=timing, seed=seed)
         except BaseException:
             compiled.close()
             raise
+        first, *further = members
         try:
             return cls(
                 compiled,
-                controller,
-                wire,
+                first.robot,
+                first.link,
                 timing,
-                m=m,
-                n=n,
+                m=first.m,
+                n=first.n,
+                further=further,
                 seed=seed,
                 on_loss=on_loss,
                 trace=trace,
@@ -183,7 +192,8 @@ class Cell:
                 notice=built.notice,
             )
         except BaseException:
-            wire.close()
+            for member in members:
+                member.link.close()
             compiled.close()
             raise
 
@@ -203,13 +213,13 @@ class Cell:
         """Let time pass until `n` more scans have run."""
         goal = self.scans + n
         while self.scans < goal:
-            self._step()
+            self._step(self._next())
 
     def run(self, duration: Duration) -> None:
         """Let `duration` pass: everything before `now + duration` happens."""
         end = self.now_us + parse_us(duration)
-        while self._agenda.next_us() < end:
-            self._step()
+        while (node := self._next()).agenda.next_us() < end:
+            self._step(node)
         self.now_us = end
 
     def run_until(self, predicate: Callable[[], bool], within: Duration) -> int:
@@ -226,10 +236,11 @@ class Cell:
         while not predicate():
             goal = self.scans + 1
             while self.scans < goal:
-                if self._agenda.next_us() > end:
+                node = self._next()
+                if node.agenda.next_us() > end:
                     self.now_us = end
                     raise CellTimeout(self._timeout_text(end - start))
-                self._step()
+                self._step(node)
         return self.now_us - start
 
     @contextmanager
@@ -245,18 +256,21 @@ class Cell:
 
     # --- surroundings ------------------------------------------------------------------------
 
-    def inject(self, event: str, **args: Any) -> None:
-        """Let one of `EVENTS` happen now.
+    def inject(self, event: str, *, controller: int = 1, **args: Any) -> None:
+        """Let one of `EVENTS` happen now to a controller or its link.
 
         Raises:
-            InputError: no such event, or arguments it does not take.
+            InputError: no such event or controller, or arguments it does not take.
         """
+        if not 1 <= controller <= len(self._nodes):
+            raise InputError(f"no controller {controller}; the cell has {len(self._nodes)}")
+        node = self._nodes[controller - 1]
         if event in ("link_down", "link_up"):
             if args:
                 raise InputError(f"{event} takes no arguments, got {', '.join(args)}")
-            self._network.set_cable(event == "link_up")
+            node.network.set_cable(event == "link_up")
         else:
-            self.robot.inject(event, **args)
+            node.robot.inject(event, **args)
 
     def at(self, t_us: int, action: Callable[[], None]) -> None:
         """Call `action` at `t_us`, before anything else that happens then."""
@@ -266,18 +280,28 @@ class Cell:
 
     @property
     def connected(self) -> bool:
-        """The status of the PLC's scanner."""
-        return self._network.plc_connected(self.now_us)
+        """The status of the PLC's scanner: it is connected to every controller."""
+        return all(node.network.plc_connected(self.now_us) for node in self._nodes)
+
+    @property
+    def matched(self) -> bool:
+        """Do PLC and robots agree on the areas' sizes? Without that there is no connection."""
+        return all(node.matched for node in self._nodes)
 
     @property
     def notice(self) -> str:
         """A line on the engine that was taken, one on the network; or empty."""
-        return "\n".join(filter(None, (self._notice, self._network.notice)))
+        return "\n".join(filter(None, (self._notice, self._first.network.notice)))
 
     @property
     def commands(self) -> int:
         """Remote commands whose end the PLC has read."""
-        return self._wire.commands
+        return sum(node.wire.commands for node in self._nodes)
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of the controllers."""
+        return sum(node.cycles for node in self._nodes)
 
     # --- state -------------------------------------------------------------------------------
 
@@ -285,31 +309,28 @@ class Cell:
         """The state of everything: program, robot, network, time and monitors."""
         return _Snapshot(
             self.program.snapshot(),
-            self.robot.snapshot(),
-            self._network.snapshot(),
-            self._agenda.snapshot(),
-            (self._wire.snapshot(), self._contract.snapshot()),
+            tuple(node.snapshot() for node in self._nodes),
+            self._contract.snapshot(),
             self.trace.snapshot(),
-            (self.now_us, self.scans, self.cycles, len(self.violations)),
+            (self.now_us, self.scans, len(self.violations)),
         )
 
     def restore(self, snapshot: object) -> None:
         """Go back to what `snapshot` of this cell gave."""
         assert isinstance(snapshot, _Snapshot), "not a snapshot of a cell"
         self.program.restore(snapshot.program)
-        self.robot.restore(snapshot.robot)
-        self._network.restore(snapshot.network)
-        self._agenda.restore(snapshot.agenda)
-        self._wire.restore(snapshot.monitors[0])
-        self._contract.restore(snapshot.monitors[1])
+        for node, state in zip(self._nodes, snapshot.nodes, strict=True):
+            node.restore(state)
+        self._contract.restore(snapshot.contract)
         self.trace.restore(snapshot.trace)
-        self.now_us, self.scans, self.cycles, found = snapshot.counts
+        self.now_us, self.scans, found = snapshot.counts
         del self.violations[found:]
 
     def close(self) -> None:
         """End the connection, write out the trace, free the program."""
         self.trace.close()
-        self._link.close()
+        for node in self._nodes:
+            node.link.close()
         self.program.close()
 
     def __enter__(self) -> Cell:
@@ -325,57 +346,31 @@ class Cell:
 
     # --- what happens ------------------------------------------------------------------------
 
-    def _step(self) -> None:
-        now, kind, payload = self._agenda.pop()
-        self.now_us = now
-        if kind == Kind.CYCLE:
-            self._agenda.add(now + CYCLE_US, Kind.CYCLE)
-            self._cycle(now)
-        elif kind == Kind.SCAN:
-            self._agenda.add(now + self.timing.scan_us, Kind.SCAN)
-            self._scan(now)
-        elif kind == Kind.PRODUCE_TO_ROBOT:
-            self._agenda.add(now + self.timing.rpi_us, Kind.PRODUCE_TO_ROBOT)
-            self._network.produce_to_robot(now, self._image.get)
-        elif kind == Kind.PRODUCE_TO_PLC:
-            self._agenda.add(now + self.timing.rpi_us, Kind.PRODUCE_TO_PLC)
-            self._network.produce_to_plc(now)
-        elif kind == Kind.DELIVER:
-            self._network.deliver(now, payload)
-        else:
-            payload()
+    def _next(self) -> Node:
+        """Where the next event is; of simultaneous ones the order is that of `Kind`."""
+        if len(self._nodes) == 1:
+            return self._first
+        return min(self._nodes, key=lambda node: node.agenda.first())
 
-    def _cycle(self, now: int) -> None:
-        connected = self._network.robot_connected(now)
-        si = self._link.robot_read() if connected else None
-        so = self.robot.cycle(now, si)
-        if self.matched:
-            self._link.robot_write(so)
-        self._network.set_adapter(self.robot.online)
-        self.trace.add(Cycle(now, self.cycles, si or b"", so))
-        if self.robot.violations:
-            self._report(
-                Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")
-                for one in self.robot.drain_violations()
-            )
-        self.cycles += 1
+    def _step(self, node: Node) -> None:
+        self.now_us, kind, payload = node.agenda.pop()
+        node.happens[kind](self.now_us, payload)
+
+    def _scan_is_due(self, now: int, _: object) -> None:
+        self._agenda.add(now + self.timing.scan_us, Kind.SCAN)
+        self._scan(now)
 
     def _scan(self, now: int) -> None:
-        connected = self._network.plc_connected(now)
-        so = self._no_area if self._clear and not connected else self._network.input
-        if self._status is not None:
-            self.program.write(self._status, connected)
-        self._image.put(so)
+        for node in self._nodes:
+            node.before_scan(now)
         self.program.scan(now)
-        si = self._image.get()
-        self._network.scanned(si)
         number, self.scans = self.scans, self.scans + 1
         watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
-        self.trace.add(Scan(now, number, so, si, watched))
-        self._report(self._wire.scan(now, number, so, si, connected))
+        for node in self._nodes:
+            node.after_scan(now, number, watched if node is self._first else None)
         self._report(self._contract.scan(now, number))
 
-    def _report(self, found: Iterator[Violation] | list[Violation]) -> None:
+    def _report(self, found: Iterable[Violation]) -> None:
         for violation in found:
             self.violations.append(violation)
             self.trace.add(Finding(violation.t_us, violation.text))
@@ -387,13 +382,3 @@ class Cell:
         if self.violations:
             text += f"; last violation: {self.violations[-1].text}"
         return text
-
-
-def _status_path(program: Program) -> str | None:
-    """`Main.Connected`, if a program has such a BOOL."""
-    for name, kind in program.instances().items():
-        assert isinstance(kind, BlockType)
-        for variable in kind.variables:
-            if variable.name.lower() == "connected" and variable.type == ElementaryType("BOOL"):
-                return f"{name}.{variable.name}"
-    return None

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 from rcx_harness.cell_image import check_size
+from rcx_harness.cell_node import Member
 from rcx_harness.clocks import Timing
 from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
@@ -15,17 +17,25 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 
 __all__ = [
+    "Areas",
     "Files",
+    "Robots",
     "SourceFiles",
     "check_outputs",
     "default_lib",
     "make_link",
+    "make_members",
     "make_robot",
+    "several",
     "source_files",
 ]
 
 #: One file or folder, or several.
 Files = str | Path | Sequence[str | Path]
+#: Properties of a robot, or a file of them; or several.
+Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
+#: Where the area of the robot begins, in bytes; or of several robots.
+Areas = int | Sequence[int]
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -108,6 +118,56 @@ def make_robot(
         if size is not None and "size" not in load_toml(Path(robot)):
             config = replace(config, size=size)
     return Controller(config, seed=seed)
+
+
+def several(robots: Robots) -> Sequence[RobotConfig | str | Path | None]:
+    """The robots one by one, also where there is but one."""
+    if robots is None or isinstance(robots, (RobotConfig, str, Path)):
+        return [robots]
+    return robots
+
+
+def make_members(
+    robots: Robots, link: str, *, size: int | None, m: Areas, n: Areas, timing: Timing, seed: int
+) -> list[Member]:
+    """The controllers of a cell, each with its link and its areas.
+
+    Raises:
+        InputError: as `make_robot` and `make_link`; areas that overlap, or more than robots.
+    """
+    given = several(robots)
+    if not given:
+        raise InputError("no robot is given")
+    if len(given) > 1 and link == "enip-realtime":
+        raise InputError("in real time a cell has one robot", hint="run it without --realtime")
+    made = [make_robot(one, size=size, seed=seed + k) for k, one in enumerate(given)]
+    sizes = [one.config.size if size is None else size for one in made]
+    places = zip(made, sizes, _begins("m", m, sizes), _begins("n", n, sizes), strict=True)
+    members: list[Member] = []
+    try:
+        for one, area, begin_m, begin_n in places:
+            members.append(Member(one, make_link(link, area, timing), begin_m, begin_n))
+    except BaseException:
+        for member in members:
+            member.link.close()
+        raise
+    return members
+
+
+def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
+    """Where each robot's area begins: as given, the others behind the one before."""
+    begins = [given] if isinstance(given, int) else list(given) or [0]
+    if len(begins) > len(sizes):
+        raise InputError(f"{len(begins)} offsets {name}, but {len(sizes)} robot(s)")
+    while len(begins) < len(sizes):
+        begins.append(begins[-1] + sizes[len(begins) - 1])
+    for (one, size), (other, _) in pairwise(sorted(zip(begins, sizes, strict=True))):
+        if one + size > other:
+            raise InputError(
+                f"the areas at {name} = {one} and {name} = {other} overlap",
+                hint=f"the first of them has {size} bytes",
+            )
+    return begins
 
 
 def make_link(name: str, size: int, timing: Timing) -> Link:

@@ -63,6 +63,32 @@ class Band:
     lanes: tuple[Lane, ...]
 
 
+class _Signals:
+    """The lanes of one controller; those of all but the first bear its number."""
+
+    def __init__(self, controller: int) -> None:
+        table, who = signals(), "" if controller == 1 else f"{controller}: "
+        self.inputs = [(one.byte, one.bit, _lane(one, "input", who)) for one in table.input]
+        self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
+        self.code = Lane(f"{who}Remote command code", "word")
+        self.status = Lane(f"{who}Remote status", "word")
+        self._si = self._so = b""
+
+    def take(self, scan: Scan) -> None:
+        """Take the next scan."""
+        if scan.so != self._so:
+            _follow(self.outputs, self.status, self._so, scan.so, scan.t_us)
+            self._so = scan.so
+        if scan.si != self._si:
+            _follow(self.inputs, self.code, self._si, scan.si, scan.t_us)
+            self._si = scan.si
+
+    def lanes(self) -> list[Lane]:
+        """The bits that changed, the command code and the status."""
+        bits = [lane for _, _, lane in self.inputs + self.outputs if lane.changes]
+        return [*bits, self.code, self.status]
+
+
 class Timeline:
     """Collects the changes of the dedicated signals, as the PLC reads and writes them.
 
@@ -70,33 +96,24 @@ class Timeline:
     """
 
     def __init__(self) -> None:
-        table = signals()
-        self._inputs = [(one.byte, one.bit, _lane(one, "input")) for one in table.input]
-        self._outputs = [(one.byte, one.bit, _lane(one, "output")) for one in table.output]
-        self._code = Lane("Remote command code", "word")
-        self._status = Lane("Remote status", "word")
+        self._controllers = {1: _Signals(1)}
         self._findings = Lane("Rule broken", "finding")
-        self._si = self._so = b""
         self.end_us = 0
 
     def take(self, record: Record) -> None:
         """Take the next record of the run."""
         self.end_us = max(self.end_us, record.t_us)
         if isinstance(record, Scan):
-            if record.so != self._so:
-                _follow(self._outputs, self._status, self._so, record.so, record.t_us)
-                self._so = record.so
-            if record.si != self._si:
-                _follow(self._inputs, self._code, self._si, record.si, record.t_us)
-                self._si = record.si
+            if record.controller not in self._controllers:
+                self._controllers[record.controller] = _Signals(record.controller)
+            self._controllers[record.controller].take(record)
         elif isinstance(record, Finding):
             self._findings.changes.append((record.t_us, 1))
 
     def lanes(self) -> list[Lane]:
-        """The bits that changed, the command code and the status; broken rules if there are any."""
-        bits = [lane for _, _, lane in self._inputs + self._outputs if lane.changes]
-        last = [self._findings] if self._findings.changes else []
-        return [*bits, self._code, self._status, *last]
+        """The lanes of each controller; broken rules if there are any."""
+        every = [lane for one in self._controllers.values() for lane in one.lanes()]
+        return [*every, *([self._findings] if self._findings.changes else [])]
 
     def instants(self) -> list[int]:
         """All times at which something changed, in order."""
@@ -202,8 +219,8 @@ def _words(lane: Lane, instants: tuple[int, ...], cell: int, glyphs: _Glyphs) ->
     return parts
 
 
-def _lane(signal: Signal, kind: str) -> Lane:
-    return Lane(f"{signal.signal} {signal.title}", kind)
+def _lane(signal: Signal, kind: str, who: str) -> Lane:
+    return Lane(f"{who}{signal.signal} {signal.title}", kind)
 
 
 def _follow(

@@ -145,6 +145,10 @@ class Agenda:
         """Time of the next event; an agenda of a cell is never empty."""
         return self._queue[0][0]
 
+    def first(self) -> tuple[int, int]:
+        """Time and kind of the next event."""
+        return self._queue[0][:2]
+
     def pop(self) -> tuple[int, int, Any]:
         """Take the next event: time, kind, payload."""
         t_us, kind, _, payload = heapq.heappop(self._queue)

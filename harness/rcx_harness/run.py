@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell_build import check_outputs, source_files
+from rcx_harness.cell_build import Areas, Robots, check_outputs, several, source_files
 from rcx_harness.chart import Timeline
 from rcx_harness.chart_svg import svg_chart
 from rcx_harness.clocks import Duration
@@ -39,9 +39,9 @@ class RunOptions:
     link: str = "direct"
     realtime: bool = False
     size: int | None = None
-    m: int = 0
-    n: int = 0
-    robot: Path | None = None
+    m: Areas = 0
+    n: Areas = 0
+    robot: Robots = None
     stimulus: Path | None = None
     seed: int = 0
     rpi: str = "10ms"
@@ -87,7 +87,7 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
     outputs = [path for path in (options.trace, options.chart, options.vcd) if path is not None]
     files = source_files(list(options.files), options.lib)
-    check_outputs(outputs, files, options.robot, options.stimulus)
+    check_outputs(outputs, files, *several(options.robot), options.stimulus)
     stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
     timeline = Timeline()
     connected = False
@@ -113,7 +113,7 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
         cell.trace.listen(timeline.take)
         if stimulus is not None:
             stimulus.schedule(cell)
-        wave = Wave(options.vcd) if options.vcd is not None else None
+        wave = Wave(options.vcd, len(cell.robots)) if options.vcd is not None else None
         try:
             if wave is not None:
                 cell.trace.listen(wave.take)

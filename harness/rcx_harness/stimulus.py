@@ -20,7 +20,7 @@ from rcx_harness.units import parse_us
 
 __all__ = ["Entry", "Stimulus"]
 
-_KEYS = ("time", "set", "robot", "hold", "release")
+_KEYS = ("time", "set", "robot", "hold", "release", "controller")
 _ENTRY = re.compile(r"^\s*\[\[\s*at\s*\]\]")
 
 
@@ -35,6 +35,7 @@ class Entry:
         events: What befalls the robot or the link: name and arguments.
         hold: Outputs of the controller that stay as they are.
         release: Outputs that follow the controller again.
+        controller: Which of the cell's controllers events, `hold` and `release` are for, from 1.
     """
 
     t_us: int
@@ -43,17 +44,18 @@ class Entry:
     events: tuple[tuple[str, Mapping[str, Any]], ...]
     hold: tuple[str, ...]
     release: tuple[str, ...]
+    controller: int = 1
 
     def apply(self, cell: Cell) -> None:
         """Let it happen, now."""
         for path, value in self.values.items():
             cell[path] = _typed(cell, path, value)
         for event, args in self.events:
-            cell.inject(event, **args)
+            cell.inject(event, controller=self.controller, **args)
         for name in self.hold:
-            cell.robot.hold(name)
+            cell.robots[self.controller - 1].hold(name)
         for name in self.release:
-            cell.robot.release(name)
+            cell.robots[self.controller - 1].release(name)
 
 
 class Stimulus:
@@ -99,14 +101,15 @@ class Stimulus:
         Raises:
             InputError: a path, value, event or signal that does not exist.
         """
-        before = cell.program.snapshot(), cell.robot.snapshot()
+        before = cell.program.snapshot(), [robot.snapshot() for robot in cell.robots]
         try:
             for entry in self.entries:
                 with _at_line(self.file, entry.line):
                     _try(entry, cell)
         finally:
             cell.program.restore(before[0])
-            cell.robot.restore(before[1])
+            for robot, state in zip(cell.robots, before[1], strict=True):
+                robot.restore(state)
         for entry in self.entries:
             cell.at(entry.t_us, partial(entry.apply, cell))
 
@@ -147,7 +150,15 @@ def _entry(table: Mapping[str, Any], line: int) -> Entry:
         tuple(events),
         _names(table, "hold"),
         _names(table, "release"),
+        _controller(table),
     )
+
+
+def _controller(table: Mapping[str, Any]) -> int:
+    given = table.get("controller", 1)
+    if not isinstance(given, int) or isinstance(given, bool) or given < 1:
+        raise InputError("controller is not a number from 1", hint="write controller = 2")
+    return given
 
 
 def _event(given: object) -> tuple[str, Mapping[str, Any]]:
@@ -178,14 +189,17 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 def _try(entry: Entry, cell: Cell) -> None:
     for path, value in entry.values.items():
         cell[path] = _typed(cell, path, value)
+    if entry.controller > len(cell.robots):
+        raise InputError(f"no controller {entry.controller}; the cell has {len(cell.robots)}")
+    robot = cell.robots[entry.controller - 1]
     for event, args in entry.events:
         if not event.startswith("link_"):
-            cell.robot.inject(event, **args)
+            robot.inject(event, **args)
         elif args:
             raise InputError(f"{event} takes no arguments")
     for name in entry.hold + entry.release:
-        cell.robot.hold(name)
-        cell.robot.release(name)
+        robot.hold(name)
+        robot.release(name)
 
 
 def _typed(cell: Cell, path: str, value: Any) -> Any:

@@ -28,10 +28,12 @@ class Scan(NamedTuple):
     so: bytes
     si: bytes
     vars: Mapping[str, Any] | None = None
+    controller: int = 1
 
     def line(self) -> str:
         """The record as JSON; `vars` only when variables are watched."""
-        head = f'{{"t_us":{self.t_us},"scan":{self.scan},"so":"{self.so.hex()}"'
+        which = _which(self.controller)
+        head = f'{{"t_us":{self.t_us},"scan":{self.scan}{which},"so":"{self.so.hex()}"'
         if self.vars is None:
             return f'{head},"si":"{self.si.hex()}"}}'
         shown = json.dumps({path: _plain(value) for path, value in self.vars.items()}, **_COMPACT)
@@ -45,11 +47,12 @@ class Cycle(NamedTuple):
     cycle: int
     rcx_si: bytes
     rcx_so: bytes
+    controller: int = 1
 
     def line(self) -> str:
         """The record as JSON."""
         return (
-            f'{{"t_us":{self.t_us},"cycle":{self.cycle},'
+            f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
             f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"}}'
         )
 
@@ -69,6 +72,11 @@ Record = Scan | Cycle | Finding
 
 _COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 _R = TypeVar("_R", Scan, Cycle, Finding)
+
+
+def _which(controller: int) -> str:
+    """Which controller of a cell it is of, if it is not the first."""
+    return f',"controller":{controller}' if controller > 1 else ""
 
 
 def header_line(header: Mapping[str, Any]) -> str:
@@ -115,6 +123,10 @@ class Trace:
     def __iter__(self) -> Iterator[Record]:
         """The records in memory, oldest first."""
         return iter(self._kept)
+
+    def latest(self) -> Iterator[Record]:
+        """The records in memory, newest first."""
+        return reversed(self._kept)
 
     def __len__(self) -> int:
         return len(self._kept)
@@ -206,12 +218,13 @@ def _load(line: str, path: str | Path, number: int) -> dict[str, Any]:
 
 
 def _record(entry: dict[str, Any]) -> Record:
+    controller = int(entry.get("controller", 1))
     if "scan" in entry:
         so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
-        return Scan(entry["t_us"], entry["scan"], so, si, entry.get("vars"))
+        return Scan(entry["t_us"], entry["scan"], so, si, entry.get("vars"), controller)
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
-        return Cycle(entry["t_us"], entry["cycle"], si, so)
+        return Cycle(entry["t_us"], entry["cycle"], si, so, controller)
     return Finding(entry["t_us"], entry["violation"])
 
 

@@ -57,12 +57,13 @@ class Wave:
 
     Args:
         path: File to write.
+        controllers: How many there are; the scopes of all but the first bear their number.
 
     Raises:
         InputError: the file cannot be written.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, controllers: int = 1) -> None:
         try:
             Path(path).parent.mkdir(parents=True, exist_ok=True)
             self._file: TextIO = open(path, "w", encoding="ascii", newline="\n")  # noqa: SIM115 - close()
@@ -71,10 +72,12 @@ class Wave:
         # No date and no version: the same run gives the same bytes.
         self._writer = VCDWriter(self._file, timescale="1 us", date="", version="rcx", comment="")
         table = signals()
-        self._plc_so = _Area(self._writer, "plc", "SOW", table.output)
-        self._plc_si = _Area(self._writer, "plc", "SIW", table.input)
-        self._robot_si = _Area(self._writer, "robot", "SIW", table.input)
-        self._robot_so = _Area(self._writer, "robot", "SOW", table.output)
+        self._plc: list[tuple[_Area, _Area]] = []
+        self._robot: list[tuple[_Area, _Area]] = []
+        for which in ("", *(f"_{k}" for k in range(2, controllers + 1))):
+            for sides, scope in ((self._plc, f"plc{which}"), (self._robot, f"robot{which}")):
+                so = _Area(self._writer, scope, "SOW", table.output)
+                sides.append((so, _Area(self._writer, scope, "SIW", table.input)))
         self._broken = self._writer.register_var("rules", "broken", "integer", size=32, init=0)
         self._count = 0
         self._end_us = 0
@@ -83,11 +86,13 @@ class Wave:
         """Take the next record of the run."""
         self._end_us = record.t_us
         if isinstance(record, Scan):
-            self._plc_so.take(record.t_us, record.so)
-            self._plc_si.take(record.t_us, record.si)
+            so, si = self._plc[record.controller - 1]
+            so.take(record.t_us, record.so)
+            si.take(record.t_us, record.si)
         elif isinstance(record, Cycle):
-            self._robot_si.take(record.t_us, record.rcx_si)
-            self._robot_so.take(record.t_us, record.rcx_so)
+            so, si = self._robot[record.controller - 1]
+            si.take(record.t_us, record.rcx_si)
+            so.take(record.t_us, record.rcx_so)
         else:
             assert isinstance(record, Finding)
             self._count += 1

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from example_runs import EXAMPLES, SECONDS, Example, changes
-from plc_bench import ROOT
+from example_runs import EXAMPLES, ROOT, changes, finished, recorded_trace
 from rcx_harness.cell import Cell
+from rcx_harness.docs_examples import ChartSpec, Example, Recorder, chart_specs, examples, files
 from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.errors import InputError
+from rcx_harness.trace import Finding
 
-_BY_NAME = {example.folder.name: example for example in EXAMPLES}
-_each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.folder.name)
+_each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
+#: One area at the beginning, one of 256 bytes, one in words at offsets, those of two robots.
+_NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 
 def _first(cell: Cell, byte: int, bit: int, on: bool = True) -> int:
@@ -25,12 +26,58 @@ def test_every_folder_is_in_the_readme_with_its_command() -> None:
     assert sorted(example.folder for example in EXAMPLES) == folders
 
 
+def test_every_example_has_its_chart_and_its_line_in_the_table() -> None:
+    table = (ROOT / "plc/examples/README.md").read_text(encoding="utf-8")
+    assert list(chart_specs()) == list(examples())
+    for path in files():
+        link = path.removeprefix("plc/examples/")
+        assert f"[chart]({link}) |" in table
+
+
 @_each
 def test_an_example_runs_without_a_violation(example: Example) -> None:
-    with example.build() as cell:
-        cell.run(f"{SECONDS}s")
-        assert not cell.violations
-        assert cell["Main.Fault"] == 0
+    assert finished(example.name).cell.violations == []
+
+
+@_each
+def test_the_chart_is_that_of_the_run(example: Example) -> None:
+    drawn = (example.folder / "chart.svg").read_text(encoding="utf-8")
+    assert finished(example.name).chart == drawn, "run `make docs`"
+
+
+def test_a_run_that_breaks_a_rule_gives_no_chart() -> None:
+    recorder = Recorder(chart_specs()["02_extended_area"])
+    with examples()["02_extended_area"].build("builtin", watch=recorder.watch) as cell:
+        recorder.listen(cell)
+        with pytest.raises(InputError, match="changed too early"):
+            cell.trace.add(Finding(0, "changed too early"))
+
+
+@pytest.mark.parametrize("lane", ["SI99 = nothing", "DO(98) = nothing", "curve = nothing"])
+def test_a_lane_of_no_signal_is_refused(lane: str) -> None:
+    with pytest.raises(InputError):
+        Recorder(ChartSpec("a chart", 0, 1, (lane,)))
+
+
+@_each
+@pytest.mark.parametrize("engine", ["builtin", "matiec"])
+def test_the_trace_is_the_one_recorded_from_matiec(example: Example, engine: str) -> None:
+    if engine == "matiec" and (find_matiec() is None or find_c_compiler() is None):
+        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
+    recorded = recorded_trace(example).read_text(encoding="utf-8").splitlines()
+    assert list(changes(finished(example.name, engine).cell.trace.lines())) == recorded[1:], (
+        "record it anew if the library or the robot has changed: tests/examples/record_examples.py"
+    )
+
+
+@pytest.mark.parametrize("example", _NETWORKED, ids=lambda example: example.name)
+def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
+    with example.build("builtin", link="enip") as cell:
+        cell.run("2s")
+        enip = list(changes(cell.trace.lines()))
+    recorded = recorded_trace(example).read_text(encoding="utf-8").splitlines()
+    assert enip == recorded[1 : len(enip) + 1]
+    assert len(enip) > len(recorded) // 3
 
 
 def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back() -> None:
@@ -38,49 +85,56 @@ def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back(
 
     Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example.
     """
-    with _BY_NAME["01_power_up"].build() as cell:
-        cell.run(f"{SECONDS}s")
-        assert cell["Main.Stage"] == "STAGE_COMPLETE"
-        assert cell["Main.Robot.SO.SO02_ServoOn"] is True
-        assert cell["Main.Axis1"] == 120_000, "point 19 of robot.toml"
-        order = [_first(cell, 32, 0), _first(cell, 32, 6), _first(cell, 32, 1)]
-        order += [_first(cell, 33, 5), _first(cell, 33, 2)]
-        assert order == sorted(order), "SI00, SI06, SI01, SI15, SI12"
-        sent = [one.si[:10] for one in cell.trace.scans() if one.si[0] == 1]
-        telegram = "0100 0400 0000 3200 1300"  # n: 0x0001, n+2: 0x0004, n+6: 0x0032, n+8: 0x0013
-        assert {bytes(words).hex() for words in sent} == {telegram.replace(" ", "")}
+    cell = finished("01_power_up").cell
+    assert cell["Main.Stage"] == "STAGE_COMPLETE"
+    assert cell["Main.Fault"] == 0
+    assert cell["Main.Robot.SO.SO02_ServoOn"] is True
+    assert cell["Main.Axis1"] == 120_000, "point 19 of robot.toml"
+    order = [_first(cell, 32, 0), _first(cell, 32, 6), _first(cell, 32, 1)]
+    order += [_first(cell, 33, 5), _first(cell, 33, 2)]
+    assert order == sorted(order), "SI00, SI06, SI01, SI15, SI12"
+    sent = [one.si[:10] for one in cell.trace.scans() if one.si[0] == 1]
+    telegram = "0100 0400 0000 3200 1300"  # n: 0x0001, n+2: 0x0004, n+6: 0x0032, n+8: 0x0013
+    assert {bytes(words).hex() for words in sent} == {telegram.replace(" ", "")}
+
+
+def test_the_power_up_keeps_its_fault_until_reset_and_start_are_pressed_one_after_the_other() -> (
+    None
+):
+    """Source: design of the examples: a fault is kept, nothing restarts by itself."""
+    with examples()["01_power_up"].build("builtin") as cell:
+        cell.run("600ms")
+        cell.robot.inject("emergency_stop")
+        cell.run_until(lambda: cell["Main.Stage"] == "STAGE_FAULT", within="500ms")
+        cell.run("500ms")
+        assert cell["Main.Fault"] == 0x8003, "emergency stop"
+        cell.robot.inject("emergency_stop_release")
+        cell["Main.Start"] = cell["Main.Reset"] = True
+        cell.run("100ms")
+        assert cell["Main.Stage"] == "STAGE_FAULT"
+        cell["Main.Start"] = cell["Main.Reset"] = False
+        cell.scan()
+        cell["Main.Reset"] = True
+        cell.run("100ms")
+        assert cell["Main.Stage"] == "STAGE_IDLE"
+        assert cell["Main.Fault"] == 0
+        cell["Main.Start"] = True
+        cell.run_until(lambda: cell["Main.Stage"] == "STAGE_COMPLETE", within="4s")
 
 
 def test_the_extended_area_is_written_and_read_at_its_offsets() -> None:
     """Source: manual chapter 1, 4.2; guide 4.3.1."""
-    with _BY_NAME["02_extended_area"].build() as cell:
-        cell.run(f"{SECONDS}s")
-        assert cell["Main.Complete"] is True
-        assert cell["Main.Axis2"] == -20_000
-        assert cell.robot.points[100].data == (10_000, -20_000, 0, 0, 0, 0)
-        assert bytes(cell["Main.OutputArea"][:200]) == bytes(200)
-        assert cell["Main.OutputArea[232]"] == 0x41
+    cell = finished("02_extended_area").cell
+    assert cell["Main.Complete"] is True
+    assert cell["Main.Axis2"] == -20_000
+    assert cell.robot.points[100].data == (10_000, -20_000, 0, 0, 0, 0)
+    assert bytes(cell["Main.OutputArea"][:200]) == bytes(200)
+    assert cell["Main.OutputArea[232]"] == 0x41
 
 
-@_each
-def test_over_ethernet_ip_the_trace_is_the_same(example: Example, tmp_path: Path) -> None:
-    for link in ("direct", "enip"):
-        with example.build(link=link, trace=tmp_path / link) as cell:
-            cell.run(f"{SECONDS}s")
-    direct, enip = ((tmp_path / link).read_bytes() for link in ("direct", "enip"))
-    assert direct.partition(b"\n")[2] == enip.partition(b"\n")[2]
-
-
-@_each
-@pytest.mark.parametrize("engine", ["builtin", "matiec"])
-def test_the_trace_is_the_one_recorded_from_matiec(
-    example: Example, engine: str, tmp_path: Path
-) -> None:
-    if engine == "matiec" and (find_matiec() is None or find_c_compiler() is None):
-        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
-    with example.build(engine, trace=tmp_path / "trace") as cell:
-        cell.run(f"{SECONDS}s")
-    recorded = example.recorded.read_text(encoding="utf-8").splitlines()
-    assert list(changes(tmp_path / "trace")) == recorded[1:], (
-        "record it anew if the library or the robot has changed: tests/examples/record_examples.py"
-    )
+def test_a_part_goes_to_the_robot_program_and_back() -> None:
+    """Source: manual chapter 5, 2, general-purpose words."""
+    cell = finished("03_general_io").cell
+    assert cell["Main.Fault"] == 0
+    assert cell["Main.Complete"] is True
+    assert (cell["Main.PartBack"], cell["Main.HeightBack"]) == (0x0200, -20_000)

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from example_runs import EXAMPLES, Example
-from exported import comments, recorded, shapes, trace_of
+from example_runs import EXAMPLES
+from exported import EXPORTED, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
 from rcx_harness.cli import main
+from rcx_harness.docs_examples import Example
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import write
@@ -121,7 +122,7 @@ def test_a_wrong_element_would_be_seen(
     assert read_plcopen(wrong).files != {file.name: file.read_text() for file in back}
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.folder.name)
+@pytest.mark.parametrize("example", EXPORTED, ids=lambda example: example.folder.name)
 def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Path) -> None:
     file = tmp_path / "one.xml"
     options = ["--needed", "--program", str(example.folder), "-o", str(file)]

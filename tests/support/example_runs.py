@@ -3,75 +3,65 @@
 from __future__ import annotations
 
 import json
-import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
-from rcx_harness.stimulus import Stimulus
+from rcx_harness.docs_examples import Example, Recorder, chart_specs, examples
 
-__all__ = ["EXAMPLES", "SECONDS", "Example", "changes"]
+__all__ = ["EXAMPLES", "ROOT", "Finished", "changes", "finished", "recorded_trace"]
 
-#: How long the examples run, in virtual time.
-SECONDS = 3
+_AREAS = ("so", "si", "rcx_si", "rcx_so")
 
-_TRACES = ROOT / "tests/data/traces/examples"
+EXAMPLES = list(examples().values())
 
 
 @dataclass(frozen=True)
-class Example:
-    """One folder of plc/examples with the options of its command in the README there."""
+class Finished:
+    """An example after its run: the cell as it was left, and the chart of the run."""
 
-    folder: Path
-    options: dict[str, str]
-
-    def build(self, engine: str = "auto", link: str = "direct", trace: Path | None = None) -> Cell:
-        """A cell as `rcx run` makes it, with the stimulus queued."""
-        robot = self.options.get("robot")
-        cell = Cell.build(
-            sorted(self.folder.glob("*.st")),
-            engine=engine,
-            link=link,
-            size=int(self.options.get("size", 48)),
-            m=int(self.options.get("m", 0)),
-            n=int(self.options.get("n", 0)),
-            robot=None if robot is None else ROOT / robot,
-            trace=trace,
-        )
-        Stimulus.load(self.folder / "stimulus.toml").schedule(cell)
-        return cell
-
-    @property
-    def recorded(self) -> Path:
-        """Where its trace, recorded from matiec, is kept."""
-        return _TRACES / f"{self.folder.name}.jsonl"
+    cell: Cell
+    chart: str
 
 
-def changes(trace: Path) -> Iterator[str]:
-    """The lines of a trace that show anything new, without the first one."""
-    before: dict[str, object] = {}
-    for line in trace.read_text(encoding="utf-8").splitlines()[1:]:
+@cache
+def finished(name: str, engine: str = "builtin") -> Finished:
+    """Run an example for as long as its command does; each of them once. Only look at it."""
+    example = examples()[name]
+    recorder = Recorder(chart_specs()[name]) if name in chart_specs() else None
+    cell = example.build(engine, watch=recorder.watch if recorder else ())
+    if recorder:
+        recorder.listen(cell)
+    cell.run(example.duration)
+    return Finished(cell, recorder.chart() if recorder else "")
+
+
+def recorded_trace(example: Example) -> Path:
+    """Where its trace, recorded from matiec, is kept."""
+    return ROOT / "tests/data/traces/examples" / f"{example.name}.jsonl"
+
+
+def changes(lines: Iterable[str]) -> Iterator[str]:
+    """The lines of a trace that show anything new on the wire, without the first one.
+
+    The zeros at the end of an area are left out.
+    """
+    before: dict[object, object] = {}
+    for line in list(lines)[1:]:
         entry = json.loads(line)
+        entry.pop("vars", None)
+        entry |= {key: _short(entry[key]) for key in _AREAS if key in entry}
         kind = next(key for key in ("scan", "cycle", "violation") if key in entry)
+        which = kind, entry.get("controller", 1)
         shown = [value for key, value in entry.items() if key not in ("t_us", kind)]
-        if kind == "violation" or before.get(kind) != shown:
-            yield line
-        before[kind] = shown
+        if kind == "violation" or before.get(which) != shown:
+            yield json.dumps(entry, separators=(",", ":"), ensure_ascii=False)
+        before[which] = shown
 
 
-def _examples() -> Iterator[Example]:
-    readme = (ROOT / "plc/examples/README.md").read_text(encoding="utf-8")
-    for line in readme.splitlines():
-        if "`rcx run " in line:
-            words = shlex.split(line.split("`")[1])
-            options = {
-                word.removeprefix("--"): words[at + 1]
-                for at, word in enumerate(words)
-                if word.startswith("--")
-            }
-            yield Example((ROOT / words[2]).parent, options)
-
-
-EXAMPLES = list(_examples())
+def _short(area: str) -> str:
+    short = area.rstrip("0")
+    return short + "0" * (len(short) % 2) or area[:2]  # no area at all is something else

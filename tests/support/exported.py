@@ -8,14 +8,15 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from example_runs import SECONDS, Example, changes
-from plc_bench import ROOT
-from rcx_harness.cell import Cell
+from example_runs import EXAMPLES, changes, recorded_trace
+from rcx_harness.docs_examples import Example
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.stimulus import Stimulus
 
-__all__ = ["comments", "recorded", "shape", "shapes", "trace_of"]
+__all__ = ["EXPORTED", "comments", "recorded", "shape", "shapes", "trace_of"]
+
+#: Examples with what an export can lose: arrays of structures, words, texts, a block of the user's.
+EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", "12")]
 
 
 def shapes(files: Iterable[Path]) -> dict[str, Any]:
@@ -38,29 +39,18 @@ def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
     Args:
         example: Says what happens to the program.
         program: All its files; the library is not looked for.
-        folder: For the trace.
+        folder: For an empty library.
     """
     empty = folder / "no-library"
     empty.mkdir()
-    robot = example.options.get("robot")
-    with Cell.build(
-        program,
-        lib=empty,
-        engine="builtin",
-        size=int(example.options.get("size", 48)),
-        m=int(example.options.get("m", 0)),
-        n=int(example.options.get("n", 0)),
-        robot=None if robot is None else ROOT / robot,
-        trace=folder / "trace",
-    ) as cell:
-        Stimulus.load(example.folder / "stimulus.toml").schedule(cell)
-        cell.run(f"{SECONDS}s")
-    return list(changes(folder / "trace"))
+    with example.build("builtin", program=program, lib=empty) as cell:
+        cell.run(example.duration)
+        return list(changes(cell.trace.lines()))
 
 
 def recorded(example: Example) -> list[str]:
     """The same of its recorded trace."""
-    return example.recorded.read_text(encoding="utf-8").splitlines()[1:]
+    return recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]
 
 
 def shape(node: Any) -> Any:

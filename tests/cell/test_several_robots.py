@@ -1,0 +1,175 @@
+"""A cell with more than one controller: areas, clocks, faults, and what the files say of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from plc_bench import ROOT
+from rcx_harness.cell import Cell
+from rcx_harness.chart import Timeline
+from rcx_harness.cli import main
+from rcx_harness.errors import InputError
+from rcx_harness.robot import RobotConfig
+from rcx_harness.stimulus import Stimulus
+from rcx_harness.trace import Cycle, Finding, Scan, Trace, read_trace
+from rcx_harness.wave import Wave
+
+_EXAMPLE = ROOT / "plc/examples/12_two_robots"
+_TWO = (RobotConfig(), RobotConfig())
+
+
+def _cell(**options: object) -> Cell:
+    arguments: dict[str, object] = {"robot": _TWO, "engine": "builtin", **options}
+    return Cell.build(sorted(_EXAMPLE.glob("*.st")), **arguments)  # type: ignore[arg-type]
+
+
+def test_each_controller_has_its_own_connection_and_its_own_status() -> None:
+    with _cell() as cell:
+        cell.run("100ms")
+        assert len(cell.robots) == 2
+        assert cell.robots[0] is cell.robot
+        cell.inject("link_down", controller=2)
+        cell.run("300ms")
+        assert (cell["Main.Connected"], cell["Main.Connected2"]) == (True, False)
+        assert not cell.connected, "not to all of them"
+        assert [one.machine.link for one in cell.robots] == ["normal", "lost"]
+
+
+def test_the_areas_are_where_m_and_n_say_and_by_default_one_behind_the_other() -> None:
+    with _cell(m=(0, 200), n=(100,)) as cell:
+        cell["Main.ReadArea2.m"] = cell["Main.WriteArea1.n"] = 0
+        cell.run("50ms")
+        image = bytes(cell["Main.InputArea"])
+        lines = cell.trace.scans()[-2:]
+        assert image[:48] == lines[0].so
+        assert image[200:248] == lines[1].so
+        assert any(lines[1].so)
+        assert image[48:200] == bytes(152)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"m": (0, 40)}, "the areas at m = 0 and m = 40 overlap"),
+        ({"n": (48, 0, 96)}, r"3 offsets n, but 2 robot\(s\)"),
+        ({"n": (0, 500)}, "needs 48 bytes"),
+        ({"robot": ()}, "no robot is given"),
+        ({"link": "enip-realtime"}, "in real time a cell has one robot"),
+    ],
+)
+def test_areas_and_robots_that_cannot_be_are_refused(
+    options: dict[str, object], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        _cell(**options)
+
+
+def test_an_event_for_a_controller_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "s.toml"
+    with _cell() as cell:
+        with pytest.raises(InputError, match="no controller 3; the cell has 2"):
+            cell.inject("alarm", controller=3)
+        file.write_text('[[at]]\ntime = "1ms"\ncontroller = 3\nrobot = "alarm"\n')
+        with pytest.raises(InputError, match="no controller 3; the cell has 2"):
+            Stimulus.load(file).schedule(cell)
+    for wrong in ("0", "true", '"2"'):
+        file.write_text(f'[[at]]\ntime = "1ms"\ncontroller = {wrong}\nrobot = "alarm"\n')
+        with pytest.raises(InputError, match="controller is not a number from 1"):
+            Stimulus.load(file)
+
+
+def test_a_stimulus_reaches_the_controller_that_it_names(tmp_path: Path) -> None:
+    file = tmp_path / "s.toml"
+    file.write_text(
+        '[[at]]\ntime = "20ms"\ncontroller = 2\nrobot = "alarm"\n'
+        '[[at]]\ntime = "20ms"\nrobot = "warning"\n'
+        '[[at]]\ntime = "20ms"\ncontroller = 2\nhold = "SO10"\nrobot = "manual_mode"\n'
+    )
+    with _cell() as cell:
+        Stimulus.load(file).schedule(cell)
+        cell.run("100ms")
+        first, second = (cell[f"Main.Robot{k}.SO"] for k in (1, 2))
+    assert (first["SO03_Alarm"], second["SO03_Alarm"]) == (False, True)
+    assert (first["SO15_Warning"], second["SO15_Warning"]) == (True, False)
+    assert second["SO10_AutoMode"], "held"
+
+
+def test_a_broken_rule_says_which_controller_it_is_of() -> None:
+    """Both sides see that n + 46 of the second area is not 0.
+
+    Source: manual chapter 1, 4.1: reserved.
+    """
+    with _cell() as cell:
+        cell.run("100ms")
+        cell["Main.OutputArea[94]"] = 1
+        cell.run("50ms")
+        texts = [one.text for one in cell.violations]
+        assert [one.violation for one in cell.trace.findings()] == texts
+    assert texts[0].startswith("controller 2: plc, scan 10: reserved")
+    assert all(text.startswith("controller 2: ") for text in texts)
+
+
+def test_a_cell_of_two_goes_back_to_its_snapshot() -> None:
+    with _cell(jitter="3ms") as cell:
+        cell.run("300ms")
+        before = cell.snapshot()
+
+        def rest() -> list[str]:
+            cell.run("300ms")
+            return list(cell.trace.lines())
+
+        one = rest()
+        cell.inject("alarm", controller=2)
+        cell.run("100ms")
+        cell.restore(before)
+        assert rest() == one
+
+
+def test_a_trace_tells_the_controllers_apart_and_is_read_back(tmp_path: Path) -> None:
+    file = tmp_path / "trace.jsonl"
+    with _cell(trace=file, watch=["Main.Connected2"]) as cell:
+        cell.run("30ms")
+        written = list(cell.trace)
+    header, records = read_trace(file)
+    assert header["controllers"] == 2
+    assert list(records) == written
+    lines = [json.loads(line) for line in file.read_text().splitlines()[1:]]
+    scans = [(one["scan"], one.get("controller"), "vars" in one) for one in lines if "scan" in one]
+    assert scans[:4] == [(0, None, True), (0, 2, False), (1, None, True), (1, 2, False)]
+    assert {one.controller for one in written if isinstance(one, Cycle)} == {1, 2}
+
+
+def test_chart_and_wave_show_each_controller(tmp_path: Path) -> None:
+    timeline, wave = Timeline(), Wave(tmp_path / "wave.vcd", 2)
+    trace = Trace({})
+    trace.listen(timeline.take)
+    trace.listen(wave.take)
+    on = bytes(32) + b"\x01" + bytes(15)
+    trace.add(Scan(0, 0, bytes(48), bytes(48)))
+    trace.add(Scan(0, 0, bytes(48), on, None, 2))
+    trace.add(Cycle(5_000, 1, on, bytes(48), 2))
+    trace.add(Finding(5_000, "a rule"))
+    wave.close()
+    changed = [lane.name for lane in timeline.lanes() if lane.changes]
+    assert changed == ["2: SI(00) Emergency stop input", "Rule broken"]
+    text = (tmp_path / "wave.vcd").read_text()
+    assert [word for word in ("plc", "plc_2", "robot", "robot_2") if f" {word} $end" in text] == [
+        "plc", "plc_2", "robot", "robot_2"
+    ]  # fmt: skip
+
+
+def test_the_command_line_takes_a_robot_and_its_areas_more_than_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chart = tmp_path / "chart.svg"
+    arguments = ["run", str(_EXAMPLE), "--stimulus", str(_EXAMPLE / "stimulus.toml")]
+    arguments += ["--engine", "builtin", "--for", "1500ms", "--chart", str(chart)]
+    robots = [f"--robot={_EXAMPLE}/robot1.toml", f"--robot={_EXAMPLE}/robot2.toml"]
+    assert main([*arguments, *robots, "--m", "0", "--m", "48"]) == 0
+    assert "no violations" in capsys.readouterr().out
+    assert "2: SI(00) Emergency stop input" in chart.read_text()
+    assert main([*arguments, *robots[:1]]) == 2
+    assert "no controller 2" in capsys.readouterr().err
