@@ -16,15 +16,18 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from rcx_harness import spec
+from rcx_harness import docs_blocks, docs_examples, spec
+from rcx_harness.docs_blocks.panel import panel_page
 from rcx_harness.docs_commands import commands_page
+from rcx_harness.docs_diagnosis import diagnosis_page
 from rcx_harness.library import files as library_files
+from rcx_harness.library.alarm_texts import text_files
 from rcx_harness.process_charts import process_chart, processes
 from rcx_harness.process_svg import process_svg
 from rcx_harness.robot import fidelity
 from rcx_harness.verify.page import verification_page
 
-__all__ = ["Header", "headers", "main", "pages"]
+__all__ = ["Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -75,15 +78,36 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 
 
 def _blocks() -> Iterator[str]:
-    yield "One file per block; the interface in its head is the documentation."
-    columns = ("Block", "What it does", "Manual", "Tests", "Chart")
-    for folder in ("types", "area", "sequence", "command"):
+    yield "A block's page has its pins, an example with its timing chart, its errors and its"
+    yield "neighbours; its source is one file, whose head is the interface. The dedicated bits,"
+    yield "codes and errors on one sheet for the panel: [panel.html](panel.html)."
+    columns = ("Block", "Source", "What it does", "Manual", "Tests", "Chart")
+    folders = sorted({head.file.parent.name for head in headers()}, key=_place)
+    for folder in folders:
         yield f"\n## {folder}\n\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
         for head in headers():
             if head.file.parent.name == folder:
                 tests = ", ".join(_link(test) for test in head.tests)
-                cells = (_link(head.file), head.purpose, head.section, tests, _charts(head.name))
-                yield f"| {' | '.join(cells)} |"
+                source = f"[ST](../{head.file.relative_to(ROOT).as_posix()})"
+                cells = (_page_of(head.name), source, head.purpose, head.section, tests)
+                yield f"| {' | '.join((*cells, _charts(head.name)))} |"
+
+
+_FOLDERS = ("area", "sequence", "command", "diagnosis")
+
+
+def _place(folder: str) -> tuple[int, str]:
+    """Where a folder stands: those of the list first, the types last."""
+    if folder == "types":
+        return len(_FOLDERS) + 1, folder
+    return (_FOLDERS.index(folder) if folder in _FOLDERS else len(_FOLDERS)), folder
+
+
+def _page_of(name: str) -> str:
+    """The name, with a link to its page where it has one."""
+    if name.startswith("FC_"):
+        return f"[{name}](blocks/functions.md#{name.lower()})"
+    return f"[{name}](blocks/{name}.md)" if name.startswith("FB_") else name
 
 
 def _charts(block: str) -> str:
@@ -188,16 +212,24 @@ def _run(command: str) -> str:
     return (done.stdout + done.stderr).strip("\n")
 
 
-def pages() -> dict[str, Callable[[], str]]:
+def every_page() -> dict[str, Callable[[], str]]:
     """Every generated file by its path in the repository, with what writes it."""
+    return {**pages(), **docs_blocks.files(), **docs_examples.files()}
+
+
+def pages() -> dict[str, Callable[[], str]]:
+    """The same without what takes seconds to run: the blocks' pages, the examples' charts."""
     return {
         **library_files(),
+        **text_files(),
         "docs/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
         "docs/commands.md": lambda: _page(
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
+        "docs/diagnosis.md": diagnosis_page,
         "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/fidelity.md": fidelity.fidelity_page,
+        "docs/panel.html": panel_page,
         "docs/processes.md": lambda: _page(
             "Processes and their timing charts", "docs/charts", _processes()
         ),
@@ -216,7 +248,7 @@ def main(arguments: list[str]) -> int:
     """Write the pages, or with `--check` compare them; return the exit code."""
     stale = []
     begin = time.monotonic()
-    every = pages()
+    every = every_page()
     for number, (path, render) in enumerate(every.items(), 1):
         if time.monotonic() - begin > _PATIENCE_S:
             print(f"{number}/{len(every)} {path}", file=sys.stderr)
@@ -225,8 +257,14 @@ def main(arguments: list[str]) -> int:
             continue
         stale.append(path)
         if "--check" not in arguments:
+            file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(text)
             print(f"wrote {path}")
+    for path in docs_blocks.leftovers(ROOT):
+        stale.append(path)
+        if "--check" not in arguments:
+            (ROOT / path).unlink()
+            print(f"removed {path}")
     if stale and "--check" in arguments:
         print(f"not current: {', '.join(stale)}; run `make docs`", file=sys.stderr)
         return 1

@@ -54,7 +54,7 @@ def test_writing_says_where_it_is_once_it_takes_long(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(docs, "ROOT", tmp_path)
-    monkeypatch.setattr(docs, "pages", lambda: {"one.md": lambda: "1", "two.md": lambda: "2"})
+    monkeypatch.setattr(docs, "every_page", lambda: {"one.md": lambda: "1", "two.md": lambda: "2"})
     assert docs.main([]) == 0
     assert not capsys.readouterr().err
     monkeypatch.setattr(docs, "_PATIENCE_S", -1.0)
@@ -66,7 +66,7 @@ def test_a_stale_page_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(docs, "ROOT", tmp_path)
-    monkeypatch.setattr(docs, "pages", lambda: {"page.md": lambda: "new"})
+    monkeypatch.setattr(docs, "every_page", lambda: {"page.md": lambda: "new"})
     (tmp_path / "page.md").write_text("old", encoding="utf-8")
     assert docs.main(["--check"]) == 1
     assert "page.md" in capsys.readouterr().err
