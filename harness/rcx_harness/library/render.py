@@ -29,7 +29,7 @@ _SHOWN = [
     "Done := Job.Done;",
     "Busy := Job.Busy;",
     "Active := Job.Active;",
-    "Error := Job.ErrorID <> WORD#16#0000;",
+    "Error := Job.Error;",
     "ErrorID := Job.ErrorID;",
     "AlarmGroup := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
     "                           Response := Robot.Response[1]);",
@@ -98,12 +98,12 @@ def _block(block: Block, tables: Library) -> str:
         *indent([*_code(block, tables), *fill, "Job.Longest := FC_Milliseconds(Value := Timeout);"]),
         "END_IF;",
         "",
-        "Job(Channel := Robot.Command, Execute := Execute, Elapsed := Robot.Elapsed, Holder := Code,",
+        "Job(Channel := Robot.Command, Execute := Execute, Elapsed := Robot.Elapsed,",
         f"    {'Trouble := Refused, ' if refused else ''}Answer := Robot.Answer, Remote := TRUE,",
         "    Applied := Robot.Phase = PHASE_COMMAND_RUN);",
         "",
         "IF Job.Request THEN",
-        "  Robot.Code := Code;",
+        "  Robot.Code := Robot.Command.Holder;",
         "  Robot.Data := Data;",
         "  Robot.CodeRequest := TRUE;",
         "END_IF;",
@@ -125,15 +125,14 @@ def _block(block: Block, tables: Library) -> str:
 
 
 def _code(block: Block, tables: Library) -> list[str]:
-    """Code with the robot number."""
+    """The code with the robot number, which the job shows while it has the turn."""
     robot = " OR SHL(INT_TO_WORD(RobotNumber), 12)" if block.commands[0].robot else ""
     if block.select is None:
-        return [f"Code := {word(block.commands[0].code)}{robot};"]
+        return [f"Job.Holder := {word(block.commands[0].code)}{robot};"]
     members = tables.enumerations[block.select.type].members
     pairs = zip(members, block.commands, strict=True)
-    rows = [(one.name, f"Code := {word(command.code)};") for one, command in pairs]
-    lines = case(block.select.pin, rows)
-    return [*lines, f"Code := Code{robot};"] if robot else lines
+    rows = [(one.name, f"Job.Holder := {word(command.code)}{robot};") for one, command in pairs]
+    return case(block.select.pin, rows)
 
 
 def _inputs(block: Block, command: Command) -> list[_Row]:
@@ -167,7 +166,6 @@ def _outputs(block: Block) -> list[_Row]:
 def _inner(body: str) -> list[_Row]:
     every = (
         ("Job", "FB_Job", ""),
-        ("Code", "WORD", ""),
         ("Data", "RCX_WORDS", "held from the rising edge on"),
         ("Refused", "WORD", "ErrorID of an input that is not legal"),
         ("Number", "DINT", ""),

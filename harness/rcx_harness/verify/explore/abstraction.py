@@ -1,9 +1,11 @@
 """The state of a running program as a few bytes, and back: what is needed to tell states apart.
 
 * Time: all scans of a model have the same interval, or a few that the environment chooses. A TON
-  compares the time since its start with PT and does nothing else with the time (no block reads
-  ET), so the ticks since its start are all that counts, and of those that are more than the
-  longest PT of the model none differs from another.
+  compares the time since its start with PT and does nothing else with the time, so the ticks since
+  its start are all that counts, and of those that are more than the longest PT of the model none
+  differs from another. ET is read by FB_ScanTime only, which starts its TON anew in every scan:
+  there it is 0 before the first scan, and then the time since the last one. Waits that are counted
+  in milliseconds are numbers like others; none outlasts its limit.
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
   count them up. Adding a number to all tickets of a channel therefore changes nothing else;
   Serving is 0 in a state, and the others are differences. A ticket that has been passed stays so
@@ -165,7 +167,7 @@ class Abstraction:
             elif slot in flags:
                 self._slots.append(_Slot(f"{code} != 0", f"{code} = {{v}} * 0x8001"))
             elif isinstance(part, BlockType) and part.name == "TON":
-                self._timer(code, getattr(held, slot), conditions.get(slot, ""))
+                self._timer(code, conditions.get(slot, ""), reads_et=type_name == "FB_SCANTIME")
             elif isinstance(part, (BlockType, StructType)):
                 assert slot not in conditions
                 inner = TYPES.get(part.name.upper(), Kept())
@@ -207,10 +209,11 @@ class Abstraction:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
             self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
 
-    def _timer(self, code: str, held: Any, condition: str) -> None:
+    def _timer(self, code: str, condition: str, *, reads_et: bool) -> None:
         junk = f"set_ton({code}, random.choice((0, 1, 2, 255)), now)"
         self._slots.append(_Slot(f"ton({code})", f"set_ton({code}, {{v}}, now)", condition, junk))
-        self._junk += [f"{code}.ET = random.randrange(10**9)"]
+        et = "0" if reads_et else "random.randrange(10**9)"
+        self._junk += [f"{code}.ET = {et}"]
 
     def _plain(self, code: str, kind: Type, condition: str) -> None:
         junk = "; ".join(_spoiling(code, kind))

@@ -67,7 +67,7 @@ TYPES: dict[str, Kept] = {
     ),
     "FB_DEDICATEDINPUTS": Kept(dropped="Interval Settling Changed Safety", fixed="Nothing"),
     "FB_JOB": Kept(
-        dropped="Execute Elapsed Holder Trouble Answer Remote Settled Applied Request Ended Ahead",
+        dropped="Execute Elapsed Holder Trouble Answer Settled Applied Request Ended Ahead",
         flags="ErrorID",
         while_true={"o.BUSY": "Armed Ticket Longest Waited"},
         tickets={"Ticket": "of its owner"},

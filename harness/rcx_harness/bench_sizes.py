@@ -1,0 +1,158 @@
+"""Bytes that a robot and a block take on a PLC: matiec's C, laid out by the C compiler.
+
+No figure is assumed: iec2c translates the whole library, and a C program that includes its headers
+prints `sizeof` of every block.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from rcx_harness.cell_build import default_lib
+from rcx_harness.engine.frontend import load
+from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
+from rcx_harness.engine.matiec_source import join_sources
+from rcx_harness.errors import InputError
+
+__all__ = ["LARGEST_COMMAND", "LARGEST_REF", "Size", "measure", "sizes", "table"]
+
+#: Targets [byte].
+LARGEST_REF, LARGEST_COMMAND = 160, 500
+
+_MAIN = """
+PROGRAM RcxSizes
+  VAR
+    Robot : RCX_REF;
+  END_VAR
+  Robot.Connected := TRUE;
+END_PROGRAM
+CONFIGURATION Config0
+  RESOURCE Res0 ON PLC
+    TASK Cyclic(INTERVAL := T#10ms, PRIORITY := 0);
+    PROGRAM Main WITH Cyclic : RcxSizes;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+_PRINT = """
+#include <stdio.h>
+#include "iec_std_lib.h"
+#include "accessor.h"
+#include "POUS.h"
+TIME __CURRENT_TIME;
+BOOL __DEBUG;
+int main(void) {
+%s
+  return 0;
+}
+"""
+
+
+@dataclass(frozen=True)
+class Size:
+    """One type: where it lies in the library, what an instance takes, and why it may take more.
+
+    Attributes:
+        name: Of the block or structure.
+        folder: `area`, `command`, `sequence`, `types` and so on.
+        bytes: Per instance.
+        texts: Pins of type STRING, of 128 bytes each.
+    """
+
+    name: str
+    folder: str
+    bytes: int
+    texts: int = 0
+
+    @property
+    def limit(self) -> int | None:
+        """The target, where there is one."""
+        if self.name == "RCX_REF":
+            return LARGEST_REF
+        return LARGEST_COMMAND if self.folder == "command" else None
+
+
+def sizes(matiec: Matiec, compiler: str) -> list[Size]:
+    """What every block of the library and RCX_REF take, by folder and name.
+
+    Raises:
+        InputError: the library has an error, or the C compiler fails.
+        TranslationError: iec2c refuses the library.
+    """
+    library = sorted(default_lib().rglob("*.st"))
+    blocks = [path for path in library if path.stem.startswith("FB_")]
+    with tempfile.TemporaryDirectory(prefix="rcx-") as name:
+        folder = Path(name)
+        source, target = folder / "all.st", folder / "c"
+        target.mkdir()
+        main = folder / "main.st"
+        main.write_text(_MAIN, encoding="utf-8")
+        text = join_sources(load([main, *library])).text
+        source.write_text(text, encoding="utf-8")
+        matiec.translate(source, target)
+        names = ["RCX_REF", *(path.stem for path in blocks)]
+        rows = [f'  printf("%zu\\n", sizeof({one.upper()}));' for one in names]
+        printing = target / "rcx_sizes.c"
+        printing.write_text(_PRINT % "\n".join(rows), encoding="utf-8")
+        program = folder / "sizes"
+        command = [compiler, "-w", "-I", str(matiec.headers), str(printing), "-lm", "-o"]
+        done = subprocess.run([*command, str(program)], capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise InputError(f"{compiler} refuses matiec's C: {done.stderr.strip()[:200]}")
+        printed = subprocess.run([str(program)], capture_output=True, text=True, check=True)
+    found = dict(zip(names, map(int, printed.stdout.split()), strict=True))
+    every = [Size("RCX_REF", "types", found["RCX_REF"])]
+    every += [Size(path.stem, path.parent.name, found[path.stem], _texts(path)) for path in blocks]
+    return sorted(every, key=lambda size: (size.folder, size.name))
+
+
+def _texts(block: Path) -> int:
+    """How many pins of a block are of type STRING."""
+    interface = block.read_text(encoding="utf-8").partition("  VAR\n")[0]
+    return interface.count(": STRING;")
+
+
+def measure() -> dict[str, dict[str, Any]]:
+    """The sizes that have a target, in the form of out/bench.json.
+
+    Without matiec or a C compiler each value is None, and `peer` says what is missing.
+    """
+    matiec, compiler = find_matiec(), find_c_compiler()
+    if matiec is None or compiler is None:
+        missing = MISSING if matiec is None else "no C compiler found"
+        names = ("size RCX_REF", "size largest command block")
+        return {name: _figure(None, 0, missing) for name in names}
+    every = sizes(matiec, compiler)
+    plain = [size for size in every if size.folder == "command" and not size.texts]
+    large = max(plain, key=lambda size: size.bytes)
+    ref = next(size for size in every if size.name == "RCX_REF")
+    figures = {
+        "size RCX_REF": _figure(ref.bytes, LARGEST_REF, "none"),
+        "size largest command block": _figure(large.bytes, LARGEST_COMMAND, large.name),
+    }
+    for size in every:
+        if size.folder == "command" and size.texts and size.bytes > LARGEST_COMMAND:
+            label = f"size {size.name}, {size.texts} STRING"
+            figures[label] = _figure(size.bytes, LARGEST_COMMAND, "none")
+    return figures
+
+
+def _figure(value: int | None, target: int, peer: str) -> dict[str, Any]:
+    met = value is not None and value <= target
+    return {"value": value, "unit": "byte", "target": f"<= {target}", "peer": peer, "met": met}
+
+
+def table(every: list[Size]) -> Table:
+    """All sizes, for people."""
+    drawn = Table(title="Bytes per instance on matiec")
+    for heading in ("folder", "block", "bytes", "target"):
+        drawn.add_column(heading, justify="right" if heading in ("bytes", "target") else "left")
+    for size in every:
+        limit = "" if size.limit is None else f"<= {size.limit}"
+        drawn.add_row(size.folder, size.name, str(size.bytes), limit)
+    return drawn
