@@ -45,7 +45,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "IF NOT Busy AND (NOT Execute OR NOT WasExecute) THEN",
                 "IF (NOT Busy OR Execute) AND (NOT Execute OR NOT WasExecute) THEN",
-                "it hangs: Busy for more than 40 scans",
+                "the end is Error 16#8013, expected 16#0000",
             ),
             (
                 "the end is not cleared",
@@ -131,8 +131,10 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "the group is not that of the alarm",
                 "FB_ReadPoint",
                 "command/FB_ReadPoint.st",
-                "Before := AlarmGroup,\n                             Response := Robot.Response[1]);",
-                "Before := AlarmGroup,\n                             Response := Robot.Response[2]);",
+                "Before := AlarmGroup,\n"
+                "                             Response := Robot.Response[1]);",
+                "Before := AlarmGroup,\n"
+                "                             Response := Robot.Response[2]);",
                 "alarm 600.600, expected 12.600",
             ),
             (

@@ -47,7 +47,7 @@ def program(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Program]
         f"    {k}: Literal := FC_Milliseconds(Value := T#{ms}ms);" for k, ms in enumerate(_LITERALS)
     ]
     file.write_text(_PROGRAM.format(literals="\n".join(rows)))
-    yield build([file, *needed([file], _LIBRARY)], request.param).program
+    return build([file, *needed([file], _LIBRARY)], request.param).program
 
 
 def test_a_literal_is_its_number(program: Program) -> None:

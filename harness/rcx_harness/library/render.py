@@ -33,7 +33,8 @@ _SHOWN = [
     "ErrorID := Job.ErrorID;",
     "AlarmGroup := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
     "                           Response := Robot.Response[1]);",
-    "AlarmCategory := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmCategory,",
+    "AlarmCategory := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, "
+    "Before := AlarmCategory,",
     "                              Response := Robot.Response[2]);",
 ]
 
@@ -95,7 +96,9 @@ def _block(block: Block, tables: Library) -> str:
     body = [
         *_IDLE,
         "IF Execute AND NOT Job.Busy THEN",
-        *indent([*_code(block, tables), *fill, "Job.Longest := FC_Milliseconds(Value := Timeout);"]),
+        *indent(
+            [*_code(block, tables), *fill, "Job.Longest := FC_Milliseconds(Value := Timeout);"]
+        ),
         "END_IF;",
         "",
         "Job(Channel := Robot.Command, Execute := Execute, Elapsed := Robot.Elapsed,",
