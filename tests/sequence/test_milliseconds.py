@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -41,7 +40,7 @@ END_CONFIGURATION
 
 
 @pytest.fixture(params=ENGINES)
-def program(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Program]:
+def program(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
     file = tmp_path / "limits.st"
     rows = [
         f"    {k}: Literal := FC_Milliseconds(Value := T#{ms}ms);" for k, ms in enumerate(_LITERALS)
