@@ -1,7 +1,7 @@
 # make demo   run the first example against the virtual robot and draw its timing chart
 # make test   run all tests
 # make fuzz   attack the EtherNet/IP adapter: FOR=60s or COUNT=20000, SEED=1 to repeat a run
-# make bench  measure cyclic I/O in real time: RPI=10ms,2ms FOR=60s; writes out/bench.json
+# make bench  measure speed beside targets, out/bench.json: ONLY=handshake,cyclic RPI=10ms FOR=60s
 # make lint   check format, types, the portability of the ST, and that generated files are current
 # make docs   write the generated pages and the README's output blocks anew
 # make verification   run every check below whose sources have changed; write docs/verification.md
@@ -30,7 +30,8 @@ fuzz: $(READY)
 	  $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED))
 
 bench: $(READY)
-	@$(BIN)/python -m rcx_harness.bench --rpi $(or $(RPI),10ms) --for $(or $(FOR),60s)
+	@$(BIN)/python -m rcx_harness.bench --only "$(ONLY)" $(if $(RPI),--rpi "$(RPI)") \
+	  $(if $(FOR),--for "$(FOR)") $(MORE)
 
 lint: $(READY)
 	$(BIN)/ruff check harness tests

@@ -53,23 +53,26 @@ class _Instance:
     def __init__(self, program: Program, path: str, names: dict[str, str], steady: bool) -> None:
         self.path, self.steady = path, steady
         there = [pin for pin in self.pins if pin in names]
-        self._look = program.reader([f"{path}.{names[pin]}" for pin in there])
+        self.look = program.reader([f"{path}.{names[pin]}" for pin in there])
         self._at = [there.index(pin) if pin in names else None for pin in self.pins]
         self.has_id = "errorid" in names
         self.before: tuple[Any, ...] = (0,) * len(there)
-        self.told: frozenset[str] = frozenset()
+        self.told: tuple[str, ...] = ()
+        self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
+        """What is broken by a change; the same few changes come again and again."""
         self.at_rest = False
         """Pins that stay as they are break nothing."""
 
-    def scan(self) -> list[str]:
-        """Judge the pins after a scan; what is broken and was not a scan ago."""
-        now = self._look()
-        if now == self.before and self.at_rest:
-            return []
-        broken = self._judge(self._by_pin(self.before), self._by_pin(now))
-        found = [text for text in broken if text not in self.told]
-        self.before, self.told = now, frozenset(broken)
-        self.at_rest = not broken and not self._may_not_last()
+    def scan(self, now: tuple[Any, ...]) -> list[str]:
+        """Judge the pins after a scan, as `look` gives them; what is broken and was not before."""
+        change = self.before, now
+        verdict = self._verdicts.get(change)
+        if verdict is None:
+            broken = self._judge(self._by_pin(self.before), self._by_pin(now))
+            verdict = self._verdicts[change] = tuple(broken)
+        found = [text for text in verdict if text not in self.told]
+        self.before, self.told = now, verdict
+        self.at_rest = not verdict and not self._may_not_last()
         return found
 
     def _by_pin(self, values: tuple[Any, ...]) -> list[Any]:
@@ -114,7 +117,7 @@ class _Edge(_Instance):
 
     def _may_not_last(self) -> bool:
         execute, *rest = self._by_pin(self.before)
-        return not execute and _Pins(*rest).end
+        return not execute and _Pins(*rest).end if any(rest) else False
 
     def _judge(self, before: list[Any], now: list[Any]) -> list[str]:
         was, pins = _Pins(*before[1:]), _Pins(*now[1:])
@@ -150,6 +153,8 @@ class ContractMonitor:
             if isinstance(kind, BlockType)
             for instance in _inside(program, name, kind, steady, outermost=True)
         ]
+        self._looks = [instance.look for instance in self._instances]
+        self._seen: list[tuple[Any, ...]] | None = None
 
     @property
     def paths(self) -> list[str]:
@@ -163,21 +168,29 @@ class ContractMonitor:
 
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge all instances after a scan."""
-        return [
+        seen = [look() for look in self._looks]
+        if seen == self._seen:
+            return []
+        found = [
             Violation(t_us, "contract", f"plc, scan {scan}: contract: {instance.path}: {text}")
-            for instance in self._instances
-            for text in instance.scan()
+            for instance, now in zip(self._instances, seen, strict=True)
+            if now != instance.before or not instance.at_rest
+            for text in instance.scan(now)
         ]
+        at_rest = all(instance.at_rest for instance in self._instances)
+        self._seen = seen if at_rest else None
+        return found
 
     def snapshot(self) -> object:
         """What is remembered of each instance."""
         return [(one.before, one.told) for one in self._instances]
 
-    def restore(self, snapshot: list[tuple[tuple[Any, ...], frozenset[str]]]) -> None:
+    def restore(self, snapshot: list[tuple[tuple[Any, ...], tuple[str, ...]]]) -> None:
         """Go back to what `snapshot` gave."""
         for instance, state in zip(self._instances, snapshot, strict=True):
             instance.before, instance.told = state
             instance.at_rest = False
+        self._seen = None
 
 
 def _inside(

@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from rcx_harness.engine import cache
+from rcx_harness.engine.checked import is_lasting
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 
@@ -30,7 +32,17 @@ def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set
     Returns:
         Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.
     """
-    declared = [entry for file in (*files, *library) for entry in parse(file).declarations]
+    key = cache.sources_key((*files, *library))
+    lasting = key if is_lasting((*files, *library)) else ""
+
+    def kept() -> set[str]:
+        return cache.kept("steady", lasting, lambda: _instances((*files, *library)))
+
+    return cache.remembered("steady", key, kept)
+
+
+def _instances(files: Sequence[Path]) -> set[str]:
+    declared = [entry for file in files for entry in parse(file).declarations]
     owners = [one for one in declared if isinstance(one, s.Pou) and one.kind in _OWNERS]
     tasks = [task for one in declared if isinstance(one, s.Configuration) for task in one.tasks]
     if sum(owner.kind == "PROGRAM" for owner in owners) != 1 or len(tasks) > 1:

@@ -126,7 +126,7 @@ class Trace:
 
     def latest(self) -> Iterator[Record]:
         """The records in memory, newest first."""
-        return reversed(self._kept)
+        yield from reversed(self._kept)
 
     def __len__(self) -> int:
         return len(self._kept)

@@ -150,6 +150,9 @@ class FaultCell:
         self.start_pin = "Enable" if level else "Execute"
         names = ("Valid" if level else "Done", "Busy", "Error", "ErrorID", "Active")
         self._outputs = [(name, name in pins) for name in (*names, "CommandAborted")]
+        self._look = self.cell.program.reader(
+            [f"Main.Block.{name}" for name, there in self._outputs if there]
+        )
         if "Timeout" in pins:
             self["Block.Timeout"] = "T#500ms"
         for name, value in inputs.items():
@@ -175,9 +178,9 @@ class FaultCell:
     @property
     def pins(self) -> Pins:
         """The block's outputs."""
-        read = self.cell.program.read
+        found = iter(self._look())
         done, busy, error, number, active, aborted = (
-            read(f"Main.Block.{name}") if there else 0 for name, there in self._outputs
+            next(found) if there else 0 for _, there in self._outputs
         )
         return Pins(bool(done), bool(busy), bool(error), number, bool(active), bool(aborted))
 

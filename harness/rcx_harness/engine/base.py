@@ -67,11 +67,17 @@ class Program(Protocol):
             InputError: no such path, wrong type, or a value out of the type's range.
         """
 
-    def read_bytes(self, path: str) -> bytes:
-        """An array of BYTE or WORD (little endian) as bytes; the fast way to a process image."""
+    def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
+        """An array of BYTE or WORD (little endian) as bytes; the fast way to a process image.
 
-    def write_bytes(self, path: str, data: bytes) -> None:
-        """Set the first `len(data)` bytes of an array of BYTE or WORD (little endian)."""
+        Args:
+            path: The array.
+            start: First byte that is wanted; at the start of an element.
+            size: How many; None for all that follow.
+        """
+
+    def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
+        """Set `len(data)` bytes of an array of BYTE or WORD (little endian) from `start` on."""
 
     def type_of(self, path: str) -> Type:
         """Type of the variable at `path`."""

@@ -87,6 +87,7 @@ class MatiecProgram:
             for (name, kind), memory in zip(kinds.items(), self._regions, strict=False)
         }
         self._slots: dict[str, _Slot] = {}
+        self._views: dict[str, tuple[memoryview, int]] = {}
         library.config_init__()
         # What a snapshot of another instance must not replace: the ways into its own memory.
         self._pointers = [
@@ -160,16 +161,19 @@ class MatiecProgram:
         slot = self._slot(path)
         slot.codec.put(slot.memory, slot.at, from_python(slot.type, value, slot.path))
 
-    def read_bytes(self, path: str) -> bytes:
-        """An array of BYTE or WORD as bytes, little endian."""
-        return self._bytes_of(path)[0].tobytes()
+    def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
+        """An array of BYTE or WORD as bytes, little endian; see `engine.base.Program`."""
+        memory, _ = self._bytes_of(path)
+        return memory[start : None if size is None else start + size].tobytes()
 
-    def write_bytes(self, path: str, data: bytes) -> None:
-        """Set the first `len(data)` bytes of an array of BYTE or WORD."""
+    def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
+        """Set bytes of an array of BYTE or WORD; see `engine.base.Program`."""
         memory, step = self._bytes_of(path)
-        if len(data) > len(memory) or len(data) % step:
-            raise InputError(f"{path} holds {len(memory)} bytes and cannot take {len(data)}")
-        memory[: len(data)] = data
+        end = start + len(data)
+        if end > len(memory) or start % step or end % step:
+            given = f"{len(data)} from byte {start} on" if start else f"{len(data)}"
+            raise InputError(f"{path} holds {len(memory)} bytes and cannot take {given}")
+        memory[start:end] = data
 
     def type_of(self, path: str) -> Type:
         """Type of the variable at `path`."""
@@ -231,6 +235,12 @@ class MatiecProgram:
 
     def _bytes_of(self, path: str) -> tuple[memoryview, int]:
         """The memory of an array of BYTE or WORD, and the bytes of an element."""
+        found = self._views.get(path)
+        if found is None:
+            found = self._views[path] = self._view(path)
+        return found
+
+    def _view(self, path: str) -> tuple[memoryview, int]:
         slot = self._slot(path)
         kind = slot.type
         if not isinstance(kind, ArrayType) or kind.element not in _BYTES:

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from rcx_harness.engine import cache
 from rcx_harness.engine.matiec_tool import Matiec
 from rcx_harness.errors import InputError
 
@@ -25,7 +26,6 @@ _ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
 # With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
 # process must have been started with the address sanitizer's library preloaded.
 _SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-_KEPT_PROGRAMS = 256
 
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
@@ -52,10 +52,6 @@ class Wanted:
 def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
     """Compile a program, or take it from the cache.
 
-    The cache lies in `$XDG_CACHE_HOME/rcx-harness` (`~/.cache/rcx-harness`); `RCX_CACHE=off`
-    does without it. Entries are written under another name and renamed, so that several
-    processes may build the same program at once.
-
     Args:
         text: All ST sources in one.
         wanted: What is asked of the shared object.
@@ -69,7 +65,7 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
         TranslationError: iec2c refuses the text.
         InputError: the C compiler fails.
     """
-    folder = _cache_folder()
+    folder = cache.folder()
     if folder is None:
         return _compile(text, wanted, matiec, compiler)
     entry = folder / f"{_key(text, wanted, matiec, compiler)}.so"
@@ -79,20 +75,8 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
         return image
     image = _compile(text, wanted, matiec, compiler)
     with suppress(OSError):
-        _store(entry, image)
+        cache.put(entry, image)
     return image
-
-
-def _cache_folder() -> Path | None:
-    if os.environ.get("RCX_CACHE", "").lower() == "off":
-        return None
-    root = os.environ.get("XDG_CACHE_HOME")
-    folder = (Path(root) if root else Path.home() / ".cache") / "rcx-harness"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder
 
 
 def _flags() -> tuple[str, ...]:
@@ -117,15 +101,6 @@ def _key(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> str:
 def _compiler_version(compiler: str) -> str:
     done = subprocess.run([compiler, "--version"], capture_output=True, check=False)
     return compiler + done.stdout.decode("utf-8", "replace")
-
-
-def _store(entry: Path, image: bytes) -> None:
-    with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
-        file.write(image)
-    os.replace(file.name, entry)
-    entries = sorted(entry.parent.glob("*.so"), key=lambda path: path.stat().st_mtime)
-    for old in entries[:-_KEPT_PROGRAMS]:
-        old.unlink(missing_ok=True)
 
 
 def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:

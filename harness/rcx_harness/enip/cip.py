@@ -10,6 +10,7 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
+from typing import NamedTuple
 
 from rcx_harness.enip.connection_status import extended_text
 
@@ -115,8 +116,7 @@ class Path:
     key: ElectronicKey | None = None
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(NamedTuple):
     """A service for one object, with its data."""
 
     service: int
@@ -124,8 +124,7 @@ class Request:
     data: bytes
 
 
-@dataclass(frozen=True)
-class Reply:
+class Reply(NamedTuple):
     """The answer to `service` (without the reply bit), with its additional status words."""
 
     service: int

@@ -7,8 +7,8 @@ edition 1.15 (chapter 5, section 4). Everything is little endian but the socket 
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import NamedTuple
 
 __all__ = [
     "HEADER_SIZE",
@@ -80,8 +80,7 @@ class Item(IntEnum):
     T_TO_O_ADDRESS = 0x8001
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(NamedTuple):
     """One encapsulated message; `context` comes back unchanged in the answer."""
 
     command: int
@@ -100,7 +99,7 @@ class Frame:
 
     def with_data(self, data: bytes) -> Frame:
         """The same frame with these data."""
-        return replace(self, data=data)
+        return self._replace(data=data)
 
     def answer(
         self,
@@ -110,7 +109,7 @@ class Frame:
     ) -> Frame:
         """The frame that answers this one; a new session handle only if given."""
         session = self.session if session is None else session
-        return replace(self, session=session, status=int(status), data=data)
+        return self._replace(session=session, status=int(status), data=data)
 
 
 def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:

@@ -130,6 +130,7 @@ class ObjectModel:
         group: str,
         inactivity_s: int,
     ) -> None:
+        self._found: dict[tuple[int, ...], Any] = {}
         self._inactivity_s = inactivity_s
         self._dscp = dict(DSCP)
         self._is_owned = is_owned
@@ -176,7 +177,7 @@ class ObjectModel:
         Raises:
             Refusal: 0x05, no such class or instance.
         """
-        if device.lookup(path.class_id, path.instance) is None:
+        if self._find(path.class_id, path.instance) is None:
             raise Refusal(Status.PATH_DESTINATION_UNKNOWN)
 
     def get(self, class_id: int, instance: int, attribute: int | None) -> bytes:
@@ -185,7 +186,7 @@ class ObjectModel:
         Raises:
             Refusal: 0x14, no such attribute.
         """
-        value: bytes = _attribute(class_id, instance, attribute).produce()
+        value: bytes = self._attribute(class_id, instance, attribute).produce()
         return value
 
     def set(self, path: Path, data: bytes) -> None:
@@ -195,7 +196,7 @@ class ObjectModel:
             Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long,
                 0x09 not a value it may have, 0x0C owned by a connection.
         """
-        attribute = _attribute(path.class_id, path.instance, path.attribute)
+        attribute = self._attribute(path.class_id, path.instance, path.attribute)
         if getattr(attribute, "write", None) is None:
             raise Refusal(Status.ATTRIBUTE_NOT_SETTABLE)
         length = len(attribute.read())
@@ -224,6 +225,22 @@ class ObjectModel:
             raise Refusal(Status.SERVICE_NOT_SUPPORTED) from None
         return bytes(data.input)
 
+    def _attribute(self, class_id: int, instance: int, attribute: int | None) -> Any:
+        # cpppo keeps the object itself as attribute 0.
+        found = self._find(class_id, instance, attribute) if attribute else None
+        if found is None:
+            raise Refusal(Status.ATTRIBUTE_NOT_SUPPORTED)
+        return found
+
+    def _find(self, *path: int) -> Any:
+        """An object or attribute, None where there is none; what there is stays as it is."""
+        found = self._found.get(path)
+        if found is None:
+            found = device.lookup(*path)
+            if found is not None:
+                self._found[path] = found
+        return found
+
     def _write_to_robot(self, data: bytes) -> None:
         if self._is_owned():
             raise Refusal(Status.OBJECT_STATE_CONFLICT)
@@ -246,14 +263,6 @@ class ObjectModel:
             self._dscp[number] = data[0]
 
         return _Value(f"DSCP {number}", lambda: bytes([self._dscp[number]]), write)
-
-
-def _attribute(class_id: int, instance: int, attribute: int | None) -> Any:
-    # cpppo keeps the object itself as attribute 0.
-    found = device.lookup(class_id, instance, attribute) if attribute else None
-    if found is None:
-        raise Refusal(Status.ATTRIBUTE_NOT_SUPPORTED)
-    return found
 
 
 def _add(kind: Any, revision: int, instance: int, attributes: Mapping[int, Any]) -> None:

@@ -36,6 +36,10 @@ SLOW_S = 10.0
 """Longest time for one frame to arrive whole, in seconds."""
 
 
+#: Where a header says how much data follow.
+_LENGTH = slice(2, 4)
+
+
 class SessionHost(Protocol):
     """What the sessions of one device share."""
 
@@ -119,10 +123,11 @@ class Session:
         """The next whole frame; an oversized one ends the connection before its data has come."""
         if len(self._received) < HEADER_SIZE:
             return None
-        if (header := decode_header(self._received)) and header[1] > MAX_DATA:
+        if int.from_bytes(self._received[_LENGTH], "little") > MAX_DATA:
+            header = decode_header(self._received)
             self.ended = True
             self._received.clear()
-            return header[0]
+            return header[0] if header else None
         return next_frame(self._received)
 
     def _answer(self, frame: Frame) -> Frame | None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import marshal
+from dataclasses import dataclass
+from functools import lru_cache
 from types import TracebackType
 from typing import Any
 
+from rcx_harness.engine import cache
 from rcx_harness.engine.builtin.blocks import BODIES, CLASSES
 from rcx_harness.engine.builtin.coverage import Collector, CountingWriter, environment_collector
 from rcx_harness.engine.builtin.probes import Plan
@@ -14,7 +18,24 @@ from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 
-__all__ = ["Module"]
+__all__ = ["Module", "module_of"]
+
+
+@dataclass(frozen=True)
+class _Code:
+    """The Python of a project.
+
+    Attributes:
+        file: Name under which it is compiled.
+        first: Lines before those of the POUs.
+        origins: File and line of the source for each line of the POUs.
+        body: The compiled code, as `marshal` writes it.
+    """
+
+    file: str
+    first: int
+    origins: list[tuple[str, int]]
+    body: bytes
 
 
 class Module:
@@ -35,21 +56,27 @@ class Module:
         self.names: dict[str, Any] = dict(NAMES)
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
+        key = "" if self._collector is not None else project.key
+        self._code = cache.kept("code", key, self._written)
+        exec(marshal.loads(self._code.body), self.names)
+
+    def _written(self) -> _Code:
+        project = self.project
         storage = Storage()
         lines: list[str] = []
-        self._origins: list[tuple[str, int]] = []
+        origins: list[tuple[str, int]] = []
         for pou in project.pous.values():
             if pou.block is not None:
                 storage.block(pou)
             writer = self._writer(pou, storage)
             writer.write()
             lines += writer.lines
-            self._origins += [(pou.file, line) for line in writer.origins]
+            origins += [(pou.file, line) for line in writer.origins]
         storage.globals(_shared(project))
-        self._first = len(storage.lines)
-        self._file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
+        first = len(storage.lines)
+        file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
         text = "\n".join([*storage.lines, *lines, ""])
-        exec(compile(text, self._file, "exec"), self.names)
+        return _Code(file, first, origins, marshal.dumps(compile(text, file, "exec")))
 
     def _writer(self, pou: Pou, storage: Storage) -> Writer:
         if self._collector is not None:
@@ -65,11 +92,21 @@ class Module:
         """File and line of the Structured Text that an exception was raised from."""
         found = None
         while trace is not None:
-            if trace.tb_frame.f_code.co_filename == self._file:
+            if trace.tb_frame.f_code.co_filename == self._code.file:
                 found = trace.tb_lineno
             trace = trace.tb_next
-        index = -1 if found is None else found - 1 - self._first
-        return self._origins[index] if 0 <= index < len(self._origins) else None
+        index = -1 if found is None else found - 1 - self._code.first
+        return self._code.origins[index] if 0 <= index < len(self._code.origins) else None
+
+
+def module_of(project: Project) -> Module:
+    """The code of a project, compiled once; anew where what is executed is counted."""
+    return Module(project) if environment_collector() is not None else _module_of(project)
+
+
+@lru_cache(maxsize=24)
+def _module_of(project: Project) -> Module:
+    return Module(project)
 
 
 def _shared(project: Project) -> list[Symbol]:

@@ -80,13 +80,16 @@ class Expressions:
 
     def _checked(self, index: t.Expression, low: int, high: int) -> str:
         value = self.value(index)
-        code = settle(value, index.type)
         least, most = INT_RANGE[type_name(index.type)]
         if low <= least and most <= high:
-            return code
-        if not isinstance(index, t.Use):
-            return f"(i_ if {low} <= (i_ := {code}) <= {high} else outside(i_, {low}, {high}))"
-        return f"({code} if {low} <= {code} <= {high} else outside({code}, {low}, {high}))"
+            return settle(value, index.type)
+        code = value.code
+        if isinstance(index, t.Use):
+            return f"({code} if {low} <= {code} <= {high} else inside({code}, {low}, {high}))"
+        # What lies within the bounds needs no wrapping; the rest is wrapped, and looked at anew.
+        wrapped = settle(Value("i_", value.limits), index.type)
+        low, high = max(low, least), min(high, most)
+        return f"(i_ if {low} <= (i_ := {code}) <= {high} else inside({wrapped}, {low}, {high}))"
 
     # --- values ---
 

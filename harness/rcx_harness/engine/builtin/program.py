@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import Located, Value
-from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.compile import Module, module_of
 from rcx_harness.engine.builtin.coverage import Collector
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.builtin.storage import address_slot, is_scalar
@@ -75,6 +76,8 @@ class BuiltinProgram:
             key = block.name.upper()
             self._parts.append((self._roots[name], names[f"save_{key}"], names[f"load_{key}"]))
         self._places: dict[str, _Place] = {}
+        self._looks: dict[str, Callable[[], Value]] = {}
+        self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     @classmethod
     def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
@@ -84,7 +87,7 @@ class BuiltinProgram:
             project: The project.
             collector: Where it counts what is executed; None to go by the environment.
         """
-        return cls(Module(project, collector))
+        return cls(module_of(project) if collector is None else Module(project, collector))
 
     def instance(self) -> BuiltinProgram:
         """Another instance of the same program, in its initial state; nothing is recompiled."""
@@ -133,8 +136,16 @@ class BuiltinProgram:
 
     def read(self, path: str) -> Value:
         """Value at `path`; see `engine.base.Program.read`."""
+        look = self._looks.get(path)
+        if look is None:
+            look = self._looks[path] = self._look(path)
+        return look()
+
+    def _look(self, path: str) -> Callable[[], Value]:
         place = self._place(path)
-        return self._to_python(place.type, _get(place.holder, place.key))
+        if _is_plain(place):
+            return partial(getattr, place.holder, place.key)
+        return lambda: self._to_python(place.type, _get(place.holder, place.key))
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """A function that reads these variables; see `engine.base.Program.reader`."""
@@ -142,11 +153,9 @@ class BuiltinProgram:
         holder = places[0].holder if places else None
         plain = all(place.holder is holder and _is_plain(place) for place in places)
         if len(places) > 1 and plain:
-            getter = attrgetter(*(place.key for place in places))
-            return lambda: getter(holder)
-        return lambda: tuple(
-            self._to_python(place.type, _get(place.holder, place.key)) for place in places
-        )
+            return partial(attrgetter(*(place.key for place in places)), holder)
+        looks = [self._look(path) for path in paths]
+        return lambda: tuple([look() for look in looks])
 
     def _to_python(self, kind: Type, held: Any) -> Value:
         if isinstance(kind, ArrayType):
@@ -203,25 +212,31 @@ class BuiltinProgram:
         place = self._place(path)
         return _get(place.holder, place.key)
 
-    def read_bytes(self, path: str) -> bytes:
-        """An array of BYTE or WORD (little endian) as bytes."""
-        place = self._place(path)
-        held = _get(place.holder, place.key)
-        if _element(place) == "BYTE":
-            return bytes(held)
-        return struct.pack(f"<{len(held)}H", *held)
+    def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
+        """An array of BYTE or WORD (little endian) as bytes; see `engine.base.Program`."""
+        held, width = self._bytes_of(path)
+        end = len(held) if size is None else (start + size) // width
+        items = held[start // width : end]
+        return bytes(items) if width == 1 else struct.pack(f"<{len(items)}H", *items)
 
-    def write_bytes(self, path: str, data: bytes) -> None:
-        """Set the first `len(data)` bytes of an array of BYTE or WORD (little endian)."""
-        place = self._place(path)
-        held = _get(place.holder, place.key)
-        size = 1 if _element(place) == "BYTE" else 2
-        if len(data) % size or len(data) > len(held) * size:
-            raise InputError(
-                f"{place.path} holds {len(held) * size} bytes and cannot take {len(data)}"
-            )
-        items = data if size == 1 else struct.unpack(f"<{len(data) // 2}H", data)
-        held[: len(items)] = items
+    def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
+        """Set bytes of an array of BYTE or WORD; see `engine.base.Program`."""
+        held, width = self._bytes_of(path)
+        end = start + len(data)
+        if start % width or end % width or end > len(held) * width:
+            given = f"{len(data)} from byte {start} on" if start else f"{len(data)}"
+            raise InputError(f"{path} holds {len(held) * width} bytes and cannot take {given}")
+        items = data if width == 1 else struct.unpack(f"<{len(data) // 2}H", data)
+        held[start // width : end // width] = items
+
+    def _bytes_of(self, path: str) -> tuple[Any, int]:
+        """The list behind an array of BYTE or WORD, and the bytes of an element."""
+        found = self._byte_lists.get(path)
+        if found is None:
+            place = self._place(path)
+            width = 1 if _element(place) == "BYTE" else 2
+            found = self._byte_lists[path] = (_get(place.holder, place.key), width)
+        return found
 
     # --- what there is ---
 

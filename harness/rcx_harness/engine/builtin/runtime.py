@@ -31,7 +31,9 @@ def _endless() -> NoReturn:
     raise ProgramError(f"this loop has not ended after {len(FUSE)} rounds")
 
 
-def _outside(index: int, low: int, high: int) -> NoReturn:
+def _inside(index: int, low: int, high: int) -> int:
+    if low <= index <= high:
+        return index
     raise ProgramError(f"index {index} is outside {low}..{high}")
 
 
@@ -191,7 +193,7 @@ def _real_to_string(value: float) -> str:
 NAMES: dict[str, Any] = {
     "FUSE": FUSE,
     "endless": _endless,
-    "outside": _outside,
+    "inside": _inside,
     "div": _div,
     "mod": _mod,
     "f32": _f32,

@@ -16,7 +16,7 @@ from rcx_harness.engine.frontend.registry import Declared, Registry
 from rcx_harness.engine.types import Variable
 from rcx_harness.errors import InputError
 
-__all__ = ["check", "load"]
+__all__ = ["check", "checked", "load"]
 
 
 def load(paths: Sequence[Path]) -> Project:
@@ -31,14 +31,24 @@ def load(paths: Sequence[Path]) -> Project:
     Raises:
         InputError: the first mistake, with file, line and what to do.
     """
-    project, errors = _analyse(paths)
-    if errors:
-        raise errors[0]
-    assert project is not None
+    project = checked(paths)
     if not project.instances:
         raise InputError(
             "there is no PROGRAM in the sources", hint="name the file of the program to run"
         )
+    return project
+
+
+def checked(paths: Sequence[Path]) -> Project:
+    """The same for sources that may also be a library without a PROGRAM.
+
+    Raises:
+        InputError: the first mistake.
+    """
+    project, errors = _analyse(paths)
+    if errors:
+        raise errors[0]
+    assert project is not None
     return project
 
 

@@ -66,6 +66,8 @@ class Project:
         tasks: Tasks in order of declaration.
         tick_us: Greatest common divisor of the intervals; None without tasks.
         schedule: Program instances in the order in which they run within a scan.
+        key: Names the sources with their contents where what is made of them may be kept
+            (`engine.cache`); else empty.
     """
 
     files: tuple[Path, ...]
@@ -82,3 +84,4 @@ class Project:
     tasks: tuple[Task, ...]
     tick_us: int | None
     schedule: tuple[Run, ...]
+    key: str = ""

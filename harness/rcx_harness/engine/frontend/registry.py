@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -159,13 +160,23 @@ class Registry:
 
 def _used(node: Any) -> Iterator[str]:
     """Names of types and functions that a piece of syntax uses, in order."""
-    if isinstance(node, s.NamedSpec):
-        yield node.name.key
-    elif isinstance(node, s.Call):
-        yield node.function.key
-    if isinstance(node, tuple):
-        for item in node:
-            yield from _used(item)
-    elif is_dataclass(node) and not isinstance(node, s.Name):
-        for field in fields(node):
-            yield from _used(getattr(node, field.name))
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        kind: Any = type(one)
+        if kind is tuple:
+            waiting += one[::-1]
+            continue
+        if kind is s.NamedSpec:
+            yield one.name.key
+        elif kind is s.Call:
+            yield one.function.key
+        waiting += [getattr(one, name) for name in _parts(kind)]
+
+
+@lru_cache(maxsize=256)
+def _parts(kind: Any) -> tuple[str, ...]:
+    """The fields of a piece of syntax, the last one first; a name has none that count."""
+    if not is_dataclass(kind) or kind is s.Name:
+        return ()
+    return tuple(field.name for field in reversed(fields(kind)))

@@ -1,4 +1,4 @@
-"""What a scan costs on a PLC: matiec's C beside a C program written by hand (bench_peer.c).
+"""What a scan costs on a PLC: matiec's C beside a C program written by hand (peer.c).
 
 Both are compiled with the same options, replay the same recorded inputs and must write the same
 outputs in every scan; then they take turns, and the medians are compared. Two programs: example 01
@@ -13,9 +13,9 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 from rcx_harness import Cell
+from rcx_harness.bench.figure import Figure, Options, at_most, missing
 from rcx_harness.cell_build import default_lib
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
@@ -120,10 +120,10 @@ def _cost(
     joined = join_sources(load([*program, *needed(program, library)])).text
     source.write_text(joined, encoding="utf-8")
     matiec.translate(source, target)
-    drive = (_HERE / "bench_drive.c").read_text(encoding="utf-8")
+    drive = (_HERE / "drive.c").read_text(encoding="utf-8")
     parts = sorted(path.name for path in target.glob("*.c") if path.name != "POUS.c")
     ours = [_OURS % kind, *(f'#include "{part}"' for part in parts), drive]
-    peer = [(_HERE / "bench_peer.c").read_text(encoding="utf-8"), _PEER % peer_scan, drive]
+    peer = [(_HERE / "peer.c").read_text(encoding="utf-8"), _PEER % peer_scan, drive]
     sides = []
     for side, lines in (("ours", ours), ("peer", peer)):
         unit, binary = target / f"rcx_{side}.c", folder / side
@@ -148,7 +148,7 @@ def _replayed(binary: Path, recorded: bytes) -> list[float]:
 
 
 def _recorded(program: list[Path], *, with_stimulus: bool) -> bytes:
-    """What bench_drive.c reads: inputs and outputs of each scan, from a run in a virtual cell."""
+    """What drive.c reads: inputs and outputs of each scan, from a run in a virtual cell."""
     rows: list[bytes] = []
     robot = _EXAMPLE / "robot.toml"
     with Cell.build(program, scan="10ms", engine="builtin", robot=robot) as cell:
@@ -182,30 +182,25 @@ def _idle() -> str:
     )
 
 
-def measure() -> dict[str, dict[str, Any]]:
-    """The ratios, in the form of out/bench.json.
+def measure(options: Options) -> dict[str, Figure]:
+    """The ratio of each program.
 
-    Without matiec or a C compiler each value is None, and `peer` says what is missing.
+    Args:
+        options: Nothing of it matters here.
     """
+    del options
     matiec, compiler = find_matiec(), find_c_compiler()
+    unit = "times the peer"
     if matiec is None or compiler is None:
-        missing = MISSING if matiec is None else "no C compiler found"
-        return {f"scan cost, {name}": _figure(None, missing) for name in PROGRAMS}
+        why = MISSING if matiec is None else "no C compiler found"
+        target = f"<= {HIGHEST_RATIO:g}"
+        return {f"scan cost, {name}": missing(unit, target, why) for name in PROGRAMS}
     return {
-        f"scan cost, {cost.program}": _figure(
-            round(cost.ratio, 2),
+        f"scan cost, {cost.program}": at_most(
+            cost.ratio,
+            unit,
+            HIGHEST_RATIO,
             f"C by hand: {cost.peer_ns:.0f} ns per scan, the library {cost.library_ns:.0f} ns",
         )
         for cost in costs(matiec, compiler)
-    }
-
-
-def _figure(value: float | None, peer: str) -> dict[str, Any]:
-    met = value is not None and value <= HIGHEST_RATIO
-    return {
-        "value": value,
-        "unit": "times the peer",
-        "target": f"<= {HIGHEST_RATIO:g}",
-        "peer": peer,
-        "met": met,
     }

@@ -1,5 +1,5 @@
 /*
- * Replays inputs to one side of bench_cost.py, compares all outputs, and measures the scans.
+ * Replays inputs to one side of cost.py, compares all outputs, and measures the scans.
  *
  * What stands before it gives side_begin(now), and side_scan(connected, start, in, out, now).
  * From stdin: the number of scans, then per scan connected, start, 48 bytes in, 48 bytes out.

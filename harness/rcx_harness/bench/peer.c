@@ -1,11 +1,11 @@
 /*
- * The peer of bench_cost.py: what a C programmer writes by hand for the same robot.
+ * The peer of cost.py: what a C programmer writes by hand for the same robot.
  *
  * The same exchanges as the ST library makes: status, response and dedicated outputs out of the
  * process image, turns, time limits, refused inputs, the handshake of the remote commands, the
  * interval between dedicated inputs, code, data and dedicated inputs into the process image; with
  * the pins that a user of the blocks sees. Shared code is shared, and nothing is copied that a
- * pointer can reach. bench_cost.py replays the same inputs to both sides and compares all outputs.
+ * pointer can reach. cost.py replays the same inputs to both sides and compares all outputs.
  */
 #include <math.h>
 #include <stdbool.h>

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness import bench_cost, bench_sizes
+from rcx_harness.bench import cost, sizes
+from rcx_harness.bench.figure import Options
 from rcx_harness.engine.load import MISSING, find_c_compiler, find_matiec
 
 _HERE = find_matiec() is not None and find_c_compiler() is not None
 
 
-@pytest.mark.parametrize("module", [bench_sizes, bench_cost])
+@pytest.mark.parametrize("module", [sizes, cost])
 def test_without_matiec_the_figures_are_said_to_be_missing(
     monkeypatch: pytest.MonkeyPatch, module: object
 ) -> None:
     monkeypatch.setattr(module, "find_matiec", lambda: None)
-    measured = module.measure()  # type: ignore[attr-defined]
+    measured = module.measure(Options())  # type: ignore[attr-defined]
     assert measured
     for figure in measured.values():
-        assert (figure["value"], figure["peer"], figure["met"]) == (None, MISSING, False)
+        assert (figure.value, figure.peer, figure.met) == (None, MISSING, False)
 
 
 @pytest.mark.skipif(not _HERE, reason=MISSING)
@@ -27,7 +28,7 @@ def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes() -> None:
     matiec, compiler = find_matiec(), find_c_compiler()
     assert matiec is not None
     assert compiler is not None
-    every = bench_sizes.sizes(matiec, compiler)
+    every = sizes.sizes(matiec, compiler)
     assert [size.name for size in every if size.limit and size.bytes > size.limit] == [
         "FB_ReadProgramInfo",
         "FB_StepProgram",

@@ -10,10 +10,11 @@ import subprocess
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 
+from rcx_harness.bench.figure import Figure, Options, at_most, missing
 from rcx_harness.cell_build import default_lib
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
@@ -117,34 +118,34 @@ def _texts(block: Path) -> int:
     return interface.count(": STRING;")
 
 
-def measure() -> dict[str, dict[str, Any]]:
-    """The sizes that have a target, in the form of out/bench.json.
+def measure(options: Options) -> dict[str, Figure]:
+    """The sizes that have a target; all of them are printed.
 
-    Without matiec or a C compiler each value is None, and `peer` says what is missing.
+    Args:
+        options: Nothing of it matters here.
     """
+    del options
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
-        missing = MISSING if matiec is None else "no C compiler found"
-        names = ("size RCX_REF", "size largest command block")
-        return {name: _figure(None, 0, missing) for name in names}
+        why = MISSING if matiec is None else "no C compiler found"
+        return {
+            "size RCX_REF": missing("byte", f"<= {LARGEST_REF}", why),
+            "size largest command block": missing("byte", f"<= {LARGEST_COMMAND}", why),
+        }
     every = sizes(matiec, compiler)
+    Console().print(table(every))
     plain = [size for size in every if size.folder == "command" and not size.texts]
     large = max(plain, key=lambda size: size.bytes)
     ref = next(size for size in every if size.name == "RCX_REF")
     figures = {
-        "size RCX_REF": _figure(ref.bytes, LARGEST_REF, "none"),
-        "size largest command block": _figure(large.bytes, LARGEST_COMMAND, large.name),
+        "size RCX_REF": at_most(ref.bytes, "byte", LARGEST_REF),
+        "size largest command block": at_most(large.bytes, "byte", LARGEST_COMMAND, large.name),
     }
     for size in every:
         if size.folder == "command" and size.texts and size.bytes > LARGEST_COMMAND:
             label = f"size {size.name}, {size.texts} STRING"
-            figures[label] = _figure(size.bytes, LARGEST_COMMAND, "none")
+            figures[label] = at_most(size.bytes, "byte", LARGEST_COMMAND)
     return figures
-
-
-def _figure(value: int | None, target: int, peer: str) -> dict[str, Any]:
-    met = value is not None and value <= target
-    return {"value": value, "unit": "byte", "target": f"<= {target}", "peer": peer, "met": met}
 
 
 def table(every: list[Size]) -> Table:

@@ -1,0 +1,113 @@
+"""A measured figure, and many of them as a table and as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+
+__all__ = ["Figure", "Options", "as_table", "at_least", "at_most", "percentile", "shown", "store"]
+
+NO_TARGET = "none"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One row of out/bench.json.
+
+    Attributes:
+        value: What was measured; None where something that it takes is missing (`peer` says what).
+        unit: Its unit, or what a count counts.
+        target: What it has to be, as text; `none` for a figure that is only shown.
+        peer: What it was measured beside in the same run, or how.
+        met: Whether it meets its target; True without one.
+    """
+
+    value: float | None
+    unit: str
+    target: str = NO_TARGET
+    peer: str = NO_TARGET
+    met: bool = True
+
+
+@dataclass(frozen=True)
+class Options:
+    """How long to measure.
+
+    Attributes:
+        seconds: Length of each run in real time.
+        rpi_us: Packet intervals of cyclic I/O [us].
+        quick: A few samples instead of the whole grid, to see that it works.
+    """
+
+    seconds: float = 10.0
+    rpi_us: tuple[int, ...] = (10_000, 5_000, 2_000, 1_000)
+    quick: bool = False
+
+
+def at_least(value: float, unit: str, least: float, peer: str = NO_TARGET) -> Figure:
+    """A figure that must not be below `least`."""
+    return Figure(_rounded(value), unit, f">= {least:g}", peer, value >= least)
+
+
+def at_most(value: float, unit: str, most: float, peer: str = NO_TARGET) -> Figure:
+    """A figure that must not be above `most`."""
+    target = f"<= {most:g}" if most else "0"
+    return Figure(_rounded(value), unit, target, peer, value <= most)
+
+
+def shown(value: float, unit: str, peer: str = NO_TARGET) -> Figure:
+    """A figure without a target."""
+    return Figure(_rounded(value), unit, peer=peer)
+
+
+def missing(unit: str, target: str, why: str) -> Figure:
+    """A figure that cannot be measured on this machine."""
+    return Figure(None, unit, target, why, met=False)
+
+
+def as_table(figures: Mapping[str, Figure]) -> Table:
+    """The figures with their targets beside them."""
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    table.add_column("figure", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for name in ("target", "met", "measured beside"):
+        table.add_column(name)
+    for name, one in figures.items():
+        met = "" if one.target == NO_TARGET else "yes" if one.met else "NO"
+        peer = "" if one.peer == NO_TARGET else one.peer
+        target = "" if one.target == NO_TARGET else one.target
+        value = "-" if one.value is None else f"{one.value:,g}"
+        table.add_row(name, value, one.unit, target, met, peer)
+    return table
+
+
+def store(figures: Mapping[str, Figure], file: Path) -> None:
+    """Write figures as JSON; those of other points that the file has stay."""
+    known: dict[str, object] = {}
+    if file.is_file():
+        try:
+            known = json.loads(file.read_text(encoding="utf-8"))
+        except ValueError:
+            known = {}
+        if not isinstance(known, dict):
+            known = {}
+    known |= {name: asdict(one) for name, one in figures.items()}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+
+
+def percentile(values: Sequence[int], share: float) -> int:
+    """The value that `share` of all do not exceed; 0 without any."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(len(ordered) * share))] if ordered else 0
+
+
+def _rounded(value: float) -> float:
+    """Four digits are enough; whole numbers stay whole."""
+    return value if isinstance(value, int) or value == int(value) else float(f"{value:.4g}")

@@ -1,0 +1,114 @@
+"""What is kept of earlier compilations: in this process, and in a folder of the user.
+
+The folder is `$XDG_CACHE_HOME/rcx-harness` (`~/.cache/rcx-harness`); `RCX_CACHE=off` does without
+it. Entries are written under another name and renamed, so that several processes may work at once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+__all__ = ["folder", "kept", "put", "remembered", "sources_key"]
+
+#: Entries of one kind in the folder, and of all kinds in this process.
+_IN_FOLDER, _IN_PROCESS = 256, 48
+
+_T = TypeVar("_T")
+_memory: OrderedDict[tuple[str, str], Any] = OrderedDict()
+
+
+def folder() -> Path | None:
+    """Where entries are kept; None where nothing can or shall be."""
+    if os.environ.get("RCX_CACHE", "").lower() == "off":
+        return None
+    root = os.environ.get("XDG_CACHE_HOME")
+    found = (Path(root) if root else Path.home() / ".cache") / "rcx-harness"
+    try:
+        found.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return found
+
+
+def put(entry: Path, content: bytes) -> None:
+    """Write an entry, and remove the oldest of its kind, which is its suffix.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
+        file.write(content)
+    os.replace(file.name, entry)
+    entries = sorted(entry.parent.glob(f"*{entry.suffix}"), key=lambda path: path.stat().st_mtime)
+    for old in entries[:-_IN_FOLDER]:
+        old.unlink(missing_ok=True)
+
+
+def sources_key(paths: Sequence[Path]) -> str:
+    """A name for these files with their contents, as this engine understands them.
+
+    Empty where one cannot be read: whoever needs it says so.
+    """
+    digest = hashlib.sha256(_engine().encode())
+    try:
+        for path in paths:
+            digest.update(f"\0{path}\0".encode() + path.read_bytes())
+    except OSError:
+        return ""
+    return digest.hexdigest()
+
+
+def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
+    """What `make` gave for this key before in this process, or gives now.
+
+    Args:
+        kind: What it is.
+        key: What it was made of; empty for what cannot be remembered.
+        make: Makes it; nothing may change it afterwards.
+    """
+    if not key:
+        return make()
+    if (kind, key) in _memory:
+        _memory.move_to_end((kind, key))
+    else:
+        _memory[kind, key] = make()
+        if len(_memory) > _IN_PROCESS:
+            _memory.popitem(last=False)
+    found: _T = _memory[kind, key]
+    return found
+
+
+def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
+    """What `make` gave for this key before, in any process, or gives now; it must be picklable."""
+    place = folder() if key else None
+    if place is None:
+        return make()
+    entry = place / f"{key}.{kind}"
+    with suppress(Exception):  # not there, or not whole: it is made anew
+        found: _T = pickle.loads(entry.read_bytes())
+        os.utime(entry)
+        return found
+    made = make()
+    with suppress(OSError):
+        put(entry, pickle.dumps(made, protocol=5))
+    return made
+
+
+@lru_cache(maxsize=1)
+def _engine() -> str:
+    """A name for the engine's own code: another one understands sources differently."""
+    digest = hashlib.sha256(sys.version.encode())
+    here = Path(__file__).parent
+    for file in sorted([*here.rglob("*.py"), *here.rglob("*.lark")]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,147 @@
+"""The bench's arithmetic and its manners; what it measures is measured by `make bench` only."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.bench import Figure
+from rcx_harness.bench.__main__ import POINTS, main
+from rcx_harness.bench.cyclic import Run, figures
+from rcx_harness.bench.figure import as_table, at_least, at_most, percentile, store
+from rcx_harness.bench.simulation import bend, demo_cell
+from rcx_harness.bench.suite import read
+
+_QUIET = Run(2_000, 1, False, 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
+
+
+def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
+    """Source: issue 8, point 4."""
+    found = figures(_QUIET, None)
+    assert found["cyclic_2ms_missing"] == Figure(0, "packets", "0", "none", True)
+    assert found["cyclic_2ms_rate"] == Figure(1.0, "of nominal", ">= 0.98", "none", True)
+    assert found["cyclic_2ms_packets"].value == 1000
+    assert found["cyclic_2ms_cpu"].value == 25.0
+
+
+def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
+    """Source: issue 8, point 4."""
+    bad = Run(2_000, 1, False, 60.0, 58_000, 60_000.0, 2, 1_999, 2_200, 2_100, 25.0)
+    found = figures(bad, None)
+    assert not found["cyclic_2ms_missing"].met
+    assert not found["cyclic_2ms_rate"].met
+
+
+def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
+    """Source: issue 8, point 4: within 10 %."""
+    good = Run(2_000, 1, True, 60.0, 55_000, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
+    bad = Run(2_000, 1, True, 60.0, 53_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
+    assert figures(good, _QUIET)["cyclic_2ms_flood_rate"].met
+    assert not figures(bad, _QUIET)["cyclic_2ms_flood_rate"].met
+    assert figures(good, _QUIET)["cyclic_2ms_flood_missing"].met
+
+
+def test_below_the_promised_interval_figures_are_shown_without_a_target() -> None:
+    """Source: issue 8, point 4."""
+    run = Run(1_000, 16, False, 60.0, 1, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
+    found = figures(run, None)
+    assert next(iter(found)) == "cyclic_1ms_x16_packets"
+    assert all(one.target == "none" and one.met for one in found.values())
+
+
+def test_limits_belong_to_what_meets_them() -> None:
+    """Source: issue 8: targets beside figures."""
+    assert at_least(40.0, "x", 40).met
+    assert not at_least(39.9, "x", 40).met
+    assert at_most(0.3, "s", 0.3).met
+    assert not at_most(1, "scans", 0).met
+    assert at_most(1, "scans", 0).target == "0"
+    assert as_table({"a": at_most(1, "scans", 0)}).row_count == 1
+
+
+def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:
+    """Source: issue 8: out/bench.json."""
+    file = tmp_path / "out" / "bench.json"
+    store({"one": at_most(1, "s", 2)}, file)
+    store({"two": at_most(3, "s", 2, "peer")}, file)
+    assert json.loads(file.read_text()) == {
+        "one": {"value": 1, "unit": "s", "target": "<= 2", "peer": "none", "met": True},
+        "two": {"value": 3, "unit": "s", "target": "<= 2", "peer": "peer", "met": False},
+    }
+
+
+def test_a_damaged_file_is_written_anew(tmp_path: Path) -> None:
+    """Source: issue 8: out/bench.json."""
+    file = tmp_path / "bench.json"
+    for damaged in ("{", "[1]"):
+        file.write_text(damaged)
+        store({"one": at_most(1, "s", 2)}, file)
+        assert list(json.loads(file.read_text())) == ["one"]
+
+
+def test_the_percentile_of_a_few_values() -> None:
+    """Source: the definition: the smallest value that this share does not exceed."""
+    assert percentile([], 0.99) == 0
+    assert percentile([5], 0.99) == 5
+    assert percentile(list(range(1, 101)), 0.99) == 100
+    assert percentile(list(range(1, 101)), 0.5) == 51
+
+
+@pytest.mark.parametrize("point", POINTS)
+def test_every_point_can_be_measured(point: str) -> None:
+    """Source: the Makefile: make bench ONLY=point."""
+    assert callable(import_module(f"rcx_harness.bench.{point}").measure)
+
+
+def test_an_unknown_point_is_named_with_those_there_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Source: the Makefile: make bench ONLY=point."""
+    assert main(["--only", "handshakes"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "there is no point 'handshakes' to measure; handshake, sizes" in said
+
+
+def test_a_wrong_duration_is_told_in_one_message(capsys: pytest.CaptureFixture[str]) -> None:
+    """Source: the Makefile: make bench FOR=10s."""
+    assert main(["--for", "soon"]) == 2
+    assert "not a duration: 'soon'" in capsys.readouterr().err
+
+
+def test_a_straight_line_has_no_bend() -> None:
+    """10 + 2 n at 1, 10 and 50; the middle 11 above is a tenth of the last.
+
+    Source: issue 8, point 3: linear.
+    """
+    assert bend((1, 10, 50), (12.0, 30.0, 110.0)) == pytest.approx(0.0)
+    assert bend((1, 10, 50), (12.0, 41.0, 110.0)) == pytest.approx(0.1)
+
+
+def test_the_demo_keeps_its_robot_busy_and_breaks_no_rule() -> None:
+    """Two commands take turns; the second robot's blocks have no link and do no harm.
+
+    Source: issue 8, point 3: the whole cell.
+    """
+    with demo_cell("builtin", robots=2, blocks=2) as cell:
+        before = cell.commands
+        cell.run("1s")
+        assert cell.commands >= before + 10
+        assert not cell.violations
+
+
+def test_results_of_tests_are_read_as_pytest_writes_them(tmp_path: Path) -> None:
+    """Source: pytest: --junitxml."""
+    file = tmp_path / "tests.xml"
+    file.write_text(
+        '<testsuites><testsuite><testcase classname="a" name="one" time="0.5"/>'
+        '<testcase classname="a" name="two" time="2"><failure/></testcase>'
+        '<testcase classname="b" name="three"><skipped/></testcase></testsuite></testsuites>'
+    )
+    assert read(file) == [
+        ("a::one", "passed", 0.5),
+        ("a::two", "failed", 2.0),
+        ("b::three", "skipped", 0.0),
+    ]

@@ -1,0 +1,134 @@
+"""No scan more than the theoretical minimum of docs/timing.md; the whole grid is `make bench`."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.bench import handshake
+from rcx_harness.bench.handshake import Case, grid, simulate_command, simulate_sequence
+from rcx_harness.bench.minimum import Clocks, command, sequence
+from rcx_harness.cell_build import default_lib
+from rcx_harness.clocks import Timing
+
+_PAGE = Path(__file__).resolve().parents[2] / "docs" / "timing.md"
+#: Numbers without a common divisor, and the ends of the ranges.
+_GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
+
+
+def _printed() -> list[list[int]]:
+    """The worked examples of the page: all whole numbers of each line."""
+    lines = re.findall(r"^\| \d+ ms .*$", _PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    return [[int(number) for number in re.findall(r"\d+", line)] for line in lines]
+
+
+@pytest.mark.parametrize("line", _printed(), ids=lambda line: f"{line[0]} ms, RPI {line[1]} ms")
+def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
+    """Each number of a line of the table is one of the five scans, or a difference of two.
+
+    Source: docs/timing.md, worked examples; guide chapters 1 and 2.
+    """
+    scan, rpi, response, *times, done_scans, next_scans = line
+    found = simulate_command(Case(scan * 1000, rpi * 1000, response * 1000), together=True)
+    assert [time // 1000 for time in found.minimum] == times
+    assert found.took == found.minimum
+    assert done_scans == times[1] // scan
+    assert next_scans == (times[3] - times[1]) // scan
+
+
+def test_the_page_prints_some_examples() -> None:
+    """Source: docs/timing.md, worked examples."""
+    assert len(_printed()) >= 5
+
+
+@pytest.mark.parametrize("case", _GRID, ids=str)
+def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) -> None:
+    """Source: issue 8, point 1; guide chapters 1 and 2."""
+    found = simulate_command(case)
+    assert found.took == found.minimum
+
+
+@pytest.mark.parametrize("case", grid((3, 20), (7, 50), (0,)), ids=str)
+def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
+    """Alarm reset, servo ON, program reset and start, each with the end of the one before.
+
+    Source: issue 8, point 1; manual chapter 5, 3.
+    """
+    found = simulate_sequence(case)
+    assert found.took == found.minimum
+
+
+def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> None:
+    """All clocks at 10 ms: written at 10, sent at 20, seen by the cycle after its arrival, 25.
+
+    Source: docs/timing.md, three clocks.
+    """
+    clocks = Clocks(Timing.make(scan="10ms", rpi="10ms"))
+    assert clocks.seen_by_robot(10_000) == 25_000
+    assert clocks.seen_by_plc(25_000) == 30_000
+    assert clocks.seen_by_plc(30_000) == 30_000
+
+
+def test_phases_move_each_clock() -> None:
+    """Packets at 1, 11, ...: the cycle (2, 7, 12) sees at 12 what was written at 3 (3, 13, ...).
+
+    Source: docs/timing.md, three clocks.
+    """
+    phases = {"cycle": "2ms", "to_robot": "1ms", "to_plc": "4ms", "scan": "3ms"}
+    clocks = Clocks(Timing.make(scan="10ms", rpi="10ms", phases=phases))
+    assert clocks.seen_by_robot(3_000) == 12_000
+    assert clocks.seen_by_plc(12_000) == 23_000
+
+
+def test_the_bounds_of_the_page_hold() -> None:
+    """Source: docs/timing.md, a remote command."""
+    for case in _GRID:
+        scan, rpi = case.scan_us, case.rpi_us
+        took = case.response_us
+        rounded = -(-took // 5_000) * 5_000
+        run = took if took >= 5_000 else 0
+        least = command(
+            Clocks(case.timing), case.phases[3], accept_us=took, run_us=took, reset_us=took
+        )
+        start = case.phases[3]
+        assert scan + took + run < least.done - start
+        assert least.done - start < 2 * scan + 2 * rpi + 5_000 + 2 * rounded
+        assert scan + took < least.following - least.done
+        assert least.following - least.done < 2 * scan + 2 * rpi + 5_000 + rounded
+
+
+def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
+    """120 ms apart; answered at 40: OFF at 120, the next ON at 240. Answered late: OFF at once.
+
+    Source: docs/timing.md, dedicated inputs; manual chapter 5, 3.
+    """
+    clocks = Clocks(Timing.make(scan="10ms", rpi="10ms"))
+    first, second = sequence(clocks, 0, (20_000, 200_000), 120_000)
+    assert (first.on, first.done, first.off) == (0, 40_000, 120_000)
+    assert (second.on, second.done, second.off) == (240_000, 460_000, 460_000)
+
+
+def test_a_library_that_needs_a_scan_more_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A handshake that rests for one scan between two commands.
+
+    Source: issue 8, point 1: extra scans 0, and the bench would see one.
+    """
+    library = tmp_path / "lib"
+    shutil.copytree(default_lib(), library)
+    file = library / "area" / "FB_Handshake.st"
+    text = file.read_text(encoding="utf-8")
+    found = "IF Hold OR NOT Robot.CodeRequest THEN"
+    assert found in text
+    slow = found.replace(" THEN", " OR Robot.Phase = PHASE_STATUS_RESET THEN")
+    file.write_text(text.replace(found, slow), encoding="utf-8")
+    monkeypatch.setattr(handshake, "default_lib", lambda: library)
+    handshake._program.cache_clear()
+    try:
+        assert simulate_command(Case(10_000, 10_000, 0)).extra == 1
+    finally:
+        handshake._program.cache_clear()

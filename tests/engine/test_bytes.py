@@ -1,0 +1,98 @@
+"""Parts of a process image as bytes, and indices that are worked out, on both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.load import MISSING, build, find_c_compiler, find_matiec
+from rcx_harness.errors import InputError
+
+_SOURCE = """PROGRAM Plant
+  VAR
+    B : ARRAY [0..7] OF BYTE;
+    W : ARRAY [1..4] OF WORD;
+    K : INT;
+    U : UINT;
+    Below : ARRAY [-2..2] OF INT;
+  END_VAR
+  B[K + 1] := BYTE#16#55;
+  W[U - UINT#1] := WORD#16#1234;
+  Below[K - 2] := 7;
+END_PROGRAM
+"""
+
+
+@pytest.fixture(params=["builtin", "matiec"])
+def plant(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
+    if request.param == "matiec" and (find_matiec() is None or find_c_compiler() is None):
+        pytest.skip(MISSING)
+    file = tmp_path / "Plant.st"
+    file.write_text(_SOURCE, encoding="utf-8")
+    return build([file], request.param).program
+
+
+def test_a_part_is_read_and_written_where_it_lies(plant: Program) -> None:
+    """Words are little endian, whatever their first index.
+
+    Source: engine.base.Program.read_bytes and write_bytes.
+    """
+    plant.write_bytes("Main.B", b"\x01\x02", 3)
+    assert plant.read_bytes("Main.B") == bytes([0, 0, 0, 1, 2, 0, 0, 0])
+    assert plant.read_bytes("Main.B", 3, 2) == b"\x01\x02"
+    assert plant.read_bytes("Main.B", 4) == bytes([2, 0, 0, 0])
+    plant.write_bytes("Main.W", b"\x34\x12", 2)
+    assert plant.read("Main.W") == [0, 0x1234, 0, 0]
+    assert plant.read_bytes("Main.W", 2, 4) == b"\x34\x12\0\0"
+
+
+@pytest.mark.parametrize(
+    ("path", "data", "start"),
+    [("Main.B", b"12", 7), ("Main.W", b"12", 1), ("Main.W", b"1", 2), ("Main.W", b"12", 8)],
+)
+def test_a_part_that_does_not_fit_is_refused(
+    plant: Program, path: str, data: bytes, start: int
+) -> None:
+    """Source: engine.base.Program.write_bytes: whole elements, within the array."""
+    with pytest.raises(InputError, match=f"{path} holds 8 bytes and cannot take {len(data)} from"):
+        plant.write_bytes(path, data, start)
+    assert plant.read_bytes(path) == bytes(8)
+
+
+def test_an_index_that_is_worked_out_is_the_element(plant: Program) -> None:
+    """Source: IEC 61131-3, 6.5.1: subscripts are expressions."""
+    plant.write("Main.K", 4)
+    plant.write("Main.U", 3)
+    plant.scan(0)
+    assert plant.read_bytes("Main.B") == bytes([0, 0, 0, 0, 0, 0x55, 0, 0])
+    assert plant.read("Main.W") == [0, 0x1234, 0, 0]
+    assert plant.read("Main.Below") == [0, 0, 0, 0, 7]
+
+
+@pytest.mark.parametrize(
+    ("k", "u", "told"),
+    [
+        (7, 2, "index 8 is outside 0..7"),
+        (32767, 2, "index -32768 is outside 0..7"),
+        (-2, 2, "index -1 is outside 0..7"),
+        (0, 0, "index 65535 is outside 1..4"),
+        (0, 1, "index 0 is outside 1..4"),
+        (5, 2, "index 3 is outside -2..2"),
+    ],
+)
+def test_an_index_wraps_in_its_type_before_the_bounds_are_looked_at(
+    tmp_path: Path, k: int, u: int, told: str
+) -> None:
+    """As in a PLC, where INT 32767 + 1 is -32768; matiec's C does not look at bounds.
+
+    Source: IEC 61131-3, 6.5.1, and the arithmetic of tests/engine/builtin/test_arithmetic.py.
+    """
+    file = tmp_path / "Plant.st"
+    file.write_text(_SOURCE, encoding="utf-8")
+    plant = build([file], "builtin").program
+    plant.write("Main.K", k)
+    plant.write("Main.U", u)
+    with pytest.raises(InputError, match=told):
+        plant.scan(0)

@@ -1,0 +1,147 @@
+"""What is kept of earlier compilations, and when it is not used."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine import cache, checked
+from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.load import build
+from rcx_harness.errors import InputError
+
+_TEXT = """PROGRAM Main
+  VAR
+    Sum : INT;
+    Part : INT := {by};
+  END_VAR
+  Sum := Sum + 12 / Part;
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    """A program that adds 12."""
+    file = tmp_path / "Main.st"
+    file.write_text(_TEXT.format(by=1), encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of entries, empty, where the tests' files count as lasting."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.delenv("RCX_CACHE", raising=False)
+    monkeypatch.setattr(checked, "is_lasting", lambda _: True)
+    _forget(monkeypatch)
+    return tmp_path / "cache" / "rcx-harness"
+
+
+def _forget(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a new process."""
+    monkeypatch.setattr(cache, "_memory", type(cache._memory)())
+
+
+def _sum(program: Path) -> int:
+    running = build([program], "builtin").program
+    running.scan(0)
+    return int(running.read("Main.Sum"))
+
+
+def _kinds(folder: Path) -> list[str]:
+    return sorted(file.suffix for file in folder.iterdir())
+
+
+def test_the_same_sources_are_checked_and_written_once(
+    program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: issue 8, point 3: a cache for the second run."""
+    assert _sum(program) == 12
+    assert _kinds(kept) == [".code", ".project"]
+    _forget(monkeypatch)
+    monkeypatch.setattr(checked, "load_anew", _fail)
+    monkeypatch.setattr(Module, "_written", _fail)
+    assert _sum(program) == 12
+
+
+def _fail(*_: object) -> None:
+    raise AssertionError("it is made anew")
+
+
+def test_a_change_of_the_sources_is_seen(program: Path, kept: Path) -> None:
+    """Source: the key: the contents of all files."""
+    assert _sum(program) == 12
+    stamp = program.stat().st_mtime_ns
+    program.write_text(_TEXT.format(by=3), encoding="utf-8")
+    os.utime(program, ns=(stamp, stamp))
+    assert _sum(program) == 4
+    assert len(_kinds(kept)) == 4
+
+
+def test_instances_of_a_remembered_program_share_nothing(program: Path) -> None:
+    """Source: engine.base.Program: instances never share state."""
+    one = build([program], "builtin").program
+    one.scan(0)
+    two = build([program], "builtin").program
+    assert (one.read("Main.Sum"), two.read("Main.Sum")) == (12, 0)
+
+
+@pytest.mark.parametrize("damage", [b"", b"no pickle", b"\x80\x05."])
+def test_a_damaged_entry_is_made_anew(
+    program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch, damage: bytes
+) -> None:
+    """Source: a process may be ended while it writes, a disk may be full."""
+    _sum(program)
+    for entry in kept.iterdir():
+        entry.write_bytes(damage)
+    _forget(monkeypatch)
+    assert _sum(program) == 12
+    assert all(entry.read_bytes() != damage for entry in kept.iterdir())
+
+
+def test_switched_off_nothing_is_kept(
+    program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: RCX_CACHE=off."""
+    monkeypatch.setenv("RCX_CACHE", "off")
+    assert _sum(program) == 12
+    assert not kept.exists()
+
+
+def test_nothing_is_kept_of_temporary_files(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: engine/checked.py: nobody compiles them a second time."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    assert _sum(program) == 12
+    assert not list((tmp_path / "cache").rglob("*.project"))
+
+
+def test_a_fault_names_the_line_of_a_kept_program(
+    program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: engine.builtin: a division by zero is told with file and line."""
+    program.write_text(_TEXT.format(by=0), encoding="utf-8")
+    for _ in range(2):
+        with pytest.raises(InputError, match=rf"{program}:6: division by zero"):
+            _sum(program)
+        _forget(monkeypatch)
+
+
+def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
+    """Source: what cannot be loaded is not kept."""
+    program.write_text(_TEXT.format(by=1).replace("Sum +", "Some +"), encoding="utf-8")
+    for _ in range(2):
+        with pytest.raises(InputError, match="Some"):
+            build([program], "builtin")
+    assert not list(kept.glob("*.project"))
+
+
+def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
+    """Source: engine.frontend.load: cannot read the file."""
+    with pytest.raises(InputError, match="cannot read the file"):
+        build([tmp_path / "missing.st"], "builtin")
