@@ -1,7 +1,5 @@
-"""Pytest within pytest, for the tests of a project that `rcx new` has written."""
+"""For the tests of a project that `rcx new` has written: pytest within pytest."""
 
 from __future__ import annotations
 
 import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run to the next
-
-pytest_plugins = ["pytester"]

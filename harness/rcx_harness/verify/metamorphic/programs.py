@@ -1,15 +1,16 @@
-"""The programs: all examples, those of the timing charts, and one with every command block."""
+"""The programs: examples of one robot, those of the timing charts, one of every command block."""
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from rcx_harness.docs_examples import examples
 from rcx_harness.library.tables import Block, library
 from rcx_harness.process_charts import processes
 from rcx_harness.robot import RobotConfig
 from rcx_harness.stimulus import Stimulus
+from rcx_harness.units import parse_us
 from rcx_harness.verify.results import ROOT
 
 __all__ = ["EVERY_COMMAND", "Subject", "every_command", "subjects"]
@@ -17,9 +18,8 @@ __all__ = ["EVERY_COMMAND", "Subject", "every_command", "subjects"]
 #: Name of the generated program.
 EVERY_COMMAND = "every command"
 
-_EXAMPLES = ROOT / "plc" / "examples"
-#: How long the examples run [us].
-_EXAMPLE_US = 3_000_000
+#: Their areas have fixed places: located variables.
+_LOCATED = ("09_openplc",)
 
 
 @dataclass(frozen=True)
@@ -77,20 +77,18 @@ def subjects() -> list[Subject]:
 def _examples() -> list[Subject]:
     """With the options of the commands in their README."""
     found = []
-    for line in (_EXAMPLES / "README.md").read_text(encoding="utf-8").splitlines():
-        if "`rcx run " not in line:
+    for one in examples().values():
+        options = {name: values[0] for name, values in one.options.items()}
+        if len(one.options.get("robot", [])) > 1 or one.name in _LOCATED:
             continue
-        words = shlex.split(line.split("`")[1])
-        folder = (ROOT / words[2]).parent
-        options = {one[2:]: words[at + 1] for at, one in enumerate(words) if one.startswith("--")}
         robot = RobotConfig.load(ROOT / options["robot"]) if "robot" in options else None
-        size = int(options.get("size", 48))
+        size = robot.size if robot else int(options.get("size", 48))
         found.append(
             Subject(
-                f"example {folder.name}",
-                {file.name: file.read_text(encoding="utf-8") for file in folder.glob("*.st")},
-                _EXAMPLE_US,
-                Stimulus.load(ROOT / options["stimulus"]),
+                f"example {one.name}",
+                {file.name: file.read_text(encoding="utf-8") for file in one.folder.glob("*.st")},
+                parse_us(one.duration),
+                Stimulus.load(one.folder / "stimulus.toml"),
                 robot or RobotConfig(size=size),
                 size,
                 int(options.get("m", 0)),
