@@ -1,0 +1,69 @@
+"""Words 2 to 15 come from what FB_ReadArea took; a hold is released by nobody who is overruled."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from alone import Alone
+
+
+@cache
+def _reader(block: str) -> Alone:
+    image = "RCX_IMAGE_WORDS" if block.endswith("InWords") else "RCX_IMAGE"
+    return Alone(block, {"Robot": "RCX_REF", "Image": image})
+
+
+@pytest.mark.parametrize(
+    ("block", "values"),
+    [
+        ("FB_ReadWord", (0x1234, 0x0201)),
+        ("FB_ReadWordInWords", (0x1234, 0x0201)),
+        ("FB_ReadDoubleWord", (0x5678_1234, 0x0403_0201)),
+        ("FB_ReadDoubleWordInWords", (0x5678_1234, 0x0403_0201)),
+    ],
+)
+@pytest.mark.parametrize("number", [2, 14, 24, 126])
+def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
+    block: str, values: tuple[int, int], number: int
+) -> None:
+    """The image may be newer than the status that says whose word it is.
+
+    Source: manual chapter 1, 4.1 and 4.2: words 2 to 15 are the responses of remote commands.
+    """
+    alone = _reader(block)
+    alone.restart()
+    alone["Robot.Connected"], alone["Robot.Phase"] = True, "PHASE_READY"
+    if number < 15:
+        alone[f"Robot.Response[{number}]"], alone[f"Robot.Response[{number + 1}]"] = 0x1234, 0x5678
+    alone["Block.Size"], alone["Block.Number"] = 256, number
+    if block.endswith("InWords"):
+        alone["Image"] = [0] * number + [0x0201, 0x0403] + [0] * (254 - number)
+    else:
+        alone["Image"] = [0] * 2 * number + [1, 2, 3, 4] + [0] * (508 - 2 * number)
+    alone.scan(0)
+    assert alone["Block.Value"] == values[number > 15]
+    assert alone["Block.Valid"] is True
+
+
+@pytest.mark.parametrize(("name", "bit"), [("Emergency", 0x0001), ("Stop", 0x0040)])
+def test_a_hold_that_is_released_in_the_scan_in_which_it_is_asked_for_stays(
+    name: str, bit: int
+) -> None:
+    """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
+    head = Alone("FB_MakeHead", {"Robot": "RCX_REF"})
+    head["Robot.Connected"] = True
+    head["Block.EmergencyStopOk"] = head["Block.StopOk"] = True
+    for now in range(0, 1000, 20):
+        head.scan(now)
+    assert head["Block.Bits"] == 0x0041
+    head[f"Robot.Keep{name}"] = True
+    for now in range(1000, 2000, 20):
+        head.scan(now)
+        assert head["Block.Bits"] == 0x0041 & ~bit
+        assert head[f"Robot.Hold{name}"] is True
+        assert head[f"Robot.Keep{name}"] is False
+    head[f"Robot.Hold{name}"] = False
+    head.scan(2000)
+    assert head["Block.Bits"] == 0x0041

@@ -1,0 +1,221 @@
+"""Every sequence block at random, beside a second reading of its rules and another block.
+
+The test is the controller: it answers, late or not at all, and changes its mind. Each scan of the
+block, and what goes out, must be what the rules of tests/support ask for.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from head_rules import OTHERS, SAFETY, InputRules
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.needed import needed
+from sequence_rules import RULES
+from sequence_work import View
+
+_SCAN_MS, _MARGIN_MS = 20, 20
+_SPACING_MS = 100 + _MARGIN_MS
+
+#: The other block, called after the block under test.
+_RIVALS = {
+    "FB_EmergencyStop": "FB_ServoOnFromEmergencyStop",
+    "FB_ServoOnFromEmergencyStop": "FB_EmergencyStop",
+    "FB_ProgramStop": "FB_ProgramContinue",
+    "FB_ProgramContinue": "FB_ProgramStop",
+    "FB_ProgramReset": "FB_AutoStart",
+}
+
+_PROGRAM = """PROGRAM Second
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected, EmergencyStopOk, StopOk, CallBlock, CallRival : BOOL;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    Block : {block};
+    Rival : {rival};
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+  IF CallBlock THEN
+    Block(Robot := Robot);
+  END_IF;
+  IF CallRival THEN
+    Rival(Robot := Robot);
+  END_IF;
+  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,
+            EmergencyStopOk := EmergencyStopOk, StopOk := StopOk);
+END_PROGRAM
+"""
+
+#: How often an output of the controller goes ON and OFF by itself, per scan; rarer in calm times.
+_ALONE = {
+    "SO00": (0.004, 0.2),
+    "SO01": (0.3, 0.004),
+    "SO02": (0.02, 0.01),
+    "SO03": (0.006, 0.02),
+    "SO04": (0.3, 0.01),
+    "SO10": (0.2, 0.01),
+    "SO11": (0.01, 0.02),
+    "SO12": (0.1, 0.1),
+    "SO13": (0.005, 0.03),
+    "SO14": (0.005, 0.02),
+    "SO15": (0.1, 0.1),
+}
+#: What an input brings about: the input and its state, the output and its state, how often.
+_ANSWERS = (
+    ("SI00", False, "SO00", True, 0.4),
+    ("SI00", False, "SO02", False, 0.4),
+    ("SI01", True, "SO02", True, 0.3),
+    ("SI06", False, "SO13", False, 0.4),
+    ("SI12", True, "SO13", True, 0.3),
+    ("SI14", True, "SO11", True, 0.15),
+    ("SI17", True, "SO11", True, 0.15),
+    ("SI15", True, "SO14", True, 0.3),
+    ("SI16", True, "SO03", False, 0.3),
+)
+#: What is not so rare does not depend on the times.
+_RARE = 0.1
+_LIMITS_MS = (0, 160, 300, 600, 1500)
+#: For so many scans the times are as calm, the answers as sure and the rival as busy.
+_SPELL = 100
+_CALM, _SURE, _RIVAL = (1.0, 0.3, 0.03), (1.0, 1.0, 0.1), (1.0, 1.0, 0.0)
+
+
+@cache
+def _compiled(block: str) -> Program:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Second.st"
+        rival = _RIVALS.get(block, "FB_ProgramReset")
+        file.write_text(_PROGRAM.format(block=block, rival=rival), encoding="utf-8")
+        return build([file, *needed([file], LIBRARY)], "builtin").program
+
+
+class _Beside:
+    """The program, and the rules beside it."""
+
+    def __init__(self, block: str, seed: int) -> None:
+        self.chance = Random(f"{block} {seed}")
+        self.program = _compiled(block)
+        self.view, self.inputs = View(), InputRules()
+        self.pins = {"EmergencyStopOk": True, "StopOk": True, "Connected": True}
+        self.calls = {"Block": True, "Rival": True}
+        self.rules = {
+            "Block": RULES[block](),
+            "Rival": RULES[_RIVALS.get(block, "FB_ProgramReset")](),
+        }
+        self.so = {"SO01", "SO04", "SO10"}
+        self._spell(0)
+        names = ("Done", "Busy", "Active", "Error", "ErrorID")
+        self._look = {
+            part: self.program.reader([f"Main.{part}.{name}" for name in names])
+            for part in self.rules
+        }
+        self._staged = [part for part, rule in self.rules.items() if hasattr(rule, "_parts")]
+
+    def put(self, name: str, value: Any) -> None:
+        self.program.write(f"Main.{name}", value)
+
+    def often(self, rate: float) -> bool:
+        return self.chance.random() < rate
+
+    def _spell(self, scan: int) -> None:
+        if scan % _SPELL == 0:
+            self._calm, self._sure, self._rival = map(self.chance.choice, (_CALM, _SURE, _RIVAL))
+
+    def draw(self, scan: int) -> None:
+        """What the user, the cell and the controller do before this scan."""
+        self._spell(scan)
+        for part, rule in self.rules.items():
+            lively = self._rival if part == "Rival" and not rule.execute else 1.0
+            if self.often(lively * (0.12 if rule.execute and not rule.busy else 0.04)):
+                rule.execute = not rule.execute
+                self.put(f"{part}.Execute", rule.execute)
+            if self.often(0.05):
+                rule.timeout = self.chance.choice(_LIMITS_MS)
+                self.put(f"{part}.Timeout", f"T#{rule.timeout}ms")
+            self.calls[part] = self.often(0.5 if not self.calls[part] else 0.997)
+            self.put(f"Call{part}", self.calls[part])
+        block = self.rules["Block"]
+        if hasattr(block, "axes") and self.often(0.1):
+            block.axes = self.chance.choice(("ORIGIN_INCREMENTAL", "ORIGIN_ABSOLUTE"))
+            self.put("Block.Axes", block.axes)
+        if hasattr(block, "program") and self.often(0.1):
+            block.program = self.often(0.7)
+            self.put("Block.StartProgram", block.program)
+        for pin, on in self.pins.items():
+            self.pins[pin] = self.often(1 - 0.01 * self._calm if on else 0.15)
+            self.put(pin, self.pins[pin])
+        for name, (rises, falls) in _ALONE.items():
+            rate = falls if name in self.so else rises
+            if self.often(rate * self._calm if rate < _RARE else rate):
+                self.so ^= {name}
+        for cause, state, name, on, rate in _ANSWERS:
+            if (cause in self.view.si) is state and self.often(rate * self._sure):
+                self.so = self.so | {name} if on else self.so - {name}
+
+    def scan(self, now: int) -> None:
+        """One scan of both."""
+        bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.so)
+        self.program.write_bytes("Main.InputArea", bytes(32) + bits.to_bytes(2, "little"))
+        self.program.scan(now * 1000)
+        view = self.view
+        view.now, view.connected = now, self.pins["Connected"]
+        view.so = frozenset(self.so) if view.connected else frozenset()
+        view.asked, view.kept = set(), {"SI00": False, "SI06": False}
+        for part, rule in self.rules.items():
+            if self.calls[part]:
+                rule.scan(view)
+        for name, pin in (("SI00", "EmergencyStopOk"), ("SI06", "StopOk")):
+            view.held[name] = view.held[name] or view.kept[name]
+            view.ok[name] = self.pins[pin] and not view.held[name]
+        wanted = {name: name[:4] in view.asked for name in OTHERS}
+        wanted |= {name: view.ok[name[:4]] for name in SAFETY}
+        self.inputs.scan(now, wanted, view.connected, _SPACING_MS, _SPACING_MS + _MARGIN_MS)
+        view.si = frozenset(name[:4] for name, on in self.inputs.applied.items() if on)
+        view.settled = self.inputs.settled
+        view.turns.pass_on()
+
+    def __str__(self) -> str:
+        return f"{self.view}, {self.pins}, {self.rules}"
+
+    def compare(self) -> None:
+        """The outputs of the blocks, and the dedicated inputs as written."""
+        for part, rule in self.rules.items():
+            expected = (rule.done, rule.busy, rule.active, bool(rule.number), rule.number)
+            assert self._look[part]() == expected, f"{part}, {self}"
+        for part in self._staged:
+            stage = self.program.read(f"Main.{part}.Stage")
+            assert stage == f"POWER_UP_{self.rules[part].stage}", f"{part}, {self}"
+        area = self.program.read_bytes("Main.OutputArea")
+        bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.view.si)
+        assert int.from_bytes(area[32:34], "little") == bits, str(self)
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("block", sorted(RULES))
+def test_every_scan_is_the_one_that_the_rules_ask_for(block: str, seed: int) -> None:
+    """Source: manual chapter 5, 2 and 3.1 to 3.3; design of the library, 2 and 3."""
+    beside = _Beside(block, seed)
+    start = beside.program.snapshot()
+    try:
+        for name in ("EmergencyStopOk", "StopOk", "Connected"):
+            beside.put(name, True)
+        for part in beside.rules:
+            beside.put(f"{part}.Timeout", "T#0s")
+        if block == "FB_ReturnToOrigin":
+            beside.put("Block.Confirm", "T#60ms")
+        for scan in range(1500):
+            beside.draw(scan)
+            beside.scan(_SCAN_MS * scan)
+            beside.compare()
+    finally:
+        beside.program.restore(start)

@@ -1,0 +1,157 @@
+"""A piece of work behind an Execute pin, and what a block sees of the robot, told a second time.
+
+Without timers; see sequence_rules. Outputs of the controller are named `SO02`, its inputs `SI01`;
+times are in milliseconds of PLC time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+__all__ = ["Rule", "Turns", "View", "Work"]
+
+
+@dataclass
+class View:
+    """What a block sees of the robot, and what it asks for.
+
+    Attributes:
+        now: Time of the scan.
+        connected: The link is up.
+        so: Dedicated outputs that are ON.
+        si: Dedicated inputs that are ON as applied by the last scan.
+        ok: SI(00), SI(06) may be ON, holds considered, as of the last scan.
+        settled: Both stand long enough.
+        held: SI(00), SI(06) are held OFF by a block; blocks change it.
+        kept: In this scan the hold cannot be released.
+        asked: Inputs requested in this scan.
+        turns: Of the sequences.
+    """
+
+    now: int = 0
+    connected: bool = False
+    so: frozenset[str] = frozenset()
+    si: frozenset[str] = frozenset()
+    ok: dict[str, bool] = field(default_factory=lambda: {"SI00": False, "SI06": False})
+    settled: bool = False
+    held: dict[str, bool] = field(default_factory=lambda: {"SI00": False, "SI06": False})
+    kept: dict[str, bool] = field(default_factory=lambda: {"SI00": False, "SI06": False})
+    asked: set[str] = field(default_factory=set)
+    turns: Turns = field(default_factory=lambda: Turns())
+
+    @property
+    def stopped(self) -> bool:
+        """Emergency stop, by the controller or by the PLC."""
+        return "SO00" in self.so or not self.ok["SI00"]
+
+    def trouble(self, *conditions: tuple[bool, int]) -> int:
+        """The ErrorID of the first condition that holds; CPU_OK comes before all others."""
+        every = (("SO01" not in self.so, 0x8002), *conditions)
+        return next((number for holds, number in every if holds), 0)
+
+
+@dataclass
+class Turns:
+    """First come, first served; who is not called in its turn loses it."""
+
+    waiting: list[object] = field(default_factory=list)
+    called: bool = False
+
+    def pass_on(self) -> None:
+        """At the end of a scan."""
+        if self.waiting and not self.called:
+            self.waiting.pop(0)
+        self.called = False
+
+
+@dataclass
+class Work:
+    """One piece of work behind an Execute pin; `number` is its ErrorID."""
+
+    done: bool = False
+    busy: bool = False
+    active: bool = False
+    number: int = 0
+    request: bool = False
+    ended: bool = False
+    _was: bool = False
+    _armed: bool = False
+    _limit: int = 0
+    _begun: int = 0
+
+    def scan(
+        self,
+        view: View,
+        turns: Turns,
+        execute: bool,
+        timeout: int,
+        *,
+        trouble: int,
+        applied: bool,
+        answered: bool,
+        settled: bool = False,
+        offline: int | None = None,
+        answer: int = 0,
+    ) -> None:
+        """One call; see FB_Job for the arguments."""
+        if offline is None:
+            offline = 0 if view.connected else 0x8001
+        started = execute and not self._was and not self.busy
+        self._was, self.ended, self.request = execute, False, False
+        if started:
+            turns.waiting.append(self)
+            self._armed, self._limit, self.busy = False, timeout, True
+        if started or not (self.busy or execute):
+            self.done, self.number = False, 0
+        if not self.busy:
+            return
+        lost = self not in turns.waiting
+        if not lost and turns.waiting[0] is self:
+            if not self.active:
+                self.active, self._begun = True, view.now
+            turns.called = True
+            self._armed = self._armed or not applied
+        if not started:
+            late = self.active and self._limit > 0 and view.now - self._begun >= self._limit
+            believed = (self._armed and applied) or settled
+            ends = (
+                (lost, 0x8013),
+                (bool(offline), offline),
+                (self.active and bool(trouble) and believed, trouble),
+                (self.active and self._armed and applied and answered, answer),
+                (late and bool(trouble), trouble),
+                (late, 0x8010),
+            )
+            self._end(turns, next((number for over, number in ends if over), None))
+        if self.busy:
+            ready = applied or not trouble
+            self.request = self.active and self._armed and ready and not offline
+
+    def _end(self, turns: Turns, number: int | None) -> None:
+        if number is None:
+            return
+        if self in turns.waiting and self.active:
+            turns.waiting.remove(self)
+        self.busy = self.active = False
+        self.ended, self.number, self.done = True, number, not number
+
+
+@dataclass
+class Rule:
+    """A block: its pins are set as attributes, its outputs read as such."""
+
+    execute: bool = False
+    timeout: int = 0
+    done: bool = False
+    busy: bool = False
+    active: bool = False
+    number: int = 0
+    stage: str = ""
+
+    def scan(self, view: View) -> None:
+        """One call."""
+        raise NotImplementedError
+
+    def _show(self, work: Work) -> None:
+        self.done, self.busy = work.done, work.busy
+        self.active, self.number = work.active, work.number
