@@ -47,7 +47,17 @@ class CommandBench(PlcBench):
         self.program.restore(snapshot)
         self.so[:] = so
         self._block = name
-        self["Chosen"] = self._names.index(name) + 1
+        self["Chosen"] = self.chosen
+
+    @property
+    def chosen(self) -> int:
+        """What `Chosen` is while the block is called."""
+        return self._names.index(self._block) + 1
+
+    @property
+    def instance(self) -> str:
+        """Name of the instance."""
+        return _instance(self._block)
 
     @property
     def shown(self) -> list[str]:
@@ -125,13 +135,19 @@ def _program(names: Sequence[str]) -> str:
   VAR
     InputArea  : RCX_IMAGE;
     OutputArea : RCX_IMAGE;
+    Connected  : BOOL := TRUE;
+    CallRival  : BOOL := TRUE;
     Chosen     : INT;
     Robot      : RCX_REF;
     ReadArea   : FB_ReadArea;
     WriteArea  : FB_WriteArea;
+    Rival      : FB_RemoteCommand;
 {declared}  END_VAR
 
-  ReadArea(Robot := Robot, Image := InputArea, Connected := TRUE);
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+  IF CallRival THEN
+    Rival(Robot := Robot);
+  END_IF;
   CASE Chosen OF
 {called}  END_CASE;
   WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);

@@ -62,11 +62,13 @@ class Judges:
 
     def ordered(self, pou: str, nodes: Iterable[str], named: Sequence[str]) -> list[str]:
         """The tests in the order in which they most likely find something soonest."""
-        kills = self._kills.get(pou.upper(), Counter())
+        key = pou.upper()
+        kills = self._kills.get(key, Counter())
 
-        def rank(node: str) -> tuple[float, bool, float]:
+        def rank(node: str) -> tuple[float, bool, bool, float]:
             seconds = self.seconds.get(node, 1.0) + 0.005
-            return -kills[node] / seconds, node.partition("::")[0] not in named, seconds
+            other_file = node.partition("::")[0] not in named
+            return -kills[node] / seconds, not _is_own(node, key), other_file, seconds
 
         return sorted(nodes, key=rank)
 
@@ -105,10 +107,15 @@ class Judges:
 
 def _own_first(nodes: Sequence[str], key: str, most: int) -> list[str]:
     """At most so many: those with the name of the POU in their parameters, others spread."""
-    marks = (f"[{key}-", f"-{key}]", f"[{key}]")
-    own = [node for node in nodes if any(mark in node.upper() for mark in marks)][:most]
+    own = [node for node in nodes if _is_own(node, key)][:most]
     others = [node for node in nodes if node not in own]
     return [*own, *spread(others, most - len(own))]
+
+
+def _is_own(node: str, key: str) -> bool:
+    """Whether the POU is among the parameters of a test."""
+    marks = (f"[{key}-", f"-{key}]", f"[{key}]")
+    return any(mark in node.upper() for mark in marks)
 
 
 def named_tests(file: Path) -> tuple[str, ...]:

@@ -1,0 +1,153 @@
+"""Every command block at random beside FB_RemoteCommand, and beside a second reading of the rules.
+
+The test is the controller: it answers in every order, and goes away. Each scan of both blocks, and
+what goes out, must be what the rules of tests/support ask for.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+from random import Random
+from typing import Any
+
+import pytest
+
+from block_pins import Reading
+from command_bench import BLOCKS, CommandBench, bench_of
+from command_rules import CommandRule, RobotView
+from head_rules import HandshakeRules, Since
+
+_SCAN_MS, _SPACING_MS = 40, 120
+_SCANS = 300
+_LIMITS_MS = (0, 80, 200, 480)
+#: The rival's code and first data word; the second one has no end by itself.
+_TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000))
+#: From a status, with a code out: what may follow, the same one more likely.
+_FOLLOWS = {
+    0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
+    0x0100: (0x0100, 0x0100, 0x0100, 0x0200, 0x4000, 0x0000),
+    0x0200: (0x0200,),
+    0x4000: (0x4000,),
+}
+
+
+class _Beside:
+    """The bench, and the rules beside it."""
+
+    def __init__(self, bench: CommandBench, name: str) -> None:
+        self.chance = Random(name)
+        self.bench, self.reading = bench, Reading(BLOCKS[name])
+        self.path = {"block": bench.instance, "rival": "Rival"}
+        self.rules = {"block": CommandRule(), "rival": CommandRule()}
+        self.calls = {"block": True, "rival": True}
+        self.codes = {"block": 0, "rival": 0}
+        self.head = HandshakeRules(phase="PHASE_READY", _up=Since(start=-_SPACING_MS))
+        self.view = RobotView()
+        self.code = self.first = self.status = 0
+        self.up = {"link": True, "cpu": True}
+        self.data: list[int] | None = None
+        self.refusals = list(islice(self.reading.refused(self.chance), 12))
+        names = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
+        self._look = {
+            part: bench.program.reader([f"Main.{path}.{name}" for name in names])
+            for part, path in self.path.items()
+        }
+
+    def often(self, rate: float) -> bool:
+        return self.chance.random() < rate
+
+    def _put(self, part: str, pin: str, value: Any) -> None:
+        self.bench[f"{self.path[part]}.{pin}"] = value
+
+    def draw(self) -> None:
+        """What the user, the network and the controller do before this scan."""
+        for part, rule in self.rules.items():
+            if not rule.busy and not rule.execute and self.often(0.3):
+                self._prepare(part, rule)
+            elif rule.execute and self.often(0.15):
+                rule.execute = False
+                self._put(part, "Execute", False)
+            self.calls[part] = self.often(0.98 if self.calls[part] else 0.4)
+        if self.rules["block"].busy and not self.rules["block"].execute and self.often(0.1):
+            self.rules["block"].execute = True  # ignored while busy
+            self._put("block", "Execute", True)
+        self.bench["Chosen"] = self.bench.chosen if self.calls["block"] else 0
+        self.bench["CallRival"] = self.calls["rival"]
+        for name, on in self.up.items():
+            self.up[name] = self.often(0.985 if on else 0.3)
+        self.bench["Connected"] = self.up["link"]
+        if self.head.phase == "PHASE_COMMAND_RUN":
+            self.status = self.chance.choice(_FOLLOWS[self.status])
+        elif self.status or self.often(0.02):
+            self.status = self.chance.choice((0, 0, 0, 0x0200, 0x4000))
+
+    def _prepare(self, part: str, rule: CommandRule) -> None:
+        """A rising edge with new inputs."""
+        rule.execute, rule.timeout = True, self.chance.choice(_LIMITS_MS)
+        self._put(part, "Timeout", f"T#{rule.timeout}ms")
+        if part == "rival":
+            self.codes[part], self.rival_first = self.chance.choice(_TELEGRAMS)
+            self._put(part, "Code", self.codes[part])
+            self._put(part, "Data[1]", self.rival_first)
+        else:
+            pins, rule.refused = self.reading.draw(self.chance), 0
+            if self.refusals and self.often(0.1):
+                pins, rule.refused = self.chance.choice(self.refusals)
+            self.bench.set(pins)
+            self.codes[part] = self.reading.code(pins) if not rule.refused else 0
+        self._put(part, "Execute", True)
+
+    def scan(self, now: int) -> None:
+        """One scan of both."""
+        alarm = (self.chance.randrange(1, 99), self.chance.randrange(1, 999))
+        self.bench.answer(self.status, alarm)
+        self.bench.outputs(SO01=self.up["cpu"])
+        self.bench.program.write_bytes("Main.InputArea", bytes(self.bench.so))
+        self.bench.program.scan(now * 1000)
+        view, link = self.view, self.up["link"]
+        view.now, view.connected, view.cpu_ok = now, link, link and self.up["cpu"]
+        view.status, view.alarm = (self.status, alarm) if link else (0, (0, 0))
+        view.out, view.running = self.head.phase == "PHASE_COMMAND_RUN", self.head.running
+        view.asking = None
+        for part in ("rival", "block"):  # in the order of their calls
+            if self.calls[part]:
+                self.rules[part].scan(view)
+                if view.asking is self.rules[part]:
+                    self.code = self.codes[part]
+                    self.first = self.rival_first if part == "rival" else 0
+        self.head.scan(
+            now,
+            there=view.connected and view.cpu_ok,
+            status=view.status,
+            asked=view.asking is not None,
+            hold=False,
+            code=self.code,
+            first=self.first,
+            channel=view.channel,
+            interval=_SPACING_MS,
+        )
+
+    def compare(self) -> None:
+        """The outputs of both blocks, and the words as written."""
+        for part, rule in self.rules.items():
+            expected = (rule.done, rule.busy, rule.active, rule.number != 0, rule.number)
+            assert self._look[part]() == (*expected, *rule.alarm), (part, rule, self.view)
+        words, phase = self.bench.words, self.head.phase
+        assert words[0] == (self.code if phase == "PHASE_COMMAND_RUN" else 0), self.view
+        if phase == "PHASE_COMMAND_DATA":
+            self.data = words[1:]
+            assert words[1] & 1 == self.first or self.first == 0
+        expected_data = self.data if phase == "PHASE_COMMAND_RUN" else [0] * 15
+        assert phase == "PHASE_COMMAND_DATA" or words[1:] == expected_data, self.view
+
+
+@pytest.mark.parametrize("name", list(BLOCKS))
+def test_every_scan_is_the_one_that_the_rules_ask_for(name: str) -> None:
+    """Source: remote command guide, chapters 1 and 2; design of the library, 2 and 3."""
+    bench = bench_of(name, "builtin")
+    start = bench.now_us // 1000 + _SPACING_MS
+    beside = _Beside(bench, name)
+    for scan in range(_SCANS):
+        beside.draw()
+        beside.scan(start + _SCAN_MS * scan)
+        beside.compare()

@@ -1,0 +1,134 @@
+"""A remote command behind an Execute pin, told a second time: one call of `scan` is one call.
+
+Written from the remote command guide, chapters 1 and 2, and the heads of the blocks, without
+timers; see head_rules for what goes out. Times are in milliseconds of PLC time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from head_rules import Channel
+
+__all__ = ["CommandRule", "RobotView"]
+
+_TICKETS = 1 << 16
+
+
+@dataclass
+class RobotView:
+    """What a command block sees of the robot, and what it asks for.
+
+    Attributes:
+        now: Time of the scan.
+        connected: The link is up.
+        cpu_ok: SO(01).
+        status: The remote status.
+        alarm: The first two words of the response.
+        out: A code is on the wire since the last scan.
+        running: It has been answered with a status.
+        channel: Whose turn it is.
+        asking: The block that asks for its command in this scan.
+    """
+
+    now: int = 0
+    connected: bool = True
+    cpu_ok: bool = True
+    status: int = 0
+    alarm: tuple[int, int] = (0, 0)
+    out: bool = False
+    running: bool = False
+    channel: Channel = field(default_factory=Channel)
+    asking: CommandRule | None = None
+
+
+@dataclass
+class CommandRule:
+    """A block: its pins are set as attributes, its outputs read as such.
+
+    Attributes:
+        refused: ErrorID of its inputs; 0 where they are legal.
+        ended: The last call ended the work.
+    """
+
+    execute: bool = False
+    timeout: int = 0
+    refused: int = 0
+    done: bool = False
+    busy: bool = False
+    active: bool = False
+    number: int = 0
+    alarm: tuple[int, int] = (0, 0)
+    ended: bool = False
+    _was: bool = False
+    _armed: bool = False
+    _ticket: int = 0
+    _limit: int = 0
+    _since: int | None = None
+
+    def scan(self, view: RobotView) -> None:
+        """One call."""
+        channel = view.channel
+        started = self.execute and not self._was and not self.busy
+        self._was, self.ended = self.execute, False
+        if started:
+            self._ticket, self._limit = channel.next_ticket, self.timeout
+            channel.next_ticket = (channel.next_ticket + 1) % _TICKETS
+            self._armed, self.busy, self._since = False, True, None
+        if started or not (self.busy or self.execute):
+            self.done, self.number, self.alarm = False, 0, (0, 0)
+        if self.busy:
+            self._work(view, started)
+
+    def _work(self, view: RobotView, started: bool) -> None:
+        channel = view.channel
+        ahead = (self._ticket - channel.serving) % _TICKETS
+        passed = ahead > _TICKETS // 2 - 1
+        lost = passed or (self.active and (ahead != 0 or channel.orphan))
+        if ahead == 0 and not lost:
+            if not self.active:
+                self._since = view.now
+            self.active = channel.alive = True
+            self._armed = self._armed or not view.out
+        if not (self.active or channel.orphan):
+            self._since = None
+        elif self._since is None:
+            self._since = view.now
+        if not started:
+            number = self._ends(view, lost)
+            if number is not None:
+                self._end(view, number, lost)
+                return
+        offline = not view.connected or not view.cpu_ok or self.refused
+        if self.active and self._armed and not offline and not view.out:
+            view.asking = self
+
+    def _ends(self, view: RobotView, lost: bool) -> int | None:
+        """The ErrorID with which the work ends now; 0 = Done, None = it goes on."""
+        late = self._limit > 0 and self._since is not None
+        late = late and view.now - (self._since or 0) >= self._limit
+        fallen = view.status == 0 and view.running
+        answer = {0x0200: 0, 0x4000: 0x8020}.get(view.status, 0x8014 if fallen else None)
+        mine = self.active and self._armed and view.out
+        ends = (
+            (lost, 0x8013),
+            (not view.connected, 0x8001),
+            (not view.cpu_ok, 0x8002),
+            (self.refused != 0, self.refused),
+            (mine and answer is not None, answer),
+            (late and not self.active, 0x8012),
+            (late, 0x8011 if view.out else 0x8015),
+        )
+        return next((number for over, number in ends if over), None)
+
+    def _end(self, view: RobotView, number: int, lost: bool) -> None:
+        channel = view.channel
+        if self.active and not lost:
+            answered = view.status in (0x0200, 0x4000) or (view.status == 0 and view.running)
+            if view.out and not (self._armed and answered):
+                channel.orphan = True
+            else:
+                channel.pass_on()
+        self.busy = self.active = False
+        self.ended, self.number, self.done = True, number, not number
+        self.alarm = view.alarm if number == 0x8020 else (0, 0)
