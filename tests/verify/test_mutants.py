@@ -280,13 +280,16 @@ def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Pat
     reason = "equivalent: both are the same where they are equal"
     table = house / "tests/verify/survivors.toml"
     table.parent.mkdir()
+    rows = (house / "out/verification/mutants-without-reason.toml").read_text("utf-8")
     row = f'block = "FC_Sample"\nline = "{line}"\nbecomes = "{line.replace(">=", ">")}"\n'
-    table.write_text(f'[[survivor]]\n{row}reason = "{reason}"\n', encoding="utf-8")
+    assert rows == f'[[survivor]]\n{row}reason = ""\n'
+    table.write_text(rows.replace('""', f'"{reason}"'), encoding="utf-8")
     _, told, report = _run(house)
     again = report["figures"]
     assert isinstance(again, dict)
     assert len(outcomes.read_text("utf-8").splitlines()) == len(known) + 1, told
     assert [row["reason"] for row in again["survivors"]] == [reason]
+    assert not (house / "out/verification/mutants-without-reason.toml").read_text("utf-8")
     assert again["killed"] == figures["killed"]
 
 

@@ -4,7 +4,8 @@ A mutant is one small change of one file that is still correct ST. It is killed 
 suite fails with it. Tests, programs and mutants are kept in one process; each mutant runs in a
 child of its own. Outcomes are kept in out/verification/mutants.jsonl; one holds as long as the
 mutated file, the library files that it needs, and the test that has failed (or all that have not)
-are as they were, so that a run goes on where the last one ended.
+are as they were, so that a run goes on where the last one ended. Survivors without a reason are
+written beside them as rows for tests/verify/survivors.toml: mutants-without-reason.toml.
 
 Of the generated command blocks, which are alike, a sample is taken: of each block so many mutants,
 drawn by the seed, one of each operator first. `--all` or MUTANTS=all takes them all.
@@ -30,7 +31,14 @@ from rcx_harness.library.alarm_texts import text_files
 from rcx_harness.verify.mutants.engine import Workshop
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
 from rcx_harness.verify.mutants.pool import Task, remove_folders, run_tasks
-from rcx_harness.verify.mutants.report import GOAL, Judged, Reasons, figures, print_report
+from rcx_harness.verify.mutants.report import (
+    GOAL,
+    Judged,
+    Reasons,
+    figures,
+    print_report,
+    write_rows,
+)
 from rcx_harness.verify.mutants.select import Judges, named_tests
 from rcx_harness.verify.mutants.store import Baseline, Results, digest
 from rcx_harness.verify.mutants.suite import FOLDERS, Suite, forget_benches
@@ -116,6 +124,7 @@ class _Session:
             "run_time_s": round(time.monotonic() - self._started, 1),
         }
         print_report(self._console, found, show=self._options.show)
+        write_rows(self._out / "mutants-without-reason.toml", found)
         self.answer = self._finish(found)
 
     def _finish(self, found: dict[str, Any]) -> int:

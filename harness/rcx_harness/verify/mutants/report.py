@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from rich.table import Table
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.mutants.mutant import Mutant
 
-__all__ = ["Judged", "Reasons", "figures", "print_report"]
+__all__ = ["Judged", "Reasons", "figures", "print_report", "write_rows"]
 
 #: What the score is to be, of all mutants that compile to something else [%].
 GOAL = 95.0
@@ -115,3 +116,22 @@ def print_report(console: Console, found: Mapping[str, Any], *, show: int) -> No
         f"{found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
         f" ({found['survivors_with_a_reason']} survivors with a reason)"
     )
+
+
+def write_rows(file: Path, found: Mapping[str, Any]) -> None:
+    """Write the survivors without a reason as rows for survivors.toml, each once."""
+    rows = [
+        "\n".join(
+            (
+                "[[survivor]]",
+                f"block = {json.dumps(row['block'])}",
+                f"line = {json.dumps(row['before'], ensure_ascii=False)}",
+                f"becomes = {json.dumps(row['after'], ensure_ascii=False)}",
+                'reason = ""',
+                "",
+            )
+        )
+        for row in found["survivors"]
+        if not row["reason"]
+    ]
+    file.write_text("\n".join(dict.fromkeys(rows)), encoding="utf-8")
