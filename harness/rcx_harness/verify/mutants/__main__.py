@@ -39,9 +39,9 @@ from rcx_harness.verify.mutants.report import (
     print_report,
     write_rows,
 )
-from rcx_harness.verify.mutants.select import Judges, named_tests
+from rcx_harness.verify.mutants.select import Judges, TestStates, named_tests
 from rcx_harness.verify.mutants.store import Baseline, Results, digest
-from rcx_harness.verify.mutants.suite import FOLDERS, Suite, forget_benches
+from rcx_harness.verify.mutants.suite import Suite, forget_benches
 
 __all__ = ["main"]
 
@@ -93,6 +93,7 @@ class _Session:
         self._out = root / "out" / "verification"
         self._library = sorted((root / "plc/lib").rglob("*.st"))
         self._generated = {*generated_files(), *text_files()}
+        self._states = TestStates(root)
         self._results = Results(self._out / "mutants.jsonl", fresh=options.fresh)
         self._started = time.monotonic()
         self.workshop = Workshop()
@@ -106,7 +107,7 @@ class _Session:
         for node in baseline.failed:
             self._console.print(f"fails with the original, judges nothing: {node}", markup=False)
         named = {one: named_tests(one) for one in self._library}
-        judges = Judges(self._root, baseline.ran, baseline.seconds, self._options.named)
+        judges = Judges(self._states, baseline.ran, baseline.seconds, self._options.named)
         mutants = Mutants(self._root, self._library)
         tasks = self._tasks(mutants, judges, named)
         judged = self._judge(tasks, judges, named)
@@ -138,41 +139,39 @@ class _Session:
     # --- the original ---
 
     def _baseline(self) -> Baseline:
-        sources = [
-            *self._library,
-            *(self._root / "tests" / "data" / "library").rglob("*.st"),
-            *(
-                file
-                for folder in (*FOLDERS, "support")
-                for file in (self._root / "tests" / folder).rglob("*.py")
-            ),
-        ]
-        state = digest(self._root, sources)
+        """Which tests run which POUs; only tests that have changed are run for it."""
+        tests, examples = self._root / "tests", self._root / "plc" / "examples"
+        around = [*tests.rglob("*.st"), *tests.rglob("conftest.py"), *examples.rglob("*.st")]
+        library = digest(self._root, [*self._library, *around])
         file = self._out / "mutants-baseline.json"
-        kept = None if self._options.fresh else Baseline.read(file, state)
-        if kept is not None and set(kept.seconds) == set(self.suite.items):
-            for node in self._shown("compile", kept.builders):
-                self.suite.timed(node)
-            forget_benches(self._root / "tests")
-            return kept
-        ran: dict[str, frozenset[str]] = {}
-        seconds: dict[str, float] = {}
-        failed: list[str] = []
-        builders: list[str] = []
-        for node in self._shown("the original", list(self.suite.items)):
-            programs = self.workshop.programs
+        kept = None if self._options.fresh else Baseline.read(file, library)
+        if kept is None:
+            kept = Baseline({}, {}, (), (), {})
+        items = self.suite.items
+        states = {
+            name: self._states.of(name) for name in {node.partition("::")[0] for node in items}
+        }
+        known = {node for node in items if kept.holds(node, states[node.partition("::")[0]])}
+        ran = {node: kept.ran[node] for node in known if node in kept.ran}
+        seconds = {node: kept.seconds[node] for node in known}
+        builders = [node for node in kept.builders if node in known]
+        self.workshop.watch()
+        for node in self._shown("compile", builders):
+            self.suite.timed(node)
+        for node in self._shown("the original", [node for node in items if node not in known]):
+            before = self.workshop.programs
             self.workshop.watch()
             passed, seconds[node] = self.suite.timed(node)
             if passed:
                 ran[node] = frozenset(self.workshop.seen)
-            else:
-                failed.append(node)
-            if self.workshop.programs > programs:
+            if self.workshop.programs > before:
                 builders.append(node)
         self.workshop.unwatch()
         forget_benches(self._root / "tests")
-        baseline = Baseline(ran, seconds, tuple(failed), tuple(builders))
-        baseline.write(file, state)
+        ran = {node: ran[node] for node in items if node in ran}
+        failed = tuple(node for node in items if node not in ran)
+        baseline = Baseline(ran, seconds, failed, tuple(builders), states)
+        baseline.write(file, library)
         return baseline
 
     def _shown(self, description: str, nodes: Sequence[str]) -> Iterator[str]:
@@ -282,7 +281,7 @@ class _Session:
 
 def _tests(by: str, task: Task, judges: Judges) -> str:
     """The state of what has judged: of the test that has failed, or of all that have not."""
-    return judges.file_state(by.partition("::")[0]) if "::" in by else judges.state(task.tests)
+    return judges.states.of(by.partition("::")[0]) if "::" in by else judges.state(task.tests)
 
 
 def _holds(known: Mapping[str, Any], task: Task, judges: Judges) -> bool:

@@ -11,10 +11,44 @@ from pathlib import Path
 
 from rcx_harness.verify.mutants.suite import spread
 
-__all__ = ["Judges", "named_tests"]
+__all__ = ["Judges", "TestStates", "named_tests"]
 
 #: So many tests of each other file that runs the POU; fault runs are long.
 _OF_OTHERS, _OF_FAULTS = 8, 3
+
+
+class TestStates:
+    """What files of tests consist of.
+
+    Args:
+        root: The repository.
+    """
+
+    __test__ = False
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._hashes: dict[str, str] = {}
+
+    def of(self, file: str) -> str:
+        """A hash of a file of tests and of the modules of tests/support that it uses."""
+        if file not in self._hashes:
+            digest = hashlib.sha256()
+            for one in sorted(self._with_support(self._root / file)):
+                digest.update(one.read_bytes())
+            self._hashes[file] = digest.hexdigest()[:16]
+        return self._hashes[file]
+
+    def _with_support(self, file: Path) -> set[Path]:
+        support = {one.stem: one for one in (self._root / "tests" / "support").glob("*.py")}
+        found, waiting = {file}, [file]
+        while waiting:
+            text = waiting.pop().read_text(encoding="utf-8")
+            for name in re.findall(r"^\s*(?:from|import) (\w+)", text, re.MULTILINE):
+                if name in support and support[name] not in found:
+                    found.add(support[name])
+                    waiting.append(support[name])
+        return found
 
 
 @dataclass
@@ -25,19 +59,18 @@ class Judges:
     both those that run the POU.
 
     Args:
-        root: The repository.
+        states: Of the files of tests.
         ran: Upper-case names of the POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
         named_only: Take only the tests that the head of the file names.
     """
 
-    root: Path
+    states: TestStates
     ran: Mapping[str, frozenset[str]]
     seconds: Mapping[str, float]
     named_only: bool = False
     _kills: dict[str, Counter[str]] = field(default_factory=dict)
     _chosen: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    _hashes: dict[str, str] = field(default_factory=dict)
 
     def of(self, pou: str, named: Sequence[str]) -> tuple[str, ...]:
         """The tests for a POU; `named` are the files in the head of its file."""
@@ -81,28 +114,8 @@ class Judges:
         names = sorted(nodes)
         digest = hashlib.sha256("\n".join(names).encode())
         for file in sorted({name.partition("::")[0] for name in names}):
-            digest.update(self.file_state(file).encode())
+            digest.update(self.states.of(file).encode())
         return digest.hexdigest()[:16]
-
-    def file_state(self, file: str) -> str:
-        """A hash of a test file and of the modules of tests/support that it uses."""
-        if file not in self._hashes:
-            digest = hashlib.sha256()
-            for one in sorted(self._with_support(self.root / file)):
-                digest.update(one.read_bytes())
-            self._hashes[file] = digest.hexdigest()[:16]
-        return self._hashes[file]
-
-    def _with_support(self, file: Path) -> set[Path]:
-        support = {one.stem: one for one in (self.root / "tests" / "support").glob("*.py")}
-        found, waiting = {file}, [file]
-        while waiting:
-            text = waiting.pop().read_text(encoding="utf-8")
-            for name in re.findall(r"^\s*(?:from|import) (\w+)", text, re.MULTILINE):
-                if name in support and support[name] not in found:
-                    found.add(support[name])
-                    waiting.append(support[name])
-        return found
 
 
 def _own_first(nodes: Sequence[str], key: str, most: int) -> list[str]:

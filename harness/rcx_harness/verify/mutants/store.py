@@ -64,33 +64,41 @@ class Baseline:
         seconds: Processor time of each test.
         failed: Tests that fail with the original; they judge nothing.
         builders: Tests that were the first to build a program: with these, all are compiled.
+        states: Of each file of tests, by its path, as it was.
     """
 
     ran: dict[str, frozenset[str]]
     seconds: dict[str, float]
     failed: tuple[str, ...]
     builders: tuple[str, ...]
+    states: dict[str, str]
 
     @classmethod
-    def read(cls, file: Path, state: str) -> Baseline | None:
-        """What was kept for this state of the sources, if anything."""
+    def read(cls, file: Path, library: str) -> Baseline | None:
+        """What was kept for this state of the library, if anything."""
         try:
             found = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        if found["state"] != state or "builders" not in found:
+        if found.get("library") != library:
             return None
         ran = {node: frozenset(pous) for node, pous in found["ran"].items()}
-        return cls(ran, found["seconds"], tuple(found["failed"]), tuple(found["builders"]))
+        failed, builders = tuple(found["failed"]), tuple(found["builders"])
+        return cls(ran, found["seconds"], failed, builders, found["states"])
 
-    def write(self, file: Path, state: str) -> None:
+    def holds(self, node: str, state: str) -> bool:
+        """Whether a test was run from a file in this state."""
+        return node in self.seconds and self.states.get(node.partition("::")[0]) == state
+
+    def write(self, file: Path, library: str) -> None:
         """Keep it."""
         content = {
-            "state": state,
+            "library": library,
             "ran": {node: sorted(pous) for node, pous in self.ran.items()},
             "seconds": self.seconds,
             "failed": self.failed,
             "builders": self.builders,
+            "states": self.states,
         }
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(content), encoding="utf-8")

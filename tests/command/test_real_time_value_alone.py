@@ -1,0 +1,122 @@
+"""FB_RealTimeValue and its twin for an image of words, alone: every word, every refusal."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from alone import Alone
+
+_BLOCKS = ("FB_RealTimeValue", "FB_RealTimeValueInWords")
+_SHOWN = ("Unsigned", "Signed", "Long")
+
+
+@cache
+def _compiled(block: str) -> Alone:
+    image = "RCX_IMAGE_WORDS" if block.endswith("InWords") else "RCX_IMAGE"
+    return Alone(block, {"Robot": "RCX_REF", "Image": image})
+
+
+def _value(address: int) -> int:
+    """What the image has in the word at an even address: some are negative as INT."""
+    return (address * 0x4D1 + 0x3A7) % 65536
+
+
+@pytest.fixture(params=_BLOCKS)
+def block(request: pytest.FixtureRequest) -> Alone:
+    """Connected, with an image in which no two words are alike."""
+    alone = _compiled(request.param)
+    alone.restart()
+    alone["Robot.Connected"] = True
+    words = [_value(2 * k) for k in range(256)]
+    in_words = request.param.endswith("InWords")
+    split = [byte for word in words for byte in (word & 0xFF, word >> 8)]
+    alone["Image"] = words if in_words else split
+    return alone
+
+
+def _shown(block: Alone) -> tuple[object, ...]:
+    flags = (block["Block.Valid"], block["Block.Error"], block["Block.ErrorID"])
+    return (*flags, *(block[f"Block.{pin}"] for pin in _SHOWN))
+
+
+def _signed(value: int, bits: int) -> int:
+    return value - (1 << bits) if value >> (bits - 1) else value
+
+
+@pytest.mark.parametrize("m", [0, 2, 100, 256])
+def test_every_extended_word_is_shown_in_three_ways(block: Alone, m: int) -> None:
+    """SOW(24) is at m + 48, SOW(127) at m + 254, after which there is none.
+
+    Source: manual chapter 1, 4.2; remote command guide 4.9.1.
+    """
+    block["Block.m"] = m
+    for number in range(24, 128):
+        block["Block.OutputWord"] = number
+        block.scan(0)
+        word, upper = _value(m + 2 * number), _value(m + 2 * number + 2)
+        long = _signed(upper << 16 | word, 32) if number < 127 else 0
+        assert _shown(block) == (True, False, 0, word, _signed(word, 16), long), number
+
+
+@pytest.mark.parametrize(
+    ("pins", "error"),
+    [
+        ({"OutputWord": 23}, 0x8034),
+        ({"OutputWord": 15}, 0x8034),
+        ({"OutputWord": 2}, 0x8034),
+        ({"OutputWord": 1}, 0x8034),
+        ({"OutputWord": 128}, 0x8034),
+        ({"Size": 48}, 0x8036),
+        ({"Size": 100}, 0x8030),
+        ({"m": 258}, 0x8031),
+        ({"m": -2}, 0x8031),
+        ({"m": 4, "ImageSize": 258}, 0x8031),
+    ],
+)
+@pytest.mark.parametrize("connected", [True, False])
+def test_what_is_not_there_is_an_error_and_shows_zero(
+    block: Alone, pins: dict[str, int], error: int, connected: bool
+) -> None:
+    """An illegal number is told before a missing connection: it does not go away with it.
+
+    Source: remote command guide 4.9.1; manual chapter 1, 4.2.
+    """
+    block.scan(0)
+    assert block["Block.Valid"] is True
+    block["Robot.Connected"] = connected
+    for name, value in pins.items():
+        block[f"Block.{name}"] = value
+    block.scan(0)
+    assert _shown(block) == (False, True, error, 0, 0, 0)
+
+
+def test_without_a_connection_there_is_no_value(block: Alone) -> None:
+    """Source: manual chapter 1, 5.2."""
+    block["Robot.Connected"] = False
+    block.scan(0)
+    assert _shown(block) == (False, True, 0x8001, 0, 0, 0)
+
+
+@pytest.mark.parametrize(("name", "error"), [("FB_RealTimeValue", 0), (_BLOCKS[1], 0x8032)])
+def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> None:
+    """Source: manual chapter 1, 4.1: words stand at even addresses of the area."""
+    alone = _compiled(name)
+    alone.restart()
+    alone["Robot.Connected"], alone["Block.m"] = True, 1
+    alone.scan(0)
+    assert alone["Block.ErrorID"] == error
+
+
+@pytest.mark.parametrize("name", _BLOCKS)
+def test_left_out_inputs_stand_for_the_first_extended_word(name: str) -> None:
+    """Source: manual chapter 1, 4.2: SOW(24), 256 bytes."""
+    alone = _compiled(name)
+    alone.restart()
+    assert [alone[f"Block.{pin}"] for pin in ("m", "Size", "ImageSize", "OutputWord")] == [
+        0,
+        256,
+        512,
+        24,
+    ]
