@@ -73,6 +73,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--named", action="store_true", help="a quick look: only the tests that a file names"
     )
+    parser.add_argument("--sample", type=int, help="a quick look: so many mutants of every block")
     parser.add_argument("--seed", type=int, default=1, help="of the sample")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--minutes", type=float, help="start no mutant after so long")
@@ -131,7 +132,7 @@ class _Session:
     def _finish(self, found: dict[str, Any]) -> int:
         explained = found["survivors_with_a_reason"] == len(found["survivors"])
         met = found["score"] >= GOAL and explained and not found["not_run"]
-        if not self._options.blocks and not self._options.named:
+        if not (self._options.blocks or self._options.named or self._options.sample):
             report = {"command": "make mutants", "figures": found, "met": met}
             (self._out / "mutants.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
         return 0 if met else 1
@@ -204,7 +205,9 @@ class _Session:
 
     def _mutants_of(self, mutants: Mutants, file: Path) -> Iterator[Mutant]:
         generated = file.relative_to(self._root).as_posix() in self._generated
-        if generated and not self._options.all:
+        if self._options.sample:
+            yield from mutants.sample(file, self._options.sample, self._options.seed)
+        elif generated and not self._options.all:
             yield from mutants.sample(file, SAMPLE, self._options.seed)
         else:
             yield from mutants.of(file)
@@ -222,6 +225,7 @@ class _Session:
                 judged.append(Judged(task.mutant, known["killed"], known["by"]))
                 if known["killed"] and "::" in known["by"]:
                     judges.killed(task.mutant.pou, known["by"])
+        waiting.sort(key=self._has_survived)
         outcomes = run_tasks(
             self._in_time(waiting),
             root=self._root,
@@ -258,6 +262,11 @@ class _Session:
                 progress.update(bar, advance=1, told=told, refresh=True)
         places = {id(task.mutant): place for place, task in enumerate(tasks)}
         return sorted(judged, key=lambda one: places[id(one.mutant)])
+
+    def _has_survived(self, task: Task) -> bool:
+        """Whether it has survived before; such mutants take long and come last."""
+        known = self._results.get(task.key)
+        return known is not None and not known["killed"]
 
     def _in_time(self, tasks: Sequence[Task]) -> Iterator[Task]:
         minutes = self._options.minutes

@@ -14,7 +14,7 @@ from rcx_harness.verify.mutants.suite import spread
 __all__ = ["Judges", "TestStates", "named_tests"]
 
 #: So many tests of each other file that runs the POU; fault runs are long.
-_OF_OTHERS, _OF_FAULTS = 8, 3
+_OF_OTHERS, _OF_FAULTS = 8, 1
 
 
 class TestStates:
