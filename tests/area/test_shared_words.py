@@ -24,7 +24,7 @@ def _reader(block: str) -> Alone:
         ("FB_ReadDoubleWordInWords", (0x5678_1234, 0x0403_0201)),
     ],
 )
-@pytest.mark.parametrize("number", [2, 14, 24, 126])
+@pytest.mark.parametrize("number", [2, 15, 24, 127])
 def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
     block: str, values: tuple[int, int], number: int
 ) -> None:
@@ -32,11 +32,14 @@ def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
 
     Source: manual chapter 1, 4.1 and 4.2: words 2 to 15 are the responses of remote commands.
     """
+    if "Double" in block:
+        number -= number % 2
     alone = _reader(block)
     alone.restart()
     alone["Robot.Connected"], alone["Robot.Phase"] = True, "PHASE_READY"
-    if number < 15:
-        alone[f"Robot.Response[{number}]"], alone[f"Robot.Response[{number + 1}]"] = 0x1234, 0x5678
+    for k, word in enumerate((0x1234, 0x5678), start=number):
+        if k <= 15:
+            alone[f"Robot.Response[{k}]"] = word
     alone["Block.Size"], alone["Block.Number"] = 256, number
     if block.endswith("InWords"):
         alone["Image"] = [0] * number + [0x0201, 0x0403] + [0] * (254 - number)
@@ -45,6 +48,32 @@ def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
     alone.scan(0)
     assert alone["Block.Value"] == values[number > 15]
     assert alone["Block.Valid"] is True
+
+
+@pytest.mark.parametrize("twin", ["", "Words"])
+@pytest.mark.parametrize(("interval", "margin", "spacing"), [(250, 30, 280), (100, 260, 360)])
+def test_interval_and_margin_are_those_of_the_pins(
+    twin: str, interval: int, margin: int, spacing: int
+) -> None:
+    """SI(00) comes one spacing after the start of the PLC, SI(06) one after SI(00).
+
+    Source: manual chapter 5, 3.1, caution.
+    """
+    area = Alone(
+        f"FB_WriteArea{twin}", {"Robot": "RCX_REF", "Image": f"RCX_IMAGE{twin and '_WORDS'}"}
+    )
+    area["Robot.Connected"] = True
+    area["Block.EmergencyStopOk"] = area["Block.StopOk"] = True
+    area["Block.Interval"], area["Block.Margin"] = f"T#{interval}ms", f"T#{margin}ms"
+    found = []
+    for now in range(0, 1000, 10):
+        area.scan(now)
+        on = (area["Robot.SI.SI00_EmergencyStop"], area["Robot.SI.SI06_Stop"])
+        found.append(on)
+    assert [found.index((True, False)) * 10, found.index((True, True)) * 10] == [
+        spacing,
+        2 * spacing,
+    ]
 
 
 @pytest.mark.parametrize(("name", "bit"), [("Emergency", 0x0001), ("Stop", 0x0040)])

@@ -73,6 +73,7 @@ def test_every_extended_word_is_shown_in_three_ways(block: Alone, m: int) -> Non
         ({"m": 258}, 0x8031),
         ({"m": -2}, 0x8031),
         ({"m": 4, "ImageSize": 258}, 0x8031),
+        ({"Size": 100, "OutputWord": 2}, 0x8030),
     ],
 )
 @pytest.mark.parametrize("connected", [True, False])
