@@ -48,6 +48,10 @@ def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
     alone.scan(0)
     assert alone["Block.Value"] == values[number > 15]
     assert alone["Block.Valid"] is True
+    alone["Robot.Status"] = 0x0100
+    alone.scan(10)
+    assert alone["Block.Value"] == (values[1] if number > 15 else 0)
+    assert alone["Block.Valid"] is (number > 15)
 
 
 @pytest.mark.parametrize("twin", ["", "Words"])
