@@ -20,8 +20,8 @@ from head_rules import HandshakeRules, Since
 _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
 _LIMITS_MS = (0, 80, 200, 480)
-#: The rival's code and first data word; the second one has no end by itself.
-_TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000))
+#: The rival's code and first data word; the second one has no end by itself, the last is none.
+_TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
 #: From a status, with a code out: what may follow, the same one more likely.
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
@@ -87,6 +87,7 @@ class _Beside:
         self._put(part, "Timeout", f"T#{rule.timeout}ms")
         if part == "rival":
             self.codes[part], self.rival_first = self.chance.choice(_TELEGRAMS)
+            rule.refused = 0 if self.codes[part] else 0x8021
             self._put(part, "Code", self.codes[part])
             self._put(part, "Data[1]", self.rival_first)
         else:

@@ -13,7 +13,7 @@ from typing import Any
 from head_rules import Since
 from sequence_work import Rule, Turns, View, Work
 
-__all__ = ["RULES"]
+__all__ = ["RULES", "missing"]
 
 
 @dataclass
@@ -340,6 +340,24 @@ class _PowerUp(_Staged):
         if there:
             self.stage = following
         return late if not there and self._late(view) else 0
+
+
+def missing(view: View) -> str:
+    """The first thing that is missing for a program start; a hold counts from its scan on."""
+    so = view.so
+    conditions = (
+        (not view.connected, "CONNECTION"),
+        ("SO01" not in so, "CPU_OK"),
+        (not view.ok["SI00"] or view.held["SI00"], "CELL_SAFE"),
+        ("SO00" in so, "EMERGENCY_RELEASE"),
+        ("SO03" in so, "ALARM_RESET"),
+        ("SO04" not in so, "MP_READY"),
+        ("SO02" not in so, "SERVO_ON"),
+        (not view.ok["SI06"] or view.held["SI06"], "STOP_RELEASE"),
+        ("SO10" not in so, "AUTO_MODE"),
+        ("SO13" not in so, "PROGRAM_START"),
+    )
+    return next((stage for lacks, stage in conditions if lacks), "COMPLETE")
 
 
 #: A fresh rule for each block with Execute.

@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,10 @@ class Judged:
 
 
 class Reasons:
-    """The table of known survivors, by block, changed lines and what they become."""
+    """The table of known survivors, by block, changed lines and what they become.
+
+    A block may be a pattern, as `FB_*` for what the generated ones have in common.
+    """
 
     def __init__(self, file: Path) -> None:
         rows = load_toml(file).get("survivor", []) if file.exists() else []
@@ -42,14 +46,22 @@ class Reasons:
 
     def of(self, mutant: Mutant) -> str:
         """Why it survives; empty where nobody has said."""
-        key = (mutant.pou, mutant.before, mutant.after)
-        self._used.add(key)
-        return self._reasons.get(key, "")
+        for key, reason in self._reasons.items():
+            if _fits(key, mutant):
+                self._used.add(key)
+                return reason
+        return ""
 
     def idle(self, killed: Sequence[Mutant]) -> list[str]:
         """Rows of the table whose mutant has been found by a test."""
-        dead = {(mutant.pou, mutant.before, mutant.after) for mutant in killed} - self._used
-        return [f"{key[0]}: {key[2]}" for key in self._reasons if key in dead]
+        idle = [key for key in self._reasons if key not in self._used]
+        return [
+            f"{key[0]}: {key[2]}" for key in idle if any(_fits(key, mutant) for mutant in killed)
+        ]
+
+
+def _fits(key: tuple[str, str, str], mutant: Mutant) -> bool:
+    return key[1:] == (mutant.before, mutant.after) and fnmatchcase(mutant.pou, key[0])
 
 
 def figures(judged: Sequence[Judged], reasons: Reasons) -> dict[str, Any]:
