@@ -194,6 +194,41 @@ def test_a_change_that_compiles_to_the_same_is_no_mutant(house: Path) -> None:
     assert mutants.counted.equal > 0
 
 
+def test_to_leave_out_what_changes_nothing_is_no_mistake(house: Path) -> None:
+    """Variables of a function begin with their initial values in every call.
+
+    Source: IEC 61131-3, 2.5.1: a function has no memory.
+    """
+    file = house / "plc" / "lib" / "area" / "FC_Sample.st"
+    body = """  Kept := 0;
+  FC_Sample := WORD#16#0000;
+  IF High = Low THEN
+    Fresh := 0;
+    FC_Sample := Low;
+  ELSIF High <> WORD#16#0007 THEN
+    FC_Sample := WORD#16#0000;
+    Given := 0;
+  END_IF;
+  Kept := Fresh + 1;
+  WHILE Kept < Given DO
+    Kept := 0;
+    Given := 0;
+  END_WHILE;
+  FC_Sample := WORD#16#0000;
+"""
+    declared = "  VAR\n    Kept, Fresh : INT;\n    Given : INT := 3;\n  END_VAR\n"
+    head, _, rest = _FUNCTION.partition("  FC_Sample := Low;")
+    end = rest[rest.index("END_FUNCTION") :]
+    file.write_text(head + declared + body + end, encoding="utf-8")
+    library = sorted((house / "plc" / "lib").rglob("*.st"))
+    found = [one for one in Mutants(house, library).of(file) if one.operator == "dropped reset"]
+    lines = file.read_text(encoding="utf-8").splitlines()
+    first = lines.index("  Kept := 0;") + 1
+    every = [k for k, line in enumerate(body.splitlines()) if line.endswith((":= 0;", "0000;"))]
+    assert every == [0, 1, 3, 6, 7, 11, 12, 14]
+    assert [one.line - first for one in found] == [6, 7, 11, 12, 14]
+
+
 def test_a_sample_has_of_each_operator_one_first_and_is_the_same_for_the_same_seed(
     house: Path,
 ) -> None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.types import ArrayType, BlockType, StructType
 from rcx_harness.verify.mutants.constants import constants
+from rcx_harness.verify.mutants.idle import changes_nothing
 from rcx_harness.verify.mutants.text import Edit, Span
 from rcx_harness.verify.mutants.walk import Body, Place, places
 
@@ -152,6 +153,8 @@ def _dropped(place: Place, body: Body) -> Iterator[Change]:
     node = place.node
     if isinstance(node, s.Assign):
         reset = body.source.of(node.value) in _NOTHING
+        if reset and changes_nothing(node, body):
+            return
         operator = "dropped reset" if reset else "dropped assignment"
     elif isinstance(node, s.CallStatement):
         operator = "dropped call"
