@@ -73,7 +73,7 @@ class _Beside:
         self.program = _compiled(block)
         self.rule, self.rival = LEVELS[block](), CommandRule()
         self.head, self.view = HeadRules(), LevelView()
-        self.rival_code, self.rival_data = 0x0501, 0
+        self.rival_code, self.rival_data = 0x0501, [0] * 15
         self.code, self.data = 0, [0] * 15
         self.status = 0
         self.were_ok = (False, False)
@@ -115,9 +115,10 @@ class _Beside:
             rival.execute = not rival.execute
             if rival.execute and not rival.busy:
                 self.rival_code = self.chance.choice((0x0501, 0x1506, 0x2021))
-                self.rival_data, rival.timeout = self.chance.randrange(2), self._limit("Rival")
+                self.rival_data = [self.chance.randrange(65536) for _ in range(15)]
+                rival.timeout = self._limit("Rival")
                 self.put("Rival.Code", self.rival_code)
-                self.put("Rival.Data[1]", self.rival_data)
+                self.put("Rival.Data", self.rival_data)
             self.put("Rival.Execute", rival.execute)
         for part, called in self.calls.items():
             self.calls[part] = self.often(1 - 0.01 * self.calm if called else 0.4)
@@ -192,7 +193,7 @@ class _Beside:
         if self.calls["Rival"]:
             self.rival.scan(view)
             if view.asking is self.rival:
-                self.code, self.data = self.rival_code, [self.rival_data, *[0] * 14]
+                self.code, self.data = self.rival_code, self.rival_data
         asked = view.asking
         if self.calls["Block"]:
             self.rule.scan(view)
