@@ -1,0 +1,44 @@
+"""Two FB_Jog for one robot: the one that is idle does not disturb the other's stop."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from plc_bench import PlcBench
+
+_PROGRAM = """PROGRAM Jogs
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    First, Second : FB_Jog;
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea);
+  First(Robot := Robot);
+  Second(Robot := Robot);
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("jog", ["First", "Second"])
+def test_a_jog_stops_at_once_whoever_is_called_before_or_after_it(jog: str) -> None:
+    """Source: remote command guide 4.2.6: SI(06) stops a jog."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Jogs.st"
+        file.write_text(_PROGRAM, encoding="utf-8")
+        plc = PlcBench(program=file)
+    plc.power_up()
+    plc[f"{jog}.Enable"] = True
+    plc.scan(3)
+    plc.answer(0x0100)
+    plc.scan(5)
+    assert plc.words[0] == 0x0020
+    assert plc.inputs == ["SI00", "SI06"]
+    plc[f"{jog}.Enable"] = False
+    plc.scan()
+    assert plc.inputs == ["SI00"]
