@@ -125,7 +125,8 @@ class CommandRule:
         channel = view.channel
         if self.active and not lost:
             answered = view.status in (0x0200, 0x4000) or (view.status == 0 and view.running)
-            if view.out and not (self._armed and answered):
+            there = view.connected and view.cpu_ok  # else the code is withdrawn in this scan
+            if view.out and there and not (self._armed and answered):
                 channel.orphan = True
             else:
                 channel.pass_on()

@@ -59,6 +59,7 @@ class LevelRule:
     job: CommandRule = field(default_factory=CommandRule)
     _asked: bool = False
     _out: bool = False
+    _limit: int = 0
     _waits: Since = field(default_factory=Since)
 
     def scan(self, view: LevelView) -> None:
@@ -66,8 +67,8 @@ class LevelRule:
         raise NotImplementedError
 
     def _late(self, view: LevelView, waits: bool) -> bool:
-        """Whether it has waited for as long as Timeout says."""
-        return self._waits.look(view.now, self.timeout > 0 and waits, self.timeout)
+        """Whether it has waited for as long as Timeout said at the start."""
+        return self._waits.look(view.now, self._limit > 0 and waits, self._limit)
 
     def _clear(self) -> None:
         if not self.enable:
@@ -121,6 +122,7 @@ class JogRule(LevelRule):
 
     def _sample(self) -> None:
         self.code = 0x0020 + self.frame | self.robot << 12
+        self._limit = self.timeout
         self.data = [0] * 15
         self.data[0] = (0, 0x4000, 0x8000)[self.output]
         self._illegal = 0
@@ -171,6 +173,7 @@ class ContinuousRule(LevelRule):
         self._clear()
         if self.enable and not self.number and not job.busy:
             self.code = (0x0506 if self.unit_mm else 0x0505) | (self.robot << 12) % (1 << 16)
+            self._limit = self.timeout
             self.number = 0 if 0 <= self.robot <= 4 else 0x8040
         self._out = job.busy and (self._out or (self._asked and view.out))
         waits = job.busy and not self.valid and (job.active or view.channel.orphan)
