@@ -25,7 +25,7 @@ from sequence_work import View
 _SCAN_MS, _MARGIN_MS = 20, 20
 _SPACING_MS = 100 + _MARGIN_MS
 
-#: The other block, called after the block under test.
+#: The other block, called after the block under test; in odd runs one that waits for its turn.
 _RIVALS = {
     "FB_EmergencyStop": "FB_ServoOnFromEmergencyStop",
     "FB_ServoOnFromEmergencyStop": "FB_EmergencyStop",
@@ -92,11 +92,14 @@ _SPELL = 100
 _CALM, _SURE, _RIVAL = (1.0, 0.3, 0.03), (1.0, 1.0, 0.1), (1.0, 1.0, 0.0)
 
 
+def _rival(block: str, seed: int) -> str:
+    return "FB_ProgramReset" if seed % 2 else _RIVALS.get(block, "FB_ProgramReset")
+
+
 @cache
-def _compiled(block: str) -> Program:
+def _compiled(block: str, rival: str) -> Program:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "Second.st"
-        rival = _RIVALS.get(block, "FB_ProgramReset")
         file.write_text(_PROGRAM.format(block=block, rival=rival), encoding="utf-8")
         return build([file, *needed([file], LIBRARY)], "builtin").program
 
@@ -106,13 +109,13 @@ class _Beside:
 
     def __init__(self, block: str, seed: int) -> None:
         self.chance = Random(f"{block} {seed}")
-        self.program = _compiled(block)
+        self.program = _compiled(block, _rival(block, seed))
         self.view, self.inputs = View(), InputRules()
         self.pins = {"EmergencyStopOk": True, "StopOk": True, "Connected": True}
         self.calls = {"Block": True, "Rival": True}
         self.rules = {
             "Block": RULES[block](),
-            "Rival": RULES[_RIVALS.get(block, "FB_ProgramReset")](),
+            "Rival": RULES[_rival(block, seed)](),
         }
         self.so = {"SO01", "SO04", "SO10"}
         self._spell(0)
