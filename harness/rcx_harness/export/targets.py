@@ -7,6 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rcx_harness.errors import InputError
+from rcx_harness.export.keyence import to_keyence
+from rcx_harness.export.l5x import to_l5x
+from rcx_harness.export.mitsubishi import to_mitsubishi
+from rcx_harness.export.omron import to_omron
 from rcx_harness.export.output import Output
 from rcx_harness.export.parts import Sources, sources_of
 from rcx_harness.export.plcopen import to_plcopen
@@ -43,6 +47,22 @@ TARGETS = {
         "TwinCAT 3: .TcPOU, .TcDUT and a .plcproj to copy from", "rcx3_twincat/", to_twincat
     ),
     "scl": Target("Siemens SCL: an external source file for TIA Portal", "rcx3.scl", to_scl),
+    "l5x": Target(
+        "Rockwell L5X: data types and Add-On Instructions for Studio 5000", "rcx3.L5X", to_l5x
+    ),
+    "omron": Target(
+        "Omron Sysmac Studio: variable tables to paste, bodies in ST", "rcx3_omron/", to_omron
+    ),
+    "mitsubishi": Target(
+        "Mitsubishi GX Works3: label tables as CSV, bodies in ST",
+        "rcx3_mitsubishi/",
+        to_mitsubishi,
+    ),
+    "keyence": Target(
+        "Keyence KV STUDIO: variable tables to paste, bodies in ST (least known)",
+        "rcx3_keyence/",
+        to_keyence,
+    ),
 }
 
 

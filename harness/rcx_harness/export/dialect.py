@@ -1,0 +1,207 @@
+"""What a PLC tool calls types, names and values that IEC 61131-3 text calls otherwise."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.export.expressions import expression_text, init_text
+from rcx_harness.export.parts import Part, Sources
+
+__all__ = ["Dialect", "Function", "Names"]
+
+#: Comes after a name that the tool refuses.
+_SUFFIX = "_X"
+_MOMENTS = ("T", "TIME", "D", "DATE", "TOD", "TIME_OF_DAY", "DT", "DATE_AND_TIME")
+_BITS = ("BYTE", "WORD", "DWORD", "LWORD")
+_ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRING": "''"}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """A tool's words.
+
+    Attributes:
+        tool: Its name.
+        types: What its tables call an elementary type; one that is missing it does not have.
+        array: How its tables write an array of `{element}` from `{bounds}`.
+        words: Types that its statements call otherwise, in typed literals and conversions.
+        enumerations: Whether it has them; otherwise members are numbers of type INT.
+        bytes: Whether it has BYTE; otherwise a BYTE is a WORD whose upper half is 0.
+        refused: Names of variables that it refuses.
+        arguments: Conversion of each argument of a standard function; "" for none.
+        results: Conversion of a standard function's result.
+        pins: Pins of standard blocks that it calls otherwise, by block and pin.
+    """
+
+    tool: str
+    types: Mapping[str, str]
+    array: str
+    refused: re.Pattern[str]
+    words: Mapping[str, str] = field(default_factory=dict)
+    enumerations: bool = False
+    bytes: bool = False
+    arguments: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    results: Mapping[str, str] = field(default_factory=dict)
+    pins: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+    def name(self, text: str) -> str:
+        """A variable's, pin's or field's name here."""
+        return f"{text}{_SUFFIX}" if self.refused.fullmatch(text.upper()) else text
+
+    def word(self, kind: str) -> str:
+        """An elementary type's name in statements."""
+        found = "WORD" if kind == "BYTE" and not self.bytes else kind
+        return self.words.get(found, found)
+
+    def typed(self, text: str) -> str:
+        """A typed literal such as `UINT#1`."""
+        kind, _, value = text.partition("#")
+        return text if kind.upper() in _MOMENTS else f"{self.word(kind.upper())}#{value}"
+
+    @property
+    def mask(self) -> str:
+        """The lower half of a WORD."""
+        return f"{self.word('WORD')}#16#00FF"
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the sources.
+
+    Attributes:
+        defaults: What stands for each parameter that is left out, in order, by upper-case name.
+        result: Its type.
+    """
+
+    defaults: Mapping[str, str]
+    result: s.NamedSpec | None
+
+
+class Names:
+    """What the names of the sources mean, and what they are in a dialect."""
+
+    def __init__(self, sources: Sources, dialect: Dialect) -> None:
+        self.dialect = dialect
+        self.types = {
+            part.name.upper(): part.node
+            for part in sources.parts
+            if isinstance(part.node, s.TypeDecl)
+        }
+        self.members = {
+            member.key: (node.name.text, value, member.text)
+            for node in self.types.values()
+            if isinstance(node.spec, s.EnumSpec)
+            for value, member in enumerate(node.spec.members)
+        }
+        self.functions = {
+            part.name.upper(): Function(self._defaults(part.node), part.node.result)
+            for part in sources.of("FUNCTION")
+            if isinstance(part.node, s.Pou)
+        }
+
+    def spec(self, spec: s.TypeSpec) -> str:
+        """A type as the tool's tables have it."""
+        if isinstance(spec, s.ArraySpec):
+            bounds = ", ".join(
+                f"{expression_text(one.low)}..{expression_text(one.high)}"
+                for one in spec.dimensions
+            )
+            return self.dialect.array.format(element=self.spec(spec.element), bounds=bounds)
+        if isinstance(spec, s.NamedSpec):
+            declared = self.types.get(spec.name.key)
+            if declared is None:
+                return self.dialect.types.get(spec.name.key, spec.name.text)
+            if isinstance(declared.spec, s.StructSpec):
+                return declared.name.text
+            if not isinstance(declared.spec, s.EnumSpec) or not self.dialect.enumerations:
+                return self.spec(declared.spec)
+            return declared.name.text
+        return self.dialect.types["INT"]
+
+    def value(self, init: s.Init) -> str:
+        """An initial value as the tool's tables have it."""
+        if isinstance(init, s.Name) and init.key in self.members:
+            number = str(self.members[init.key][1])
+            return self.member(init.text) if self.dialect.enumerations else number
+        text = init_text(init)
+        kind, mark, value = text.partition("#")
+        return value if mark and kind.isalpha() and kind.upper() not in _MOMENTS else text
+
+    def member(self, text: str) -> str:
+        """A member of an enumeration."""
+        kind, value, name = self.members[text.upper()]
+        return f"{kind}#{name}" if self.dialect.enumerations else f"{value} (* {name} *)"
+
+    def zero(self, spec: s.TypeSpec) -> str:
+        """What a variable of an elementary or enumerated type begins with."""
+        kind = self.base(spec)
+        if isinstance(kind, s.EnumSpec):
+            return self.member(kind.members[0].text)
+        name = kind.name.key if isinstance(kind, s.NamedSpec) else ""
+        return f"{self.dialect.word(name)}#16#0" if name in _BITS else _ZEROS.get(name, "0")
+
+    def start(self, one: s.VarDecl) -> str:
+        """What a variable begins with, as statements have it."""
+        return self.zero(one.spec) if one.initial is None else self._literal(one.initial)
+
+    def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
+        """What a named type stands for."""
+        while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
+            spec = self.types[spec.name.key].spec
+        return spec
+
+    def is_byte(self, spec: s.TypeSpec | None) -> bool:
+        """Whether that is a BYTE which the tool does not have."""
+        kind = self.base(spec)
+        named = isinstance(kind, s.NamedSpec) and kind.name.key == "BYTE"
+        return named and not self.dialect.bytes
+
+    def trouble(self, part: Part, known: Collection[str]) -> str:
+        """Why the tool cannot have the variables of a part; empty if it can.
+
+        Args:
+            part: A type, function, block or program.
+            known: Types and blocks that are not elementary, in upper case.
+        """
+        for one in _variables(part):
+            kind = self.base(one.spec)
+            array = isinstance(kind, s.ArraySpec)
+            while isinstance(kind, s.ArraySpec):
+                kind = self.base(kind.element)
+            if array and self.is_byte(kind):
+                return "has an array of BYTE; take the block for words"
+            if isinstance(kind, s.NamedSpec):
+                name = kind.name.key
+                if name not in self.dialect.types and name not in known:
+                    return f"{self.dialect.tool} has no {name}"
+        return ""
+
+    def _defaults(self, node: s.Pou) -> dict[str, str]:
+        return {
+            name.key: self.start(one)
+            for section in node.sections
+            if section.kind == "VAR_INPUT"
+            for one in section.variables
+            for name in one.names
+        }
+
+    def _literal(self, init: s.Init) -> str:
+        if isinstance(init, s.Name) and init.key in self.members:
+            return self.member(init.text)
+        if isinstance(init, s.Literal) and init.kind == "TYPED":
+            return self.dialect.typed(init.text)
+        return init_text(init)
+
+
+def _variables(part: Part) -> list[s.VarDecl]:
+    node = part.node
+    if isinstance(node, s.Pou):
+        return [one for section in node.sections for one in section.variables]
+    if isinstance(node, s.TypeDecl) and isinstance(node.spec, s.StructSpec):
+        return list(node.spec.fields)
+    if isinstance(node, s.TypeDecl):
+        return [s.VarDecl((node.name,), node.spec, None, None, node.at)]
+    return []

@@ -1,0 +1,132 @@
+"""`rcx export keyence`: undone, it is the library; every variable is in its table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from exported_dialect import declared, differing, library, untyped
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.export import TARGETS
+from rcx_harness.export.expressions import init_text
+from rcx_harness.export.output import Output
+from rcx_harness.export.parts import Sources
+
+#: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/export.md.
+_TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}
+#: What the types of IEC 61131-3 are in its tables.
+_CALLED = {
+    **{one: one for one in ("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "TIME", "RCX_REF")},
+    "WORD": "UINT",
+    "BYTE": "UINT",
+    "DWORD": "UDINT",
+    "STRING": "STRING[80]",
+    "RCX_WORDS": "ARRAY[1..15] OF UINT",
+    "RCX_LOG": "ARRAY[0..31] OF RCX_LOG_ENTRY",
+    "RCX_PHASE": "INT",
+}
+_WORDS = {"WORD": "UINT", "DWORD": "UDINT", "BYTE": "UINT"}
+_RENAMED = {"m": "m_X"}
+_KINDS = {"VAR_INPUT": "IN", "VAR_OUTPUT": "OUT", "VAR_IN_OUT": "IN-OUT"}
+
+
+@pytest.fixture(scope="module")
+def sources() -> Sources:
+    """The library."""
+    return library()
+
+
+@pytest.fixture(scope="module")
+def output(sources: Sources) -> Output:
+    """The export."""
+    return TARGETS["keyence"].write(sources)
+
+
+@pytest.fixture(scope="module")
+def files(output: Output) -> Mapping[str, str]:
+    """The folder."""
+    return output.files
+
+
+def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
+    """Direction, type, default and comment by name, of all tables of a declaration."""
+    found = {}
+    for line in files.get(f"{path}.arguments.txt", "").splitlines():
+        name, *row = line.split("\t")
+        found[name] = row
+    for line in files.get(f"{path}.locals.txt", "").splitlines():
+        name, *row = line.split("\t")
+        found[name] = ["VAR", *row]
+    for line in files.get(f"{path}.structure.txt", "").splitlines():
+        name, kind, note = line.split("\t")
+        found[name] = ["FIELD", kind, "", note]
+    return found
+
+
+def test_undone_the_statements_are_those_of_the_library(
+    sources: Sources, files: Mapping[str, str]
+) -> None:
+    assert differing(sources, files, _WORDS, _RENAMED, pins={}) == []
+
+
+def test_a_wrong_statement_would_be_seen(sources: Sources, files: Mapping[str, str]) -> None:
+    text = files["area/FC_Word.st"]
+    changed = {"area/FC_Word.st": text.replace("SHL(HighByte", "SHL(LowByte")}
+    assert differing(sources, changed, _WORDS, _RENAMED, pins={}) == ["area/FC_Word"]
+
+
+def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
+    sources: Sources, files: Mapping[str, str]
+) -> None:
+    seen = 0
+    for part in sources.of("TYPE", "FUNCTION", "FUNCTION_BLOCK"):
+        rows = _rows(files, f"{part.folder}/{part.name}")
+        for name, section, one, note in declared(part) if rows else ():
+            place, kind, initial, said = rows.pop(_RENAMED.get(name, name))
+            wanted = "FIELD" if section == "FIELD" else _KINDS.get(section, "VAR")
+            assert (place, said) == (wanted, note), (part.name, name)
+            if not isinstance(one.initial, s.Name):  # a member of an enumeration
+                default = "" if one.initial is None else untyped(init_text(one.initial))
+                assert initial == default, (part.name, name)
+            assert isinstance(one.spec, s.NamedSpec)
+            assert kind == _CALLED.get(one.spec.name.text, kind), (part.name, name)
+            seen += 1
+        assert rows == {}, part.name
+    assert seen > 2000
+
+
+def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, str]) -> None:
+    """Source: docs/export.md, `keyence`; the structures and blocks are files of the folder."""
+    made = {Path(path).stem.split(".")[0] for path in files} | {"TON", "R_TRIG"}
+    for path in {path.rpartition("/")[0] + "/" + Path(path).stem.split(".")[0] for path in files}:
+        for name, row in _rows(files, path).items() if path != "types/enumerations" else ():
+            kind = re.sub(r"^ARRAY\[\d+\.\.\d+\] OF ", "", row[1])
+            assert kind in _TYPES | made, (path, name)
+
+
+def test_words_and_bytes_are_uint_and_names_of_devices_are_changed(
+    files: Mapping[str, str],
+) -> None:
+    """Source: docs/export.md, `keyence`."""
+    assert "SHL(UINT#16#01, Digit) AND UINT#16#00FF" in files["area/FC_BitMask.st"]
+    assert "Rest := (NOT Mask AND UINT#16#00FF);" in files["area/FC_ByteWithBit.st"]
+    assert "(SHR(Value, 8) AND UINT#16#00FF);" in files["area/FC_ByteOfWord.st"]
+    assert "Start := m_X / 2;" in files["area/FB_ReadAreaWords.st"]
+    assert (
+        "m_X\tIN\tINT\t0\tfirst byte of the area in Image, even\n"
+        in (files["area/FB_ReadAreaWords.arguments.txt"])
+    )
+
+
+def test_blocks_with_an_array_of_bytes_are_not_carried_and_named(output: Output) -> None:
+    left_out = output.left_out
+    assert "FUNCTION_BLOCK FB_WriteArea: has an array of BYTE; take the block for words" in left_out
+    assert {line.partition(":")[0].split()[1] for line in left_out} == {
+        "RCX_IMAGE",
+        *(f"FB_Read{one}" for one in ("Area", "Bit", "DoubleWord", "Port", "Word")),
+        *(f"FB_Write{one}" for one in ("Area", "Bit", "DoubleWord", "Port", "Word")),
+        "FB_RealTimeValue",
+    }

@@ -1,0 +1,307 @@
+"""`rcx export l5x`: Add-On Instructions that do what the blocks do, in a file for Studio 5000."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from example_runs import EXAMPLES
+from exported import recorded, trace_of
+from plc_bench import ROOT
+from rcx_harness.docs_examples import Example
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.frontend import check
+from rcx_harness.engine.load import build
+from rcx_harness.engine.types import BlockType
+from rcx_harness.errors import InputError
+from rcx_harness.export import export
+from rcx_harness.export.l5x_reader import read_l5x
+from rcx_harness.export.l5x_structure import faults
+from rcx_harness.export.output import Output, write
+from rcx_harness.export.parts import sources_of
+
+_ALL = os.environ.get("RCX_EXPORT") == "all"
+
+#: What is read back: 01, and 06 with texts, arrays of structures and a table of the user's.
+_CARRIED = [one for one in EXAMPLES if one.name[:2] != "09"]
+_READ_BACK = [one for one in _CARRIED if _ALL or one.name[:2] in ("01", "06")]
+
+
+@pytest.fixture(scope="module")
+def library() -> Output:
+    """The whole library, without a program."""
+    return export("l5x")
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first example and what it needs."""
+    output = export("l5x", program=[EXAMPLES[0].folder], only_needed=True)
+    (file,) = write(output, tmp_path_factory.mktemp("l5x") / "cell.L5X")
+    return file
+
+
+def _routine(root: ET.Element, aoi: str, name: str = "Logic") -> list[str]:
+    path = f".//AddOnInstructionDefinition[@Name='{aoi}']/Routines/Routine[@Name='{name}']"
+    found = root.find(path)
+    assert found is not None
+    return [(line.text or "").strip("\n") for line in found.iter("Line")]
+
+
+def test_all_of_the_library_is_carried(library: Output) -> None:
+    """Nothing is left out, and each thing that is used is declared before it."""
+    root = ET.fromstring(library.files[""])
+    sources = sources_of()
+    declared = [one.attrib["Name"] for one in root.iter("AddOnInstructionDefinition")]
+    blocks = [part.name for part in sources.of("FUNCTION", "FUNCTION_BLOCK")]
+    assert library.left_out == ()
+    assert declared == ["RCX_TON", "RCX_R_TRIG", *blocks, "RCX_Library"]
+    for place, aoi in enumerate(root.iter("AddOnInstructionDefinition")):
+        used = aoi.findall("Dependencies/Dependency[@Type='AddOnInstructionDefinition']")
+        assert {one.attrib["Name"] for one in used} <= set(declared[:place])
+
+
+def test_one_import_brings_the_whole_library(library: Output) -> None:
+    """Source: 1756-PM010, importing: the instructions that one refers to come with it."""
+    root = ET.fromstring(library.files[""])
+    assert root.attrib["TargetType"] == "AddOnInstructionDefinition"
+    (target,) = root.iterfind(".//*[@Use='Target']")
+    assert target.attrib["Name"] == root.attrib["TargetName"] == "RCX_Library"
+    inside = [one.attrib["DataType"] for one in target.iter("LocalTag")]
+    assert len(inside) == len(root.findall(".//AddOnInstructionDefinition")) - 1
+
+
+def test_the_file_is_built_as_the_manual_says(library: Output, cell: Path) -> None:
+    """Source: 1756-RM084, structure of data types, Add-On Instructions and programs."""
+    assert faults(ET.fromstring(library.files[""])) == []
+    assert faults(ET.fromstring(cell.read_text())) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('Use="Context" Name="RCX3"', 'Name="RCX3"', "Controller RCX3: Use is missing"),
+        ('Usage="InOut"', 'Way="InOut"', "Parameter Robot: Usage is missing"),
+        ('Name="EnableIn" TagType="Base"', 'TagType="Base" Name="EnableIn"', "another order"),
+        ("<Members>", "<Fields>", "there is no such element here"),
+        ("<LocalTags>", "<Routines></Routines>\n<LocalTags>", "must come before Routines"),
+        ('Name="FB_Job"', 'Name="FB__Job"', "FB__Job is no name"),
+        ('Name="FB_Job"', f'Name="{"J" * 41}"', "is no name"),
+        ('Value="0"', 'Value="16#0"', "16#0 is no number"),
+        ("<RSLogix5000Content", "<Content", "is no well-formed XML"),
+    ],
+)
+def test_what_is_built_otherwise_is_refused(
+    cell: Path, tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    text = cell.read_text()
+    assert old in text
+    text = text.replace(old, new)
+    if new == "<Fields>":
+        text = text.replace("</Members>", "</Fields>")
+    wrong = tmp_path / "wrong.L5X"
+    wrong.write_text(text)
+    with pytest.raises(InputError) as refused:
+        read_l5x(wrong)
+    assert said in str(refused.value)
+    assert "wrong.L5X" in str(refused.value)
+
+
+@pytest.mark.parametrize("example", _READ_BACK, ids=lambda example: example.folder.name)
+def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Path) -> None:
+    """Each byte on the wire is that of the original, in the same scan."""
+    output = export("l5x", program=[example.folder], only_needed=True)
+    assert [line.partition(" ")[0] for line in output.left_out] == ["CONFIGURATION"]
+    (file,) = write(output, tmp_path / "cell.L5X")
+    (program,) = write(read_l5x(file), tmp_path / "cell.st")
+    files = [program, example.folder / "Config.st"]
+    assert trace_of(example, files, tmp_path) == recorded(example)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Pace.PT := Interval;", "Pace.PT := 0;"),
+        ("COP(Data[0], Robot.Data[0], 16);", "COP(Robot.Data[0], Data[0], 16);"),
+        ("(Temp_D2 * 256)", "(Temp_D2 * 128)"),
+    ],
+)
+def test_a_wrong_translation_would_be_seen(cell: Path, tmp_path: Path, old: str, new: str) -> None:
+    text = cell.read_text()
+    assert old in text
+    wrong = tmp_path / "wrong.L5X"
+    wrong.write_text(text.replace(old, new))
+    (program,) = write(read_l5x(wrong), tmp_path / "cell.st")
+    files = [program, EXAMPLES[0].folder / "Config.st"]
+    assert trace_of(EXAMPLES[0], files, tmp_path) != recorded(EXAMPLES[0])
+
+
+@pytest.mark.skipif(not _ALL, reason="RCX_EXPORT=all reads the whole library back")
+def test_the_whole_library_read_back_is_sound(library: Output, tmp_path: Path) -> None:
+    """Every tag is declared, and every value is of the type that its place wants."""
+    (file,) = write(library, tmp_path / "library.L5X")
+    (back,) = write(read_l5x(file), tmp_path / "library.st")
+    assert [str(error) for error in check([back])] == []
+
+
+def test_what_begins_anew_when_the_controller_starts(cell: Path) -> None:
+    """Tags keep their values when power is off; the Prescan routine clears all but inputs.
+
+    Source: 1756-PM010, Prescan routine.
+    """
+    root = ET.fromstring(cell.read_text())
+    for aoi in root.iter("AddOnInstructionDefinition"):
+        name = aoi.attrib["Name"]
+        if name.startswith("FC_"):
+            assert aoi.attrib["ExecutePrescan"] == "false", "a function keeps nothing"
+            continue
+        assert aoi.attrib["ExecutePrescan"] == "true"
+        cleared = "\n".join(_routine(root, name, "Prescan"))
+        for tag in (*aoi.iter("Parameter"), *aoi.iter("LocalTag")):
+            kept = tag.attrib.get("Usage") in ("Input", "InOut")
+            system = tag.attrib["Name"] == "EnableOut"
+            inside = tag.attrib["DataType"].startswith(("FB_", "FC_", "RCX_TON", "RCX_R_TRIG"))
+            temporary = tag.attrib["Name"].startswith("Temp_")
+            if not (kept or system or inside or temporary):
+                assert tag.attrib["Name"] in cleared, f"{name}.{tag.attrib['Name']}"
+
+
+def test_in_a_program_only_what_it_writes_begins_anew(cell: Path) -> None:
+    """What comes from elsewhere, as the areas and the push buttons, stays."""
+    root = ET.fromstring(cell.read_text())
+    routine = root.find(".//Program[@Name='PowerUp']/Routines/Routine[@Name='Main']")
+    assert routine is not None
+    lines = [(line.text or "").strip() for line in routine.iter("Line")]
+    first = lines[: lines.index("END_IF;")]
+    assert first[0] == "IF S:FS THEN"
+    assert "Stage := 0(*STAGE_IDLE*);" in first
+    assert "FLL(0, Robot, 1);" in first
+    assert "FLL(0, OutputArea[0], 512);" in first
+    assert not [line for line in first if "InputArea" in line or "Connected" in line]
+
+
+def test_pins_have_the_types_and_defaults_of_the_sources(cell: Path) -> None:
+    root = ET.fromstring(cell.read_text())
+    pins = {
+        one.attrib["Name"]: one
+        for one in root.iterfind(".//AddOnInstructionDefinition[@Name='FB_MovePtp']//Parameter")
+    }
+
+    def pin(name: str, *attributes: str) -> tuple[str | None, ...]:
+        return tuple(pins[name].get(one) for one in ("DataType", "Usage", *attributes))
+
+    assert list(pins)[:4] == ["EnableIn", "EnableOut", "Robot", "Execute"]
+    assert pin("Robot", "Required") == ("RCX_REF", "InOut", "true")
+    assert pin("Execute", "Required", "Visible") == ("BOOL", "Input", "false", "true")
+    assert pin("Pulses", "Dimensions") == ("DINT", "InOut", "7"), "elements 1 to 6, as in ST"
+    assert pin("ErrorID") == ("DINT", "Output")
+    timeout = pins["Timeout"].find("DefaultData/DataValue")
+    assert timeout is not None
+    assert timeout.attrib["Value"] == "60000", "T#60s in milliseconds"
+    said = pins["SpeedMode"].findtext("Description") or ""
+    assert "0 SPEED_PROGRAM, 1 SPEED_DIRECT, 2 SPEED_PERCENT" in said
+
+
+def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
+    """Source: 1756-RM084, data types: a BOOL member is a BIT of a hidden SINT."""
+    root = ET.fromstring(cell.read_text())
+    members = root.findall(".//DataType[@Name='RCX_SI']/Members/Member")
+    hidden = [one.attrib["Name"] for one in members if one.attrib["Hidden"] == "true"]
+    bits = [one for one in members if one.attrib["DataType"] == "BIT"]
+    assert len(hidden) == 2, "nine bits"
+    places = [(one.attrib["Target"], int(one.attrib["BitNumber"])) for one in bits]
+    assert places == [*((hidden[0], bit) for bit in range(8)), (hidden[1], 0)]
+
+
+def test_it_is_the_same_every_time(cell: Path) -> None:
+    again = export("l5x", program=[EXAMPLES[0].folder], only_needed=True)
+    assert again.files[""] == cell.read_text()
+
+
+def test_started_again_in_the_middle_of_its_work_all_begins_anew(
+    cell: Path, tmp_path: Path
+) -> None:
+    """What the Prescan routines and `IF S:FS` leave is what a new controller has.
+
+    Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
+    """
+    (source,) = write(read_l5x(cell), tmp_path / "cell.st")
+    files = [source, EXAMPLES[0].folder / "Config.st"]
+    worked, new = (build(files, "builtin").program for _ in range(2))
+    worked.write("Main.Start", True)
+    for scan in range(100):
+        _drive(worked)
+        worked.scan(scan * 10_000)
+    assert worked.read("Main.ServoOn.Busy")
+    assert worked.read("Main.Robot.SI.SI01_ServoOn")
+    worked.write("Main.Start", False)
+    for path, _ in worked.walk():
+        if path.endswith(("Rcx_Prescanned", "Rcx_FirstScan")):
+            worked.write(path, path.endswith("Rcx_FirstScan"))
+    _drive(worked)
+    worked.scan(1_000_000)
+    _drive(new)
+    new.scan(0)
+    other = [
+        path
+        for path, kind in new.walk()
+        if not re.search(r"\.Timer|\.Temp_|\.FC_\w+_1", path)
+        and not isinstance(kind, BlockType)
+        and worked.read(path) != new.read(path)
+    ]
+    assert other == []
+
+
+def _drive(program: Program) -> None:
+    """CPU_OK and MP RDY are ON, the servos do not come on."""
+    program.write("Main.Connected", True)
+    program.write_bytes("Main.InputArea", bytes([0x12]), 32)
+
+
+_TAGS = {
+    "Robot": "RCX_REF",
+    "RobotIn": "SINT 512",
+    "RobotOut": "SINT 512",
+    "RobotEntry": "INT",
+    "ReadArea": "FB_ReadArea",
+    "WriteArea": "FB_WriteArea",
+    "ServoOn": "FB_ServoOn",
+    "MovePtp": "FB_MovePtp",
+    "MovePulses": "DINT 7",
+    "MoveMm": "REAL 7",
+    "StartButton": "BOOL",
+    "CellSafe": "BOOL",
+}
+
+
+def test_the_calls_in_the_docs_are_right(cell: Path, tmp_path: Path) -> None:
+    """docs/export.md: arguments in their order, pins by their names; GSV and CPS aside."""
+    page = (ROOT / "docs/export.md").read_text(encoding="utf-8")
+    shown = page.partition("```\nIF S:FS")[2].partition("```")[0]
+    lines = [line.partition("//")[0].rstrip() for line in f"IF S:FS{shown}".splitlines()]
+    kept = [line for line in lines if not line.startswith(("GSV(", "CPS("))]
+    assert len(lines) - len(kept) == 3
+    tree = ET.fromstring(cell.read_text())
+    program = tree.find(".//Program")
+    assert program is not None
+    tags, routine = program.find("Tags"), program.find(".//STContent")
+    assert tags is not None
+    assert routine is not None
+    instances = {tag.get("DataType"): tag for tag in tags if tag.find("Data/Structure") is not None}
+    tags[:], routine[:] = [], []
+    for name, kind in _TAGS.items():
+        data, _, size = kind.partition(" ")
+        names = {"Name": name, "TagType": "Base", "DataType": data}
+        names |= {"Dimensions": size} if size else {}
+        tag = ET.SubElement(tags, "Tag", names | {"Constant": "false"})
+        tag.extend(instances.get(data, []))
+    for number, line in enumerate(kept):
+        ET.SubElement(routine, "Line", Number=str(number)).text = line
+    file = tmp_path / "docs.L5X"
+    file.write_text(ET.tostring(tree, encoding="unicode"))
+    (back,) = write(read_l5x(file), tmp_path / "docs.st")
+    assert [str(error) for error in check([back])] == []

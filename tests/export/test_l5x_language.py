@@ -1,0 +1,389 @@
+"""`rcx export l5x`: Structured Text in the words of Logix, and what has none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from rcx_harness.cell_build import source_files
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.load import build
+from rcx_harness.errors import InputError
+from rcx_harness.export import export
+from rcx_harness.export.l5x_reader import read_l5x
+from rcx_harness.export.output import Output, write
+
+
+def _exported(folder: Path, text: str) -> Output:
+    source = folder / "Mine.st"
+    source.write_text(text)
+    return export("l5x", program=[source], only_needed=True)
+
+
+def _lines(folder: Path, variables: str, statements: str, declared: str = "") -> list[str]:
+    """The statements of a block as they are exported."""
+    block = (
+        f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
+    )
+    output = _exported(folder, f"{declared}\n{block}\n")
+    assert output.left_out == ()
+    root = ET.fromstring(output.files[""])
+    (routine,) = root.iterfind(
+        ".//AddOnInstructionDefinition[@Name='FB_Mine']/Routines/Routine[@Name='Logic']"
+    )
+    return [(line.text or "").strip("\n") for line in routine.iter("Line")]
+
+
+_FEW = """\
+TYPE
+  FEW : (FEW_NONE, FEW_SOME);
+END_TYPE
+TYPE
+  ROW : ARRAY [1..3] OF DINT;
+END_TYPE
+TYPE
+  PAIR : STRUCT
+    a, b : BOOL;
+  END_STRUCT;
+END_TYPE
+"""
+
+
+@pytest.mark.parametrize(
+    ("variables", "statement", "wanted"),
+    [
+        ("w : WORD;", "w := NOT w;", ["w := ((NOT w) AND 16#FFFF);"]),
+        ("u : UINT;", "u := u - UINT#1;", ["u := ((u - 1) AND 16#FFFF);"]),
+        ("w : WORD;", "w := SHL(w, 12);", ["w := ((w * 4096) AND 16#FFFF);"]),
+        ("w : WORD;", "w := SHR(w, 8);", ["w := (w / 256);"]),
+        ("w : WORD; i : INT;", "w := INT_TO_WORD(i);", ["w := (i AND 16#FFFF);"]),
+        (
+            "w : WORD; i : INT;",
+            "i := WORD_TO_INT(w);",
+            ["i := ((w AND 16#7FFF) - (w AND 16#8000));"],
+        ),
+        ("t : TIME;", "t := T#1m + T#5ms;", ["t := 60000 + 5;"]),
+        ("e : FEW;", "e := FEW_SOME;", ["e := 1(*FEW_SOME*);"]),
+        ("a, b, c : BOOL;", "c := a = b;", ["c := NOT (a XOR b);"]),
+        ("a, b, c : BOOL;", "c := a <> b;", ["c := a XOR b;"]),
+        ("a : BOOL;", "a := TRUE;", ["a := 1;"]),
+        ("a : ROW; b : ROW;", "a := b;", ["COP(b[0], a[0], 4);"]),
+        ("a : ROW;", "a[3] := a[1];", ["a[3] := a[1];"]),
+        ("a : PAIR; b : PAIR;", "a := b;", ["COP(b, a, 1);"]),
+        ("a : STRING;", "a := 'it$'s $$5$0A';", ["a := 'it$'s $$5$0A';"]),
+        ("a : STRING; b : STRING;", "a := b;", ["COP(b, a, 1);"]),
+        ("d : DINT; r : REAL;", "d := REAL_TO_DINT(r * 2.0);", ["d := r * 2.0;"]),
+        (
+            "d : DINT; r : REAL;",
+            "r := DINT_TO_REAL(d) / 3.0;",
+            ["Temp_R1 := d;", "r := Temp_R1 / 3.0;"],
+        ),
+        (
+            "a : BOOL; w : WORD;",
+            "w := BOOL_TO_WORD(a);",
+            ["Temp_D1 := 0;", "IF a THEN", "  Temp_D1 := 1;", "END_IF;", "w := Temp_D1;"],
+        ),
+        (
+            "i : DINT; a : BOOL;",
+            "IF a THEN\n RETURN;\nEND_IF;\ni := 1;",
+            ["IF NOT (a) THEN", "  i := 1;", "END_IF;"],
+        ),
+        (
+            "i : DINT;",
+            "CASE i OF\n 1, 3..4: i := 2;\n ELSE\n i := 0;\nEND_CASE;",
+            ["CASE i OF", "  1, 3..4:", "    i := 2;", "ELSE", "  i := 0;", "END_CASE;"],
+        ),
+        (
+            "Timer : TON; a : BOOL;",
+            "Timer(IN := a, PT := T#5s);\na := Timer.Q;",
+            ["Timer.IN := a;", "Timer.PT := 5000;", "RCX_TON(Timer);", "a := Timer.Q;"],
+        ),
+        (
+            "i : DINT; s : STRING;",
+            "(* so *)\ni := LEN(IN := s);",
+            ["(* so *)", "i := s.LEN;"],
+        ),
+    ],
+)
+def test_a_statement_is_said_in_the_words_of_logix(
+    tmp_path: Path, variables: str, statement: str, wanted: list[str]
+) -> None:
+    """Source: 1756-PM007, Structured Text; 1756-RM003, COP, FLL and TONR."""
+    assert _lines(tmp_path, variables, statement, _FEW) == wanted
+
+
+_DOUBLE = """\
+FUNCTION FC_Limited : DINT
+  VAR_INPUT
+    Value : DINT;
+    Most  : DINT := 9;
+  END_VAR
+  FC_Limited := Value;
+  IF Value > Most THEN
+    FC_Limited := Most;
+  END_IF;
+END_FUNCTION
+"""
+
+
+def test_a_function_is_called_before_the_statement_that_uses_it(tmp_path: Path) -> None:
+    """Its left-out arguments have their defaults in each call."""
+    wanted = ["FC_Limited_1.Value := i;", "FC_Limited_1.Most := 9;", "FC_Limited(FC_Limited_1);"]
+    wanted += ["Temp_D1 := FC_Limited_1.FcResult;", "i := Temp_D1 + 1;"]
+    assert _lines(tmp_path, "i : DINT;", "i := FC_Limited(Value := i) + 1;", _DOUBLE) == wanted
+
+
+def test_a_condition_with_a_function_is_asked_for_anew_in_each_round(tmp_path: Path) -> None:
+    body = "WHILE FC_Limited(Value := i) < 5 DO\n  i := i + 1;\nEND_WHILE;"
+    lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
+    calls = [place for place, line in enumerate(lines) if "FC_Limited(" in line]
+    assert lines[calls[0] + 2] == "WHILE Temp_D1 < 5 DO"
+    assert [line.strip() for line in lines[calls[1] :]] == [
+        "FC_Limited(FC_Limited_1);",
+        "Temp_D1 := FC_Limited_1.FcResult;",
+        "END_WHILE;",
+    ]
+
+
+def test_the_condition_of_repeat_is_asked_for_after_each_round(tmp_path: Path) -> None:
+    body = "REPEAT\n i := i + 1;\nUNTIL FC_Limited(Value := i) > 4\nEND_REPEAT;"
+    lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
+    assert lines[:2] == ["REPEAT", "  i := i + 1;"]
+    asked = ["  FC_Limited(FC_Limited_1);", "  Temp_D1 := FC_Limited_1.FcResult;"]
+    assert lines[-4:] == [*asked, "UNTIL Temp_D1 > 4", "END_REPEAT;"]
+
+
+def test_a_later_condition_is_asked_for_only_if_the_earlier_ones_are_false(tmp_path: Path) -> None:
+    body = "IF i > 3 THEN\n i := 0;\nELSIF FC_Limited(Value := i) < 5 THEN\n i := 1;\n"
+    lines = _lines(tmp_path, "i : DINT;", f"{body}ELSE\n i := 2;\nEND_IF;", _DOUBLE)
+    assert lines[:3] == ["IF i > 3 THEN", "  i := 0;", "ELSE"]
+    asked = [
+        "  IF Temp_D1 < 5 THEN",
+        "    i := 1;",
+        "  ELSE",
+        "    i := 2;",
+        "  END_IF;",
+        "END_IF;",
+    ]
+    assert lines[-6:] == asked
+
+
+_PROBE = """\
+PROGRAM Probe
+  VAR
+    InputArea  : RCX_IMAGE;
+    OutputArea : RCX_IMAGE;
+    k, i       : INT;
+    d, back    : DINT;
+    e, mixed   : DINT;
+    lw, hw, w  : WORD;
+    x, y, z    : WORD;
+    b          : BYTE;
+    u          : UINT;
+    far        : BOOL;
+    r, same    : REAL;
+    bits       : DWORD;
+    text       : STRING;
+    code, part : WORD;
+    wrong      : WORD;
+    long       : WORD;
+    slow       : TON;
+    twice      : TON;
+    slow_q     : BOOL;
+    slow_et    : DINT;
+    twice_q    : BOOL;
+    edge       : R_TRIG;
+    edges      : INT;
+    n          : INT;
+  END_VAR
+  k := k + 1;
+  d := d * 3 + 12345 - INT_TO_DINT(k);
+  IF k MOD 9 = 0 THEN
+    d := -2147483647;
+  ELSIF k MOD 9 = 5 THEN
+    d := 2147483647;
+  ELSIF d > 100000000 THEN
+    d := 0 - d / 7;
+  END_IF;
+  lw := FC_LowWord(Value := d);
+  hw := FC_HighWord(Value := d);
+  back := FC_DoubleWord(LowWord := lw, HighWord := hw);
+  mixed := FC_DoubleWord(LowWord := lw XOR hw, HighWord := hw OR lw);
+  i := WORD_TO_INT(lw);
+  w := INT_TO_WORD(i) XOR NOT hw;
+  x := SHL(w, 5) OR SHR(w, 9);
+  y := SHR(lw, 1) XOR SHL(hw, 15);
+  z := FC_Word(LowByte := WORD_TO_BYTE(lw AND WORD#16#00FF), HighByte := b);
+  b := FC_ByteWithBit(Value := b, Digit := k MOD 8, State := k MOD 3 = 0);
+  u := u - UINT#1007;
+  far := u > UINT#32767;
+  r := DINT_TO_REAL(d) / 1024.0;
+  e := REAL_TO_DINT(r);
+  bits := FC_RealBits(Value := r);
+  same := FC_BitsReal(Pattern := bits);
+  code := FC_CharCode(Text := 'Robot $7E 12$'', Position := k);
+  part := FC_TextWord(Text := 'ABCDE', Number := k MOD 4 + 1);
+  text := FC_Text(Word1 := WORD#16#4241, Word2 := part, Word3 := WORD#16#2020);
+  wrong := FC_NameError(Text := text, Longest := k MOD 6);
+  long := FC_TextError(Text := text, Longest := 2 + k MOD 2);
+  slow(IN := k MOD 13 <> 0, PT := T#45ms);
+  slow_q := slow.Q;
+  slow_et := FC_Milliseconds(Value := slow.ET);
+  twice(IN := TRUE, PT := T#20ms);
+  twice_q := twice.Q;
+  IF twice.Q THEN
+    twice(IN := FALSE, PT := T#20ms);
+    twice(IN := TRUE, PT := T#20ms);
+  END_IF;
+  edge(CLK := k MOD 4 < 2);
+  n := 0;
+  WHILE FC_CharCode(Text := text, Position := n + 1) <> WORD#16#0020 AND n < 20 DO
+    n := n + 1;
+  END_WHILE;
+  IF edge.Q THEN
+    edges := edges + 1;
+  END_IF;
+  OutputArea[k] := b;
+END_PROGRAM
+"""
+
+
+def _values(program: Program, scans: int) -> list[dict[str, object]]:
+    names = _PROBE.partition("END_VAR")[0].partition("k, i")[2].replace(":", ",")
+    watched = ["k", "i", *(one.strip() for one in names.replace(";", ",").split(","))]
+    blocks = ("slow", "twice", "edge")
+    watched = [one for one in watched if one.islower() and one not in blocks]
+    found = []
+    for scan in range(scans):
+        program.scan(scan * 10_000)
+        read = {one: program.read(f"Main.{one}") for one in watched}
+        found.append({key: _unsigned(key, value) for key, value in read.items()})
+        found[-1]["image"] = program.read_bytes("Main.OutputArea", 0, 64)
+    return found
+
+
+def _unsigned(key: str, value: object) -> object:
+    """A DWORD is a DINT there: the same bits."""
+    return value & 0xFFFFFFFF if key == "bits" and isinstance(value, int) else value
+
+
+@pytest.fixture
+def probe(tmp_path: Path) -> tuple[Program, Path]:
+    """A program that uses what is hard to carry, and its file."""
+    source = tmp_path / "Probe.st"
+    source.write_text(_PROBE)
+    output = export("l5x", program=[source], only_needed=True)
+    assert output.left_out == ()
+    (file,) = write(output, tmp_path / "probe.L5X")
+    return build(list(source_files([source], None).all), "builtin").program, file
+
+
+def test_words_texts_reals_and_timers_keep_their_values(
+    probe: tuple[Program, Path], tmp_path: Path
+) -> None:
+    """Bit patterns, wrap-around, signs, rounding, characters, timers: in each of 60 scans."""
+    original, file = probe
+    (back,) = write(read_l5x(file), tmp_path / "back.st")
+    wanted = _values(original, 60)
+    assert _values(build([back], "builtin").program, 60) == wanted
+    for one in wanted[0]:
+        assert len({str(values[one]) for values in wanted}) > 1, f"{one} never changes"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("AND 16#7FFF) - (", "AND 16#7FFF) + ("),
+        ("ET >= PT", "ET > PT"),
+        ("((u - 1007) AND 16#FFFF)", "(u - 1007)"),
+        ("(b AND 16#7F) - (b AND 16#80)", "(b AND 16#7F)"),
+        ("MID(Text, 1, Position, ", "MID(Text, 1, 1, "),
+    ],
+)
+def test_a_wrong_value_would_be_seen(
+    probe: tuple[Program, Path], tmp_path: Path, old: str, new: str
+) -> None:
+    original, file = probe
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    (back,) = write(read_l5x(file), tmp_path / "back.st")
+    assert _values(build([back], "builtin").program, 60) != _values(original, 60)
+
+
+@pytest.mark.parametrize(
+    ("variables", "statement", "said"),
+    [
+        ("i : DINT;", "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;", "a FOR loop, in line"),
+        ("l : LREAL;", "l := 1.0;", "the type LREAL has no counterpart"),
+        ("t : TIME;", "t := T#1ms / 2;", "a part of a TIME"),
+        ("d : UDINT;", "d := UDINT#4000000000;", "does not fit a DINT"),
+        ("c : CTU;", "c(CU := TRUE);", "CTU has no counterpart"),
+        (f"{'n' * 41} : BOOL;", f"{'n' * 41} := TRUE;", "longer than 40 characters"),
+        ("i : INT;", "i := MIN(i, 3);", "MIN has no counterpart"),
+        ("s : STRING;", f"s := '{'x' * 83}';", "longer than 82 characters"),
+        ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is no IF"),
+        ("x : DWORD; i : INT;", "x := SHL(x, i);", "a shift of a DWORD by a variable"),
+        ("Temp_D1 : BOOL; i : INT;", "i := WORD_TO_INT(SHL(INT_TO_WORD(i), 2));", "its names"),
+    ],
+)
+def test_what_is_not_carried_is_named(
+    tmp_path: Path, variables: str, statement: str, said: str
+) -> None:
+    """And so is what needs it."""
+    block = (
+        f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statement}\nEND_FUNCTION_BLOCK"
+    )
+    user = "PROGRAM Mine\n  VAR\n    It : FB_Mine;\n  END_VAR\n  It();\nEND_PROGRAM"
+    output = _exported(tmp_path, f"{block}\n{user}\n")
+    assert output.left_out[0].startswith("FUNCTION_BLOCK FB_Mine: ")
+    assert said in output.left_out[0]
+    assert output.left_out[1] == "PROGRAM Mine: needs FB_Mine, which is not carried"
+    assert "FB_Mine" not in output.files[""]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("far := u > 32767;", "far := u;", "far is BOOL, the value DINT"),
+        ("far := u > 32767;", "far := far = slow_q;", "BOOL = BOOL"),
+        ("RCX_TON(slow);", "RCX_TON(slow, far);", "takes a tag of its type"),
+        ("RCX_TON(slow);", "RCX_TON(edge);", "takes a tag of its type"),
+        ("RCX_TON(slow);", "JSR(Other);", "JSR is not read"),
+        ("RCX_TON(slow);", "slow := twice;", "is copied by COP"),
+        ("RCX_TON(slow);", "Nothing := 1;", "there is no tag Nothing"),
+        ("RCX_TON(slow);", "slow.PV := 1;", "slow has no member PV"),
+        ("RCX_TON(slow);", "COP(InputArea[0], OutputArea[0], 48);", "which is no whole tag"),
+    ],
+)
+def test_the_reader_refuses_what_logix_would(
+    probe: tuple[Program, Path], old: str, new: str, said: str
+) -> None:
+    _, file = probe
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    with pytest.raises(InputError) as refused:
+        read_l5x(file)
+    assert said in str(refused.value)
+
+
+def test_a_second_program_and_a_default_of_a_structure_are_named(tmp_path: Path) -> None:
+    text = "TYPE\n  T_A : STRUCT\n    a : INT := 3;\n  END_STRUCT;\nEND_TYPE\n"
+    text += "PROGRAM One\n  VAR\n    a : T_A;\n  END_VAR\n  a.a := 1;\nEND_PROGRAM\n"
+    text += "PROGRAM Two\n  VAR\n    b : BOOL;\n  END_VAR\n  b := TRUE;\nEND_PROGRAM\n"
+    text += "PROGRAM Three\n  VAR\n    b : BOOL;\n  END_VAR\n  b := TRUE;\nEND_PROGRAM\n"
+    text += "CONFIGURATION All\n  RESOURCE Res0 ON PLC\n"
+    text += "    TASK Cyclic(INTERVAL := T#10ms, PRIORITY := 0);\n"
+    for name in ("One", "Two", "Three"):
+        text += f"    PROGRAM Run{name} WITH Cyclic : {name};\n"
+    text += "  END_RESOURCE\nEND_CONFIGURATION\n"
+    output = _exported(tmp_path, text)
+    said = "\n".join(output.left_out)
+    assert "TYPE T_A: a data type has no initial values here" in said
+    assert "PROGRAM One: " in said
+    assert "PROGRAM Three: a file holds one program" in said
+    root = ET.fromstring(output.files[""])
+    assert root.attrib["TargetName"] == "Two"

@@ -1,0 +1,197 @@
+"""`rcx export mitsubishi`: undone, it is the library; every variable is in its table."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from exported_dialect import declared, differing, library, untyped
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.export import TARGETS, export
+from rcx_harness.export.expressions import init_text
+from rcx_harness.export.output import Output
+from rcx_harness.export.parts import Sources
+
+#: Source: MELSEC Communication Protocol Reference Manual, label access, data type ID (page 132).
+_TYPES = {
+    *("Bit", "Word [Signed]", "Double Word [Signed]", "Word [Unsigned]/Bit String [16-bit]"),
+    *("Double Word [Unsigned]/Bit String [32-bit]", "FLOAT [Single Precision]"),
+    *("FLOAT [Double Precision]", "Time", "String(80)"),
+}
+#: What the types of IEC 61131-3 are in the label editor.
+_CALLED = {
+    "BOOL": "Bit",
+    "INT": "Word [Signed]",
+    "DINT": "Double Word [Signed]",
+    "WORD": "Word [Unsigned]/Bit String [16-bit]",
+    "UINT": "Word [Unsigned]/Bit String [16-bit]",
+    "BYTE": "Word [Unsigned]/Bit String [16-bit]",
+    "DWORD": "Double Word [Unsigned]/Bit String [32-bit]",
+    "UDINT": "Double Word [Unsigned]/Bit String [32-bit]",
+    "REAL": "FLOAT [Single Precision]",
+    "TIME": "Time",
+    "STRING": "String(80)",
+    "RCX_WORDS": "Word [Unsigned]/Bit String [16-bit](1..15)",
+    "RCX_IMAGE_WORDS": "Word [Unsigned]/Bit String [16-bit](0..255)",
+    "RCX_LOG": "RCX_LOG_ENTRY(0..31)",
+    "RCX_PHASE": "Word [Signed]",
+    "RCX_REF": "RCX_REF",
+}
+_WORDS = {"UINT": "WORD", "UDINT": "DWORD", "BYTE": "WORD"}
+_RENAMED = {"m": "m_X", "n": "n_X", "k": "k_X", "Out": "Out_X"}
+_TITLES = ["Label Name", "Data Type", "Class", "Initial Value", "Constant", "Comment"]
+
+
+@pytest.fixture(scope="module")
+def sources() -> Sources:
+    """The library."""
+    return library()
+
+
+@pytest.fixture(scope="module")
+def output(sources: Sources) -> Output:
+    """The export."""
+    return TARGETS["mitsubishi"].write(sources)
+
+
+@pytest.fixture(scope="module")
+def files(output: Output) -> Mapping[str, str]:
+    """The folder."""
+    return output.files
+
+
+def _rows(text: str) -> dict[str, list[str]]:
+    titles, *lines = csv.reader(text.splitlines())
+    assert titles == _TITLES
+    return {line[0]: line[1:] for line in lines}
+
+
+def test_undone_the_statements_are_those_of_the_library(
+    sources: Sources, files: Mapping[str, str]
+) -> None:
+    assert differing(sources, files, _WORDS, _RENAMED, pins={"Edge": "_CLK"}) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "block"),
+    [
+        ("Robot.SO.SO03_Alarm THEN", "Robot.SO.SO04_MpRdy THEN", "sequence/FB_ServoOn"),
+        ("1 (* SPEED_DIRECT *)", "2 (* SPEED_DIRECT *)", "command/FB_MovePtp"),
+        (
+            "FC_Outside(Speed, 0.009, 100.0)",
+            "FC_Outside(Speed, 100.0, 0.009)",
+            "command/FB_MovePtp",
+        ),
+    ],
+)
+def test_a_wrong_statement_would_be_seen(
+    sources: Sources, files: Mapping[str, str], old: str, new: str, block: str
+) -> None:
+    text = files[f"{block}.st"]
+    assert old in text
+    changed = {f"{block}.st": text.replace(old, new)}
+    assert differing(sources, changed, _WORDS, _RENAMED, pins={"Edge": "_CLK"}) == [block]
+
+
+def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str]) -> None:
+    """Source: IEC 61131-3, 2.3.1: a BYTE has 8 bits; NOT and SHL lose what leaves them."""
+    assert "SHL(WORD#16#01, Digit) AND WORD#16#00FF" in files["area/FC_BitMask.st"]
+    assert "Rest := (NOT Mask AND WORD#16#00FF);" in files["area/FC_ByteWithBit.st"]
+    assert "(SHR(Value, 8) AND WORD#16#00FF);" in files["area/FC_ByteOfWord.st"]
+    assert "((Value AND WORD#16#00FF) AND WORD#16#00FF);" in files["area/FC_ByteOfWord.st"]
+    assert "OR SHL(Part, 8);" in files["area/FC_ByteIntoWord.st"]
+    assert "FC_Word := SHL(HighByte, 8) OR LowByte;" in files["area/FC_Word.st"]
+
+
+def test_variables_of_functions_begin_with_their_values_at_each_call(
+    files: Mapping[str, str],
+) -> None:
+    """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
+    begin = files["command/FC_CharCode.st"].partition(" *)\n")[2].splitlines()[:3]
+    assert begin == ["  FC_CharCode := WORD#16#0;", "  Place := 0;", "  Char := '';"]
+    block = files["area/FB_ReadAreaWords.st"].partition(" *)\n")[2]
+    assert block.startswith("  ErrorID := FC_AreaError("), "a block keeps its variables"
+
+
+def test_every_variable_is_in_its_table_with_class_type_default_and_comment(
+    sources: Sources, files: Mapping[str, str]
+) -> None:
+    seen = 0
+    for part in sources.of("TYPE", "FUNCTION", "FUNCTION_BLOCK"):
+        path = f"{part.folder}/{part.name}.csv"
+        if path not in files:
+            continue
+        rows = _rows(files[path])
+        for name, section, one, note in declared(part):
+            kind, place, initial, constant, said = rows.pop(_RENAMED.get(name, name))
+            wanted = {"VAR CONSTANT": "VAR_CONSTANT", "FIELD": "", "VAR_TEMP": "VAR"}
+            assert (place, said) == (wanted.get(section, section), note), (part.name, name)
+            default = "" if one.initial is None else untyped(init_text(one.initial))
+            if not isinstance(one.initial, s.Name):  # a member of an enumeration
+                assert initial + constant == default, (part.name, name)
+            assert isinstance(one.spec, s.NamedSpec)
+            if one.spec.name.text in _CALLED:
+                assert kind == _CALLED[one.spec.name.text], (part.name, name)
+            seen += 1
+        assert rows == {}, part.name
+    assert seen > 2000
+
+
+def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, str]) -> None:
+    """Source: data type ID of the communication protocol manual; structures and blocks are here."""
+    made = {Path(path).stem for path in files if path.endswith(".csv")} | {"TON", "R_TRIG"}
+    for path, text in files.items():
+        for name, row in _rows(text).items() if path.endswith(".csv") else ():
+            kind = re.sub(r"\(\d+\.\.\d+\)$", "", row[0])
+            assert kind in _TYPES | made, (path, name)
+
+
+def test_a_name_of_32_characters_at_most_and_none_of_a_device(files: Mapping[str, str]) -> None:
+    """Source: Mitsubishi, character strings that cannot be used in label names (appendix 2)."""
+    for path, text in files.items():
+        for name in _rows(text) if path.endswith(".csv") else ():
+            assert len(name) <= 32, path
+            assert not re.fullmatch(r"[XYMDBWKHNTC]\d*|OUT|SET|RST", name.upper()), (path, name)
+
+
+def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> None:
+    listed = "RCX_SPEED_MODE: 0 SPEED_PROGRAM, 1 SPEED_DIRECT, 2 SPEED_PERCENT"
+    assert listed in files["types/enumerations.txt"]
+    assert "        1 (* SPEED_DIRECT *): Data[1] :=" in files["command/FB_MovePtp.st"]
+    row = _rows(files["command/FB_MovePtp.csv"])["SpeedMode"]
+    assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "how Speed is given"]
+
+
+def test_blocks_with_an_array_of_bytes_are_not_carried_and_named(
+    output: Output, files: Mapping[str, str]
+) -> None:
+    reason = "has an array of BYTE; take the block for words"
+    assert f"FUNCTION_BLOCK FB_ReadArea: {reason}" in output.left_out
+    assert "area/FB_ReadArea.st" not in files
+    assert "area/FB_ReadAreaWords.st" in files
+
+
+def test_what_a_users_program_cannot_take_along_is_named(tmp_path: Path) -> None:
+    """A type that the tool does not have, who needs it, and located variables."""
+    program = tmp_path / "Own.st"
+    program.write_text(
+        "FUNCTION_BLOCK FB_Count\n  VAR_OUTPUT\n    Total : LINT;\n  END_VAR\n"
+        "  Total := Total + LINT#1;\nEND_FUNCTION_BLOCK\n"
+        "FUNCTION_BLOCK FB_Above\n  VAR\n    Count : FB_Count;\n  END_VAR\n"
+        "  Count();\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM Located\n  VAR\n    Q AT %QX0.0 : BOOL;\n  END_VAR\n  Q := TRUE;\nEND_PROGRAM\n"
+        "FUNCTION_BLOCK FB_Carried\n  VAR\n    X1 : BOOL;\n    Set : BOOL;\n  END_VAR\n"
+        "  X1 := NOT Set;\nEND_FUNCTION_BLOCK\n"
+    )
+    output = export("mitsubishi", program=[program], only_needed=True)
+    assert sorted(output.left_out) == [
+        "FUNCTION_BLOCK FB_Above: needs FB_Count, which is not carried",
+        "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
+        "PROGRAM Located: has global or located variables; make it again in the tool",
+    ]
+    assert output.files["program/FB_Carried.st"].endswith("  X1_X := NOT Set_X;\n")
+    assert list(_rows(output.files["program/FB_Carried.csv"])) == ["X1_X", "Set_X"]

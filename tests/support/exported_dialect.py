@@ -1,0 +1,151 @@
+"""What a folder of bodies and tables must have in common with the sources."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from exported import shape
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse_text
+from rcx_harness.export.parts import Part, Sources, sources_of
+
+__all__ = ["declared", "differing", "library", "untyped"]
+
+#: With a BYTE that is masked: their texts are compared with texts worked out by hand.
+_MASKED = ("FC_BitMask", "FC_ByteWithBit", "FC_ByteOfWord")
+
+
+@cache
+def library() -> Sources:
+    """The library, read and checked once."""
+    return sources_of()
+
+
+def declared(part: Part) -> Iterator[tuple[str, str, s.VarDecl, str]]:
+    """Name, section, declaration and comment on one line of each variable or field."""
+    node = part.node
+    if isinstance(node, s.Pou):
+        for section in node.sections:
+            constant = " CONSTANT" if section.qualifier == "CONSTANT" else ""
+            for one in section.variables:
+                for name in one.names:
+                    note = " ".join(part.notes.get(name.key, "").split())
+                    yield name.text, section.kind + constant, one, note
+    else:
+        for one in _fields(part):
+            for name in one.names:
+                yield name.text, "FIELD", one, " ".join(part.notes.get(name.key, "").split())
+
+
+def _fields(part: Part) -> tuple[s.VarDecl, ...]:
+    node = part.node
+    if isinstance(node, s.TypeDecl) and isinstance(node.spec, s.StructSpec):
+        return node.spec.fields
+    return ()
+
+
+def untyped(text: str) -> str:
+    """A literal without its type: `WORD#16#1` is `16#1`; times stay."""
+    kind, mark, value = text.partition("#")
+    return value if mark and kind.isalpha() and kind != "T" else text
+
+
+def _statements(part: Part, body: str) -> list[Any]:
+    text = f"{part.head}\n{body}\nEND_{part.kind}\n"
+    (node,) = (one for one in parse_text(text, Path("body")).declarations if isinstance(one, s.Pou))
+    return [shape(one) for one in node.body]
+
+
+def differing(
+    sources: Sources,
+    files: Mapping[str, str],
+    words: Mapping[str, str],
+    renamed: Mapping[str, str],
+    pins: Mapping[str, str],
+) -> list[str]:
+    """Which POUs have other statements than the sources', worked out on the tree.
+
+    Args:
+        sources: The library.
+        files: Of a tool without enumerations.
+        words: Types that the tool calls otherwise.
+        renamed: Names that it refuses.
+        pins: What CLK is called, by instance.
+    """
+    wrong, changed = [], _changes(sources, words, renamed, pins)
+    for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
+        path = f"{part.folder}/{part.name}"
+        if f"{path}.st" not in files or part.name in _MASKED:
+            continue
+        found = _statements(part, files[f"{path}.st"])
+        wanted = [changed(one) for one in _statements(part, part.body)]
+        first = len(found) - len(wanted)
+        clears = all(one[0] == "Assign" and one[2][0] == "Literal" for one in found[:first])
+        if found[first:] != wanted or not clears or (first and part.kind != "FUNCTION"):
+            wrong.append(path)
+    return wrong
+
+
+def _changes(
+    sources: Sources,
+    words: Mapping[str, str],
+    renamed: Mapping[str, str],
+    pins: Mapping[str, str],
+) -> Callable[[Any], Any]:
+    """What becomes of a node."""
+    numbers = {
+        member.text: str(value)
+        for one in sources.of("TYPE")
+        if isinstance(one.node, s.TypeDecl) and isinstance(one.node.spec, s.EnumSpec)
+        for value, member in enumerate(one.node.spec.members)
+    }
+    parameters = {
+        one.name: [
+            name.text
+            for section in one.node.sections
+            if section.kind == "VAR_INPUT"
+            for variable in section.variables
+            for name in variable.names
+        ]
+        for one in sources.of("FUNCTION")
+        if isinstance(one.node, s.Pou)
+    }
+
+    def changed(node: Any) -> Any:
+        if isinstance(node, list):
+            return [changed(one) for one in node]
+        if not isinstance(node, tuple):
+            return node
+        if node[0] == "Name" and node[1] in numbers:
+            return ("Literal", "INTEGER", numbers[node[1]], None)
+        if node[0] == "Name":
+            return ("Name", renamed.get(node[1], node[1]), None)
+        if node[0] == "Literal" and node[1] == "TYPED":
+            kind, _, value = node[2].partition("#")
+            return ("Literal", "TYPED", f"{words.get(kind, kind)}#{value}", None)
+        if node[0] == "CallStatement" and node[1][1] in pins:
+            name = ("Name", pins[node[1][1]], None)
+            (clock,) = (one for one in node[2] if one[1][1] == "CLK")
+            return (*node[:2], [("Argument", name, *map(changed, clock[2:]))], None)
+        if node[0] == "Call":
+            return called(node[1][1], node[2])
+        return tuple(changed(one) for one in node)
+
+    def called(name: str, arguments: list[Any]) -> Any:
+        by_name = {one[1][1]: one for one in arguments if one[1] is not None}
+        order = parameters.get(name, list(by_name))
+        given = [by_name[one] for one in order] if by_name else arguments
+        values = [changed(one[2]) for one in given]
+        source, mark, target = name.partition("_TO_")
+        if mark:
+            kinds = words.get(source, source), words.get(target, target)
+            if kinds[0] == kinds[1]:
+                return values[0]
+            name = "_TO_".join(kinds)
+        pieces = [("Argument", None, value, False, None) for value in values]
+        return ("Call", ("Name", name, None), pieces, None)
+
+    return changed
