@@ -15,6 +15,8 @@ from zipfile import ZipFile
 
 import pytest
 
+from rcx_harness.export import TARGETS
+
 _FULL = pytest.mark.skipif(
     os.environ.get("RCX_WHEEL") != "all",
     reason="some minutes and a package index: set RCX_WHEEL=all",
@@ -121,7 +123,7 @@ def test_installed_by_pip_into_an_empty_environment_all_commands_work(
     named = ["--robot", "robot.toml", "--stimulus", "stimulus.toml", "--for", "2s"]
     _call([rcx, "run", "plc", *named], cell, environment)
     _call([rcx, "run", "plc", *named, "--link", "enip"], cell, environment)
-    for target in ("st", "plcopen", "twincat", "scl"):
+    for target in TARGETS:
         _call([rcx, "export", target, "--program", "plc", "-o", f"out/{target}"], cell, environment)
     _call([rcx, "eds", "out/robot.eds"], cell, environment)
     _call([rcx, "encode", "MovePtp", "point=19"], cell, environment)
