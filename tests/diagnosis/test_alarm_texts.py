@@ -72,6 +72,7 @@ def _is_told(lines: dict[str, str], row: dict[str, str], suffix: str) -> None:
     assert lines["Name"] == row[f"name{suffix}"]
     for key in ("Cause", "Remedy"):
         text = row[f"{key.lower()}{suffix}"]
+        assert lines[f"{key}1"], "the first line comes first"
         assert _joined(lines[f"{key}1"], lines[f"{key}2"]) == text.replace(" ", "")
 
 

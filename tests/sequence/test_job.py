@@ -1,9 +1,10 @@
-"""FB_Job: the contract of Execute, and turns on a channel (seen through the blocks that use it)."""
+"""FB_Job: the contract of Execute, and turns on a channel, through its users and alone."""
 
 from __future__ import annotations
 
 import pytest
 
+from alone import Alone
 from plc_bench import PlcBench
 
 
@@ -202,3 +203,89 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
     plc["Third.Execute"] = True
     plc.scan(4)
     assert plc.words[0] == 0x0503, "dead tickets do not stop the channel"
+
+
+def _job(**inputs: object) -> Alone:
+    """The first call, with Execute, has been made."""
+    job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
+    for name, value in {**inputs, "Execute": True}.items():
+        job[f"Block.{name}"] = value
+    job.scan(0)
+    assert job["Block.Busy"] is True
+    return job
+
+
+@pytest.mark.parametrize(
+    ("ahead", "error"), [(32_766, 0), (32_767, 0), (32_768, 0x8013), (65_535, 0x8013)]
+)
+def test_a_ticket_half_the_numbers_away_has_been_passed(ahead: int, error: int) -> None:
+    """Source: head of FB_Job: one that is not called loses its turn."""
+    job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
+    job["Channel.NextTicket"] = ahead
+    job["Block.Execute"] = True
+    job.scan(0)
+    job.scan(10)
+    assert job["Block.ErrorID"] == error
+    assert job["Block.Busy"] is (error == 0)
+
+
+def test_a_limit_of_one_millisecond_is_a_limit() -> None:
+    """Source: head of FB_Job: 0 alone is none."""
+    job = _job(Longest=1, Elapsed=1)
+    assert job["Block.Request"] is True
+    job.scan(1)
+    assert job["Block.ErrorID"] == 0x8010
+    assert job["Block.Request"] is False
+
+
+@pytest.mark.parametrize(("answer", "asked"), [(0, True), (0x8001, False), (0x8002, False)])
+def test_nothing_is_requested_of_a_controller_that_is_not_there(answer: int, asked: bool) -> None:
+    """Source: manual chapter 1, 5.2, and chapter 5, 2, SO(01)."""
+    job = _job(Answer=answer)
+    assert job["Block.Request"] is asked
+    job.scan(10)
+    assert job["Block.ErrorID"] == answer
+
+
+@pytest.mark.parametrize("remote", [False, True])
+def test_a_remote_command_is_requested_until_it_is_on_the_wire(remote: bool) -> None:
+    """A dedicated input is requested until its answer.
+
+    Source: manual chapter 4, 2.1, and chapter 5, 3.
+    """
+    job = _job(Remote=remote)
+    assert job["Block.Request"] is True
+    job["Block.Applied"] = True
+    job.scan(10)
+    assert job["Block.Busy"] is True
+    assert job["Block.Request"] is not remote
+
+
+def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
+    """Trouble is believed only with its own request there.
+
+    Source: manual chapter 5, 3: each process begins with an edge of its input.
+    """
+    job = _job(Applied=True, Trouble=0x8004)
+    for now, applied in ((10, True), (20, False)):
+        job["Block.Applied"] = applied
+        job.scan(now)
+        assert job["Block.Busy"] is True
+    job["Block.Applied"] = True
+    job.scan(30)
+    assert job["Block.ErrorID"] == 0x8004
+
+
+def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
+    """The job ends before the code of an earlier one has left the wire, which has its status.
+
+    Source: manual chapter 4, 2.1; head of FB_Job.
+    """
+    job = _job(Remote=True, Applied=True, Answer=0x0200)
+    job.scan(10)
+    assert job["Block.Busy"] is True
+    job["Block.Trouble"] = 0x8004
+    job.scan(20)
+    assert job["Block.ErrorID"] == 0x8004
+    assert job["Channel.Orphan"] is True
+    assert job["Channel.Serving"] == 0

@@ -58,6 +58,16 @@ def test_a_literal_is_its_number(program: Program) -> None:
 
 
 @pytest.mark.parametrize(
+    ("time", "ms"), [("T#0.4ms", 0), ("T#0.5ms", 1), ("T#1.4ms", 1), ("T#1.5ms", 2)]
+)
+def test_a_part_of_a_millisecond_is_rounded(program: Program, time: str, ms: int) -> None:
+    """Source: head of FC_Milliseconds."""
+    program.write("Main.Given", time)
+    program.scan(0)
+    assert program.read("Main.Count") == ms
+
+
+@pytest.mark.parametrize(
     ("time", "ms"),
     [
         ("T#0s", 0),
@@ -92,3 +102,6 @@ def test_a_wait_never_overflows(program: Program) -> None:
     for now in range(3):
         program.scan(now)
         assert program.read("Main.Before") == 2_000_065_534
+    program.write("Main.Before", 2_000_000_000)
+    program.scan(3)
+    assert program.read("Main.Before") == 2_000_000_000, "23 days are enough"

@@ -69,6 +69,7 @@ def test_refused_without_its_conditions_and_nothing_goes_out(
     plc["ServoOn.Execute"] = True
     plc.scan()
     assert plc["ServoOn.Busy"]
+    assert plc.inputs == ["SI00", "SI06"]
     plc.scan()
     assert plc["ServoOn.ErrorID"] == error
     plc.scan(30)

@@ -355,6 +355,18 @@ def test_an_emergency_stop_without_alarm_ends_the_wait_for_mp_ready() -> None:
     assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
 
 
+def test_an_alarm_ends_the_wait_for_mp_ready() -> None:
+    """Source: manual chapter 5, 2, SI(01): SO(03) must be OFF."""
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan()
+    _play(plc, "MP_READY")
+    plc.outputs(SO03=True)
+    plc.scan(15)
+    assert plc["Restart.ErrorID"] == 0x8004
+    assert plc["Restart.Stage"] == "POWER_UP_SERVO_ON"
+
+
 def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
     plc = _restarted()
     plc["Restart.Execute"] = False

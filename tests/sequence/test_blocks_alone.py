@@ -1,0 +1,176 @@
+"""Sequence blocks alone, in calls that a whole program hardly brings about: holds and limits."""
+
+from __future__ import annotations
+
+import pytest
+
+from alone import Alone
+
+_STOPS = pytest.mark.parametrize(
+    ("block", "hold", "keep", "wire"),
+    [
+        ("FB_EmergencyStop", "HoldEmergency", "KeepEmergency", "SI00_EmergencyStop"),
+        ("FB_ProgramStop", "HoldStop", "KeepStop", "SI06_Stop"),
+    ],
+)
+
+
+def _alone(block: str) -> Alone:
+    """Linked, CPU_OK; no dedicated output besides."""
+    alone = Alone(block, {"Robot": "RCX_REF"})
+    alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
+    return alone
+
+
+def _pulse(alone: Alone) -> None:
+    """Execute for one scan."""
+    alone["Block.Execute"] = True
+    alone.scan(0)
+    alone["Block.Execute"] = False
+
+
+@_STOPS
+def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
+    block: str, hold: str, keep: str, wire: str
+) -> None:
+    """A block called before it has released the hold in the same scan; the link ends the work.
+
+    Source: manual chapter 5, 3.1 and 3.3; heads of FB_EmergencyStop and FB_ProgramStop.
+    """
+    alone = _alone(block)
+    alone[f"Robot.SI.{wire}"] = alone["Robot.SO.SO13_ProgramRunning"] = True
+    _pulse(alone)
+    for now, connected in ((10, True), (20, False)):
+        assert alone["Block.Busy"] is True
+        alone["Robot.Connected"] = connected
+        alone[f"Robot.{hold}"] = alone[f"Robot.{keep}"] = False
+        alone.scan(now)
+        assert alone[f"Robot.{hold}"] is True
+        assert alone[f"Robot.{keep}"] is True
+    assert alone["Block.ErrorID"] == 0x8001
+    alone[f"Robot.{hold}"] = alone[f"Robot.{keep}"] = False
+    alone.scan(30)
+    assert alone[f"Robot.{hold}"] is False
+    assert alone[f"Robot.{keep}"] is False
+
+
+@_STOPS
+def test_a_stop_tells_at_once_that_the_cpu_is_down(
+    block: str, hold: str, keep: str, wire: str
+) -> None:
+    """Also while its input is still ON.
+
+    Source: manual chapter 5, 2, SO(01).
+    """
+    del hold, keep
+    alone = _alone(block)
+    alone[f"Robot.SI.{wire}"] = True
+    alone["Robot.SO.SO01_CpuOk"] = False
+    _pulse(alone)
+    alone.scan(10)
+    assert alone["Block.ErrorID"] == 0x8002
+
+
+def test_an_emergency_stop_is_not_done_before_its_input_is_off() -> None:
+    """The controller is in another emergency stop.
+
+    Source: manual chapter 5, 3.1, shift to emergency stop, step 1.
+    """
+    alone = _alone("FB_EmergencyStop")
+    alone["Robot.SO.SO00_EmergencyStop"] = alone["Robot.SI.SI00_EmergencyStop"] = True
+    _pulse(alone)
+    alone.scan(10)
+    assert alone["Block.Busy"] is True
+    alone["Robot.SI.SI00_EmergencyStop"] = False
+    alone.scan(20)
+    assert alone["Block.Done"] is True
+
+
+def test_a_program_that_ended_before_the_stop_input_went_off_needs_no_interval() -> None:
+    """SO(13) was ON since the start of the work.
+
+    Source: manual chapter 5, 3.3; head of FB_ProgramStop.
+    """
+    alone = _alone("FB_ProgramStop")
+    alone["Robot.SI.SI06_Stop"] = alone["Robot.SO.SO13_ProgramRunning"] = True
+    _pulse(alone)
+    alone["Robot.SO.SO13_ProgramRunning"] = False
+    for now in (10, 20):
+        alone.scan(now)
+        assert alone["Block.Busy"] is True
+    alone["Robot.SI.SI06_Stop"] = False
+    alone.scan(30)
+    assert alone["Block.Done"] is True
+
+
+def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
+    """Its Execute stays TRUE; what releases the hold later is not worked against.
+
+    Source: head of FB_ServoOnFromEmergencyStop.
+    """
+    alone = _alone("FB_ServoOnFromEmergencyStop")
+    alone["Robot.HoldEmergency"] = True
+    alone["Robot.Connected"] = False
+    alone["Block.Execute"] = True
+    alone.scan(0)
+    assert alone["Robot.HoldEmergency"] is False
+    alone.scan(10)
+    assert alone["Block.ErrorID"] == 0x8001
+    assert alone["Robot.HoldEmergency"] is True
+    alone["Robot.HoldEmergency"] = False
+    alone.scan(20)
+    assert alone["Block.Error"] is True
+    assert alone["Robot.HoldEmergency"] is False
+
+
+def _waiting(block: str) -> Alone:
+    """The block waits for a turn that another one has."""
+    alone = _alone(block)
+    alone["Robot.HoldStop"] = True
+    alone["Robot.Sequence.NextTicket"] = 1
+    alone["Block.Timeout"] = "T#100ms"
+    alone["Block.Execute"] = True
+    alone.scan(0)
+    assert alone["Block.Busy"] is True
+    assert alone["Block.Active"] is False
+    return alone
+
+
+def test_a_continuation_that_ends_in_the_queue_puts_the_hold_back() -> None:
+    """Source: head of FB_ProgramContinue."""
+    alone = _waiting("FB_ProgramContinue")
+    assert alone["Robot.HoldStop"] is False
+    alone["Robot.Connected"] = False
+    alone.scan(10)
+    assert alone["Block.ErrorID"] == 0x8001
+    assert alone["Robot.HoldStop"] is True
+
+
+def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
+    """FB_ProgramStop has taken hold while the continuation waited.
+
+    Source: PLCopen: an edge while Busy is ignored; manual chapter 5, 3.3.
+    """
+    alone = _waiting("FB_ProgramContinue")
+    alone["Robot.HoldStop"] = True
+    for now, execute in ((10, False), (20, True)):
+        alone["Block.Execute"] = execute
+        alone.scan(now)
+    assert alone["Block.Busy"] is True
+    assert alone["Robot.HoldStop"] is True
+
+
+@pytest.mark.parametrize("block", ["FB_AlarmReset", "FB_ReturnToOrigin", "FB_ServoOn"])
+def test_the_limit_is_that_of_the_edge_also_where_the_turn_comes_later(block: str) -> None:
+    """Source: design of the library, 3: inputs are sampled on the rising edge."""
+    alone = _waiting(block)
+    alone["Block.Timeout"] = "T#1s"
+    alone["Robot.Elapsed"] = 50
+    alone.scan(50)
+    assert alone["Block.Busy"] is True
+    alone["Robot.Sequence.Serving"] = 1
+    for now in (100, 150):
+        alone.scan(now)
+        assert alone["Block.Active"] is True
+    alone.scan(200)
+    assert alone["Block.Error"] is True
