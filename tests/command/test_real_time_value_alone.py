@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import product
 
 import pytest
 
@@ -45,54 +46,6 @@ def _signed(value: int, bits: int) -> int:
     return value - (1 << bits) if value >> (bits - 1) else value
 
 
-@pytest.mark.parametrize("m", [0, 2, 100, 256])
-def test_every_extended_word_is_shown_in_three_ways(block: Alone, m: int) -> None:
-    """SOW(24) is at m + 48, SOW(127) at m + 254, after which there is none.
-
-    Source: manual chapter 1, 4.2; remote command guide 4.9.1.
-    """
-    block["Block.m"] = m
-    for number in range(24, 128):
-        block["Block.OutputWord"] = number
-        block.scan(0)
-        word, upper = _value(m + 2 * number), _value(m + 2 * number + 2)
-        long = _signed(upper << 16 | word, 32) if number < 127 else 0
-        assert _shown(block) == (True, False, 0, word, _signed(word, 16), long), number
-
-
-@pytest.mark.parametrize(
-    ("pins", "error"),
-    [
-        ({"OutputWord": 23}, 0x8034),
-        ({"OutputWord": 15}, 0x8034),
-        ({"OutputWord": 2}, 0x8034),
-        ({"OutputWord": 1}, 0x8034),
-        ({"OutputWord": 128}, 0x8034),
-        ({"Size": 48}, 0x8036),
-        ({"Size": 100}, 0x8030),
-        ({"m": 258}, 0x8031),
-        ({"m": -2}, 0x8031),
-        ({"m": 4, "ImageSize": 258}, 0x8031),
-        ({"Size": 100, "OutputWord": 2}, 0x8030),
-    ],
-)
-@pytest.mark.parametrize("connected", [True, False])
-def test_what_is_not_there_is_an_error_and_shows_zero(
-    block: Alone, pins: dict[str, int], error: int, connected: bool
-) -> None:
-    """An illegal number is told before a missing connection: it does not go away with it.
-
-    Source: remote command guide 4.9.1; manual chapter 1, 4.2.
-    """
-    block.scan(0)
-    assert block["Block.Valid"] is True
-    block["Robot.Connected"] = connected
-    for name, value in pins.items():
-        block[f"Block.{name}"] = value
-    block.scan(0)
-    assert _shown(block) == (False, True, error, 0, 0, 0)
-
-
 def test_without_a_connection_there_is_no_value(block: Alone) -> None:
     """Source: manual chapter 1, 5.2."""
     block["Robot.Connected"] = False
@@ -108,6 +61,52 @@ def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> Non
     alone["Robot.Connected"], alone["Block.m"] = True, 1
     alone.scan(0)
     assert alone["Block.ErrorID"] == error
+
+
+def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
+    """SOW(24) is at m + 48, SOW(127) at m + 254, after which there is none.
+
+    Source: manual chapter 1, 4.2; remote command guide 4.9.1.
+    """
+    for m, number in product((0, 2, 100, 256), range(24, 128)):
+        block["Block.m"], block["Block.OutputWord"] = m, number
+        block.scan(0)
+        word, upper = _value(m + 2 * number), _value(m + 2 * number + 2)
+        long = _signed(upper << 16 | word, 32) if number < 127 else 0
+        assert _shown(block) == (True, False, 0, word, _signed(word, 16), long), (m, number)
+
+
+@pytest.mark.parametrize("connected", [True, False])
+@pytest.mark.parametrize(
+    ("pins", "error"),
+    [
+        ({"Size": 100, "OutputWord": 2}, 0x8030),
+        ({"OutputWord": 23}, 0x8034),
+        ({"OutputWord": 15}, 0x8034),
+        ({"OutputWord": 2}, 0x8034),
+        ({"OutputWord": 1}, 0x8034),
+        ({"OutputWord": 128}, 0x8034),
+        ({"Size": 48}, 0x8036),
+        ({"Size": 100}, 0x8030),
+        ({"m": 258}, 0x8031),
+        ({"m": -2}, 0x8031),
+        ({"m": 4, "ImageSize": 258}, 0x8031),
+    ],
+)
+def test_what_is_not_there_is_an_error_and_shows_zero(
+    block: Alone, pins: dict[str, int], error: int, connected: bool
+) -> None:
+    """An illegal number is told before a missing connection: it does not go away with it.
+
+    Source: remote command guide 4.9.1; manual chapter 1, 4.2.
+    """
+    block.scan(0)
+    assert block["Block.Valid"] is True
+    block["Robot.Connected"] = connected
+    for name, value in pins.items():
+        block[f"Block.{name}"] = value
+    block.scan(0)
+    assert _shown(block) == (False, True, error, 0, 0, 0)
 
 
 @pytest.mark.parametrize("name", _BLOCKS)

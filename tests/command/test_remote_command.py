@@ -113,3 +113,25 @@ def test_refused_while_the_controller_is_not_there() -> None:
     plc.scan(2)
     assert plc["First.ErrorID"] == 0x8002
     assert plc.words == [0] * 16
+
+
+def test_an_abnormal_end_brings_the_words_of_its_response() -> None:
+    """Source: guide chapter 4, 4.2.6: an end by the stop input has the position, too."""
+    plc = _plc()
+    plc["First.Execute"] = True
+    plc.scan(2)
+    response = [12, 400, *range(1, 14)]
+    plc.answer(0x4000, response)
+    plc.scan()
+    assert plc["First.Response"] == response
+
+
+def test_words_that_stand_there_at_a_timeout_are_no_response() -> None:
+    """Source: guide chapter 1, 1.1: the response counts with an end status."""
+    plc = _plc()
+    plc["First.Timeout"], plc["First.Execute"] = "T#50ms", True
+    plc.scan(2)
+    plc.answer(0x0100, [7] * 15)
+    plc.scan_until(lambda: bool(plc["First.Error"]), most=8)
+    assert plc["First.ErrorID"] == 0x8011
+    assert plc["First.Response"] == [0] * 15

@@ -72,6 +72,9 @@ def test_a_text_too_long_or_with_other_characters_is_refused(
         ("X" * 17, 0x8046),
         ("main", 0x8046),
         ("A-B", 0x8046),
+        ("aBC", 0x8046),
+        ("ABc", 0x8046),
+        ("X" * 15 + "x", 0x8046),
         ("A\t", 0x8046),
     ],
 )

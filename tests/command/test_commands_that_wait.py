@@ -1,0 +1,106 @@
+"""Command blocks behind a command of another block, and what they do not take for an answer."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from datetime import timedelta
+from math import inf
+
+import pytest
+
+from block_pins import Reading
+from command_bench import BLOCKS, bench_of
+from rcx_harness.engine.base import Value
+from rcx_harness.units import parse_us
+
+
+@pytest.mark.parametrize("name", list(BLOCKS))
+def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> None:
+    """All inputs are sampled on the edge, Timeout too; Execute may fall before the turn.
+
+    Source: design of the library, 3: sampled on the rising edge.
+    """
+    plc, chance = bench_of(name, "builtin"), random.Random(name)
+    reading = Reading(BLOCKS[name])
+    first = reading.draw(chance)
+    plc.scan()
+    assert plc.pin("Timeout") == timedelta(microseconds=parse_us(BLOCKS[name].timeout))
+    expected = plc.exchange(first)
+    plc["Rival.Code"], plc["Rival.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.set({**first, "Timeout": "T#100ms", "Execute": True})
+    plc.scan()
+    for _ in range(3):
+        plc.set({**reading.draw(chance), "Timeout": "T#10s"})
+        plc.scan()
+    plc.set({"Execute": False})
+    plc.scan(2)
+    assert plc.shown == ["Busy"]
+    plc["Rival.Execute"] = False
+    plc.end()
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] != 0, most=4)
+    assert plc.words == expected
+    plc.scan_until(lambda: bool(plc.pin("Error")), most=12)
+    assert plc.pin("ErrorID") == 0x8011
+
+
+@pytest.mark.parametrize("name", ["FB_ReadDate", "FB_ReadServoStatus", "FB_PalletMovePtp"])
+def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
+    """Source: design of the library, 3: Done at least one scan."""
+    plc = bench_of(name, "builtin")
+    plc.send({})
+    plc.set({"Execute": False})
+    plc.answer(0x0100)
+    plc.scan(2)
+    plc.end()
+    assert plc.shown == ["Done"]
+    plc.scan()
+    assert plc.shown == []
+
+
+@pytest.mark.parametrize(
+    ("name", "response", "expected"),
+    [
+        ("FB_ReadLatestAlarm", [1, 2, 0x8101, 0x8102], {"Place": "ALARM_PLACE_ROBOT"}),
+        ("FB_ReadMessage", [1, 2, 0x8101, 0x8102], {"Detail": "ALARM_DETAIL_ALL"}),
+        ("FB_ReadVariable", [0, 0xFFFF, 0, 7, 0], {"ValueInteger": 0, "ValueReal": 0.0}),
+    ],
+)
+def test_a_kind_that_the_guide_does_not_have_shows_nothing(
+    name: str, response: list[int], expected: Mapping[str, Value]
+) -> None:
+    """Source: remote command guide 4.4.1, 4.7.7 and 4.7.17: values of the kinds."""
+    plc = bench_of(name, "builtin")
+    plc.exchange({}, response)
+    assert plc.pins(expected) == expected
+
+
+def test_an_abnormal_end_brings_no_servo_states() -> None:
+    """Its words are no states, even where they look like some.
+
+    Source: remote command guide 1.1: 0x4000, alarm group and alarm category.
+    """
+    plc = bench_of("FB_ReadServoStatus", "builtin")
+    plc.send({})
+    plc.end(0x4000, [1, 1, 2, 9, 1, 2, 9])
+    assert plc.shown == ["Error"]
+    assert plc.pin("ServoStates") == ["SERVO_STATE_BRAKE"] * 6
+
+
+@pytest.mark.parametrize("name", [k for k in BLOCKS if "Push" in k or "DriveDirect" in k])
+def test_a_direct_speed_of_less_than_a_hundredth_of_a_percent_is_refused(name: str) -> None:
+    """Source: remote command guide 4.2.3 and 4.2.23: 0.01 to 100 %."""
+    plc = bench_of(name, "builtin")
+    plc.set({"SpeedMode": "SPEED_DIRECT", "Speed": 0.008, "Execute": True})
+    plc.scan(2)
+    assert plc.pin("ErrorID") == 0x8042
+
+
+@pytest.mark.parametrize("name", ["FB_AssignValue"])
+def test_a_real_that_does_not_count_is_not_looked_at(name: str) -> None:
+    """Source: remote command guide 4.4.1: SGI0 to SGI31 take integers."""
+    plc = bench_of(name, "builtin")
+    words = plc.exchange({"Variable1": 3, "ValueInteger": 70000, "ValueReal": inf})
+    assert words[2:6] == [3, 0, 0x1170, 1]
