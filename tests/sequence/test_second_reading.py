@@ -175,7 +175,7 @@ class _Beside:
         self.program.write_bytes("Main.InputArea", bytes(32) + bits.to_bytes(2, "little"))
         self.program.scan(now * 1000)
         view = self.view
-        view.now, view.connected = now, self.pins["Connected"]
+        view.elapsed, view.now, view.connected = now - view.now, now, self.pins["Connected"]
         view.so = frozenset(self.so) if view.connected else frozenset()
         view.asked, view.kept = set(), {"SI00": False, "SI06": False}
         for part, rule in self.rules.items():

@@ -17,6 +17,7 @@ class View:
 
     Attributes:
         now: Time of the scan.
+        elapsed: Time since the last scan.
         connected: The link is up.
         so: Dedicated outputs that are ON.
         si: Dedicated inputs that are ON as applied by the last scan.
@@ -29,6 +30,7 @@ class View:
     """
 
     now: int = 0
+    elapsed: int = 0
     connected: bool = False
     so: frozenset[str] = frozenset()
     si: frozenset[str] = frozenset()
@@ -77,7 +79,7 @@ class Work:
     _was: bool = False
     _armed: bool = False
     _limit: int = 0
-    _begun: int = 0
+    _waited: int = 0
 
     def scan(
         self,
@@ -107,12 +109,13 @@ class Work:
             return
         lost = self not in turns.waiting
         if not lost and turns.waiting[0] is self:
-            if not self.active:
-                self.active, self._begun = True, view.now
+            # only calls count: who is not called waits longer
+            self._waited = self._waited + view.elapsed if self.active else 0
+            self.active = True
             turns.called = True
             self._armed = self._armed or not applied
         if not started:
-            late = self.active and self._limit > 0 and view.now - self._begun >= self._limit
+            late = self.active and self._limit > 0 and self._waited >= self._limit
             believed = (self._armed and applied) or settled
             ends = (
                 (lost, 0x8013),

@@ -30,7 +30,7 @@ from rcx_harness.verify.results import FOLDER, write_result
 __all__ = ["main"]
 
 #: Runs by default, and storms in each of them.
-RUNS, STORMS = 240, 10
+RUNS, STORMS = 72, 10
 #: So many runs are made on both engines, and must give the same trace.
 TWICE = 8
 
