@@ -179,15 +179,15 @@ def _uses_extension(subject: Subject) -> str:
     return "it uses words beyond the first 48 bytes" if subject.size == 256 else ""
 
 
-#: Examples whose movements follow one another without a pause.
-_MOVES = ("example 07_pallet", "example 11_emergency_stop")
+#: Examples whose movements or robot programs follow one another without a pause.
+_MOVES = ("example 07_pallet", "example 08_program_by_name", "example 11_emergency_stop")
 
 
 def _cuts(subject: Subject) -> str:
     if subject.cuts:
         return "the connection is lost: a scanner's 100 ms to open it anew are no scans"
     if subject.name in _MOVES:
-        return "its movements, one after the other, end between two scans, in other scans if slower"
+        return "what the robot does, one after the other, ends between scans: in others if slower"
     return ""
 
 
