@@ -223,38 +223,3 @@ def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
     plc.answer(0)
     plc.scan(40)
     assert plc.words[0] == 0
-
-
-def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout() -> None:
-    """Source: docs/errors.md, 16#8012."""
-    plc = _plc()
-    plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
-    plc["Position.Timeout"], plc["Position.Enable"] = "T#100ms", True
-    plc.scan_until(lambda: bool(plc["Position.Error"]), most=13)
-    assert plc["Position.ErrorID"] == 0x8012
-    assert plc.words[0] == 0x0501, "the other command is still held"
-
-
-def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout() -> None:
-    """Source: docs/errors.md, 16#8015; remote command guide 1.2, code 0x0000."""
-    plc = _plc()
-    plc.answer(0x0200)
-    plc["Position.Timeout"], plc["Position.Enable"] = "T#100ms", True
-    plc.scan(9)
-    assert plc["Position.Busy"]
-    plc.scan_until(lambda: bool(plc["Position.Error"]), most=4)
-    assert plc["Position.ErrorID"] == 0x8015
-    assert plc.words[0] == 0
-
-
-def test_a_timeout_of_zero_is_no_limit() -> None:
-    """The controller is not ready for a long time; then the command goes out."""
-    plc = _plc()
-    plc.answer(0x0200)
-    plc["Position.Timeout"], plc["Position.Enable"] = "T#0s", True
-    plc.scan(2000)
-    assert plc["Position.Busy"]
-    plc.answer(0)
-    plc.scan_until(lambda: plc.words[0] != 0, most=4)

@@ -335,30 +335,6 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
     plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
 
 
-def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout() -> None:
-    """Source: docs/errors.md, 16#8012."""
-    plc = _plc()
-    plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
-    plc["Jog.Timeout"], plc["Jog.Enable"] = "T#100ms", True
-    plc.scan_until(lambda: bool(plc["Jog.Error"]), most=13)
-    assert plc["Jog.ErrorID"] == 0x8012
-    assert plc.words[0] == 0x0501, "the other command is still held"
-
-
-def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout() -> None:
-    """Source: docs/errors.md, 16#8015; remote command guide 1.2, code 0x0000."""
-    plc = _plc()
-    plc.answer(0x0200)
-    plc["Jog.Timeout"], plc["Jog.Enable"] = "T#100ms", True
-    plc.scan(9)
-    assert plc["Jog.Busy"]
-    plc.scan_until(lambda: bool(plc["Jog.Error"]), most=4)
-    assert plc["Jog.ErrorID"] == 0x8015
-    assert plc.words[0] == 0
-
-
 def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
     """SI(06) is not going to come back by itself then."""
     plc = _plc()
@@ -384,14 +360,3 @@ def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
     assert not plc["Jog.Error"]
-
-
-def test_a_timeout_of_zero_is_no_limit() -> None:
-    """The controller is not ready for a long time; then the command goes out."""
-    plc = _plc()
-    plc.answer(0x0200)
-    plc["Jog.Timeout"], plc["Jog.Enable"] = "T#0s", True
-    plc.scan(2000)
-    assert plc["Jog.Busy"]
-    plc.answer(0)
-    plc.scan_until(lambda: plc.words[0] != 0, most=4)

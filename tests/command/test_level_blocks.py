@@ -1,10 +1,15 @@
-"""What FB_Jog and FB_ContinuousPosition have in common: the shortest limit, and the channel."""
+"""What FB_Jog and FB_ContinuousPosition have in common: limits of waits, and the channel."""
 
 from __future__ import annotations
 
 import pytest
 
 from plc_bench import ROOT, PlcBench
+
+BLOCKS = (
+    pytest.param("Jog", id="FB_Jog"),
+    pytest.param("Position", id="FB_ContinuousPosition"),
+)
 
 
 @pytest.fixture
@@ -15,7 +20,7 @@ def plc() -> PlcBench:
     return plc
 
 
-@pytest.mark.parametrize("block", ["Jog", "Position"])
+@pytest.mark.parametrize("block", BLOCKS)
 def test_a_timeout_of_one_millisecond_is_a_limit(plc: PlcBench, block: str) -> None:
     """T#0s alone is no limit.
 
@@ -33,3 +38,42 @@ def test_the_channel_shows_the_code_of_the_command(plc: PlcBench, block: str, co
     plc[f"{block}.RobotNumber"], plc[f"{block}.Enable"] = 3, True
     plc.scan_until(lambda: plc.words[0] != 0)
     assert plc["Robot.Command.Holder"] == code
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
+    plc: PlcBench, block: str
+) -> None:
+    """Source: docs/errors.md, 16#8012."""
+    plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
+    plc["First.Execute"] = True
+    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
+    plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#100ms", True
+    plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=13)
+    assert plc[f"{block}.ErrorID"] == 0x8012
+    assert plc.words[0] == 0x0501, "the other command is still held"
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout(
+    plc: PlcBench, block: str
+) -> None:
+    """Source: docs/errors.md, 16#8015; remote command guide 1.2, code 0x0000."""
+    plc.answer(0x0200)
+    plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#100ms", True
+    plc.scan(9)
+    assert plc[f"{block}.Busy"]
+    plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=4)
+    assert plc[f"{block}.ErrorID"] == 0x8015
+    assert plc.words[0] == 0
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_timeout_of_zero_is_no_limit(plc: PlcBench, block: str) -> None:
+    """The controller is not ready for a long time; then the command goes out."""
+    plc.answer(0x0200)
+    plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#0s", True
+    plc.scan(2000)
+    assert plc[f"{block}.Busy"]
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] != 0, most=4)
