@@ -1,93 +1,23 @@
-"""FB_CommandRecorder: what it keeps, what a fault is, and what a panel sees of it.
+"""FB_CommandRecorder: what it keeps, and what a fault is.
 
 The test plays the robot: it writes RCX_REF as FB_ReadArea and FB_WriteArea leave it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 import pytest
 
 from alone import Alone
 from rcx_harness import spec
-
-Row = tuple[str, int, int]
-
-_NOTHING: Row = ("LOG_NOTHING", 0, 0)
-
-
-class Recorder:
-    """The block, called every 10 ms."""
-
-    def __init__(self) -> None:
-        self._alone = _alone()
-        self._alone.restart()
-        self._now_ms = 0
-
-    def __setitem__(self, path: str, value: Any) -> None:
-        self._alone[path if path.startswith("Robot.") else f"Block.{path}"] = value
-
-    def __getitem__(self, path: str) -> Any:
-        return self._alone[f"Block.{path}"]
-
-    def scan(self, count: int = 1) -> None:
-        """Run scans."""
-        for _ in range(count):
-            self._alone["Robot.Elapsed"] = min(self._now_ms, 10)
-            self._alone.scan(self._now_ms)
-            self._now_ms += 10
-
-    def rows(self) -> list[Row]:
-        """Kind, Number and Result of the rows, without empty ones at the end."""
-        rows = [_short(row) for row in self["Rows"]]
-        while rows and rows[-1] == _NOTHING:
-            rows.pop()
-        return rows
-
-    def edges(self, count: int) -> None:
-        """Let SO(15), warning, change so many times, once a scan."""
-        for _ in range(count):
-            self["Robot.SO.SO15_Warning"] = not self._alone["Robot.SO.SO15_Warning"]
-            self.scan()
-
-    def command(self, status: int, code: int = 0x1001, **fields: Any) -> None:
-        """A remote command is out for three scans and ends with this status."""
-        self["Robot.Code"] = code
-        self["Robot.Phase"] = "PHASE_COMMAND_DATA"
-        self.scan()
-        self["Robot.Phase"] = "PHASE_COMMAND_RUN"
-        self.scan(3)
-        self["Robot.Status"] = status
-        self["Robot.Phase"] = "PHASE_STATUS_RESET"
-        for path, value in fields.items():
-            self[f"Robot.{path.replace('__', '.')}"] = value
-        self.scan()
-        self["Robot.Status"] = 0
-        self["Robot.Phase"] = "PHASE_READY"
-        self.scan()
-
-
-@cache
-def _alone() -> Alone:
-    return Alone("FB_CommandRecorder", {"Robot": "RCX_REF"})
-
-
-def _short(entry: Mapping[str, Any]) -> Row:
-    return entry["Kind"], entry["Number"], entry["Result"]
+from recorder_bench import Recorder, connected, short
 
 
 @pytest.fixture
 def recorder() -> Recorder:
     """Connected, CPU_OK, and the log begins after that: one row, SO(01)."""
-    block = Recorder()
-    block["Robot.Connected"] = True
-    block["Robot.SO.SO01_CpuOk"] = True
-    block.scan()
-    assert block.rows() == [("LOG_OUTPUT", 1, 1), ("LOG_LINK", 0, 1)]
-    return block
+    return connected()
 
 
 # ---- commands
@@ -136,7 +66,7 @@ def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_c
     recorder["Robot.Data"] = data
     recorder.command(0x4000, Response=[2, 334, *[0] * 13])
     entry = recorder["Rows"][0]
-    assert _short(entry) == ("LOG_COMMAND", 0x1001, 0x4000)
+    assert short(entry) == ("LOG_COMMAND", 0x1001, 0x4000)
     assert (entry["Group"], entry["Category"]) == (2, 334)
     assert recorder["Fault"] == entry
     assert (recorder["FaultCode"], recorder["FaultData"]) == (0x1001, data)
@@ -186,7 +116,7 @@ def test_a_command_without_an_end_has_the_error_id_that_its_block_has(
     ends = [row for row in recorder.rows() if row[0] == "LOG_COMMAND"]
     assert ends == [("LOG_COMMAND", 0x1001, result)]
     first = ("LOG_LINK", 0, 0) if "Connected" in change else ends[0]
-    assert _short(recorder["Fault"]) == first
+    assert short(recorder["Fault"]) == first
     assert recorder["FaultCode"] == 0x1001
 
 
@@ -237,7 +167,7 @@ def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
         assert fault is (signal.short in ("SO00", "SO03"))
     assert recorder["Total"] == before + 2
     if signal.short in ("SO00", "SO03"):
-        assert _short(recorder["Fault"]) == (kind, number, 1)
+        assert short(recorder["Fault"]) == (kind, number, 1)
 
 
 def test_several_changes_in_one_scan_are_kept_in_the_order_of_their_numbers(
@@ -268,7 +198,7 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
     recorder.scan(3)
     assert recorder.rows()[:2] == [("LOG_OUTPUT", 0, 1), ("LOG_LINK", 0, 1)]
     assert recorder["Count"] == 6
-    assert _short(recorder["Fault"]) == ("LOG_LINK", 0, 0)
+    assert short(recorder["Fault"]) == ("LOG_LINK", 0, 0)
 
 
 def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
@@ -305,7 +235,7 @@ def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
     recorder.scan()
     recorder["Robot.SO.SO03_Alarm"] = True
     recorder.scan()
-    assert _short(recorder["Fault"]) == ("LOG_OUTPUT", 3, 1)
+    assert short(recorder["Fault"]) == ("LOG_OUTPUT", 3, 1)
 
 
 def test_time_is_counted_in_milliseconds_since_the_first_call(recorder: Recorder) -> None:
@@ -330,188 +260,6 @@ def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) ->
         ("LOG_OUTPUT", 1, 1),
     ]
     assert recorder["Fault"]["Moment"] == 10
-
-
-# ---- the log
-
-
-def test_the_oldest_entries_make_room_and_a_page_shows_eight(recorder: Recorder) -> None:
-    recorder.edges(10)
-    assert recorder["Count"] == 12
-    recorder.edges(30)
-    assert (recorder["Count"], recorder["Total"]) == (32, 42)
-    for first, moments in (
-        (0, range(400, 320, -10)),
-        (8, range(320, 240, -10)),
-        (24, range(160, 80, -10)),
-    ):
-        recorder["First"] = first
-        recorder.scan()
-        assert [row["Moment"] for row in recorder["Rows"]] == list(moments), first
-
-
-@pytest.mark.parametrize(
-    ("first", "shown"),
-    [
-        (-9, [0, 0, 0, 0, 0, 0, 0, 0]),
-        (-8, [0, 0, 0, 0, 0, 0, 0, 0]),
-        (-7, [0, 0, 0, 0, 0, 0, 0, 400]),
-        (-1, [0, 400, 390, 380, 370, 360, 350, 340]),
-        (25, [150, 140, 130, 120, 110, 100, 90, 0]),
-        (31, [90, 0, 0, 0, 0, 0, 0, 0]),
-        (32, [0, 0, 0, 0, 0, 0, 0, 0]),
-    ],
-)
-def test_rows_beyond_the_log_are_empty(recorder: Recorder, first: int, shown: list[int]) -> None:
-    recorder.edges(40)
-    recorder["First"] = first
-    recorder.scan()
-    assert [row["Moment"] for row in recorder["Rows"]] == shown
-    empty = [row["Kind"] == "LOG_NOTHING" for row in recorder["Rows"]]
-    assert empty == [moment == 0 for moment in shown]
-
-
-def test_a_smaller_log_keeps_fewer_entries() -> None:
-    """Source: RCX_LOG: LogSize is the number of its entries."""
-    recorder = Recorder()
-    recorder["LogSize"] = 3
-    recorder["Robot.Connected"] = True
-    recorder.scan()
-    recorder.edges(4)
-    assert (recorder["Count"], recorder["Total"]) == (3, 5)
-    assert [row["Moment"] for row in recorder["Rows"]] == [40, 30, 20, 0, 0, 0, 0, 0]
-
-
-@pytest.mark.parametrize(("size", "count"), [(8, 8), (1, 1), (0, 0), (-1, -1)])
-def test_a_log_that_becomes_smaller_stays_within_its_bounds(
-    recorder: Recorder, size: int, count: int
-) -> None:
-    recorder.edges(35)
-    recorder["LogSize"] = size
-    for _ in range(40):
-        recorder.edges(1)
-        assert recorder["Count"] == count
-    shown = sum(row["Kind"] != "LOG_NOTHING" for row in recorder["Rows"])
-    assert shown == max(count, 0)
-
-
-# ---- freezing
-
-
-def test_while_it_is_frozen_nothing_is_kept_and_nothing_is_made_up_for(
-    recorder: Recorder,
-) -> None:
-    recorder["Freeze"] = True
-    recorder.edges(1)
-    recorder.command(0x0200)
-    recorder["BlockError"] = 0x8010
-    recorder.scan()
-    assert recorder["Frozen"]
-    assert recorder["Total"] == 2
-    recorder["Freeze"] = False
-    recorder.scan(2)
-    assert not recorder["Frozen"]
-    assert recorder["Total"] == 2
-    recorder.edges(1)
-    assert recorder["Total"] == 3
-
-
-def test_a_fault_is_shown_also_while_the_log_is_frozen(recorder: Recorder) -> None:
-    recorder["Freeze"] = True
-    recorder["Robot.SO.SO03_Alarm"] = True
-    recorder.scan()
-    assert _short(recorder["Fault"]) == ("LOG_OUTPUT", 3, 1)
-
-
-@pytest.mark.parametrize("after", [0, 1, 3])
-def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
-    recorder: Recorder, after: int
-) -> None:
-    recorder["FreezeOnFault"] = True
-    recorder["After"] = after
-    recorder["Robot.SO.SO03_Alarm"] = True
-    recorder.scan()
-    for _ in range(after):
-        assert not recorder["Frozen"]
-        recorder.edges(1)
-    assert recorder["Frozen"]
-    recorder.edges(3)
-    assert recorder["Frozen"]
-    assert recorder["Total"] == 3 + after
-    assert recorder.rows()[after] == ("LOG_OUTPUT", 3, 1)
-
-
-def test_eight_more_entries_are_kept_unless_another_number_is_given(recorder: Recorder) -> None:
-    recorder["FreezeOnFault"] = True
-    recorder["BlockError"] = 0x8001
-    recorder.scan()
-    recorder.edges(20)
-    assert recorder["Total"] == 3 + 8
-
-
-def test_a_second_fault_does_not_move_the_end(recorder: Recorder) -> None:
-    recorder["FreezeOnFault"] = True
-    recorder["After"] = 3
-    for error in (0x8001, 0x8002, 0x8003, 0x8004, 0x8005):
-        recorder["BlockError"] = error
-        recorder.scan()
-    assert recorder["Frozen"]
-    assert recorder.rows()[0] == ("LOG_ERROR", 0, 0x8004)
-    assert _short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8001)
-
-
-def test_without_the_wish_a_fault_does_not_freeze_the_log(recorder: Recorder) -> None:
-    recorder["After"] = 0
-    recorder["BlockError"] = 0x8001
-    recorder.scan()
-    recorder.edges(20)
-    assert not recorder["Frozen"]
-    assert recorder["Total"] == 23
-
-
-def test_other_entries_do_not_freeze_the_log(recorder: Recorder) -> None:
-    recorder["FreezeOnFault"] = True
-    recorder["After"] = 0
-    recorder.edges(5)
-    recorder.command(0x0200)
-    assert not recorder["Frozen"]
-
-
-def test_resume_forgets_the_fault_and_records_again(recorder: Recorder) -> None:
-    recorder["FreezeOnFault"] = True
-    recorder["After"] = 0
-    recorder["Robot.Data"] = [3] * 15
-    recorder.command(0x4000)
-    assert recorder["Frozen"]
-    recorder["Resume"] = True
-    recorder.scan()
-    assert not recorder["Frozen"]
-    assert recorder["Fault"]["Kind"] == "LOG_NOTHING"
-    assert (recorder["FaultCode"], recorder["FaultData"]) == (0, [0] * 15)
-    recorder.edges(1)
-    assert recorder["Total"] == 4
-
-    recorder["BlockError"] = 0x8012
-    recorder.scan(3)
-    assert recorder["Frozen"], "Resume is an edge: it is still TRUE"
-    assert _short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8012)
-
-
-def test_a_fault_in_the_scan_of_resume_is_a_new_one(recorder: Recorder) -> None:
-    recorder.command(0x4000, code=0x1001)
-    recorder.command(0x0200, code=0x1002)
-    recorder["Resume"] = True
-    recorder["BlockError"] = 0x8012
-    recorder.scan()
-    assert _short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8012)
-    assert recorder["FaultCode"] == 0x1002
-
-
-def test_the_first_fault_stays_until_resume(recorder: Recorder) -> None:
-    recorder.command(0x4000, code=0x1001)
-    recorder.command(0x4000, code=0x1002)
-    assert _short(recorder["Fault"]) == ("LOG_COMMAND", 0x1001, 0x4000)
-    assert recorder["FaultCode"] == 0x1001
 
 
 @pytest.mark.parametrize("block", ["FB_CommandRecorder", "FB_ChannelStatus", "FB_DedicatedBits"])

@@ -174,7 +174,7 @@ def _inner(body: str) -> list[_Row]:
         ("Number", "DINT", ""),
         ("k", "INT", ""),
     )
-    return [row for row in every if re.search(rf"(?<!\w|\.){row[0]}\b(?! :=.*,)", body)]
+    return [row for row in every if re.search(rf"(?<!\w|\.){row[0]}\b(?! := \w+[,)])", body)]
 
 
 def _declared(rows: Sequence[_Row]) -> list[str]:

@@ -1,0 +1,86 @@
+"""FB_CommandRecorder alone: what the tests of the recorder and of its log write and read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from alone import Alone
+
+__all__ = ["Recorder", "Row", "connected", "short"]
+
+Row = tuple[str, int, int]
+
+_NOTHING: Row = ("LOG_NOTHING", 0, 0)
+
+
+class Recorder:
+    """The block, called every 10 ms."""
+
+    def __init__(self) -> None:
+        self._alone = _alone()
+        self._alone.restart()
+        self._now_ms = 0
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self._alone[path if path.startswith("Robot.") else f"Block.{path}"] = value
+
+    def __getitem__(self, path: str) -> Any:
+        return self._alone[f"Block.{path}"]
+
+    def scan(self, count: int = 1) -> None:
+        """Run scans."""
+        for _ in range(count):
+            self._alone["Robot.Elapsed"] = min(self._now_ms, 10)
+            self._alone.scan(self._now_ms)
+            self._now_ms += 10
+
+    def rows(self) -> list[Row]:
+        """Kind, Number and Result of the rows, without empty ones at the end."""
+        rows = [short(row) for row in self["Rows"]]
+        while rows and rows[-1] == _NOTHING:
+            rows.pop()
+        return rows
+
+    def edges(self, count: int) -> None:
+        """Let SO(15), warning, change so many times, once a scan."""
+        for _ in range(count):
+            self["Robot.SO.SO15_Warning"] = not self._alone["Robot.SO.SO15_Warning"]
+            self.scan()
+
+    def command(self, status: int, code: int = 0x1001, **fields: Any) -> None:
+        """A remote command is out for three scans and ends with this status."""
+        self["Robot.Code"] = code
+        self["Robot.Phase"] = "PHASE_COMMAND_DATA"
+        self.scan()
+        self["Robot.Phase"] = "PHASE_COMMAND_RUN"
+        self.scan(3)
+        self["Robot.Status"] = status
+        self["Robot.Phase"] = "PHASE_STATUS_RESET"
+        for path, value in fields.items():
+            self[f"Robot.{path.replace('__', '.')}"] = value
+        self.scan()
+        self["Robot.Status"] = 0
+        self["Robot.Phase"] = "PHASE_READY"
+        self.scan()
+
+
+@cache
+def _alone() -> Alone:
+    return Alone("FB_CommandRecorder", {"Robot": "RCX_REF"})
+
+
+def short(entry: Mapping[str, Any]) -> Row:
+    """Kind, Number and Result of an entry."""
+    return entry["Kind"], entry["Number"], entry["Result"]
+
+
+def connected() -> Recorder:
+    """Connected, CPU_OK, and the log begins after that: one row, SO(01)."""
+    block = Recorder()
+    block["Robot.Connected"] = True
+    block["Robot.SO.SO01_CpuOk"] = True
+    block.scan()
+    assert block.rows() == [("LOG_OUTPUT", 1, 1), ("LOG_LINK", 0, 1)]
+    return block
