@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn, cast
 
 from rcx_harness.cell_build import (
     Areas,
@@ -52,6 +52,17 @@ class _Snapshot(NamedTuple):
     counts: tuple[int, int, int]
 
 
+class _Closed:
+    """In place of a cell's program after `close`: on matiec its memory is gone."""
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise _closed()
+
+
+def _closed() -> InputError:
+    return InputError("the cell is closed", hint="read and scan before close(), inside the `with`")
+
+
 class Cell:
     """A PLC program and a virtual controller, joined by a network, in virtual time.
 
@@ -82,6 +93,8 @@ class Cell:
         self.robot, self.program, self.timing = robot, program, timing
         self.robots = (robot, *(member.robot for member in further))
         """All controllers; the first is `robot`."""
+        self.closed = False
+        """After `close`."""
         self._notice = notice
         self.now_us = 0
         self.scans = 0
@@ -327,11 +340,19 @@ class Cell:
         del self.violations[found:]
 
     def close(self) -> None:
-        """End the connection, write out the trace, free the program."""
+        """End the connection, write out the trace, free the program.
+
+        Afterwards the trace and `violations` can still be read; time, variables and snapshots
+        raise `InputError`.
+        """
+        if self.closed:
+            return
         self.trace.close()
         for node in self._nodes:
             node.link.close()
         self.program.close()
+        self.closed = True
+        self.program = cast(Program, _Closed())
 
     def __enter__(self) -> Cell:
         return self
@@ -348,6 +369,8 @@ class Cell:
 
     def _next(self) -> Node:
         """Where the next event is; of simultaneous ones the order is that of `Kind`."""
+        if self.closed:
+            raise _closed()
         if len(self._nodes) == 1:
             return self._first
         return min(self._nodes, key=lambda node: node.agenda.first())

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from both_engines import ENGINES
 from rcx_harness import Cell, CellTimeout, InputError, RobotConfig
 
 Build = Callable[..., Cell]
@@ -240,3 +241,28 @@ def test_an_unknown_path_raises_with_near_names(raw_cell: Build) -> None:
         cell["Main.Scan"]
     with pytest.raises(InputError):
         cell["Main.Bits0"] = 256
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_closed_cell_keeps_its_trace_and_refuses_the_rest(raw_cell: Build, engine: str) -> None:
+    cell = raw_cell(engine=engine)
+    cell.run("30ms")
+    state = cell.snapshot()
+    cell.close()
+    cell.close()
+    assert len(cell.trace.scans()) == 3
+    assert (cell.now_us, cell.scans, cell.violations) == (30_000, 3, [])
+    with pytest.raises(InputError, match="the cell is closed"):
+        cell["Main.Scans"]
+    with pytest.raises(InputError, match="the cell is closed"):
+        cell["Main.Scans"] = 0
+    uses: list[Callable[[], object]] = [
+        cell.scan,
+        cell.snapshot,
+        lambda: cell.run("10ms"),
+        lambda: cell.run_until(lambda: False, within="1s"),
+        lambda: cell.restore(state),
+    ]
+    for use in uses:
+        with pytest.raises(InputError, match="the cell is closed"):
+            use()

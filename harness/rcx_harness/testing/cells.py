@@ -29,17 +29,6 @@ _LONGEST = 80
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
-class _Cell(Cell):
-    """A cell that knows whether it is closed; its variables are gone then."""
-
-    closed = False
-
-    def close(self) -> None:
-        """As `Cell.close`."""
-        self.closed = True
-        super().close()
-
-
 class Cells:
     """All cells that one test has built.
 
@@ -51,7 +40,7 @@ class Cells:
     def __init__(self, item: pytest.Item, temporary: pytest.TempPathFactory) -> None:
         self._item = item
         self._temporary = temporary
-        self._cells: list[_Cell] = []
+        self._cells: list[Cell] = []
         self._told: list[int] = []
         self._attached = False
         self._evidence: list[tuple[str, str]] | None = None
@@ -64,8 +53,7 @@ class Cells:
         Raises:
             InputError: anything wrong with sources or settings.
         """
-        cell = _Cell.build(**settings_of(self._item, changes))
-        assert isinstance(cell, _Cell)
+        cell = Cell.build(**settings_of(self._item, changes))
         self._cells.append(cell)
         self._told.append(0)
         return cell
@@ -122,7 +110,7 @@ class Cells:
             self._evidence.append(("rcx: files", self._write()))
         return self._evidence
 
-    def _of_one(self, cell: _Cell, name: str) -> list[tuple[str, str]]:
+    def _of_one(self, cell: Cell, name: str) -> list[tuple[str, str]]:
         sections = [(f"rcx: timing chart of the {name}", chart_of(cell))]
         if not cell.closed:
             sections.append((f"rcx: variables of the {name}", state_of(cell)))
