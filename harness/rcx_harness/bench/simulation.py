@@ -174,19 +174,20 @@ def compile_library() -> dict[str, Figure]:
             "  OutputArea[0] := InputArea[0];\nEND_PROGRAM\n",
             encoding="utf-8",
         )
-        environment = {**os.environ, "XDG_CACHE_HOME": str(Path(folder) / "cache")}
-        environment.pop("RCX_CACHE", None)
-        times = []
-        for _ in range(1 + _RUNS):
-            done = subprocess.run(
-                [sys.executable, "-m", __name__, "compile", str(program), str(library)],
-                stdout=subprocess.PIPE, check=True, env=environment,
-            )  # fmt: skip
-            times.append(float(done.stdout))
+        environment = {name: os.environ[name] for name in os.environ if name != "RCX_CACHE"}
+        first, again = [], []
+        for number in range(_RUNS):
+            environment["XDG_CACHE_HOME"] = str(Path(folder) / f"cache{number}")
+            for times in (first, again):
+                done = subprocess.run(
+                    [sys.executable, "-m", __name__, "compile", str(program), str(library)],
+                    stdout=subprocess.PIPE, check=True, env=environment,
+                )  # fmt: skip
+                times.append(float(done.stdout))
     beside = f"{len(blocks)} blocks, CPU time, without the start of Python"
     return {
-        "compile_library": at_most(times[0], "s", 2, beside),
-        "compile_library_again": at_most(median(times[1:]), "s", 0.3, beside),
+        "compile_library": at_most(median(first), "s", 2, beside),
+        "compile_library_again": at_most(median(again), "s", 0.3, beside),
     }
 
 
