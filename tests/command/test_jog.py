@@ -38,6 +38,13 @@ def _stop(plc: PlcBench) -> None:
     plc.answer(0)
 
 
+def _present(plc: PlcBench, what: str, present: bool) -> None:
+    if what == "Connected":
+        plc["Connected"] = present
+    else:
+        plc.outputs(SO01_CpuOk=present)
+
+
 @pytest.mark.parametrize(
     ("frame", "code"), [("JOG_PULSES", 0x20), ("JOG_CARTESIAN", 0x21), ("JOG_TOOL", 0x22)]
 )
@@ -295,6 +302,43 @@ def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
     plc.scan(60)
     assert plc.words[0] == 0
     assert plc["Jog.Error"]
+
+
+@pytest.mark.parametrize("moment", ["while SI(06) stops it", "until SI(06) is back"])
+@pytest.mark.parametrize(
+    ("lost", "error_id"), [("Connected", 0x8001), ("SO01_CpuOk", 0x8002)], ids=["link", "CPU_OK"]
+)
+def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
+    moment: str, lost: str, error_id: int
+) -> None:
+    """Nothing restarts by itself: Enable was TRUE while nobody was there.
+
+    Source: design of every block; manual chapter 1, 5.
+    """
+    plc = _plc()
+    _jogging(plc)
+    plc["Jog.Enable"] = False
+    plc.scan()
+    if moment == "until SI(06) is back":
+        plc.answer(0x4000, STOPPED)
+        plc.scan()
+        plc.answer(0)
+    plc["Jog.Enable"] = True
+    plc.scan()
+    assert plc["Jog.Busy"]
+    _present(plc, lost, False)
+    plc.scan()
+    assert (plc["Jog.Error"], plc["Jog.Busy"], plc["Jog.ErrorID"]) == (True, False, error_id)
+    _present(plc, lost, True)
+    plc.answer(0)
+    plc.scan(100)
+    assert plc.words[0] == 0
+    assert plc["Jog.ErrorID"] == error_id
+    plc["Jog.Enable"] = False
+    plc.scan()
+    assert not plc["Jog.Error"]
+    plc["Jog.Enable"] = True
+    plc.scan_until(lambda: plc.words[0] == 0x0020)
 
 
 def test_a_jog_waits_for_its_turn() -> None:

@@ -9,10 +9,12 @@ import pytest
 
 from rcx_harness.trace import Finding, Scan, read_trace
 from rcx_harness.verify.explore import kept
+from rcx_harness.verify.explore import known as known_outcomes
+from rcx_harness.verify.explore.known import Done, Found, Known
 from rcx_harness.verify.explore.model import DOWN, UP, Model
 from rcx_harness.verify.explore.models import MODELS
 from rcx_harness.verify.explore.replay import replay
-from rcx_harness.verify.explore.search import LIBRARY, Explorer
+from rcx_harness.verify.explore.search import LIBRARY, Explorer, Result
 from rcx_harness.verify.explore.seeded import SEEDED, Seeded
 
 #: States that are explored of each model; `make explore` explores all of them.
@@ -124,3 +126,34 @@ def test_only_fb_scan_time_reads_the_elapsed_time_of_a_timer() -> None:
     """The states know of a TON only how many ticks ago it was started, and whether it is over."""
     readers = [file.stem for file in LIBRARY if ".ET" in file.read_text(encoding="utf-8")]
     assert readers == ["FB_ScanTime"]
+
+
+def test_an_outcome_is_kept_until_what_it_rests_on_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inputs, jog = model_named("inputs"), model_named("jog")
+    bug = bug_named("the interval is not waited for")
+    file = tmp_path / "explore.jsonl"
+    known = Known(file, seed=1)
+    assert known.model(inputs) is None
+    met = Done(Result("inputs", states=7, complete=True, bounds={"answers": 3}), 1.5)
+    open_end = Done(Result("jog", states=7), 1.5)
+    for outcome, model in (
+        (met, inputs),
+        (open_end, jog),
+        (Found(bug, 2, 9, ("interval: too soon",)), inputs),
+    ):
+        known.keep(outcome, model)
+
+    again = Known(file, seed=1)
+    assert again.model(inputs) == met
+    assert again.model(jog) is None
+    assert again.bug(bug, inputs) == Found(bug, 2, 9, ("interval: too soon",))
+    assert Known(file, seed=2).model(inputs) is None
+    assert Known(file, seed=1, library=bug.library(tmp_path)).model(inputs) is None
+    changed = replace(inputs, blocks=jog.blocks)
+    monkeypatch.setattr(known_outcomes, "_OWN", ("model",))
+    assert Known(file, seed=1).model(inputs) is None
+    monkeypatch.undo()
+    assert Known(file, seed=1).model(changed) is None
+    assert Known(file, seed=1, fresh=True).model(inputs) is None

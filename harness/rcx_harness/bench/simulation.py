@@ -175,7 +175,8 @@ def compile_library() -> dict[str, Figure]:
             encoding="utf-8",
         )
         environment = {name: os.environ[name] for name in os.environ if name != "RCX_CACHE"}
-        first, again = [], []
+        first: list[float] = []
+        again: list[float] = []
         for number in range(_RUNS):
             environment["XDG_CACHE_HOME"] = str(Path(folder) / f"cache{number}")
             for times in (first, again):

@@ -1,4 +1,7 @@
-"""Explore the models in several processes, print the figures and write them."""
+"""Explore the models in several processes, print the figures and write them.
+
+An outcome is kept as soon as it is there, and taken again while all that it rests on is the same.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +16,17 @@ from dataclasses import replace
 from pathlib import Path
 from queue import Queue
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from rcx_harness.verify.explore.known import Done, Found, Known
 from rcx_harness.verify.explore.model import Model
 from rcx_harness.verify.explore.models import MODELS
 from rcx_harness.verify.explore.replay import replay
-from rcx_harness.verify.explore.search import LIBRARY, ROOT, Broken, Explorer, Result
+from rcx_harness.verify.explore.search import LIBRARY, ROOT, Broken, Explorer
 from rcx_harness.verify.explore.seeded import SEEDED, Seeded
 
 __all__ = ["main"]
@@ -32,33 +36,12 @@ _SEEDS = "seeded bugs"
 _MODELS = {model.name: model for model in MODELS}
 
 
-class _Done(NamedTuple):
-    """An exploration, and the processor time that it took [s]."""
-
-    result: Result
-    seconds: float
-
-    @property
-    def model(self) -> Model:
-        """What was explored."""
-        return _MODELS[self.result.model]
-
-
 class _Task(NamedTuple):
     """What all explorations have in common: see the arguments of the command."""
 
     library: tuple[Path, ...]
     limit: int
     seed: int
-
-
-class _Found(NamedTuple):
-    """What became of a seeded bug: its scans (0: not found), and what the replay said."""
-
-    bug: Seeded
-    scans: int
-    states: int
-    rules: tuple[str, ...]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -71,6 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1))
     parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
     parser.add_argument("--lib", type=Path, help="another copy of plc/lib")
+    parser.add_argument("--fresh", action="store_true", help="forget the outcomes of earlier runs")
     parser.add_argument("--seed", type=int, default=1, help="of the checks of the abstraction")
     chosen = parser.parse_args(arguments)
     unknown = set(chosen.models) - set(names)
@@ -82,7 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     started = time.monotonic()
     library = LIBRARY if chosen.lib is None else tuple(sorted(chosen.lib.rglob("*.st")))
     task = _Task(library, chosen.limit, chosen.seed)
-    done, found = _run(models, seeded, chosen.jobs, task, console)
+    known = Known(_OUT / "explore.jsonl", chosen.seed, library, fresh=chosen.fresh)
+    done, found = _run(models, seeded, chosen.jobs, task, known, console)
     seconds = time.monotonic() - started
     _print(console, done, found, seconds)
     met = all(one.result.met for one in done) and all(one.scans for one in found)
@@ -92,8 +77,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(
-    models: Sequence[Model], seeded: Sequence[Seeded], jobs: int, task: _Task, console: Console
-) -> tuple[list[_Done], list[_Found]]:
+    models: Sequence[Model],
+    seeded: Sequence[Seeded],
+    jobs: int,
+    task: _Task,
+    known: Known,
+    console: Console,
+) -> tuple[list[Done], list[Found]]:
     """Explore all models and look for all seeded bugs, in several processes."""
     columns = (
         TextColumn("{task.description:<12}"),
@@ -109,37 +99,59 @@ def _run(
     ):
         reports: Queue[tuple[str, int, int]] = manager.Queue()
         tasks: dict[str, TaskID] = {}
-        explored = [pool.submit(_explore, model.name, task, reports) for model in models]
-        bugs = [pool.submit(_look_for, bug.name, task.library) for bug in seeded]
-        waiting: set[Future[Any]] = {*explored, *bugs}
-        while waiting:
+        outcomes: dict[str, Done | Found] = {}
+        running: dict[Future[Done | Found], str] = {}
+        for model in models:
+            if (done := known.model(model)) is not None:
+                outcomes[model.name] = done
+            else:
+                running[pool.submit(_explore, model.name, task, reports)] = model.name
+        for bug in seeded:
+            if (found := known.bug(bug, _MODELS[bug.model])) is not None:
+                outcomes[bug.name] = found
+            else:
+                running[pool.submit(_look_for, bug.name, task.library)] = bug.name
+        for name, outcome in outcomes.items():
+            console.print(f"{name}: known from an earlier run ({_line(outcome)})")
+        while running:
             time.sleep(0.2)
-            ready = {future for future in waiting if future.done()}
-            waiting -= ready
-            for future in ready:
-                progress.console.print(_line(future.result()))
+            for future in [one for one in running if one.done()]:
+                name, outcome = running.pop(future), future.result()
+                outcomes[name] = outcome
+                known.keep(outcome, _model_of(outcome))
+                progress.console.print(_line(outcome))
             while not reports.empty():
-                name, number, known = reports.get()
+                name, number, states = reports.get()
                 if name not in tasks:
                     tasks[name] = progress.add_task(name, what="known states", total=1)
-                progress.update(tasks[name], completed=number, total=known)
-            if bugs:
+                progress.update(tasks[name], completed=number, total=states)
+            if seeded:
                 if _SEEDS not in tasks:
-                    tasks[_SEEDS] = progress.add_task(_SEEDS, what="looked for", total=len(bugs))
-                progress.update(tasks[_SEEDS], completed=sum(bug.done() for bug in bugs))
-        return [future.result() for future in explored], [future.result() for future in bugs]
+                    tasks[_SEEDS] = progress.add_task(_SEEDS, what="looked for", total=len(seeded))
+                progress.update(tasks[_SEEDS], completed=sum(b.name in outcomes for b in seeded))
+    names = [*(model.name for model in models), *(bug.name for bug in seeded)]
+    every = [outcomes[name] for name in names]
+    return (
+        [one for one in every if isinstance(one, Done)],
+        [one for one in every if isinstance(one, Found)],
+    )
 
 
-def _line(done: _Done | _Found) -> str:
+def _model_of(outcome: Done | Found) -> Model:
+    """What was explored."""
+    return _MODELS[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
+
+
+def _line(done: Done | Found) -> str:
     """What is printed as soon as it is known."""
-    if isinstance(done, _Found):
+    if isinstance(done, Found):
         return f"seeded: {done.bug.name}: {f'{done.scans} scans' if done.scans else 'NOT FOUND'}"
     one = done.result
     text = f"{one.model}: {one.states:,} states, {one.transitions:,} transitions"
     return f"{text}, {f'BROKEN: {one.broken.rules[0]}' if one.broken else 'no rule broken'}"
 
 
-def _explore(name: str, task: _Task, reports: Queue[tuple[str, int, int]]) -> _Done:
+def _explore(name: str, task: _Task, reports: Queue[tuple[str, int, int]]) -> Done:
     """Explore one model; a broken rule is replayed and written as trace and chart."""
     model, started = _MODELS[name], time.process_time()
     explorer = Explorer(model, task.library, task.seed)
@@ -147,10 +159,10 @@ def _explore(name: str, task: _Task, reports: Queue[tuple[str, int, int]]) -> _D
     if result.broken is not None:
         _draw(model, result.broken, task.library, name)
         result.broken = replace(result.broken, quiet=None)
-    return _Done(result, time.process_time() - started)
+    return Done(result, time.process_time() - started)
 
 
-def _look_for(name: str, library: Sequence[Path]) -> _Found:
+def _look_for(name: str, library: Sequence[Path]) -> Found:
     """Explore the model that is to find a seeded bug, and replay what it finds."""
     bug = next(bug for bug in SEEDED if bug.name == name)
     model = _MODELS[bug.model]
@@ -158,10 +170,10 @@ def _look_for(name: str, library: Sequence[Path]) -> _Found:
         changed = bug.library(Path(folder), library)
         result = Explorer(model, changed).run()
         if result.broken is None:
-            return _Found(bug, 0, result.states, ())
+            return Found(bug, 0, result.states, ())
         rules = _draw(model, result.broken, changed, f"seeded_{SEEDED.index(bug) + 1:02}")
     known = any(rule.startswith(bug.rule) for rule in rules)
-    return _Found(bug, len(result.broken.path) if known else 0, result.states, rules)
+    return Found(bug, len(result.broken.path) if known else 0, result.states, rules)
 
 
 def _draw(model: Model, broken: Broken, library: Sequence[Path], name: str) -> tuple[str, ...]:
@@ -174,14 +186,12 @@ def _draw(model: Model, broken: Broken, library: Sequence[Path], name: str) -> t
     return tuple(shown.rules)
 
 
-def _print(
-    console: Console, done: Sequence[_Done], found: Sequence[_Found], seconds: float
-) -> None:
+def _print(console: Console, done: Sequence[Done], found: Sequence[Found], seconds: float) -> None:
     table = Table("model", "states", "transitions", "depth", "quiet after", "processor", "result")
     for column in table.columns[1:6]:
         column.justify = "right"
     for one in done:
-        result, took, model = one.result, one.seconds, one.model
+        result, took, model = one.result, one.seconds, _model_of(one)
         bound = max(result.bounds.values(), default=0)
         told = f"{bound} scans, {bound * model.tick_ms} ms" if result.complete else "-"
         verdict = "all states, no rule broken" if result.met else "not complete"
@@ -199,7 +209,7 @@ def _print(
     console.print(f"{seconds:.0f} s; traces and charts of broken rules: out/verification/explore")
 
 
-def _write(done: Sequence[_Done], found: Sequence[_Found], seconds: float, met: bool) -> None:
+def _write(done: Sequence[Done], found: Sequence[Found], seconds: float, met: bool) -> None:
     figures = {
         "states": sum(one.result.states for one in done),
         "transitions": sum(one.result.transitions for one in done),
@@ -212,14 +222,14 @@ def _write(done: Sequence[_Done], found: Sequence[_Found], seconds: float, met: 
         "seeded_bugs_found": sum(bool(one.scans) for one in found),
         "seconds": round(seconds),
         "models": {
-            one.model.name: {
-                "title": one.model.title,
+            _model_of(one).name: {
+                "title": _model_of(one).title,
                 "states": one.result.states,
                 "transitions": one.result.transitions,
                 "cut": one.result.cut,
                 "depth_scans": one.result.depth,
                 "complete": one.result.complete,
-                "tick_ms": one.model.tick_ms,
+                "tick_ms": _model_of(one).tick_ms,
                 "bounds_scans": one.result.bounds,
                 "broken": list(one.result.broken.rules) if one.result.broken else [],
                 "processor_seconds": round(one.seconds),

@@ -28,6 +28,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rcx_harness.engine.needed import needed
 from rcx_harness.library import files as generated_files
 from rcx_harness.library.alarm_texts import text_files
+from rcx_harness.verify.mutants.baseline import Baseline
 from rcx_harness.verify.mutants.engine import Workshop
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
 from rcx_harness.verify.mutants.pool import Task, remove_folders, run_tasks
@@ -40,8 +41,8 @@ from rcx_harness.verify.mutants.report import (
     write_rows,
 )
 from rcx_harness.verify.mutants.select import Judges, TestStates, named_tests
-from rcx_harness.verify.mutants.store import Baseline, Results, digest
 from rcx_harness.verify.mutants.suite import Suite, forget_benches
+from rcx_harness.verify.store import Results, digest
 
 __all__ = ["main"]
 
