@@ -167,15 +167,14 @@ class Cell:
             phases: See `Timing.make`.
             on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
             seed: Of everything that is drawn: phases, jitter, the controllers' delays.
-            trace: File for the trace.
+            trace: File for the trace; that of an earlier run is written over.
             watch: Paths of variables that the trace shows in every scan.
 
         Raises:
             InputError: anything wrong with the sources or the arguments.
         """
         files = source_files(program, lib)
-        if trace is not None:
-            check_outputs([trace], files, *several(robot))
+        check_outputs({"trace": trace}, files, *several(robot))
         built = build_program(files.all, engine)
         compiled = built.program
         try:

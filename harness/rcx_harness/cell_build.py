@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +16,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.link import DirectLink, Link
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
+from rcx_harness.trace import FORMAT
 
 __all__ = [
     "Areas",
@@ -28,6 +30,7 @@ __all__ = [
     "make_robot",
     "several",
     "source_files",
+    "st_files",
 ]
 
 #: One file or folder, or several.
@@ -38,6 +41,14 @@ Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
 Areas = int | Sequence[int]
 
 _PACKAGE = Path(__file__).resolve().parent
+#: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
+_FOREIGN = ("__pycache__", "site-packages")
+#: What a run writes: its name, and how every file of that kind begins.
+_WRITTEN = {
+    "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
+    "chart": ("timing chart (SVG)", "<svg "),
+    "vcd": ("wave file (VCD)", "$timescale"),
+}
 
 
 @dataclass(frozen=True)
@@ -58,7 +69,7 @@ def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
 
     Args:
-        program: Files, or folders whose `.st` files are taken.
+        program: Files, or folders whose `.st` files are taken, see `st_files`.
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
 
@@ -73,20 +84,44 @@ def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
     if not folder.is_dir():
         raise InputError("no such folder", file=folder, hint="--lib is the folder of the library")
     taken = {file.resolve() for file in own}
-    found = [file for file in sorted(folder.rglob("*.st")) if file.resolve() not in taken]
+    found = [file for file in st_files(folder) if file.resolve() not in taken]
     return SourceFiles(tuple(dict.fromkeys(own)), tuple(needed(own, found)), folder)
 
 
-def check_outputs(outputs: Sequence[str | Path], files: SourceFiles, *inputs: object) -> None:
-    """Refuse to write over what is read, or twice to the same file.
+def st_files(folder: Path) -> list[Path]:
+    """The ST files of a folder and of those below it, sorted.
+
+    Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
+    left out; the folder itself may be in one.
+    """
+
+    def own(file: Path) -> bool:
+        parts = file.relative_to(folder).parts
+        return not any(part.startswith(".") or part in _FOREIGN for part in parts)
+
+    return sorted(file for file in folder.rglob("*.st") if own(file))
+
+
+def check_outputs(
+    outputs: Mapping[str, str | Path | None], files: SourceFiles, *inputs: object
+) -> None:
+    """Refuse to write over what is read, twice to the same file, or over what is not a run's.
+
+    Args:
+        outputs: Where to write, by kind: `trace`, `chart`, `vcd`; None for nothing.
+        files: The ST files that are read.
+        inputs: What else is read; entries that are no paths do not count.
 
     Raises:
-        InputError: an output that is an input, or two outputs that are one file.
+        InputError: an output that is an input, two outputs that are one file, or a file that no
+            run has written.
     """
     read = {file.resolve() for file in files.all}
     read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
     written: set[Path] = set()
-    for output in outputs:
+    for kind, output in outputs.items():
+        if output is None:
+            continue
         place = Path(output).resolve()
         if place in read:
             raise InputError("would be overwritten, but it is an input", file=output)
@@ -94,7 +129,26 @@ def check_outputs(outputs: Sequence[str | Path], files: SourceFiles, *inputs: ob
             raise InputError("is named for two outputs", file=output)
         if place.is_dir():
             raise InputError("is a folder, not a file", file=output)
+        _check_earlier(kind, output)
         written.add(place)
+
+
+def _check_earlier(kind: str, output: str | Path) -> None:
+    """A file that is there must be empty, or what an earlier run has written there."""
+    if not os.path.isfile(output):  # not there, or a device
+        return
+    name, beginning = _WRITTEN[kind]
+    try:
+        with open(output, "rb") as file:
+            found = file.read(len(beginning))
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=output) from None
+    if found and found != beginning.encode("ascii"):
+        raise InputError(
+            f"is there already, and is no {name}; nothing was written",
+            file=output,
+            hint="name another file, or remove this one",
+        )
 
 
 def make_robot(
@@ -191,7 +245,7 @@ def make_link(name: str, size: int, timing: Timing) -> Link:
 
 def _expand(path: Path) -> list[Path]:
     if path.is_dir():
-        found = sorted(path.rglob("*.st"))
+        found = st_files(path)
         if not found:
             raise InputError("no .st files in this folder", file=path)
         return found

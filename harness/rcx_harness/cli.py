@@ -93,7 +93,11 @@ def run(
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     jitter: Annotated[str, typer.Option(help="Greatest delay of a packet.")] = "0ms",
     timeout: Annotated[
-        str | None, typer.Option(help="Loss of the link. Default: 4 RPI, at least 100ms.")
+        str | None,
+        typer.Option(
+            help="Loss of the link. Default: 4 RPI, at least 100ms; "
+            "with --realtime 32 RPI, at least 320ms."
+        ),
     ] = None,
     phases: Annotated[
         str, typer.Option(help="zero, random, or e.g. scan=3ms,to_robot=1ms,to_plc=2ms,cycle=1ms.")

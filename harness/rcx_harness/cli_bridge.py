@@ -65,7 +65,7 @@ def bridge(
     except ModuleNotFoundError as error:
         if error.name is None or not error.name.startswith("pymodbus"):
             raise
-        hint = "install it: pip install 'rcx-harness[bridge]'"
+        hint = "pip install pymodbus"
         raise InputError("rcx bridge needs the library pymodbus", hint=hint) from None
     if not 0 <= unit <= 0xFF:
         raise InputError(f"--unit {unit} is no unit identifier", hint="they are 0 to 255")

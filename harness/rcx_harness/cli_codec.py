@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from rcx_harness import spec
@@ -52,11 +53,12 @@ def decode(texts: Sequence[str], response: str) -> None:
     Raises:
         InputError: not words, or an unknown command.
     """
-    words = [_word(text) for part in texts for text in part.replace(",", " ").split()]
+    parts = [text for part in texts for text in part.replace(",", " ").split()]
+    words = [_word(text) for text in parts]
     if not 1 <= len(words) <= _WORDS:
         raise InputError(f"{len(words)} words are given", hint=f"a telegram has 1 to {_WORDS}")
     words += [0] * (_WORDS - len(words))
-    command = spec.command(response or f"0x{words[0] & 0x0FFF:04X}")
+    command = spec.command(response or parts[0])
     _print_words("m" if response else "n", words)
     if response:
         _print_response(command, words)
@@ -124,6 +126,8 @@ def _numbers(key: str, text: str) -> spec.FieldValue:
     except ValueError:
         try:
             reals = tuple(float(part) for part in text.split(","))
+            if not all(map(math.isfinite, reals)):
+                raise ValueError
         except ValueError:
             raise InputError(f"{key} = {text!r} is not a number") from None
         return reals if len(reals) > 1 else reals[0]

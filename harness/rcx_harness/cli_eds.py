@@ -11,7 +11,7 @@ from rcx_harness.cli_serve import parse_revision
 from rcx_harness.eds import eds_text
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.errors import InputError
+from rcx_harness.export.output import Output, write
 from rcx_harness.units import parse_us
 
 __all__ = ["eds"]
@@ -27,11 +27,14 @@ def eds(
     product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
     revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
     rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
+    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
 ) -> None:
     """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
 
     It is this project's own and describes the simulation. A real controller is connected with
     the vendor's file.
+
+    Exit code: 0, or 2 on bad input and where the file exists.
     """
     major, minor = parse_revision(revision)
     identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)
@@ -39,8 +42,5 @@ def eds(
     if file is None:
         print(text, end="")
         return
-    try:
-        file.write_text(text, encoding="ascii", newline="\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=file) from None
+    write(Output({"": text}), file, force=force)
     print(f"written: {file}")

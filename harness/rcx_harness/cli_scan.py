@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.cli_option import check_ipv4, check_port, check_size, interval_us
 from rcx_harness.enip.client import PORT
 from rcx_harness.enip.connections import ConnectionKind
 from rcx_harness.errors import InputError
@@ -53,11 +54,18 @@ def scan(
     """
     if sum((input_only, listen_only, bool(write))) > 1:
         raise InputError("--input-only, --listen-only and --write exclude each other")
+    check_size(size)
+    check_port("--port", port)
+    if heartbeat is not None and not 1 <= heartbeat <= 0xFFFF:
+        hint = "they are 1 to 65535"
+        raise InputError(f"--heartbeat {heartbeat} is no connection point", hint=hint)
+    if address:
+        check_ipv4("--from", address)
     kind = ConnectionKind.EXCLUSIVE_OWNER if write else ConnectionKind.INPUT_ONLY
     options = ScanOptions(
         host=host,
         size=size,
-        rpi_us=parse_us(rpi),
+        rpi_us=interval_us("--rpi", rpi),
         duration_us=parse_us(duration),
         kind=ConnectionKind.LISTEN_ONLY if listen_only else kind,
         writes=write or (),

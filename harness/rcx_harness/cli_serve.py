@@ -11,16 +11,17 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.cli_option import check_port, check_size, interval_us
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
-from rcx_harness.units import parse_us
 
 __all__ = ["parse_revision", "serve"]
 
-_SIZES = (48, 256)
+#: Where the web page is (serve/web.py).
+_WEB_HOST = "127.0.0.1"
 
 
 def serve(
@@ -54,12 +55,12 @@ def serve(
     """
     addresses = _addresses(address or ["127.0.0.1"])
     robots = _robots(robot or [], len(addresses))
-    if size is not None and size not in _SIZES:
-        raise InputError(f"the areas cannot be {size} bytes long", hint="choose 48 or 256")
+    if size is not None:
+        check_size(size)
     for name, number in (("--port", port), ("--io-port", io_port), ("--web", web or 1)):
-        if not 1 <= number <= 0xFFFF:
-            raise InputError(f"{name} {number} is no port", hint="ports are 1 to 65535")
-    options = AdapterOptions(rpi_min_us=parse_us(rpi_min))
+        check_port(name, number)
+    _check_clashes(addresses, port, io_port, web)
+    options = AdapterOptions(rpi_min_us=interval_us("--rpi-min", rpi_min))
     major, minor = parse_revision(revision)
     every = [
         Settings(
@@ -95,6 +96,17 @@ def _addresses(texts: Sequence[str]) -> list[str]:
         hint = "127.0.0.2, 127.0.0.3 ... are this computer's, too"
         raise InputError(f"each controller needs its own address, not {twice[0]} twice", hint=hint)
     return list(texts)
+
+
+def _check_clashes(addresses: Sequence[str], port: int, io_port: int, web: int | None) -> None:
+    """Refuse ports that would take each other's place."""
+    if port == io_port:
+        raise InputError(
+            f"--port and --io-port are both {port}", hint="explicit and cyclic messages need two"
+        )
+    if web == port and _WEB_HOST in addresses:
+        hint = "give the page another"
+        raise InputError(f"--web and --port are both {port} of {_WEB_HOST}", hint=hint)
 
 
 def _robots(files: Sequence[Path], controllers: int) -> list[str]:

@@ -85,10 +85,11 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
     duration_us = parse_us(options.duration)
     if not duration_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
-    outputs = [path for path in (options.trace, options.chart, options.vcd) if path is not None]
+    outputs = {"trace": options.trace, "chart": options.chart, "vcd": options.vcd}
     files = source_files(list(options.files), options.lib)
     check_outputs(outputs, files, *several(options.robot), options.stimulus)
     stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
+    late = stimulus.late(duration_us) if stimulus is not None else ""
     timeline = Timeline()
     connected = False
     with Cell.build(
@@ -131,7 +132,7 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
             _write(options.chart, svg_chart(timeline, _title(options, cell)))
         return Outcome(
             cell.program.engine,
-            cell.notice,
+            "\n".join(filter(None, (cell.notice, late))),
             cell.scans,
             cell.cycles,
             cell.commands,
@@ -140,7 +141,7 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
             timeline,
             cell.matched,
             connected,
-            outputs,
+            [path for path in outputs.values() if path is not None],
         )
 
 

@@ -22,7 +22,18 @@ _IDENTITY = bytes.fromhex("2001 2401")
 _GET_ATTRIBUTES_ALL = 0x01
 _TO_ROBOT = 150
 _LOOK_S = 0.01
+_WRITE = "write SI00=1, SI(20)=1 or SIW(2)=5"
+_WORDS_HINT = (
+    "words are SIW(0) to SIW(15), with --size 256 also SIW(24) to SIW(127); double words SID(2), "
+    "SID(4) ..."
+)
 _FIRST_S = 10.0
+#: How the interval in a refusal is meant.
+_TOLD = {
+    2: "the shortest that it takes",
+    3: "the longest that it takes",
+    4: "the one that it takes",
+}
 
 
 @dataclass(frozen=True)
@@ -73,10 +84,12 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
         except ValueError:
             value = -1
         if not equals or value < 0:
-            raise InputError(f"not a value to write: {entry!r}", hint="write SI00=1 or SIW(2)=5")
+            raise InputError(f"not a value to write: {entry!r}", hint=_WRITE)
         at, bit, width = _place(name.strip(), size)
-        if value >> (1 if bit is not None else 8 * width):
-            raise InputError(f"{value} does not fit {name.strip()}")
+        longest = 1 if bit is not None else 8 * width
+        if value >> longest:
+            hint = f"it takes 0 to {(1 << longest) - 1}"
+            raise InputError(f"{value} does not fit {name.strip()}", hint=hint)
         if bit is not None:
             image[at] = image[at] & ~(1 << bit) | value << bit
         else:
@@ -131,7 +144,7 @@ def _open(scanner: Scanner, options: ScanOptions) -> None:
     try:
         scanner.open()
     except CipError as error:
-        raise InputError(str(error), hint=_hint(error.extended[:1], options)) from None
+        raise InputError(str(error), hint=_hint(error.extended, options)) from None
 
 
 def _hint(extended: tuple[int, ...], options: ScanOptions) -> str:
@@ -144,7 +157,23 @@ def _hint(extended: tuple[int, ...], options: ScanOptions) -> str:
         0x128: f"try --size {other}",
         0x12A: "its heartbeat connection point is another; name it with --heartbeat",
     }
+    if extended[:1] in ((0x111,), (0x112,)):
+        return _interval_hint(extended)
     return hints.get(extended[0], "") if extended else ""
+
+
+def _interval_hint(extended: tuple[int, ...]) -> str:
+    """Which interval to ask for; a refusal may say what would do (admission.py has the words)."""
+    if len(extended) < 6:
+        return "try --rpi 10ms"
+    kinds = (extended[1] & 0xFF, extended[1] >> 8)
+    times_us = (extended[2] | extended[3] << 16, extended[4] | extended[5] << 16)
+    told = {kind: time for kind, time in zip(kinds, times_us, strict=True) if kind in _TOLD}
+    if not told:
+        return "try --rpi 10ms"
+    kind, time_us = next(iter(told.items()))
+    shown = format_us(time_us)
+    return f"{_TOLD[kind]} is {shown}; try --rpi {shown.replace(' ', '')}"
 
 
 def _first(scanner: Scanner) -> Received:
@@ -217,8 +246,13 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
             return signal.byte, signal.bit, 1
     if name.upper().replace(" ", "") in ("SIW(0)", "SIW(1)"):
         return 2 * int(name.strip(" )")[-1]), None, 2
-    place = port(name)
-    if place.output or place.bank:
-        raise InputError(f"{name} is no input of the robot", hint="write SI00=1 or SIW(2)=5")
-    place.check(size)
+    try:
+        place = port(name)
+    except InputError:  # it speaks of what a robot program may write: outputs
+        place = None
+    if place is None or place.output or place.bank:
+        hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE
+        raise InputError(f"{name} is no input of the robot that can be written", hint=hint)
+    if place.at + place.size > size:
+        raise InputError(f"{name} needs the extended area", hint="add --size 256")
     return place.at, place.bit, place.size

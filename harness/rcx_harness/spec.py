@@ -176,7 +176,8 @@ def command(name: str) -> Command:
     if code in commands():
         return commands()[code]
     meant = [by_name[key].name for key in get_close_matches(name.lower(), by_name)]
-    raise InputError(f"no remote command is called {name!r}", hint=did_you_mean(meant))
+    hint = did_you_mean(meant) or "docs/commands.md lists all names and codes"
+    raise InputError(f"no remote command is called {name!r}", hint=hint)
 
 
 def _command(groups: Mapping[str, Mapping[str, Any]], /, **entry: Any) -> Command:

@@ -95,6 +95,15 @@ class Stimulus:
                 entries.append(_entry(one, line))
         return cls(file, entries)
 
+    def late(self, end_us: int) -> str:
+        """One line if there are entries that a run of `end_us` does not come to; else empty."""
+        number = sum(entry.t_us >= end_us for entry in self.entries)
+        if not number:
+            return ""
+        entries = "1 entry" if number == 1 else f"{number} entries"
+        verb = "is" if number == 1 else "are"
+        return f"{entries} of {self.file} {verb} at or after the end ({end_us / 1e6:g} s)"
+
     def schedule(self, cell: Cell) -> None:
         """Let the entries happen in `cell`, after all were tried on its state and taken back.
 

@@ -21,6 +21,15 @@ FieldValue = int | float | str | tuple[int, ...] | tuple[float, ...]
 
 WORDS = 16
 _FORMATS = {"u16": "<H", "s16": "<h", "u32": "<I", "s32": "<i", "f32": "<f"}
+#: The largest finite number of 32 bits (IEEE 754).
+_REAL = (2 - 2**-23) * 2.0**127
+_LIMITS: dict[str, tuple[float, float]] = {
+    "u16": (0, 0xFFFF),
+    "s16": (-0x8000, 0x7FFF),
+    "u32": (0, 0xFFFFFFFF),
+    "s32": (-0x80000000, 0x7FFFFFFF),
+    "f32": (-_REAL, _REAL),
+}
 
 
 @dataclass(frozen=True)
@@ -81,32 +90,51 @@ class Field:
         Raises:
             InputError: it does not fit, or is not of the field's kind.
         """
-        try:
-            if self.type == "bits":
-                self._write_bits(words, int(value))  # type: ignore[arg-type]
-                return
-            if self.type == "text":
-                raw = str(value).encode("ascii").ljust(2 * len(self.words))
-                fits = len(raw) == 2 * len(self.words)
-            else:
-                parts: list[Any] = list(value) if isinstance(value, (tuple, list)) else [value]
-                fits = len(parts) <= self.count
-                parts += [0] * (self.count - len(parts))
-                raw = b"".join(struct.pack(_FORMATS[self.type], part) for part in parts)
-        except (struct.error, UnicodeEncodeError, TypeError, ValueError) as error:
-            raise InputError(f"{self.name} cannot be {value!r}: {error}") from error
-        if not fits:
-            raise InputError(f"{self.name} has no room for {value!r}")
+        wrong = self.kind_problem(value) or self._limit_problem(value)
+        if wrong:
+            raise InputError(wrong)
+        if self.type == "bits":
+            shifted = cast(int, value) << self.bits[0]
+            words[self.at // 2] = words[self.at // 2] & ~self.mask | shifted
+            return
+        if self.type == "text":
+            raw = str(value).encode("ascii").ljust(2 * len(self.words))
+        else:
+            parts = _parts(value)
+            parts += (0,) * (self.count - len(parts))
+            raw = b"".join(struct.pack(_FORMATS[self.type], part) for part in parts)
         for k in self.words:
             start = 2 * (k - self.at // 2)
             words[k] = int.from_bytes(raw[start : start + 2], "little")
 
-    def _write_bits(self, words: list[int], value: int) -> None:
-        shifted = value << self.bits[0]
-        if value < 0 or shifted & ~self.mask:
-            width = self.bits[1] - self.bits[0] + 1
-            raise InputError(f"{self.name} cannot be {value}", hint=f"it has {width} bit(s)")
-        words[self.at // 2] = words[self.at // 2] & ~self.mask | shifted
+    def kind_problem(self, value: FieldValue) -> str:
+        """Why a value is not of its kind, or too long; empty if nothing."""
+        if self.type == "text":
+            if len(str(value)) > self.length:
+                return f"{self.name} has no room for {value!r}; it takes {self.length} characters"
+            return ""
+        parts = _parts(value)
+        count = 1 if self.type == "bits" else self.count
+        if len(parts) > count:
+            return f"{self.name} has no room for {value!r}; it takes {count} number(s)"
+        real = self.type == "f32"
+        for part in parts:
+            if not isinstance(part, (int, float) if real else int):
+                return f"{self.name} is {part!r}, not a {'' if real else 'whole '}number"
+        return ""
+
+    def _limit_problem(self, value: FieldValue) -> str:
+        """Why a value of its kind cannot be written at all; empty if nothing."""
+        if self.type == "text":
+            foreign = [c for c in str(value) if not c.isascii()]
+            return f"{self.name} has the character {foreign[0]!r}, not ASCII" if foreign else ""
+        low, high = (0, self.mask >> self.bits[0]) if self.type == "bits" else _LIMITS[self.type]
+        for part in cast("tuple[float, ...]", _parts(value)):
+            if isinstance(part, float) and not math.isfinite(part):
+                continue  # the wire has infinities and NaN, too
+            if not low <= part <= high:
+                return f"{self.name} is {part}, not {_shown(self.range or (low, high))}"
+        return ""
 
     def problem(self, values: Mapping[str, FieldValue]) -> str:
         """What is wrong with its value among all `values` of the telegram; empty if nothing."""
@@ -129,8 +157,7 @@ class Field:
             return ""
         for part in value if isinstance(value, tuple) else (value,):
             if not any(low <= part <= high for low, high in intervals(allowed)):
-                shown = " or ".join(f"{low} to {high}" for low, high in intervals(allowed))
-                return f"{self.name} is {part}, not {shown}"
+                return f"{self.name} is {part}, not {_shown(allowed)}"
         if self.one_bit and value and isinstance(value, int) and value & (value - 1):
             return f"{self.name} is {value:#b}, not exactly one bit"
         return ""
@@ -179,7 +206,11 @@ class Command:
         if robot and not (self.robot and 0 < robot <= 4):
             raise InputError(f"{self.shown} {self.name} cannot designate robot {robot}")
         preset = {part.name: part.fixed for part in self.request if part.fixed is not None}
-        words = self._fill(self.request, {**preset, **values})
+        given = {**preset, **values}
+        problem = self._given_problem(given)
+        if problem:
+            raise InputError(f"{self.shown} {self.name}: {problem}")
+        words = self._fill(self.request, given)
         problem = self.problem(words)
         if problem:
             raise InputError(f"{self.shown} {self.name}: {problem}")
@@ -233,8 +264,35 @@ class Command:
                 meant = did_you_mean(get_close_matches(name, by_name))
                 hint = meant or f"its fields are: {', '.join(by_name) or 'none'}"
                 raise InputError(f"{self.shown} {self.name} has no field {name!r}", hint=hint)
-            by_name[name].write(words, value)
+            try:
+                by_name[name].write(words, value)
+            except InputError as error:
+                raise InputError(f"{self.shown} {self.name}: {error}") from None
         return words
+
+    def _given_problem(self, given: Mapping[str, FieldValue]) -> str:
+        """What is wrong with the values given for a request, before any is packed into words."""
+        parts = [part for part in self.request if part.name in given]
+        for part in parts:
+            problem = part.kind_problem(given[part.name])
+            if problem:
+                return problem
+        values: dict[str, FieldValue] = dict.fromkeys((part.name for part in self.request), 0)
+        for part in parts:
+            value = given[part.name]
+            values[part.name] = tuple(value) if isinstance(value, list) else value
+            if part.type == "text":
+                values[part.name] = str(value)
+        return next(filter(None, (part.problem(values) for part in parts)), "")
+
+
+def _parts(value: FieldValue) -> tuple[Any, ...]:
+    return tuple(value) if isinstance(value, (tuple, list)) else (value,)
+
+
+def _shown(limits: Sequence[float]) -> str:
+    pairs = zip(limits[::2], limits[1::2], strict=True)
+    return " or ".join(f"{low} to {high}" for low, high in pairs)
 
 
 def intervals(limits: Sequence[int]) -> list[tuple[int, int]]:

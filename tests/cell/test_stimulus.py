@@ -76,6 +76,23 @@ def test_an_output_is_held_and_released(cell: Cell, tmp_path: Path) -> None:
     assert (answers[95_000], answers[100_000]) == (0, 1)
 
 
+def test_entries_that_a_run_does_not_come_to_are_told(cell: Cell, tmp_path: Path) -> None:
+    """What is set at the very end is not done any more: a run ends before its last instant."""
+    times = ("900ms", "1s", "50s")
+    text = "".join(
+        f'[[at]]\ntime = "{time}"\nset = {{ "Main.Data" = {number} }}\n'
+        for number, time in enumerate(times, 1)
+    )
+    stimulus = load(tmp_path, text)
+    stimulus.schedule(cell)
+    cell.run("1s")
+    assert cell["Main.Data"] == 1
+    file = tmp_path / "stimulus.toml"
+    assert stimulus.late(1_000_000) == f"2 entries of {file} are at or after the end (1 s)"
+    assert stimulus.late(1_000_001) == f"1 entry of {file} is at or after the end (1 s)"
+    assert stimulus.late(50_000_001) == ""
+
+
 def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path) -> None:
     load(
         tmp_path, '[[at]]\ntime = "1s"\nset = { "Main.Bits0" = 1 }\nrobot = "power_off"\n'

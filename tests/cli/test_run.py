@@ -9,8 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cell import EVENTS
+from rcx_harness.cell import EVENTS, Cell
+from rcx_harness.cell_build import st_files
 from rcx_harness.cli import main
+from rcx_harness.clocks import Timing
+from rcx_harness.errors import InputError
+from rcx_harness.run import RunOptions
+from rcx_harness.run import _timeout as default_timeout
 from rcx_harness.trace import read_trace
 
 Captured = pytest.CaptureFixture[str]
@@ -131,6 +136,93 @@ def test_an_input_is_never_overwritten(run: Run, program: Path, capsys: Captured
     assert run("--for", "100ms", "--trace", str(program)) == 2
     assert "would be overwritten, but it is an input" in capsys.readouterr().err
     assert program.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [("trace", "trace"), ("chart", "timing chart (SVG)"), ("vcd", "wave file (VCD)")],
+)
+def test_a_file_that_no_run_has_written_is_not_overwritten(
+    run: Run, tmp_path: Path, capsys: Captured, kind: str, name: str
+) -> None:
+    file = tmp_path / "other.st"
+    file.write_text("$ (* mine *)")
+    others = {"trace", "chart", "vcd"} - {kind}
+    unwritten = [f"--{one}={tmp_path / one}" for one in sorted(others)]
+    assert run("--for", "100ms", f"--{kind}", str(file), *unwritten) == 2
+    assert capsys.readouterr().err == (
+        f"rcx: {file}: is there already, and is no {name}; nothing was written; "
+        "name another file, or remove this one\n"
+    )
+    assert file.read_text() == "$ (* mine *)"
+    assert not any((tmp_path / one).exists() for one in others)
+
+
+def test_a_run_writes_over_its_own_outputs_and_over_empty_files(run: Run, tmp_path: Path) -> None:
+    files = [tmp_path / kind for kind in ("trace", "chart", "vcd")]
+    options = [f"--{file.name}={file}" for file in files]
+    for file in files:
+        file.touch()
+    assert run("--for", "200ms", *options) == 0
+    first = [file.read_bytes() for file in files]
+    assert run("--for", "300ms", *options) == 0
+    assert len(first[0]) < files[0].stat().st_size
+    assert run("--for", "200ms", *options) == 0
+    assert [file.read_bytes() for file in files] == first
+
+
+def test_a_cell_does_not_overwrite_what_is_no_trace(program: Path, tmp_path: Path) -> None:
+    file = tmp_path / "notes.txt"
+    file.write_text("mine")
+    with pytest.raises(InputError, match="is there already, and is no trace"):
+        Cell.build(program, lib=tmp_path, engine="builtin", trace=file)
+    assert file.read_text() == "mine"
+
+
+def test_an_entry_after_the_end_is_told_and_the_exit_code_stays(
+    run: Run, tmp_path: Path, capsys: Captured
+) -> None:
+    stimulus = tmp_path / "t.toml"
+    stimulus.write_text("[[at]]\ntime = '50s'\nset = { 'Main.Data' = 1 }\n")
+    assert run("--for", "100ms", "--stimulus", str(stimulus)) == 0
+    told = f"1 entry of {stimulus} is at or after the end (0.1 s)"
+    assert capsys.readouterr().out.splitlines()[0] == told
+
+
+def test_files_of_other_tools_in_a_folder_are_no_part_of_the_program(tmp_path: Path) -> None:
+    """The folder itself may be in one of those that are left out below it."""
+    folder = tmp_path / ".hidden" / "site-packages" / "cell"
+    places = (".venv/lib/a.st", "site-packages/b.st", "__pycache__/c.st", ".#d.st", "plc/e.st")
+    for place in (*places, "f.st"):
+        (folder / place).parent.mkdir(parents=True, exist_ok=True)
+        (folder / place).touch()
+    assert st_files(folder) == [folder / "f.st", folder / "plc/e.st"]
+
+
+def test_a_virtual_environment_in_the_cell_is_not_compiled_with_it(
+    program: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    inside = tmp_path / "cell" / ".venv"
+    inside.mkdir(parents=True)
+    (inside / "Wrong.st").write_text("PROGRAM")
+    (tmp_path / "cell" / program.name).write_bytes(program.read_bytes())
+    lib = tmp_path / "lib"
+    lib.mkdir()
+    assert main(["check", str(tmp_path / "cell"), "--lib", str(lib)]) == 0
+    assert capsys.readouterr().out.startswith("1 file checked")
+
+
+def test_the_help_names_both_defaults_of_the_time_out(
+    capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    assert main(["run", "--help"]) == 0
+    said = "Default: 4 RPI, at least 100ms; with --realtime 32 RPI, at least 320ms."
+    assert said in capsys.readouterr().out
+    for rpi, virtual_us, real_us in (("2ms", 100_000, 320_000), ("40ms", 160_000, 1_280_000)):
+        assert Timing.make(rpi=rpi).timeout_us == virtual_us
+        assert default_timeout(RunOptions([], rpi=rpi)) is None
+        assert default_timeout(RunOptions([], rpi=rpi, realtime=True)) == real_us
 
 
 def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captured) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ import pytest
 from rcx_harness import docs
 
 _ROOT = Path(docs.__file__).resolve().parents[2]
+_WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}
+_BY_HAND = ["README.md", "plc/examples/README.md", *sorted(_WRITTEN - set(docs.pages()))]
 
 
 @pytest.mark.parametrize("path", docs.pages())
@@ -18,11 +21,44 @@ def test_a_generated_page_is_current(path: str) -> None:
     assert written == docs.pages()[path]().encode(), "run `make docs`"
 
 
+def _links(page: str) -> list[tuple[str, str]]:
+    """File and heading of every link of a page; empty where it says none."""
+    text = (_ROOT / page).read_text(encoding="utf-8")
+    return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
+
+
 @pytest.mark.parametrize("page", ["README.md", "plc/examples/README.md", *docs.pages()])
 def test_every_link_of_a_page_leads_to_a_file(page: str) -> None:
-    text = (_ROOT / page).read_text(encoding="utf-8")
-    for target in re.findall(r"\]\(([^)#:]+)\)", text):
+    for target, _ in _links(page):
         assert ((_ROOT / page).parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", _BY_HAND)
+def test_every_link_of_a_page_written_by_hand_leads_to_a_file_and_a_heading(page: str) -> None:
+    for target, anchor in _links(page):
+        there = (_ROOT / page).parent / target if target else _ROOT / page
+        assert there.exists(), target
+        if anchor:
+            headings = re.findall(r"^#+ (.+)$", there.read_text(encoding="utf-8"), re.MULTILINE)
+            plain = {re.sub(r"[^\w -]", "", one.lower()).replace(" ", "-") for one in headings}
+            assert anchor in plain, f"{target}#{anchor}"
+
+
+def test_every_page_is_in_the_readmes_list() -> None:
+    listed = {target for target, _ in _links("README.md")}
+    pages = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}
+    assert not pages - listed
+
+
+@pytest.mark.parametrize("page", _BY_HAND)
+def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
+    """The package is on no index: `pip install` takes the file that `pip wheel` has written."""
+    text = (_ROOT / page).read_text(encoding="utf-8")
+    assert "rcx-harness[" not in text
+    for line in re.findall(r"^pip install .*rcx_harness.*$", text, re.MULTILINE):
+        version = metadata.version("rcx-harness")
+        assert re.match(rf"pip install 'dist/rcx_harness-{version}-py3-none-any\.whl\[\w+\]'", line)
+        assert "pip wheel --no-deps -w dist ." in text.partition(line)[0].splitlines()[-1]
 
 
 def test_every_link_to_a_chart_leads_to_a_heading() -> None:
@@ -92,3 +128,15 @@ def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
     for before in ("", "old\n", "old\n\nolder\n"):
         (tmp_path / "README.md").write_text(page.format(before), encoding="utf-8")
         assert docs._readme() == page.format("new\n")
+
+
+def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
+    """docs/export.md; that its pins and arguments are right is tests/export/test_l5x.py."""
+    page = (_ROOT / "docs/export.md").read_text(encoding="utf-8")
+    code = page.partition("```\nIF S:FS THEN")[2].partition("```")[0]
+    calls = re.findall(r"^(FB_\w+)\((\w+), ", code, re.MULTILINE)
+    assert len(calls) == 4
+    for block, tag in calls:
+        source = next((_ROOT / "plc/lib").rglob(f"{block}.st")).read_text(encoding="utf-8")
+        if re.search(r"^\s*Execute\s*:", source, re.MULTILINE):
+            assert f"\n{tag}.Execute := " in code.partition(f"{block}(")[0], block

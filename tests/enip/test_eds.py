@@ -225,7 +225,32 @@ def test_another_size_is_bad_input(capsys: Captured) -> None:
     assert capsys.readouterr().err.startswith("rcx: the areas cannot be 64 bytes long; ")
 
 
-def test_a_file_that_cannot_be_written_is_bad_input(tmp_path: Path, capsys: Captured) -> None:
-    file = tmp_path / "missing" / "rcx3.eds"
+def test_a_file_that_cannot_be_written_is_bad_input(capsys: Captured) -> None:
+    assert main(["eds", "/proc/rcx3.eds"]) == 2
+    assert capsys.readouterr().err.startswith("rcx: /proc/rcx3.eds: cannot be written: ")
+
+
+def test_missing_folders_are_made(tmp_path: Path) -> None:
+    file = tmp_path / "missing" / "too" / "rcx3.eds"
+    assert main(["eds", str(file)]) == 0
+    assert file.is_file()
+
+
+def test_what_is_there_is_written_over_with_force_only(tmp_path: Path, capsys: Captured) -> None:
+    file = tmp_path / "main.st"
+    file.write_text("mine")
     assert main(["eds", str(file)]) == 2
-    assert capsys.readouterr().err == f"rcx: {file}: cannot be written: No such file or directory\n"
+    assert capsys.readouterr().err == (f"rcx: {file}: is there already; --force writes over it\n")
+    assert file.read_text() == "mine"
+    assert main(["eds", str(file), "--force"]) == 0
+    assert file.read_text() == eds_text()
+
+
+def test_the_commands_of_the_page_can_be_typed_one_after_the_other(
+    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: docs/network.md, EDS file."""
+    lines = (repository / "docs/network.md").read_text(encoding="utf-8").splitlines()
+    commands = [line.partition("#")[0].split()[1:] for line in lines if line.startswith("rcx eds ")]
+    monkeypatch.chdir(tmp_path)
+    assert [main(command) for command in commands] == [0, 0]

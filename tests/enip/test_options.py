@@ -11,8 +11,8 @@ from rcx_harness.errors import InputError
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"rpi_min_us": 999}, "packet intervals of 999"),
-        ({"rpi_min_us": 5_000, "rpi_max_us": 4_000}, "packet intervals of 5000 to 4000"),
+        ({"rpi_min_us": 999}, "packet intervals of 0.999 ms"),
+        ({"rpi_min_us": 5_000, "rpi_max_us": 4_000}, "packet intervals of 5 ms to 4 ms"),
         ({"rpi_max_us": 1 << 32}, "packet intervals"),
         ({"input_only": 4}, "must be others"),
         ({"input_only": 150}, "must be others"),

@@ -11,6 +11,7 @@ from rcx_harness import cli_scan
 from rcx_harness.cli import main
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.errors import CipError
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.scan import ScanOptions, output_image
@@ -127,10 +128,10 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--size", "256"], "0x0128, the size from the device does not fit the assembly"),
         (["--size", "256"], "; try --size 48"),
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
+        (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
         (["--listen-only"], "no other connection is open; leave --listen-only out"),
         (["--size", "64"], "the areas cannot be 64 bytes long"),
-        (["--rpi", "10us"], "a packet interval of 10 us cannot be asked for"),
         (["--write", "SO00=1"], "SO00"),
         (["--listen-only", "--write", "SI00=1"], "exclude each other"),
     ],
@@ -142,6 +143,60 @@ def test_a_refusal_is_told_in_words(
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("extended", "hint"),
+    [
+        ((0x112,), "try --rpi 10ms"),
+        ((0x111,), "try --rpi 10ms"),
+        ((0x112, 0x0000, 10_000, 0, 10_000, 0), "try --rpi 10ms"),
+        (
+            (0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030),
+            "the longest that it takes is 3200 ms; try --rpi 3200ms",
+        ),
+        (
+            (0x112, 0x0400, 5_000, 0, 20_000, 0),
+            "the one that it takes is 20 ms; try --rpi 20ms",
+        ),
+    ],
+)
+def test_a_refused_interval_comes_with_one_to_try(
+    running: Adapter, monkeypatch: pytest.MonkeyPatch, extended: tuple[int, ...], hint: str
+) -> None:
+    """A byte of meaning for each direction, then the two intervals in words; 3.2 s is 0x0030D400.
+
+    Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's
+    """
+
+    def refuse(scanner: Scanner) -> None:
+        raise CipError("Forward Open", 0x01, extended)
+
+    monkeypatch.setattr(Scanner, "open", refuse)
+    host, port = running.address
+    with pytest.raises(InputError) as refused:
+        look(ScanOptions(host, port=port), lambda line: None)
+    assert refused.value.hint == hint
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--port", "99999"], "--port 99999 is no port; ports are 1 to 65535"),
+        (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
+        (["--rpi", "5s"], "--rpi 5s is no packet interval; it can be 1ms to 3200ms"),
+        (["--rpi", "10us"], "--rpi 10us is no packet interval; it can be 1ms to 3200ms"),
+        (["--heartbeat", "65536"], "--heartbeat 65536 is no connection point; they are 1 to 65535"),
+        (["--from", "here"], "--from 'here' is no IPv4 address; write it as 192.168.0.10"),
+        (["--size", "-5"], "the areas cannot be -5 bytes long; choose 48 or 256"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
+    capsys: Captured, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
+) -> None:
+    monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("it was asked"))
+    assert main(["scan", "127.0.0.1", *options]) == 2
+    assert capsys.readouterr().err == f"rcx: {message}\n"
 
 
 def test_where_there_is_no_controller_one_line_says_so(capsys: Captured) -> None:
@@ -239,14 +294,18 @@ def test_inputs_are_written_by_any_of_their_names() -> None:
         ("SIW(2)=-1", "not a value to write"),
         ("SO(20)=1", "SO(20) is no input of the robot"),
         ("MO(20)=1", "MO(20) is no input of the robot"),
-        ("SIW(127)=1", "needs the extended area"),
+        ("SIW(127)=1", "SIW(127) needs the extended area; add --size 256"),
         ("nonsense=1", "nonsense"),
+        ("SI0=9", "SI0 is no input of the robot that can be written; write SI00=1, SI(20)=1"),
+        ("SIW(16)=9", "words are SIW(0) to SIW(15), with --size 256 also"),
+        ("SIW(2)=65536", "it takes 0 to 65535"),
     ],
 )
 def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
     with pytest.raises(InputError) as refused:
         output_image([entry], 48)
     assert message in str(refused.value)
+    assert "SOW" not in str(refused.value), "an output is no remedy"
 
 
 def test_a_connection_that_is_lost_on_the_way_is_told() -> None:

@@ -116,8 +116,13 @@ def test_a_folder_in_place_of_a_file_and_a_file_in_place_of_a_folder_are_refused
     with pytest.raises(InputError, match="name a file"):
         write(Output({"": "1"}), tmp_path, force=True)
     (tmp_path / "file").write_text("mine")
-    with pytest.raises(InputError, match="cannot be written"):
-        write(Output({"a": "1"}), tmp_path / "file")
+    with pytest.raises(InputError) as caught:
+        write(Output({"a": "1"}), tmp_path / "file", force=True)
+    assert str(caught.value) == f"{tmp_path / 'file'}: is a file; name a folder"
+    with pytest.raises(InputError, match="/file: is a file; name a folder"):
+        write(Output({"a": "1", "file/b": "2"}), tmp_path, force=True)
+    assert not (tmp_path / "a").exists()
+    assert (tmp_path / "file").read_text() == "mine"
 
 
 def test_an_unknown_target_is_refused_with_those_there_are(capsys: Captured) -> None:

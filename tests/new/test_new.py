@@ -49,6 +49,15 @@ def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Py
     result.assert_outcomes(failed=1, deselected=12)
 
 
+def test_a_misspelt_key_of_its_pytest_ini_is_refused(pytester: pytest.Pytester) -> None:
+    assert main(["new", "."]) == 0
+    with Path("pytest.ini").open("a", encoding="utf-8") as file:
+        file.write("test_paths = tests\n")
+    result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "--collect-only", "-q")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*Unknown config option: test_paths*"])
+
+
 def test_its_program_is_portable_and_runs_from_the_command_line(
     tmp_path: Path, capsys: Captured
 ) -> None:

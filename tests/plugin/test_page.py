@@ -9,6 +9,7 @@ import pytest
 
 from rcx_harness.cli import main
 from rcx_harness.testing import plugin
+from rcx_harness.testing.rules import RULES
 
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
@@ -24,6 +25,12 @@ def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> No
     keys = {f"rcx_{name}" for name in (*plugin.OPTIONS, *plugin.LISTS, *plugin.VALUES)}
     others = {"rcx_build", "rcx_harness", "rcx_chart", "rcx_trace"}
     assert set(re.findall(r"\brcx_[a-z_]+\b", page)) == keys | others
+
+
+def test_every_rule_that_can_be_allowed_is_in_the_page_and_no_other(page: str) -> None:
+    table = page.partition("| Rule | Broken by |")[2].partition("\n\n")[0]
+    shown = re.findall(r"^\| `([^`]+)` \|", table, re.MULTILINE)
+    assert sorted(shown) == sorted({rule for some in RULES.values() for rule in some})
 
 
 def test_the_examples_of_the_page_pass_in_a_new_project(

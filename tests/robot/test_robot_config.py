@@ -80,6 +80,8 @@ def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
     [
         ("size = 48\nservo_on_dellay = 3", 2, "unknown key 'servo_on_dellay'", "servo_on_delay"),
         ("[[axes]]\nsoft_hi = 3", 2, "unknown key 'soft_hi' in [[axes]]", "soft_high"),
+        ("delays = 3", 1, "unknown key 'delays'", "command_delay, servo_on_delay, sequence_delay"),
+        ("[[programs]]\nwork = 3", 2, "'work'", "there are name, duration, loop, steps"),
         ("size = 64", 1, "'size' cannot be 64", "48 or 256"),
         ("size = 48.0", 1, "'size' cannot be 48.0", "48 or 256"),
         ("auto_mode = 1", 1, "'auto_mode' cannot be 1", "true or false"),

@@ -118,10 +118,15 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
         (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
         (["--revision", "1"], "'1' is no revision; write it as 1.1"),
         (["--rpi-min", "fast"], "not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s"),
+        (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
         (
-            ["--rpi-min", "500us"],
-            "packet intervals of 500 to 3200000 us cannot be served; "
-            "the smallest must be at least 1000 us and not above the greatest",
+            ["--port", "2222"],
+            "--port and --io-port are both 2222; explicit and cyclic messages need two",
+        ),
+        (
+            ["--web", "44818"],
+            "--web and --port are both 44818 of 127.0.0.1; give the page another",
         ),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],

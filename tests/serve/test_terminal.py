@@ -170,3 +170,15 @@ def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
         "the controller's process has ended",
     ]
     assert lines.new() == []
+
+
+def test_a_single_skipped_cycle_is_told_as_one() -> None:
+    served = ServedHost()
+    served.run(200)
+    lines = Lines([served])
+    lines.new()
+    served.now_us += 10_000
+    served.station.step(served.now_us, skipped=1)
+    served.run(5)
+    texts = [line.partition(" s  ")[2] for line in lines.new()]
+    assert texts == ["1 cycle of 5 ms skipped: this computer was busy"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from aiohttp.web import Application, Request
 
 from rcx_harness import serve
 from rcx_harness.errors import InputError
-from rcx_harness.serve import web
+from rcx_harness.serve import run, web
 from served import ServedHost
 
 _PAGE = Path(serve.__file__).parent / "page"
@@ -196,3 +197,12 @@ def test_a_port_that_is_taken_is_one_clear_message(hosts: list[ServedHost]) -> N
         await first.close()
 
     asyncio.run(use())
+
+
+def test_without_aiohttp_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package is on no index; the library that is missing is."""
+    monkeypatch.delitem(sys.modules, "rcx_harness.serve.web", raising=False)
+    monkeypatch.setitem(sys.modules, "aiohttp", None)
+    with pytest.raises(InputError) as caught:
+        run._page([], 0)
+    assert str(caught.value) == "the web page needs the library aiohttp; pip install aiohttp"

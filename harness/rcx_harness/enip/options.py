@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rcx_harness.errors import InputError
+from rcx_harness.units import format_us
 
 __all__ = ["AdapterOptions"]
 
@@ -43,9 +44,10 @@ class AdapterOptions:
                 or an inactivity that attribute 13 of the TCP/IP Interface object cannot hold.
         """
         if not 1_000 <= self.rpi_min_us <= self.rpi_max_us <= 0xFFFFFFFF:
+            least, greatest = format_us(self.rpi_min_us), format_us(self.rpi_max_us)
             raise InputError(
-                f"packet intervals of {self.rpi_min_us} to {self.rpi_max_us} us cannot be served",
-                hint="the smallest must be at least 1000 us and not above the greatest",
+                f"packet intervals of {least} to {greatest} cannot be served",
+                hint="the smallest must be at least 1 ms and not above the greatest",
             )
         points = (_TO_MASTER, _TO_ROBOT, self.input_only, self.listen_only)
         if len(set(points)) != len(points):

@@ -47,14 +47,17 @@ def write(output: Output, place: Path, *, force: bool = False) -> list[Path]:
         The files written.
 
     Raises:
-        InputError: a file is there already, is an input, or cannot be written. Nothing is written
-            if any is there already.
+        InputError: a file is there already, is an input, has a file in place of its folder, or
+            cannot be written. Nothing is written in the first three cases.
     """
     files = {place / path if path else place: text for path, text in output.files.items()}
     inputs = {file.resolve() for file in output.inputs}
     for file in files:
         if file.resolve() in inputs:
             raise InputError("would be overwritten, but it is an input", file=file)
+        for folder in file.parents:
+            if folder.exists() and not folder.is_dir():
+                raise InputError("is a file", file=folder, hint="name a folder")
         if file.is_dir() or (file.exists() and not force):
             hint = "name a file" if file.is_dir() else "--force writes over it"
             raise InputError("is there already", file=file, hint=hint)

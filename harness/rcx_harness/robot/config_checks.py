@@ -53,6 +53,8 @@ _PROGRAMS = 100
 _NO_ALARM = ("power_on_alarm", "undefined_data_alarm")
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
+#: Up to this length a hint lists all names [characters].
+_LISTED = 200
 
 
 def check_value(key: str, declared: str, value: Any) -> None:
@@ -137,9 +139,16 @@ def is_number(value: Any) -> bool:
 
 
 def near(name: str, known: Iterable[str]) -> str:
-    """A hint on a name that is not known."""
-    meant = get_close_matches(name, list(known))
-    return f"did you mean {' or '.join(meant)}" if meant else "see docs/fidelity.md for the keys"
+    """A hint on a name that is not known: what is near, else all there are, or the nearest."""
+    names = list(known)
+    meant = get_close_matches(name, names)
+    if meant:
+        return f"did you mean {' or '.join(meant)}"
+    listed = ", ".join(names)
+    if len(listed) <= _LISTED:
+        return f"there are {listed}"
+    nearest = ", ".join(get_close_matches(name, names, cutoff=0.0))
+    return f"the nearest of {len(names)} are {nearest}"
 
 
 def _check_delay(key: str, value: Any) -> None:

@@ -73,7 +73,7 @@ def _page(hosts: Sequence[Host], port: int | None) -> WebServer | None:
     try:
         from rcx_harness.serve.web import WebServer
     except ModuleNotFoundError:
-        hint = "install it: pip install 'rcx-harness[serve]'"
+        hint = "pip install aiohttp"
         raise InputError("the web page needs the library aiohttp", hint=hint) from None
     return WebServer(hosts, port)
 

@@ -72,7 +72,8 @@ def _changes(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
         lines += [f"{word}: {one[1]}" for one in now[key] if one not in old]
     skipped = now["skipped"] - before.get("skipped", 0)
     if skipped:
-        lines.append(f"{skipped} cycles of 5 ms skipped: this computer was busy")
+        cycles = "1 cycle" if skipped == 1 else f"{skipped} cycles"
+        lines.append(f"{cycles} of 5 ms skipped: this computer was busy")
     if not now["running"] and before.get("running", True):
         lines.append("the controller's process has ended")
     return lines

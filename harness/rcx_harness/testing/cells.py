@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ Build = Callable[..., Cell]
 
 _FILES = re.compile(r"(chart|trace)(-\d+)?\.(svg|jsonl)")
 _LONGEST = 80
+#: Times of a cell, and how a message about them begins (clocks.py).
+_TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -53,7 +55,12 @@ class Cells:
         Raises:
             InputError: anything wrong with sources or settings.
         """
-        cell = Cell.build(**settings_of(self._item, changes))
+        settings = settings_of(self._item, changes)
+        try:
+            cell = Cell.build(**settings)
+        except InputError as error:
+            _hint_at_units(error, settings)
+            raise
         self._cells.append(cell)
         self._told.append(0)
         return cell
@@ -160,6 +167,15 @@ class Cells:
         """Does a marker allow it: by its rule, or as all of them?"""
         markers = self._item.iter_markers("allow_violations")
         return any(not marker.args or violation.rule in marker.args for marker in markers)
+
+
+def _hint_at_units(error: InputError, settings: Mapping[str, Any]) -> None:
+    """Say what a bare number means, where it is a time that is refused."""
+    for name, what in _TIMES.items():
+        value = settings.get(name)
+        if type(value) is int and not error.hint and error.message.startswith(f"{what} is "):
+            hint = f"a bare number is microseconds; write '{value}ms'"
+            raise InputError(error.message, hint=hint) from None
 
 
 def _file_name(name: str) -> str:

@@ -78,6 +78,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Make the markers known; check the settings where there are any."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
+    _check_keys(config)
     if _in_use(config):
         from rcx_harness.testing.settings import check_settings
 
@@ -91,6 +92,16 @@ def pytest_report_header(config: pytest.Config) -> str | None:
     from rcx_harness.testing.settings import header
 
     return header(config)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A marker that allows a rule which does not exist is an error of its test."""
+    for marker in item.iter_markers("allow_violations"):
+        from rcx_harness.testing.rules import wrong_marker
+
+        wrong = wrong_marker(marker)
+        if wrong:
+            pytest.fail(f"rcx: {wrong}", pytrace=False)
 
 
 @pytest.fixture
@@ -167,6 +178,32 @@ def _duration(text: str) -> str:
     except InputError as error:
         raise ArgumentTypeError(str(error)) from None
     return text
+
+
+def _check_keys(config: pytest.Config) -> None:
+    """Refuse keys of the ini file, or of `-o`, that look like ours and are not known.
+
+    Raises:
+        UsageError: one message, for pytest to print.
+    """
+    every = getattr(config, "_inicfg", None)  # from pytest 9.1 on; inicfg warns there
+    given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)
+    given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
+    for key, file in given.items():
+        if key.lower().startswith(("rcx_", "rcx-")) and not _registered(config, key):
+            from rcx_harness.testing.rules import unknown_key
+
+            names = [f"rcx_{name}" for name in (*OPTIONS, *LISTS, *VALUES)]
+            raise pytest.UsageError(f"rcx: {unknown_key(key, names, file)}")
+
+
+def _registered(config: pytest.Config, key: str) -> bool:
+    """Ours, or that of a conftest.py of the user's."""
+    try:
+        config.getini(key)
+    except ValueError:
+        return False
+    return True
 
 
 def _in_use(config: pytest.Config) -> bool:

@@ -1,0 +1,47 @@
+"""Checks of options that several commands have; each names the option as it was typed."""
+
+from __future__ import annotations
+
+import ipaddress
+
+from rcx_harness.errors import InputError
+from rcx_harness.units import parse_us
+
+__all__ = ["check_ipv4", "check_port", "check_size", "interval_us"]
+
+_SIZES = (48, 256)
+#: Packet intervals in microseconds: the range of the vendor's earlier adapter.
+_SHORTEST_US, _LONGEST_US = 1_000, 3_200_000
+
+
+def check_port(option: str, number: int) -> None:
+    """Refuse what is no TCP or UDP port (InputError)."""
+    if not 1 <= number <= 0xFFFF:
+        raise InputError(f"{option} {number} is no port", hint="ports are 1 to 65535")
+
+
+def check_size(size: int) -> None:
+    """Refuse a size that the areas cannot have, in bytes (InputError)."""
+    if size not in _SIZES:
+        raise InputError(f"the areas cannot be {size} bytes long", hint="choose 48 or 256")
+
+
+def check_ipv4(option: str, text: str) -> None:
+    """Refuse what is no IPv4 address (InputError)."""
+    try:
+        ipaddress.IPv4Address(text)
+    except ValueError:
+        hint = "write it as 192.168.0.10"
+        raise InputError(f"{option} {text!r} is no IPv4 address", hint=hint) from None
+
+
+def interval_us(option: str, text: str) -> int:
+    """A packet interval in microseconds.
+
+    Raises:
+        InputError: not a duration, or none that a controller can have.
+    """
+    given_us = parse_us(text)
+    if not _SHORTEST_US <= given_us <= _LONGEST_US:
+        raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
+    return given_us
