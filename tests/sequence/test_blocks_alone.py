@@ -160,7 +160,9 @@ def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
     assert alone["Robot.HoldStop"] is True
 
 
-@pytest.mark.parametrize("block", ["FB_AlarmReset", "FB_ReturnToOrigin", "FB_ServoOn"])
+@pytest.mark.parametrize(
+    "block", ["FB_AlarmReset", "FB_ProgramReset", "FB_ReturnToOrigin", "FB_ServoOn"]
+)
 def test_the_limit_is_that_of_the_edge_also_where_the_turn_comes_later(block: str) -> None:
     """Source: design of the library, 3: inputs are sampled on the rising edge."""
     alone = _waiting(block)
