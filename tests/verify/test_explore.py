@@ -13,6 +13,7 @@ from rcx_harness.verify.explore import known as known_outcomes
 from rcx_harness.verify.explore.known import Done, Found, Known
 from rcx_harness.verify.explore.model import DOWN, UP, Model
 from rcx_harness.verify.explore.models import MODELS
+from rcx_harness.verify.explore.models_small import SMALL
 from rcx_harness.verify.explore.replay import replay
 from rcx_harness.verify.explore.search import LIBRARY, Explorer, Result
 from rcx_harness.verify.explore.seeded import SEEDED, Seeded
@@ -22,14 +23,14 @@ BOUND = 20
 
 
 def model_named(name: str) -> Model:
-    return next(model for model in MODELS if model.name == name)
+    return next(model for model in (*MODELS, *SMALL) if model.name == name)
 
 
 def bug_named(name: str) -> Seeded:
     return next(bug for bug in SEEDED if bug.name == name)
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+@pytest.mark.parametrize("model", [*MODELS, *SMALL], ids=lambda model: model.name)
 def test_no_rule_is_broken_within_a_small_bound(model: Model) -> None:
     result = Explorer(model).run(BOUND)
     assert result.broken is None, result.broken

@@ -25,6 +25,7 @@ from rich.table import Table
 from rcx_harness.verify.explore.known import Done, Found, Known
 from rcx_harness.verify.explore.model import Model
 from rcx_harness.verify.explore.models import MODELS
+from rcx_harness.verify.explore.models_small import SMALL
 from rcx_harness.verify.explore.replay import replay
 from rcx_harness.verify.explore.search import LIBRARY, ROOT, Broken, Explorer
 from rcx_harness.verify.explore.seeded import SEEDED, Seeded
@@ -33,7 +34,7 @@ __all__ = ["main"]
 
 _OUT = ROOT / "out/verification"
 _SEEDS = "seeded bugs"
-_MODELS = {model.name: model for model in MODELS}
+_MODELS = {model.name: model for model in (*MODELS, *SMALL)}
 
 
 class _Task(NamedTuple):
@@ -49,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m rcx_harness.verify.explore", description=__doc__
     )
-    names = [model.name for model in MODELS]
+    names = list(_MODELS)
     parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1))
     parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
@@ -60,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unknown = set(chosen.models) - set(names)
     if unknown:
         parser.error(f"no model {', '.join(sorted(unknown))}; there are {', '.join(names)}")
-    models = [model for model in MODELS if not chosen.models or model.name in chosen.models]
+    models = [one for one in _MODELS.values() if not chosen.models or one.name in chosen.models]
     seeded = [bug for bug in SEEDED if bug.model in {model.name for model in models}]
     console = Console()
     started = time.monotonic()

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.explore.model import Model
+from rcx_harness.verify.explore.models import MODELS
 from rcx_harness.verify.explore.search import LIBRARY, ROOT, Result
 from rcx_harness.verify.explore.seeded import Seeded
 from rcx_harness.verify.store import Results, digest
@@ -17,9 +18,9 @@ from rcx_harness.verify.store import Results, digest
 __all__ = ["Done", "Found", "Known"]
 
 _HERE = Path(__file__).parent
-#: What decides over states and rules, beside the blocks: the engine, and these of this package.
+#: What decides over states and rules, beside blocks and models: the engine, these of this package.
 _ENGINE = ("*.py", "*.lark")
-_OWN = ("abstraction", "kept", "model", "models", "oracle", "search", "seeded")
+_OWN = ("abstraction", "kept", "model", "oracle", "search")
 
 
 class Done(NamedTuple):
@@ -62,7 +63,7 @@ class Known:
 
     def bug(self, bug: Seeded, model: Model) -> Found | None:
         """What became of a seeded bug in its model."""
-        found = self._kept.get(self._key(model, bug.name)) if self._kept else None
+        found = self._kept.get(self._key(model, repr(bug))) if self._kept else None
         return Found(bug, found["scans"], found["states"], tuple(found["rules"])) if found else None
 
     def keep(self, outcome: Done | Found, model: Model) -> None:
@@ -71,7 +72,7 @@ class Known:
             return
         if isinstance(outcome, Found):
             if outcome.scans:
-                key = self._key(model, outcome.bug.name)
+                key = self._key(model, repr(outcome.bug))
                 entry = {"scans": outcome.scans, "states": outcome.states, "rules": outcome.rules}
                 self._kept.add({"key": key, **entry})
         elif outcome.result.met:
@@ -86,7 +87,8 @@ class Known:
                 files = needed([model.write(Path(folder))], self._library)
             engine = ROOT / "harness/rcx_harness/engine"
             rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
-            own = [_HERE / f"{part}.py" for part in _OWN]
+            defined = ("models",) if model in MODELS else ("models", "models_small")
+            own = [_HERE / f"{part}.py" for part in (*_OWN, *defined)]
             state = digest(ROOT, [*files, *rules, *own])
-            self._keys[name] = f"{name} {state} {self._seed}"
+            self._keys[name] = f"{model.name} {state} {self._seed} {name}"
         return self._keys[name]

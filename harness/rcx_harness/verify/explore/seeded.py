@@ -105,11 +105,11 @@ SEEDED = (
         "unasked",
     ),
     Seeded(
-        "a time limit that is armed but not evaluated",
+        "a time limit that is sampled but not counted",
         "FB_Job",
-        "ELSIF Longest = 0 OR Waited < Longest THEN",
-        "ELSIF Longest >= 0 THEN",
-        "commands",
+        "Waits := Longest > 0 AND (Active OR Channel.Orphan)",
+        "Waits := FALSE",
+        "alone",
         "hang",
     ),
     Seeded(
@@ -133,7 +133,7 @@ SEEDED = (
         "FB_MakeHead",
         "Hold := JogHold",
         "Hold := FALSE",
-        "jog",
+        "stopped",
         "jog",
     ),
     Seeded(
