@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _print(console, done, found, seconds)
     met = all(one.result.met for one in done) and all(one.scans for one in found)
     if not chosen.models and not chosen.limit:
-        _write(done, found, seconds, met)
+        _write(done, found, met)
     return 0 if met else 1
 
 
@@ -210,7 +210,7 @@ def _print(console: Console, done: Sequence[Done], found: Sequence[Found], secon
     console.print(f"{seconds:.0f} s; traces and charts of broken rules: out/verification/explore")
 
 
-def _write(done: Sequence[Done], found: Sequence[Found], seconds: float, met: bool) -> None:
+def _write(done: Sequence[Done], found: Sequence[Found], met: bool) -> None:
     figures = {
         "states": sum(one.result.states for one in done),
         "transitions": sum(one.result.transitions for one in done),
@@ -221,7 +221,7 @@ def _write(done: Sequence[Done], found: Sequence[Found], seconds: float, met: bo
         "broken_rules": sum(one.result.broken is not None for one in done),
         "seeded_bugs": len(found),
         "seeded_bugs_found": sum(bool(one.scans) for one in found),
-        "seconds": round(seconds),
+        "processor_seconds": round(sum(one.seconds for one in done)),
         "models": {
             _model_of(one).name: {
                 "title": _model_of(one).title,
