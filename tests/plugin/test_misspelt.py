@@ -113,19 +113,3 @@ def test_every_rule_that_is_reported_can_be_allowed(run: Run, repository: Path) 
     every = ", ".join(f'"{rule}"' for rules in RULES.values() for rule in rules)
     test = f"import pytest\n@pytest.mark.allow_violations({every})\n{_EMPTY}"
     run(test).assert_outcomes(passed=1)
-
-
-def test_a_bare_number_that_is_refused_as_a_time_is_told_to_be_microseconds(run: Run) -> None:
-    wrong = {
-        "scan=5": "*the scan is 0.005 ms; *; a bare number is microseconds; write '5ms'",
-        "rpi=10": "*the RPI is 0.01 ms; *; a bare number is microseconds; write '10ms'",
-        "timeout=100": "*the time-out is 0.1 ms; *; a bare number is microseconds; write '100ms'",
-        "scan='5us'": "*the scan is 0.005 ms; it must be 0.1 ms to 10000 ms",
-    }
-    tests = [
-        f"@pytest.mark.rcx({marker})\ndef test_{number}(cell):\n    pass\n"
-        for number, marker in enumerate(wrong)
-    ]
-    result = run("import pytest\n" + "".join(tests))
-    result.assert_outcomes(errors=len(wrong))
-    result.stdout.fnmatch_lines([f"rcx: {message}" for message in wrong.values()])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import pytest
 
@@ -159,15 +159,8 @@ def test_without_a_program_the_message_says_where_to_name_it(run: Run) -> None:
     result.stdout.fnmatch_lines(["rcx: no program is named; write `rcx_sources = plc/*.st` into*"])
 
 
-def test_a_wrong_marker_is_one_message(run: Run) -> None:
-    wrong = {
-        "scann='5ms'": "*a cell has no option 'scann'*scan*",
-        "'5ms'": "*takes names, not '5ms'*",
-        "scan='5 parrots'": "*not a duration: '5 parrots'*",
-        "sources='nothing/*.st'": "*no file is called nothing/*.st*",
-        "robot='none.toml'": "*none.toml*",
-        "size=47": "*47 bytes*",
-    }
+def _each_refused(run: Run, wrong: Mapping[str, str]) -> None:
+    """Each marker is an error of its test, with one message."""
     tests = [
         f"@pytest.mark.rcx({marker})\ndef test_{number}(cell):\n    pass\n"
         for number, marker in enumerate(wrong)
@@ -177,6 +170,18 @@ def test_a_wrong_marker_is_one_message(run: Run) -> None:
     result.stdout.fnmatch_lines([f"rcx: {message}" for message in wrong.values()])
     assert len([line for line in result.outlines if line.startswith("rcx: ")]) == len(wrong)
     assert "Traceback" not in result.stdout.str()
+
+
+def test_a_wrong_marker_is_one_message(run: Run) -> None:
+    wrong = {
+        "scann='5ms'": "*a cell has no option 'scann'*scan*",
+        "'5ms'": "*takes names, not '5ms'*",
+        "scan='5 parrots'": "*not a duration: '5 parrots'*",
+        "sources='nothing/*.st'": "*no file is called nothing/*.st*",
+        "robot='none.toml'": "*none.toml*",
+        "size=47": "*47 bytes*",
+    }
+    _each_refused(run, wrong)
 
 
 @pytest.mark.parametrize(
@@ -210,3 +215,13 @@ def test_a_wrong_option_ends_the_run_with_one_message(
     run: Run, option: str, value: str, message: str
 ) -> None:
     _refused(run(_SHOW, f"--rcx-{option}", value), message)
+
+
+def test_a_bare_number_that_is_refused_as_a_time_is_told_to_be_microseconds(run: Run) -> None:
+    wrong = {
+        "scan=5": "*the scan is 0.005 ms; *; a bare number is microseconds; write '5ms'",
+        "rpi=10": "*the RPI is 0.01 ms; *; a bare number is microseconds; write '10ms'",
+        "timeout=100": "*the time-out is 0.1 ms; *; a bare number is microseconds; write '100ms'",
+        "scan='5us'": "*the scan is 0.005 ms; it must be 0.1 ms to 10000 ms",
+    }
+    _each_refused(run, wrong)
