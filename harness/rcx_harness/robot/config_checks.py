@@ -13,6 +13,8 @@ from rcx_harness.robot.script import Task, script
 
 __all__ = ["alarm_code", "check_programs", "check_value", "expect", "is_number", "near"]
 
+#: A robot program's name, as remote commands can carry it (guide 4.6.1).
+_NAME = re.compile("[A-Z0-9_]+")
 _CHOICES = {
     "size": (48, 256),
     "parallel_io": ("none", "valid", "invalid"),
@@ -110,8 +112,8 @@ def check_programs(programs: Any, size: int) -> None:
             number = step.number if isinstance(step, Task) else 1
             allowed = f"START 1 to START {len(programs)}"
             expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
-        right = isinstance(program.name, str) and program.name.isascii()
-        expect(right, "name", program.name, "upper case letters, digits and _")
+        named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
+        expect(named, "name", program.name, "upper case letters, digits and _")
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
