@@ -20,6 +20,8 @@ from rcx_harness.units import parse_us
 __all__ = ["POINTS", "main"]
 
 OUTPUT = Path("out/bench.json")
+#: Columns of the table where nobody says how wide the screen is, as in a file.
+_FILE_WIDTH = 140
 
 #: What can be measured: a module of this package with `measure(options)`, and a line of help.
 POINTS: dict[str, str] = {
@@ -58,6 +60,8 @@ def main(arguments: Sequence[str]) -> int:
 def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
     """Measure the points, print each as it is there, and keep them."""
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=_FILE_WIDTH)
     every: dict[str, Figure] = {}
     for point in points:
         console.print(f"{point}: {POINTS[point]} ...", highlight=False)
