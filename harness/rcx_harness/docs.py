@@ -31,8 +31,8 @@ __all__ = ["Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[2]
 
-#: From then on it says which page it is at [s].
-_PATIENCE_S = 2.0
+#: From then on it says how far it is [s], after so many pages each time.
+_PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
     r"^(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$", re.MULTILINE
@@ -250,8 +250,8 @@ def main(arguments: list[str]) -> int:
     begin = time.monotonic()
     every = every_page()
     for number, (path, render) in enumerate(every.items(), 1):
-        if time.monotonic() - begin > _PATIENCE_S:
-            print(f"{number}/{len(every)} {path}", file=sys.stderr)
+        if time.monotonic() - begin > _PATIENCE_S and number % _STEP == 0:
+            print(f"{number}/{len(every)} pages, {path}", file=sys.stderr)
         file, text = ROOT / path, render().encode()
         if file.exists() and file.read_bytes() == text:
             continue

@@ -90,12 +90,13 @@ def test_writing_says_where_it_is_once_it_takes_long(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(docs, "ROOT", tmp_path)
-    monkeypatch.setattr(docs, "every_page", lambda: {"one.md": lambda: "1", "two.md": lambda: "2"})
+    every = {f"{number}.md": lambda: "text" for number in range(1, 121)}
+    monkeypatch.setattr(docs, "every_page", lambda: every)
     assert docs.main([]) == 0
     assert not capsys.readouterr().err
     monkeypatch.setattr(docs, "_PATIENCE_S", -1.0)
     assert docs.main([]) == 0
-    assert capsys.readouterr().err.splitlines() == ["1/2 one.md", "2/2 two.md"]
+    assert capsys.readouterr().err.splitlines() == ["50/120 pages, 50.md", "100/120 pages, 100.md"]
 
 
 def test_a_stale_page_is_reported(
