@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from rcx_harness import spec
@@ -125,8 +126,8 @@ def _file(block: str) -> str:
 
 def _test(block: Block) -> str:
     text = (spec.folder().parent / f"plc/lib/command/{block.name}.st").read_text(encoding="utf-8")
-    path = text.partition("Tests: ")[2].split()[0]
-    return _link(path)
+    head = text.partition("*)")[0]
+    return ", ".join(_link(path) for path in re.findall(r"tests/[\w/]+\.py", head))
 
 
 def _link(path: str) -> str:

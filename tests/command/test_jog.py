@@ -4,45 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from plc_bench import ROOT, PlcBench
-
-PROGRAM = ROOT / "tests/data/library/Levels.st"
-
-#: 12.400 with the position of the manual's example: 12345, -123, 2000.
-STOPPED = [0x000C, 0x0190, 0, 0x3039, 0, 0xFF85, 0xFFFF, 0x07D0, 0]
-
-
-def _plc() -> PlcBench:
-    plc = PlcBench(program=PROGRAM)
-    plc.power_up()
-    plc.scan(3)
-    return plc
-
-
-def _jogging(plc: PlcBench, **pins: object) -> None:
-    """Enable, until the code is out and the controller runs it."""
-    for name, value in pins.items():
-        plc[f"Jog.{name}"] = value
-    plc["Jog.Enable"] = True
-    plc.scan_until(lambda: plc.words[0] != 0)
-    plc.answer(0x0100)
-    plc.scan()
-
-
-def _stop(plc: PlcBench) -> None:
-    """Enable falls, the controller ends the jog with 12.400."""
-    plc["Jog.Enable"] = False
-    plc.scan(2)
-    plc.answer(0x4000, STOPPED)
-    plc.scan()
-    plc.answer(0)
-
-
-def _present(plc: PlcBench, what: str, present: bool) -> None:
-    if what == "Connected":
-        plc["Connected"] = present
-    else:
-        plc.outputs(SO01_CpuOk=present)
+from jog_bench import STOPPED, end_by_stop, jog_plc, jogging, present
 
 
 @pytest.mark.parametrize(
@@ -53,8 +15,8 @@ def test_the_telegram_of_a_jog(frame: str, code: int) -> None:
 
     Source: remote command guide 4.2.6, examples
     """
-    plc = _plc()
-    _jogging(plc, Frame=frame, Direction="DIRECTION_MINUS", PositionOutput="POSITION_PULSES")
+    plc = jog_plc()
+    jogging(plc, Frame=frame, Direction="DIRECTION_MINUS", PositionOutput="POSITION_PULSES")
     assert plc.words == [code, 0x4000, 0x0081, *[0] * 13]
     assert plc["Jog.Valid"]
     assert not plc["Jog.Busy"]
@@ -62,8 +24,8 @@ def test_the_telegram_of_a_jog(frame: str, code: int) -> None:
 
 def test_robot_axis_and_millimetres() -> None:
     """Source: remote command guide 4.2.6: R in bits 15 to 12, one axis in bits 0 to 5."""
-    plc = _plc()
-    _jogging(plc, RobotNumber=2, Axis=6, PositionOutput="POSITION_MM")
+    plc = jog_plc()
+    jogging(plc, RobotNumber=2, Axis=6, PositionOutput="POSITION_MM")
     assert plc.words[:3] == [0x2020, 0x8000, 0x0020]
 
 
@@ -72,8 +34,8 @@ def test_the_jog_is_stopped_by_the_stop_input_si06() -> None:
 
     Source: remote command guide 4.2.6
     """
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc["Jog.Enable"] = False
     plc.scan()
     assert plc.inputs == ["SI00"]
@@ -84,9 +46,9 @@ def test_the_jog_is_stopped_by_the_stop_input_si06() -> None:
 
 def test_the_alarm_12_400_is_the_normal_end_of_a_jog_with_the_position() -> None:
     """Source: remote command guide 4.2.6, abnormal end by the stop input, and its example."""
-    plc = _plc()
-    _jogging(plc, PositionOutput="POSITION_PULSES")
-    _stop(plc)
+    plc = jog_plc()
+    jogging(plc, PositionOutput="POSITION_PULSES")
+    end_by_stop(plc)
     assert not plc["Jog.Error"]
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (0, 0)
     assert plc["Jog.Pulses"] == [12345, -123, 2000, 0, 0, 0]
@@ -95,9 +57,9 @@ def test_the_alarm_12_400_is_the_normal_end_of_a_jog_with_the_position() -> None
 
 def test_the_position_in_millimetres_has_three_decimals() -> None:
     """Source: remote command guide 4.2.6: integers (x 1000)."""
-    plc = _plc()
-    _jogging(plc, PositionOutput="POSITION_MM")
-    _stop(plc)
+    plc = jog_plc()
+    jogging(plc, PositionOutput="POSITION_MM")
+    end_by_stop(plc)
     assert plc["Jog.PositionMm"] == pytest.approx([12.345, -0.123, 2.0, 0.0, 0.0, 0.0])
     assert plc["Jog.Pulses"] == [0] * 6
 
@@ -107,9 +69,9 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
 
     Source: remote command guide 4.2.6; manual chapter 5, 3, caution
     """
-    plc = _plc()
-    _jogging(plc)
-    _stop(plc)
+    plc = jog_plc()
+    jogging(plc)
+    end_by_stop(plc)
     assert plc["Jog.Stopping"]
     assert 8 <= plc.scan_until(lambda: "SI06" in plc.inputs) <= 10, "12 scans from OFF to ON"
     plc.scan_until(lambda: not plc["Jog.Stopping"])
@@ -117,8 +79,8 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
 
 
 def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> None:
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc["Jog.Enable"] = False
     plc.scan()
     plc["Jog.Enable"], plc["Jog.Axis"] = True, 2
@@ -135,7 +97,7 @@ def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> Non
 
 
 def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
-    plc = _plc()
+    plc = jog_plc()
     plc["Jog.Enable"] = True
     plc.scan()
     plc["Jog.Enable"] = False
@@ -150,7 +112,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
 def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
     """Whatever the scan in which Enable falls: code without SI(06) OFF lasts no longer."""
     for scans in range(1, 6):
-        plc = _plc()
+        plc = jog_plc()
         plc["Jog.Enable"] = True
         plc.scan(scans)
         plc["Jog.Enable"] = False
@@ -160,8 +122,8 @@ def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
 
 def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
     """The command has lost its block: SI(06) goes OFF in the same scan."""
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc["CallJog"] = False
     plc.scan()
     assert plc.inputs == ["SI00"]
@@ -174,7 +136,7 @@ def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
 
 
 def test_a_jog_of_fb_remote_command_is_stopped_at_its_timeout() -> None:
-    plc = _plc()
+    plc = jog_plc()
     plc["First.Code"], plc["First.Data[2]"], plc["First.Timeout"] = 0x0020, 1, "T#100ms"
     plc["First.Execute"] = True
     plc.scan_until(lambda: plc.words[0] == 0x0020)
@@ -187,8 +149,8 @@ def test_a_jog_of_fb_remote_command_is_stopped_at_its_timeout() -> None:
 
 def test_another_stop_ends_the_jog_with_an_error() -> None:
     """12.400 that Enable has not asked for, as from a stop of the programming box."""
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc.answer(0x4000, STOPPED)
     plc.scan()
     plc.answer(0)
@@ -205,8 +167,8 @@ def test_another_stop_ends_the_jog_with_an_error() -> None:
 
 def test_a_soft_limit_ends_the_jog_with_its_alarm() -> None:
     """Source: remote command guide 1.1: 2.334."""
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc.answer(0x4000, [0x0002, 0x014E])
     plc.scan()
     assert plc["Jog.ErrorID"] == 0x8020
@@ -216,8 +178,8 @@ def test_a_soft_limit_ends_the_jog_with_its_alarm() -> None:
 
 def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls() -> None:
     """Source: remote command guide 4.2.6, normal end."""
-    plc = _plc()
-    _jogging(plc, PositionOutput="POSITION_PULSES")
+    plc = jog_plc()
+    jogging(plc, PositionOutput="POSITION_PULSES")
     plc.answer(0x0200, [0, 0, 0, 0x3039, 0])
     plc.scan()
     plc.answer(0)
@@ -243,7 +205,7 @@ def test_inputs_that_are_not_legal_are_refused_without_a_telegram(
     pins: dict[str, int], error: int
 ) -> None:
     """Source: remote command guide 4.2.6: robots 0 to 4, one of axes 1 to 6."""
-    plc = _plc()
+    plc = jog_plc()
     for name, value in pins.items():
         plc[f"Jog.{name}"] = value
     plc["Jog.Enable"] = True
@@ -254,9 +216,9 @@ def test_inputs_that_are_not_legal_are_refused_without_a_telegram(
 
 
 def test_an_illegal_value_after_a_legal_jog_sends_nothing() -> None:
-    plc = _plc()
-    _jogging(plc)
-    _stop(plc)
+    plc = jog_plc()
+    jogging(plc)
+    end_by_stop(plc)
     plc.scan_until(lambda: not plc["Jog.Stopping"])
     plc["Jog.Axis"], plc["Jog.Enable"] = 7, True
     plc.scan(6)
@@ -267,7 +229,7 @@ def test_an_illegal_value_after_a_legal_jog_sends_nothing() -> None:
 def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
     """Source: manual chapter 5, 2, SI(06) and SI(00)."""
     for pin, error in (("StopOk", 0x8007), ("EmergencyStopOk", 0x8003)):
-        plc = _plc()
+        plc = jog_plc()
         plc[pin] = False
         plc.scan()
         plc["Jog.Enable"] = True
@@ -278,8 +240,8 @@ def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
 
 def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> None:
     """SI(06) stays OFF while the jog is out, and a new Enable says that the channel is blocked."""
-    plc = _plc()
-    _jogging(plc, Timeout="T#100ms")
+    plc = jog_plc()
+    jogging(plc, Timeout="T#100ms")
     plc["Jog.Enable"] = False
     plc.scan(15)
     assert not plc["Jog.Stopping"]
@@ -292,8 +254,8 @@ def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> No
 
 def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
     """Source: design of every block; manual chapter 1, 5."""
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc["Connected"] = False
     plc.scan()
     assert plc["Jog.ErrorID"] == 0x8001
@@ -315,8 +277,8 @@ def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
 
     Source: design of every block; manual chapter 1, 5.
     """
-    plc = _plc()
-    _jogging(plc)
+    plc = jog_plc()
+    jogging(plc)
     plc["Jog.Enable"] = False
     plc.scan()
     if moment == "until SI(06) is back":
@@ -326,10 +288,10 @@ def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
     plc["Jog.Enable"] = True
     plc.scan()
     assert plc["Jog.Busy"]
-    _present(plc, lost, False)
+    present(plc, lost, False)
     plc.scan()
     assert (plc["Jog.Error"], plc["Jog.Busy"], plc["Jog.ErrorID"]) == (True, False, error_id)
-    _present(plc, lost, True)
+    present(plc, lost, True)
     plc.answer(0)
     plc.scan(100)
     assert plc.words[0] == 0
@@ -339,68 +301,3 @@ def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
     assert not plc["Jog.Error"]
     plc["Jog.Enable"] = True
     plc.scan_until(lambda: plc.words[0] == 0x0020)
-
-
-def test_a_jog_waits_for_its_turn() -> None:
-    plc = _plc()
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan(3)
-    plc["Jog.Enable"] = True
-    plc.scan(5)
-    assert plc["Jog.Busy"]
-    assert plc.words[0] == 0x0501
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
-    plc.scan_until(lambda: plc.words[0] == 0x0020, most=4)
-
-
-def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
-    """While SI(06) is OFF a movement would end with 12.400."""
-    plc = _plc()
-    _jogging(plc)
-    plc["First.Code"], plc["First.Execute"] = 0x0001, True
-    _stop(plc)
-    while plc.words[0] != 0x0001:
-        assert plc.now_us < 5_000_000
-        assert plc.words[0] == 0
-        plc.scan()
-    assert "SI06" in plc.inputs
-    assert plc["Robot.Settled"]
-
-
-def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
-    """StopOk FALSE is the user's own stop: what does not move goes on working."""
-    plc = _plc()
-    _jogging(plc)
-    plc["StopOk"] = False
-    _stop(plc)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
-
-
-def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
-    """SI(06) is not going to come back by itself then."""
-    plc = _plc()
-    _jogging(plc)
-    plc["Robot.HoldStop"] = True
-    _stop(plc)
-    assert plc.inputs == ["SI00"]
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
-    assert plc.inputs == ["SI00"]
-
-
-def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None:
-    """The end is seen in the scan in which the area is legal again."""
-    plc = _plc()
-    _jogging(plc)
-    plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
-    plc.scan()
-    assert plc.words[0] == 0x0020, "held, whatever happens"
-    plc["WriteArea.Size"] = 48
-    plc.answer(0x4000, STOPPED)
-    plc.scan()
-    assert plc.words[0] == 0
-    assert plc.inputs == ["SI00", "SI06"]
-    assert not plc["Jog.Error"]

@@ -1,0 +1,70 @@
+"""FB_Jog and the commands before and after it: whose turn it is while SI(06) stops a jog."""
+
+from __future__ import annotations
+
+from jog_bench import STOPPED, end_by_stop, jog_plc, jogging
+
+
+def test_a_jog_waits_for_its_turn() -> None:
+    plc = jog_plc()
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(3)
+    plc["Jog.Enable"] = True
+    plc.scan(5)
+    assert plc["Jog.Busy"]
+    assert plc.words[0] == 0x0501
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] == 0x0020, most=4)
+
+
+def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
+    """While SI(06) is OFF a movement would end with 12.400."""
+    plc = jog_plc()
+    jogging(plc)
+    plc["First.Code"], plc["First.Execute"] = 0x0001, True
+    end_by_stop(plc)
+    while plc.words[0] != 0x0001:
+        assert plc.now_us < 5_000_000
+        assert plc.words[0] == 0
+        plc.scan()
+    assert "SI06" in plc.inputs
+    assert plc["Robot.Settled"]
+
+
+def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
+    """StopOk FALSE is the user's own stop: what does not move goes on working."""
+    plc = jog_plc()
+    jogging(plc)
+    plc["StopOk"] = False
+    end_by_stop(plc)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
+
+
+def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
+    """SI(06) is not going to come back by itself then."""
+    plc = jog_plc()
+    jogging(plc)
+    plc["Robot.HoldStop"] = True
+    end_by_stop(plc)
+    assert plc.inputs == ["SI00"]
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    assert plc.inputs == ["SI00"]
+
+
+def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None:
+    """The end is seen in the scan in which the area is legal again."""
+    plc = jog_plc()
+    jogging(plc)
+    plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
+    plc.scan()
+    assert plc.words[0] == 0x0020, "held, whatever happens"
+    plc["WriteArea.Size"] = 48
+    plc.answer(0x4000, STOPPED)
+    plc.scan()
+    assert plc.words[0] == 0
+    assert plc.inputs == ["SI00", "SI06"]
+    assert not plc["Jog.Error"]

@@ -1,0 +1,47 @@
+"""FB_Jog with everything around it: begin a jog, end it by the stop input."""
+
+from __future__ import annotations
+
+from plc_bench import ROOT, PlcBench
+
+__all__ = ["STOPPED", "end_by_stop", "jog_plc", "jogging", "present"]
+
+PROGRAM = ROOT / "tests/data/library/Levels.st"
+
+#: 12.400 with the position of the manual's example: 12345, -123, 2000.
+STOPPED = [0x000C, 0x0190, 0, 0x3039, 0, 0xFF85, 0xFFFF, 0x07D0, 0]
+
+
+def jog_plc() -> PlcBench:
+    """Powered up, ready for a jog."""
+    plc = PlcBench(program=PROGRAM)
+    plc.power_up()
+    plc.scan(3)
+    return plc
+
+
+def jogging(plc: PlcBench, **pins: object) -> None:
+    """Enable, until the code is out and the controller runs it."""
+    for name, value in pins.items():
+        plc[f"Jog.{name}"] = value
+    plc["Jog.Enable"] = True
+    plc.scan_until(lambda: plc.words[0] != 0)
+    plc.answer(0x0100)
+    plc.scan()
+
+
+def end_by_stop(plc: PlcBench) -> None:
+    """Enable falls, the controller ends the jog with 12.400."""
+    plc["Jog.Enable"] = False
+    plc.scan(2)
+    plc.answer(0x4000, STOPPED)
+    plc.scan()
+    plc.answer(0)
+
+
+def present(plc: PlcBench, what: str, there: bool) -> None:
+    """The link (`Connected`) or CPU_OK is there, or is lost."""
+    if what == "Connected":
+        plc["Connected"] = there
+    else:
+        plc.outputs(SO01_CpuOk=there)
