@@ -12,6 +12,7 @@ from fault_run import FAULTS, Rig
 from plc_bench import ROOT
 
 _JOB, _SERVO = "sequence/FB_Job.st", "sequence/FB_ServoOn.st"
+_IDLE, _REQUEST = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n", "Robot.Request.SI01_ServoOn"
 
 
 def _first_failure(lib: Path, block: str, fault: str) -> str:
@@ -50,15 +51,16 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
         ),
         (
             _SERVO,
-            "IF Job.Request THEN",
-            "IF Job.Request OR (Robot.SI.SI01_ServoOn AND Robot.SO.SO02_ServoOn) THEN",
+            _IDLE,
+            f"  {_REQUEST} := {_REQUEST} OR (Robot.SI.SI01_ServoOn AND Robot.SO.SO02_ServoOn);\n"
+            + _IDLE,
             "none",
             "the requests are withdrawn",
         ),
         (
             _SERVO,
-            "IF Job.Request THEN",
-            "IF Job.Request OR (Robot.SO.SO03_Alarm AND NOT Robot.SO.SO00_EmergencyStop) THEN",
+            _IDLE,
+            f"  {_REQUEST} := Robot.SO.SO03_Alarm AND NOT Robot.SO.SO00_EmergencyStop;\n" + _IDLE,
             "emergency stop",
             "something starts by itself: a request or a command goes out unasked",
         ),
