@@ -230,4 +230,4 @@ def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
     files = source_files(sorted((repository / "plc" / "examples" / "01_power_up").glob("*.st")))
     cell = build_cell(list(files.own))
     monitor = ContractMonitor(cell.program, steady_instances(files.own, files.lib))
-    assert "PowerUp.ServoOn.Job" in [path.replace("Main.", "PowerUp.") for path in monitor.steady]
+    assert "Main.ServoOn.Job" in monitor.paths

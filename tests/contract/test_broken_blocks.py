@@ -14,6 +14,7 @@ from rcx_harness.verify.broken import broken_library
 _JOB, _TAKE_HEAD = "sequence/FB_Job.st", "area/FB_TakeHead.st"
 _HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"
 _HEAD, _JOG = "area/FB_MakeHead.st", "command/FB_Jog.st"
+_IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
 def _told(lib: Path, block: str) -> Iterator[str]:
@@ -166,8 +167,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "a sequence starts again by itself",
                 "FB_ServoOn",
                 "sequence/FB_ServoOn.st",
-                "  IF Job.Request THEN\n",
-                "  IF Job.Request OR Robot.SO.SO03_Alarm THEN\n",
+                _IDLE,
+                f"  Robot.Request.SI01_ServoOn := Robot.SO.SO03_Alarm;\n{_IDLE}",
                 "a request goes out unasked",
             ),
             (
