@@ -40,6 +40,17 @@ _ZERO = {
     "FB_ReadPositionPulses": ("continuous",),  # FB_ContinuousPosition
     "FB_ReadPositionMm": ("continuous",),
     "FB_WriteScaraHand": ("data4",),  # FB_WriteHand
+    "FB_ReadProgramInfo": ("task", "program_name"),
+    "FB_ReadProgramInfoByTask": ("program", "program_name"),
+    "FB_ReadProgramInfoByName": ("program", "task"),
+}
+
+
+#: The one value that a block sends, because other blocks send the others: method (guide 4.6.4).
+_ONLY = {
+    "FB_ReadProgramInfo": {"method": (1,)},
+    "FB_ReadProgramInfoByTask": {"method": (2,)},
+    "FB_ReadProgramInfoByName": {"method": (4,)},
 }
 
 
@@ -155,20 +166,27 @@ def test_every_value_of_every_field_can_be_sent(
     codes = set()
     sent = []
     assert reading.block.zero == _ZERO.get(reading.block.name, ())
+    assert reading.block.only == _ONLY.get(reading.block.name, {})
     for pins in [*reading.edges(chance), *_draws(reading, chance)]:
         words = plc.exchange(pins)
         codes.add(words[0])
         sent.append(_check(reading, pins, words))
     assert {code & 0x0FFF for code in codes} == {one.code for one in reading.block.commands}
     assert {code >> 12 for code in codes} == set(range(5 if command.robot else 1))
-    for part in command.request:
-        if part.name in reading.block.zero or part.fixed is not None:
+    for part in reading.requests.values():
+        if part.name in reading.block.zero:
+            continue
+        if part.fixed is not None:
+            assert {fields[part.name] for fields in sent} == {part.fixed}
             continue
         seen = {fields[part.name] for fields in sent}
         never = set(_UNREACHED.get(part.name, ()))
         assert len(seen) > 1, f"{part.name} is always the same"
         assert {*part.values, *(part.range or ())} - never <= seen, part.name
+        selectors = reading.requests[part.by].values if part.by else {}
         for selector, limits in part.ranges.items():
+            if selectors and selector not in selectors:
+                continue  # another block sends it
             there = {fields[part.name] for fields in sent if fields[part.by] == selector}
             assert part.type == "text" or {*limits} - never <= there, f"{part.name} of {selector}"
 

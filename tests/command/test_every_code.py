@@ -69,6 +69,25 @@ def test_the_table_of_commands_has_a_row_with_block_test_and_section(command: Co
     assert row.split("|")[-1].strip().endswith(command.section)
 
 
+@every_command
+def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Command) -> None:
+    """Every field and every value of the manual can be sent, every field of the answer is shown.
+
+    Source: design of the library, 3: every flag and field of the manual is reachable.
+    """
+    blocks = [library().blocks[name] for name in _blocks(command)]
+    if any(block.handwritten for block in blocks):
+        return  # it has all of them; its own tests say so
+    for part in command.request:
+        sent = [block for block in blocks if part.name not in block.zero]
+        assert sent, part.name
+        values = {value for block in sent for value in block.only.get(part.name, part.values)}
+        assert values == set(part.values), part.name
+    for part in command.response:
+        shown = {one.source for block in blocks for one in block.outputs}
+        assert part.name in shown | {"flag_bit0"}, part.name
+
+
 @pytest.mark.parametrize("block", library().blocks.values(), ids=lambda one: str(one.name))
 def test_a_real_is_in_millimetres_or_percent_where_the_field_has_a_part_of_them(
     block: Block,

@@ -10,6 +10,7 @@ import math
 import random
 import struct
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from rcx_harness.engine.base import Value
@@ -56,7 +57,9 @@ class Reading:
     def __init__(self, block: Block) -> None:
         self.block = block
         self.command = block.commands[0]
-        self.requests: Mapping[str, Field] = {one.name: one for one in self.command.request}
+        self.requests: Mapping[str, Field] = {
+            one.name: _only(one, block.only.get(one.name)) for one in self.command.request
+        }
         self.filler: dict[str, Input] = {}
         for pin in reversed(block.inputs):
             self.filler |= dict.fromkeys((*pin.to, pin.flag), pin)
@@ -178,6 +181,7 @@ class Reading:
         """Values of the pins on which this one depends, and the fields that follow from them."""
         part = self.requests[pin.to[0]]
         names = {name for name in (part.by, pin.when and pin.when[0]) if name and name != pin.flag}
+        names -= self.block.only.keys() - self.filler.keys()  # the block is the choice
         fillers = {self.filler[name].pin: self.filler[name] for name in names}
         assert len(fillers) <= 1, "a pin depends on one other pin at most"
         if not fillers:
@@ -330,6 +334,11 @@ class Reading:
         near = [single((low - step) / per_unit), single((high + step) / per_unit)]
         for value in (*near, -1e30, 1e30, math.inf, -math.inf, math.nan):
             yield value, 0x8047 if natural else error
+
+
+def _only(part: Field, sent: Sequence[int] | None) -> Field:
+    """The field with the values that the block sends, where it leaves others to another block."""
+    return part if sent is None else replace(part, values={k: part.values[k] for k in sent})
 
 
 def _characters(part: Field) -> str:

@@ -74,7 +74,7 @@ def test_a_link_that_alters_a_byte_is_found(monkeypatch: pytest.MonkeyPatch) -> 
 def test_every_command_block_is_in_the_generated_program() -> None:
     source = every_command().files["EveryCommand.st"]
     blocks = sorted((SUBJECTS["every command"].files["EveryCommand.st"]).split())
-    assert source.count(": FB_") == 96 + 3
+    assert source.count(": FB_") == 98 + 3
     assert "FB_Jog;" in blocks
 
 

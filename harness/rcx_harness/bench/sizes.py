@@ -56,19 +56,17 @@ int main(void) {
 
 @dataclass(frozen=True)
 class Size:
-    """One type: where it lies in the library, what an instance takes, and why it may take more.
+    """One type: where it lies in the library, and what an instance takes.
 
     Attributes:
         name: Of the block or structure.
         folder: `area`, `command`, `sequence`, `types` and so on.
         bytes: Per instance.
-        texts: Pins of type STRING, of 128 bytes each.
     """
 
     name: str
     folder: str
     bytes: int
-    texts: int = 0
 
     @property
     def limit(self) -> int | None:
@@ -108,14 +106,8 @@ def sizes(matiec: Matiec, compiler: str) -> list[Size]:
         printed = subprocess.run([str(program)], capture_output=True, text=True, check=True)
     found = dict(zip(names, map(int, printed.stdout.split()), strict=True))
     every = [Size("RCX_REF", "types", found["RCX_REF"])]
-    every += [Size(path.stem, path.parent.name, found[path.stem], _texts(path)) for path in blocks]
+    every += [Size(path.stem, path.parent.name, found[path.stem]) for path in blocks]
     return sorted(every, key=lambda size: (size.folder, size.name))
-
-
-def _texts(block: Path) -> int:
-    """How many pins of a block are of type STRING."""
-    interface = block.read_text(encoding="utf-8").partition("  VAR\n")[0]
-    return interface.count(": STRING;")
 
 
 def measure(options: Options) -> dict[str, Figure]:
@@ -134,18 +126,13 @@ def measure(options: Options) -> dict[str, Figure]:
         }
     every = sizes(matiec, compiler)
     Console().print(table(every))
-    plain = [size for size in every if size.folder == "command" and not size.texts]
-    large = max(plain, key=lambda size: size.bytes)
+    commands = [size for size in every if size.folder == "command"]
+    large = max(commands, key=lambda size: size.bytes)
     ref = next(size for size in every if size.name == "RCX_REF")
-    figures = {
+    return {
         "size RCX_REF": at_most(ref.bytes, "byte", LARGEST_REF),
         "size largest command block": at_most(large.bytes, "byte", LARGEST_COMMAND, large.name),
     }
-    for size in every:
-        if size.folder == "command" and size.texts and size.bytes > LARGEST_COMMAND:
-            label = f"size {size.name}, {size.texts} STRING"
-            figures[label] = at_most(size.bytes, "byte", LARGEST_COMMAND)
-    return figures
 
 
 def table(every: list[Size]) -> Table:

@@ -15,7 +15,7 @@ _MANY = 5
 
 
 def packing(block: Block, tables: Library) -> list[str]:
-    """The statements that fill Data; words that no field covers stay 0."""
+    """The statements that fill Data; words that no field covers, or only those at 0, stay 0."""
     conditions = Conditions(block, tables.enumerations)
     steps: list[tuple[str, list[str]]] = []
     for pin in block.inputs:
@@ -38,7 +38,8 @@ def _clear(block: Block, body: list[str]) -> list[str]:
     sure = {
         line.split(" :=")[0] for line in body if line.startswith("Data[") and " OR " not in line
     }
-    used = {k for part in block.requests.values() for k in part.words}
+    filled = [part for name, part in block.requests.items() if name not in block.zero]
+    used = {k for part in filled for k in part.words}
     used = {k for k in used if f"Data[{k}]" not in sure or base[k]}
     if "Data[k" in text or len(used) >= _MANY:
         lines = loop(WORDS - 1, [f"Data[k] := {word(0)};"])

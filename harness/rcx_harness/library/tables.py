@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
@@ -83,7 +83,12 @@ class Output:
 
 @dataclass(frozen=True)
 class Block:
-    """A command block. With several commands, member k of the type of `select` chooses the k-th."""
+    """A command block. With several commands, member k of the type of `select` chooses the k-th.
+
+    What it leaves to another block of the same command: `zero`, fields of the request that stay 0;
+    `only`, the values of a field that it sends; `echo`, fields of the response that are not shown,
+    because they repeat what was asked for.
+    """
 
     name: str
     does: str
@@ -95,12 +100,17 @@ class Block:
     inputs: tuple[Input, ...] = ()
     outputs: tuple[Output, ...] = ()
     zero: tuple[str, ...] = ()
+    only: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    echo: tuple[str, ...] = ()
     handwritten: bool = False
 
     @property
     def requests(self) -> Mapping[str, Field]:
-        """Request fields by name; those of all its commands are the same."""
-        return {part.name: part for part in self.commands[0].request}
+        """Request fields by name, with the values that the block sends; alike in all commands."""
+        every = {part.name: part for part in self.commands[0].request}
+        for name, sent in self.only.items():
+            every[name] = replace(every[name], values={k: every[name].values[k] for k in sent})
+        return every
 
     @property
     def responses(self) -> Mapping[str, Field]:
@@ -146,7 +156,8 @@ def _enumeration(members: list[list[Any]], **entry: Any) -> Enumeration:
 
 def _block(shared: Mapping[str, dict[str, Any]], **entry: Any) -> Block:
     entry["commands"] = tuple(spec.command(name) for name in entry["commands"])
-    entry["zero"] = tuple(entry.get("zero", ()))
+    entry["zero"], entry["echo"] = tuple(entry.get("zero", ())), tuple(entry.get("echo", ()))
+    entry["only"] = {name: tuple(sent) for name, sent in entry.get("only", {}).items()}
     if "select" in entry:
         entry["select"] = _input(**entry["select"])
     entry["inputs"] = tuple(_input(**_pin(shared, one)) for one in entry.get("inputs", ()))
@@ -203,14 +214,22 @@ def _check(block: Block) -> None:
             raise InputError(f"{command.name} has other fields than {first.name}")
     if (len(block.commands) > 1) != (block.select is not None):
         raise InputError("several commands need `select`, one has none")
+    fields = {part.name: part for part in first.request}
+    for name, sent in block.only.items():
+        known = sorted(fields[name].values) if name in fields else []
+        if not sent or not set(sent) <= set(known):
+            raise InputError(f"`only`: {list(sent)} are not values of {name}, which has {known}")
     free = {name for name, part in block.requests.items() if part.fixed is not None}
     filled = {name for pin in block.inputs for name in (*pin.to, pin.flag) if name}
     shown = {one.source for one in block.outputs}
     unknown = (filled - set(block.requests)) | (shown - set(block.responses))
     if unknown:
         raise InputError(f"no field is called {', '.join(sorted(unknown))}")
+    not_asked = set(block.echo) - (filled & set(block.responses))
+    if not_asked:
+        raise InputError(f"`echo`: no pin asks for {', '.join(sorted(not_asked))}")
     missing = set(block.requests) - filled - free - set(block.zero)
-    missing |= set(block.responses) - shown - _NOT_SHOWN
+    missing |= set(block.responses) - shown - set(block.echo) - _NOT_SHOWN
     if missing:
         raise InputError(f"no pin for {', '.join(sorted(missing))}")
 

@@ -107,6 +107,7 @@ _VALUES = {
     "ValueInteger": "-123456",
     "ValueReal": "1.5",
     "Comment": "'NOTHING MATTERS'",
+    "ProgramName": "'MAIN'",
     "Pattern": "WORD#16#00A5",
     "SpeedMode": "SPEED_PERCENT",
     "Speed": "50.0",
