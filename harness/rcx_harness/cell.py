@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, NoReturn, cast
+from typing import Any, NamedTuple, cast
 
 from rcx_harness.cell_build import (
     Areas,
@@ -17,6 +18,7 @@ from rcx_harness.cell_build import (
     several,
     source_files,
 )
+from rcx_harness.cell_closed import ClosedProgram, cell_is_closed
 from rcx_harness.cell_node import Member, Node
 from rcx_harness.clocks import CYCLE_US, Duration, Kind, Timing
 from rcx_harness.contract import ContractMonitor
@@ -39,6 +41,9 @@ EVENTS: dict[str, str] = {
     **ROBOT_EVENTS,
 }
 
+#: A time, or a number of scans, that does not come.
+_NEVER = sys.maxsize
+
 
 class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fault of the cell
     """What a test waited for did not come within its time."""
@@ -50,17 +55,6 @@ class _Snapshot(NamedTuple):
     contract: Any
     trace: Any
     counts: tuple[int, int, int]
-
-
-class _Closed:
-    """In place of a cell's program after `close`: on matiec its memory is gone."""
-
-    def __getattr__(self, name: str) -> NoReturn:
-        raise _closed()
-
-
-def _closed() -> InputError:
-    return InputError("the cell is closed", hint="read and scan before close(), inside the `with`")
 
 
 class Cell:
@@ -120,8 +114,8 @@ class Cell:
             node.connect(self.trace, self._report)
         self._first = self._nodes[0]
         self._agenda = self._first.agenda
-        self._agenda.add(timing.phases[-1], Kind.SCAN)
-        self._first.happens[Kind.SCAN] = self._scan_is_due
+        self._agenda.repeat(timing.phases[-1], Kind.SCAN, timing.scan_us)
+        self._first.happens[Kind.SCAN] = lambda now, _: self._scan(now)
         self._first.happens[Kind.STIMULUS] = lambda _, action: action()
         self._contract = ContractMonitor(program, steady)
 
@@ -223,15 +217,12 @@ class Cell:
 
     def scan(self, n: int = 1) -> None:
         """Let time pass until `n` more scans have run."""
-        goal = self.scans + n
-        while self.scans < goal:
-            self._step(self._next())
+        self._pass(_NEVER, self.scans + n)
 
     def run(self, duration: Duration) -> None:
         """Let `duration` pass: everything before `now + duration` happens."""
         end = self.now_us + parse_us(duration)
-        while (node := self._next()).agenda.next_us() < end:
-            self._step(node)
+        self._pass(end)
         self.now_us = end
 
     def run_until(self, predicate: Callable[[], bool], within: Duration) -> int:
@@ -247,12 +238,10 @@ class Cell:
         end = start + parse_us(within)
         while not predicate():
             goal = self.scans + 1
-            while self.scans < goal:
-                node = self._next()
-                if node.agenda.next_us() > end:
-                    self.now_us = end
-                    raise CellTimeout(self._timeout_text(end - start))
-                self._step(node)
+            self._pass(end + 1, goal)
+            if self.scans < goal:
+                self.now_us = end
+                raise CellTimeout(self._timeout_text(end - start))
         return self.now_us - start
 
     @contextmanager
@@ -351,7 +340,7 @@ class Cell:
             node.link.close()
         self.program.close()
         self.closed = True
-        self.program = cast(Program, _Closed())
+        self.program = cast(Program, ClosedProgram())
 
     def __enter__(self) -> Cell:
         return self
@@ -366,21 +355,21 @@ class Cell:
 
     # --- what happens ------------------------------------------------------------------------
 
-    def _next(self) -> Node:
-        """Where the next event is; of simultaneous ones the order is that of `Kind`."""
-        if self.closed:
-            raise _closed()
-        if len(self._nodes) == 1:
-            return self._first
-        return min(self._nodes, key=lambda node: node.agenda.first())
+    def _pass(self, end: int, scans: int = _NEVER) -> None:
+        """Let everything before `end` happen, or all until so many scans have run.
 
-    def _step(self, node: Node) -> None:
-        self.now_us, kind, payload = node.agenda.pop()
-        node.happens[kind](self.now_us, payload)
-
-    def _scan_is_due(self, now: int, _: object) -> None:
-        self._agenda.add(now + self.timing.scan_us, Kind.SCAN)
-        self._scan(now)
+        Of simultaneous events the order is that of `Kind`.
+        """
+        node, several = self._first, len(self._nodes) > 1
+        while self.scans < scans:
+            if self.closed:
+                raise cell_is_closed()
+            if several:
+                node = min(self._nodes, key=lambda node: node.agenda.first())
+            if node.agenda.next_us() >= end:
+                return
+            self.now_us, kind, payload = node.agenda.pop()
+            node.happens[kind](self.now_us, payload)
 
     def _scan(self, now: int) -> None:
         for node in self._nodes:
@@ -390,7 +379,8 @@ class Cell:
         watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
         for node in self._nodes:
             node.after_scan(now, number, watched if node is self._first else None)
-        self._report(self._contract.scan(now, number))
+        if found := self._contract.scan(now, number):
+            self._report(found)
 
     def _report(self, found: Iterable[Violation]) -> None:
         for violation in found:

@@ -130,13 +130,8 @@ class Network:
     def deliver(self, now_us: int, packet: tuple[int, int, bytes]) -> None:
         """A packet arrives; a packet from before an interruption does not."""
         direction, epoch, content = packet
-        if epoch != self._epoch:
-            return
-        self._last[direction] = now_us
-        if direction == _TO_ROBOT:
-            self._link.scanner_write(content)
-        else:
-            self.input = content
+        if epoch == self._epoch:
+            self._arrive(direction, now_us, content)
 
     def snapshot(self) -> object:
         """The whole state, images included."""
@@ -173,13 +168,28 @@ class Network:
 
     def _alive(self, direction: int, now_us: int) -> bool:
         last = self._last[direction]
-        if last is not None and now_us - last >= self._timing.timeout_us:
-            self._lose(direction)
-            self._lost_us = now_us
-        return self._last[direction] is not None
+        if last is None:
+            return False
+        if now_us - last < self._timing.timeout_us:
+            return True
+        self._lose(direction)
+        self._lost_us = now_us
+        return False
 
     def _send(self, direction: int, now_us: int, content: bytes) -> None:
         jitter_us = self._timing.jitter_us
+        if not jitter_us and now_us > self._due[direction]:
+            # Nothing else is under way, and nothing happens between sending and arriving.
+            self._due[direction] = now_us
+            self._arrive(direction, now_us, content)
+            return
         delay = self._random.randint(0, jitter_us) if jitter_us else 0
         due = self._due[direction] = max(now_us + delay, self._due[direction])
         self._agenda.add(due, Kind.DELIVER, (direction, self._epoch, content))
+
+    def _arrive(self, direction: int, now_us: int, content: bytes) -> None:
+        self._last[direction] = now_us
+        if direction == _TO_ROBOT:
+            self._link.scanner_write(content)
+        else:
+            self.input = content

@@ -60,12 +60,12 @@ class Node:
         self.matched = link.size == robot.config.size
         """Do master and robot agree on the area's size? Without that there is no connection."""
         self.cycles = 0
-        self.timing = timing
         self._program = program
         self._image = find_image(program, size=link.size, m=m, n=n)
         self._no_area = bytes(link.size)
         self._clear = clear
         self._status = _status_path(program, number)
+        self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
         self.wire = WireMonitor(link.size)
         self._prefix = "" if number == 1 else f"controller {number}: "
@@ -76,9 +76,10 @@ class Node:
             Kind.PRODUCE_TO_PLC: self._to_plc,
             Kind.DELIVER: self.network.deliver,
         }
-        kinds = (Kind.CYCLE, Kind.PRODUCE_TO_ROBOT, Kind.PRODUCE_TO_PLC)
-        for kind, phase in zip(kinds, timing.phases[:-1], strict=True):
-            self.agenda.add(phase, kind)
+        cycle, to_robot, to_plc, _ = timing.phases
+        self.agenda.repeat(cycle, Kind.CYCLE, CYCLE_US)
+        self.agenda.repeat(to_robot, Kind.PRODUCE_TO_ROBOT, timing.rpi_us)
+        self.agenda.repeat(to_plc, Kind.PRODUCE_TO_PLC, timing.rpi_us)
 
     def connect(self, trace: Trace, report: Report) -> None:
         """Say where scans and cycles are noted, and what takes the rules that were broken."""
@@ -88,7 +89,7 @@ class Node:
         """Put what has come from the controller into the process image."""
         connected = self._connected = self.network.plc_connected(now)
         self._so = self._no_area if self._clear and not connected else self.network.input
-        if self._status is not None and self._program.read(self._status) is not connected:
+        if self._status is not None and self._shown()[0] is not connected:
             self._program.write(self._status, connected)
         self._image.put(self._so, connected)
 
@@ -97,7 +98,8 @@ class Node:
         si = self._image.get()
         self.network.scanned(si)
         self._trace.add(Scan(now, scan, self._so, si, watched, self.number))
-        self._tell(self.wire.scan(now, scan, self._so, si, self._connected))
+        if found := self.wire.scan(now, scan, self._so, si, self._connected):
+            self._tell(found)
 
     def snapshot(self) -> object:
         """The state of controller, network and monitor."""
@@ -113,26 +115,24 @@ class Node:
         self.wire.restore(wire)
 
     def _cycle(self, now: int, _: object) -> None:
-        self.agenda.add(now + CYCLE_US, Kind.CYCLE)
-        si = self.link.robot_read() if self.network.robot_connected(now) else None
-        so = self.robot.cycle(now, si)
+        robot, link, network = self.robot, self.link, self.network
+        si = link.robot_read() if network.robot_connected(now) else None
+        so = robot.cycle(now, si)
         if self.matched:
-            self.link.robot_write(so)
-        self.network.set_adapter(self.robot.online)
+            link.robot_write(so)
+        network.set_adapter(robot.online)
         self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number))
-        if self.robot.violations:
+        if robot.violations:
             self._tell(
                 Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")
-                for one in self.robot.drain_violations()
+                for one in robot.drain_violations()
             )
         self.cycles += 1
 
     def _to_robot(self, now: int, _: object) -> None:
-        self.agenda.add(now + self.timing.rpi_us, Kind.PRODUCE_TO_ROBOT)
         self.network.produce_to_robot(now, self._image.get)
 
     def _to_plc(self, now: int, _: object) -> None:
-        self.agenda.add(now + self.timing.rpi_us, Kind.PRODUCE_TO_PLC)
         self.network.produce_to_plc(now)
 
     def _tell(self, found: Iterable[Violation]) -> None:

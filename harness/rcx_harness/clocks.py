@@ -7,11 +7,11 @@ participants in no time the wrong way round, and a run is the same on every mach
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import timedelta
 from enum import IntEnum
+from heapq import heappop, heappush, heapreplace
 from random import Random
 from typing import Any
 
@@ -130,16 +130,26 @@ Snapshot = tuple[tuple[Any, ...], int]
 
 
 class Agenda:
-    """What happens next: a queue ordered by time, then by `Kind`, then first come first served."""
+    """What happens next: a queue ordered by time, then by `Kind`, then first come first served.
+
+    Attributes:
+        periods: How long after one event of a kind the next one comes by itself; 0 for never.
+    """
 
     def __init__(self) -> None:
+        self.periods: dict[int, int] = dict.fromkeys(Kind, 0)
         self._queue: list[tuple[int, int, int, Any]] = []
         self._count = 0
 
     def add(self, t_us: int, kind: Kind, payload: Any = None) -> None:
         """Let `kind` happen at `t_us`."""
         self._count += 1
-        heapq.heappush(self._queue, (t_us, kind, self._count, payload))
+        heappush(self._queue, (t_us, kind, self._count, payload))
+
+    def repeat(self, t_us: int, kind: Kind, period_us: int) -> None:
+        """Let `kind` happen at `t_us` and every `period_us` from then on."""
+        self.periods[kind] = period_us
+        self.add(t_us, kind)
 
     def next_us(self) -> int:
         """Time of the next event; an agenda of a cell is never empty."""
@@ -151,7 +161,11 @@ class Agenda:
 
     def pop(self) -> tuple[int, int, Any]:
         """Take the next event: time, kind, payload."""
-        t_us, kind, _, payload = heapq.heappop(self._queue)
+        t_us, kind, number, payload = self._queue[0]
+        if period_us := self.periods[kind]:
+            heapreplace(self._queue, (t_us + period_us, kind, number, payload))
+        else:
+            heappop(self._queue)
         return t_us, kind, payload
 
     def snapshot(self) -> Snapshot:

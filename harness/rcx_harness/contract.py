@@ -9,6 +9,7 @@ cannot be skipped, and no assignment to the pin after it (`steady_instances`).
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from itertools import islice
 from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import Program
@@ -50,10 +51,12 @@ class _Instance:
 
     pins: tuple[str, ...] = ("error", "errorid")
 
-    def __init__(self, program: Program, path: str, names: dict[str, str], steady: bool) -> None:
+    def __init__(self, path: str, names: dict[str, str], steady: bool) -> None:
         self.path, self.steady = path, steady
-        there = [pin for pin in self.pins if pin in names]
-        self.look = program.reader([f"{path}.{names[pin]}" for pin in there])
+        # In the order of their declaration: so they lie one behind the other.
+        there = [pin for pin in names if pin in self.pins]
+        self.read = [f"{path}.{names[pin]}" for pin in there]
+        """Paths of the pins that there are."""
         self._at = [there.index(pin) if pin in names else None for pin in self.pins]
         self.has_id = "errorid" in names
         self.before: tuple[Any, ...] = (0,) * len(there)
@@ -64,7 +67,7 @@ class _Instance:
         """Pins that stay as they are break nothing."""
 
     def scan(self, now: tuple[Any, ...]) -> list[str]:
-        """Judge the pins after a scan, as `look` gives them; what is broken and was not before."""
+        """Judge the values of `read` after a scan; what is broken and was not before."""
         change = self.before, now
         verdict = self._verdicts.get(change)
         if verdict is None:
@@ -151,10 +154,10 @@ class ContractMonitor:
             instance
             for name, kind in program.instances().items()
             if isinstance(kind, BlockType)
-            for instance in _inside(program, name, kind, steady, outermost=True)
+            for instance in _inside(name, kind, steady, outermost=True)
         ]
-        self._looks = [instance.look for instance in self._instances]
-        self._seen: list[tuple[Any, ...]] | None = None
+        self._look = program.reader([path for one in self._instances for path in one.read])
+        self._seen: tuple[Any, ...] | None = None
 
     @property
     def paths(self) -> list[str]:
@@ -168,13 +171,15 @@ class ContractMonitor:
 
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge all instances after a scan."""
-        seen = [look() for look in self._looks]
+        seen = self._look()
         if seen == self._seen:
             return []
+        pins = iter(seen)
         found = [
             Violation(t_us, "contract", f"plc, scan {scan}: contract: {instance.path}: {text}")
-            for instance, now in zip(self._instances, seen, strict=True)
-            if now != instance.before or not instance.at_rest
+            for instance in self._instances
+            if (now := tuple(islice(pins, len(instance.read)))) != instance.before
+            or not instance.at_rest
             for text in instance.scan(now)
         ]
         at_rest = all(instance.at_rest for instance in self._instances)
@@ -194,7 +199,7 @@ class ContractMonitor:
 
 
 def _inside(
-    program: Program, path: str, owner: BlockType, steady: Collection[str], *, outermost: bool
+    path: str, owner: BlockType, steady: Collection[str], *, outermost: bool
 ) -> Iterator[_Instance]:
     """The instances declared in `owner`, and those inside them."""
     for variable in owner.variables:
@@ -206,11 +211,11 @@ def _inside(
         names = {pin.name.lower(): pin.name for pin in block.variables if _is_pin(pin.type)}
         kind = _kind(names)
         if kind is not None:
-            instance = kind(program, inner, names, certain)
+            instance = kind(inner, names, certain)
             if isinstance(instance, _Edge):
                 instance.outermost = outermost
             yield instance
-        yield from _inside(program, inner, block, steady if certain else (), outermost=False)
+        yield from _inside(inner, block, steady if certain else (), outermost=False)
 
 
 def _is_pin(kind: object) -> bool:

@@ -20,6 +20,7 @@ INTERVAL_US = 100_000
 _SAFETY = ("SI(00)", "SI(06)")
 _ENDS = (0x0200, 0x4000)
 _RUNNING = 0x0100
+_CODE, _NONE = slice(0, 2), bytes(2)
 _DEDICATED = slice(32, 34)
 _DATA = slice(2, 32)
 _RESERVED = slice(46, 48)
@@ -68,7 +69,7 @@ class WireMonitor:
             self._changed_us = None
             self._judged = False
             return []
-        if word(before, 0):
+        if before[_CODE] != _NONE:
             self._follow(word(so, 0))
         if si == before:
             return []

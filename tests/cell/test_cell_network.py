@@ -85,3 +85,23 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     network.produce_to_robot(lost_us + 100_000, lambda: NEW)
     deliver_all(network, agenda)
     assert link.robot_read() == NEW
+
+
+def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_older_one() -> None:
+    """The order is kept in each direction, whatever delays a packet under way.
+
+    Source: Timing.jitter_us.
+    """
+    agenda, link = Agenda(), DirectLink(48)
+    network = Network(link, Timing.make(rpi="10ms"), agenda, matched=True, seed=0)
+    network.set_adapter(True)
+    network.produce_to_robot(10_000, lambda: OLD)
+    assert link.robot_read() == OLD
+    assert agenda.snapshot()[0] == ()
+
+    network._due[0] = 35_000  # as if a packet were on its way until then
+    network.produce_to_robot(20_000, lambda: NEW)
+    assert link.robot_read() == OLD
+    assert agenda.next_us() == 35_000
+    deliver_all(network, agenda)
+    assert link.robot_read() == NEW

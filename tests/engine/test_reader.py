@@ -20,7 +20,7 @@ FUNCTION_BLOCK Counter
   Code := INT_TO_WORD(N);
 END_FUNCTION_BLOCK
 PROGRAM Plant
-  VAR C : Counter; M : MODE; T : TIME; W : ARRAY [0..1] OF WORD; END_VAR
+  VAR C : Counter; N : INT := 7; M : MODE; T : TIME; W : ARRAY [0..1] OF WORD; END_VAR
   C();
   T := T + T#10ms;
   W[1] := C.Code;
@@ -36,6 +36,7 @@ END_PROGRAM
     "paths",
     [
         ["Main.C.Up", "Main.C.N", "Main.C.Late", "Main.C.Code"],
+        ["Main.C.Code", "Main.N", "Main.C.Up", "Main.C.Code"],
         ["Main.C.N"],
         ["Main.C.N", "Main.M", "Main.T", "Main.W", "Main.W[1]"],
         [],
@@ -56,4 +57,43 @@ def test_a_reader_gives_what_read_gives(engine: str, paths: list[str], tmp_path:
     assert look() == tuple(program.read(path) for path in paths)
     with pytest.raises(InputError):
         program.reader(["Main.C.Missing"])
+    program.close()
+
+
+_PLANT = """PROGRAM First
+  VAR N : INT; Up : BOOL; END_VAR
+  N := N + 1;
+  Up := NOT Up;
+END_PROGRAM
+PROGRAM Second
+  VAR_EXTERNAL Total : DINT; END_VAR
+  VAR N : INT; END_VAR
+  N := N + 10;
+  Total := Total + 100;
+END_PROGRAM
+CONFIGURATION Plant
+  VAR_GLOBAL Total : DINT := 7; END_VAR
+  TASK Cycle(INTERVAL := T#10ms, PRIORITY := 0);
+  PROGRAM A WITH Cycle : First;
+  PROGRAM B WITH Cycle : Second;
+END_CONFIGURATION
+"""
+
+
+@pytest.mark.parametrize("engine", ["builtin", "matiec"])
+def test_a_reader_takes_variables_of_several_programs(engine: str, tmp_path: Path) -> None:
+    """In the order in which they are asked for, wherever they lie.
+
+    Source: engine.base.Program.reader.
+    """
+    if engine == "matiec" and not (find_matiec() and find_c_compiler()):
+        pytest.skip(MISSING)
+    source = tmp_path / "Plant.st"
+    source.write_text(_PLANT, encoding="utf-8")
+    program = build([source], engine).program
+    look, both = program.reader(["B.N", "A.N", "A.Up", "Total"]), program.reader(["A.N", "B.N"])
+    program.scan(0)
+    program.scan(10_000)
+    assert look() == (20, 2, False, 207)
+    assert both() == (2, 20)
     program.close()

@@ -10,6 +10,7 @@ import tempfile
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, groupby
 from operator import itemgetter
 from typing import Any
 
@@ -149,12 +150,10 @@ class MatiecProgram:
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """A function that reads these variables; see `engine.base.Program.reader`."""
         slots = [self._slot(path) for path in paths]
-        if len(slots) > 1 and all(one.codec.form for one in slots):
-            packed = _packed_reader(slots)
-            if packed is not None:
-                return packed
-        places = [(slot.codec.get, slot.memory, slot.at) for slot in slots]
-        return lambda: tuple([get(memory, at) for get, memory, at in places])
+        parts = [_reader(list(part)) for _, part in groupby(slots, lambda one: id(one.memory))]
+        if len(parts) == 1:
+            return parts[0]
+        return lambda: tuple(chain.from_iterable([part() for part in parts]))
 
     def write(self, path: str, value: Value) -> None:
         """Set `path`, whole or in part."""
@@ -163,12 +162,12 @@ class MatiecProgram:
 
     def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
         """An array of BYTE or WORD as bytes, little endian; see `engine.base.Program`."""
-        memory, _ = self._bytes_of(path)
+        memory, _ = self._views.get(path) or self._view(path)
         return memory[start : None if size is None else start + size].tobytes()
 
     def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
         """Set bytes of an array of BYTE or WORD; see `engine.base.Program`."""
-        memory, step = self._bytes_of(path)
+        memory, step = self._views.get(path) or self._view(path)
         end = start + len(data)
         if end > len(memory) or start % step or end % step:
             given = f"{len(data)} from byte {start} on" if start else f"{len(data)}"
@@ -233,14 +232,8 @@ class MatiecProgram:
                 at += member.offset
         return _Slot(found.path, found.type, memory, at, codec)
 
-    def _bytes_of(self, path: str) -> tuple[memoryview, int]:
-        """The memory of an array of BYTE or WORD, and the bytes of an element."""
-        found = self._views.get(path)
-        if found is None:
-            found = self._views[path] = self._view(path)
-        return found
-
     def _view(self, path: str) -> tuple[memoryview, int]:
+        """The memory of an array of BYTE or WORD, and the bytes of an element."""
         slot = self._slot(path)
         kind = slot.type
         if not isinstance(kind, ArrayType) or kind.element not in _BYTES:
@@ -249,17 +242,29 @@ class MatiecProgram:
                 hint="only an array of BYTE or WORD can be taken as bytes",
             )
         size = slot.codec.size
-        return slot.memory[slot.at : slot.at + size], size // array_length(kind)
+        view = slot.memory[slot.at : slot.at + size]
+        found = self._views[path] = (view, size // array_length(kind))
+        return found
+
+
+def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
+    """A reader of variables in one memory; plain ones are taken in one go."""
+    if all(one.codec.form for one in slots):
+        packed = _packed_reader(slots)
+        if packed is not None:
+            return packed
+    places = [(slot.codec.get, slot.memory, slot.at) for slot in slots]
+    return lambda: tuple([get(memory, at) for get, memory, at in places])
 
 
 def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | None:
-    """A reader of plain variables at one place, all of them taken in one go."""
+    """A reader of plain variables in one memory; None if one of them is asked for twice."""
     memory = slots[0].memory
     order = sorted(range(len(slots)), key=lambda k: slots[k].at)
     start = end = slots[order[0]].at
     form = "="
     for slot in (slots[k] for k in order):
-        if slot.memory is not memory or slot.at < end:
+        if slot.at < end:
             return None
         form += f"{slot.at - end}x{slot.codec.form}"
         end = slot.at + slot.codec.size

@@ -23,7 +23,8 @@ class Accumulated:
 
     def __init__(self, positions: list[int]) -> None:
         self._positions = list(positions)
-        self._servo_on = [False] * len(positions)
+        self._states: list[int] = []
+        self._servo_on: list[int] = []
         self._motor_power = False
         self._since_us: int | None = None
         self.servo_on_counts = [0] * len(positions)
@@ -39,19 +40,21 @@ class Accumulated:
     def observe(self, now_us: int, positions: list[int], servos: Servos) -> None:
         """Once in every cycle in which something may have changed, while the power is ON."""
         if self._since_us is not None:
-            self.operating_us += now_us - self._since_us
-            for index, on in enumerate(self._servo_on):
-                self.servo_on_us[index] += on * (now_us - self._since_us)
+            passed_us = now_us - self._since_us
+            self.operating_us += passed_us
+            for index in self._servo_on:
+                self.servo_on_us[index] += passed_us
         self._since_us = now_us
         if positions != self._positions:
             for index, (now, before) in enumerate(zip(positions, self._positions, strict=True)):
                 self.distances[index] += abs(now - before)
             self._positions = list(positions)
-        servo_on = [state == SERVO for state in servos.states]
-        if servo_on != self._servo_on:
-            for index, (now, before) in enumerate(zip(servo_on, self._servo_on, strict=True)):
-                self.servo_on_counts[index] += now and not before
+        if servos.states != self._states:
+            servo_on = [index for index, state in enumerate(servos.states) if state == SERVO]
+            for index in servo_on:
+                self.servo_on_counts[index] += index not in self._servo_on
             self._servo_on = servo_on
+            self._states = list(servos.states)
         self.motor_power_on_count += servos.motor_power and not self._motor_power
         self._motor_power = servos.motor_power
 

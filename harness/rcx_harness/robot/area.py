@@ -61,7 +61,7 @@ def dedicated_word(area: bytes) -> int:
 
 def reserved_bytes_of(area: bytes) -> bytes:
     """The bytes that are reserved altogether."""
-    return bytes(area[at] for at in signals().reserved_bytes)
+    return bytes(map(area.__getitem__, signals().reserved_bytes))
 
 
 def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:

@@ -244,14 +244,17 @@ class Controller:
         config = self.config
         disabled |= config.parallel_disables_si and config.parallel_io != "none"
         machine.si10 = state.inputs.is_on("SI10") and not disabled
-        if not disabled:
+        if edges and not disabled:
             for name in sorted(edges & REQUESTS.keys()):
                 REQUESTS[name](machine)
 
     def _next_due_us(self) -> int | None:
         state = self._state
+        machine_us = state.machine.next_due_us()
+        if machine_us == state.now_us:
+            return machine_us  # nothing can be due before the next cycle
         due = (
-            state.machine.next_due_us(),
+            machine_us,
             state.inputs.next_due_us(),
             state.handshake.next_due_us(state.now_us),
         )

@@ -52,7 +52,7 @@ class DedicatedInputs:
             rising = self._change(now_us, changed, now)
         elif self._unsettled and self._settled_at() <= now_us:
             self._taken = now
-        return {signal.short for mask, signal in _BY_MASK.items() if rising & mask}
+        return _named(rising) if rising else set()
 
     def is_on(self, short: str) -> bool:
         """The level of an input as the controller has taken it."""
@@ -74,9 +74,7 @@ class DedicatedInputs:
         self._connected = True
         self._actual = self._taken = now
         self._changed_us = None
-        if not self._recovery_edges:
-            return set()
-        return {signal.short for mask, signal in _BY_MASK.items() if now & mask}
+        return _named(now) if self._recovery_edges else set()
 
     def _change(self, now_us: int, changed: int, now: int) -> int:
         """Take a change, or not; the mask of recognised OFF to ON edges."""
@@ -121,6 +119,11 @@ class DedicatedInputs:
             where += [f"n+{at} = 0x{value:02X}" for at, value in pairs if value]
             text = f"the master writes to the reserved area: {', '.join(where)}"
             self._findings.add(now_us, "reserved", text)
+
+
+def _named(bits: int) -> set[str]:
+    """Short names of the inputs whose bit is set."""
+    return {signal.short for mask, signal in _BY_MASK.items() if bits & mask}
 
 
 def _describe(mask: int, now: int) -> str:

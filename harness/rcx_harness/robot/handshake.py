@@ -178,7 +178,8 @@ class Handshake:
     def _show_running(self, machine: Machine, execution: Execution) -> None:
         if execution.stoppable or self._config.skip_run_status != "always":
             interim = execution.interim(machine)
-            self._show(RUN, _command(self._taken).respond(interim))
+            words = _command(self._taken).respond(interim) if interim else WORDS_AT_REST[1:]
+            self._show(RUN, words)
 
     def _end_abnormally(self, machine: Machine, failure: CommandError) -> None:
         number = failure.number

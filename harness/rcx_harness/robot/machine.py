@@ -132,7 +132,7 @@ class Machine:
         """Let time pass: answers that are due, the program, and the movements."""
         self.now_us = now_us
         self._follow_stops()
-        while self._answer_next():
+        while self.pending and self._answer_next():
             self._follow_stops()
         self.program.advance(now_us)
         if self.motion.under_way:
@@ -141,9 +141,9 @@ class Machine:
 
     def next_due_us(self) -> int | None:
         """When something happens by itself; None if nothing is under way."""
-        due = list(self.pending.values())
         if self.motion.under_way:
-            due.append(self.now_us)
+            return self.now_us
+        due = list(self.pending.values())
         if (program_us := self.program.next_due_us(self.now_us)) is not None:
             due.append(program_us)
         if (data_us := self.data.next_due_us()) is not None:
@@ -251,8 +251,8 @@ class Machine:
 
     def _answer_next(self) -> bool:
         """Give the answer that is due first; False if none is due yet."""
-        name = min(self.pending, key=lambda key: self.pending[key], default="")
-        if not name or self.pending[name] > self.now_us:
+        name = min(self.pending, key=lambda key: self.pending[key])
+        if self.pending[name] > self.now_us:
             return False
         del self.pending[name]
         getattr(self, f"_on_{name}")()

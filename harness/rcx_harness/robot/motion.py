@@ -72,8 +72,10 @@ class Movement:
     def _near(self, positions: list[int]) -> bool:
         if self.tolerance is None:
             return False
-        ways = {index: abs(end - positions[index]) for index, end in self.path.target.items()}
-        return all(way <= self.tolerance.get(index, 0) for index, way in ways.items())
+        for index, end in self.path.target.items():
+            if abs(end - positions[index]) > self.tolerance.get(index, 0):
+                return False
+        return True
 
 
 class Motion:

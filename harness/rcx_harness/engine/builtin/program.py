@@ -5,7 +5,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from operator import attrgetter
 from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import Located, Value
@@ -150,10 +149,8 @@ class BuiltinProgram:
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """A function that reads these variables; see `engine.base.Program.reader`."""
         places = [self._place(path) for path in paths]
-        holder = places[0].holder if places else None
-        plain = all(place.holder is holder and _is_plain(place) for place in places)
-        if len(places) > 1 and plain:
-            return partial(attrgetter(*(place.key for place in places)), holder)
+        if places and all(_is_plain(place) for place in places):
+            return _plain_reader(places)
         looks = [self._look(path) for path in paths]
         return lambda: tuple([look() for look in looks])
 
@@ -277,6 +274,15 @@ class BuiltinProgram:
 
     def close(self) -> None:
         """Nothing to free."""
+
+
+def _plain_reader(places: Sequence[_Place]) -> Callable[[], tuple[Value, ...]]:
+    """All of them in one expression: Python itself is the fastest at attributes."""
+    names: dict[int, str] = {}
+    looks = [f"{names.setdefault(id(one.holder), f'h{len(names)}')}.{one.key}," for one in places]
+    holders = {id(one.holder): one.holder for one in places}
+    read = eval(f"lambda {', '.join(names.values())}: ({''.join(looks)})")
+    return partial(read, *holders.values())
 
 
 def _is_plain(place: _Place) -> bool:

@@ -20,11 +20,14 @@ class _Agenda(Agenda):
 
     overrun_us = 0
 
-    def add(self, t_us: int, kind: Kind, payload: Any = None) -> None:
-        if kind is Kind.SCAN and self.overrun_us:
-            t_us += self.overrun_us
-            self.overrun_us = 0
-        super().add(t_us, kind, payload)
+    def pop(self) -> tuple[int, int, Any]:
+        """Take the next event; the scan after one that overruns comes later."""
+        late_us = self.overrun_us if self.first()[1] == Kind.SCAN else 0
+        self.overrun_us -= late_us
+        self.periods[Kind.SCAN] += late_us
+        event = super().pop()
+        self.periods[Kind.SCAN] -= late_us
+        return event
 
 
 class FaultNetwork(Network):
@@ -70,6 +73,8 @@ class FaultNetwork(Network):
     def change_interval(self, timing: Timing) -> None:
         """Another packet interval, from the next packet on."""
         self._timing = timing
+        for kind in (Kind.PRODUCE_TO_ROBOT, Kind.PRODUCE_TO_PLC):
+            self._clock.periods[kind] = timing.rpi_us
 
     def heal(self) -> None:
         """End all faults."""

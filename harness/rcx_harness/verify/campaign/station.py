@@ -97,7 +97,7 @@ class Station(Cell):
         elif act.kind == "overrun":
             self.network.overrun(details["us"])
         elif act.kind == "interval":
-            self.timing = self._first.timing = replace(self.timing, rpi_us=details["us"])
+            self.timing = replace(self.timing, rpi_us=details["us"])
             self.network.change_interval(self.timing)
         else:
             self._lose_plc_power(details["off_us"])
