@@ -70,3 +70,17 @@ def test_a_changed_file_is_read_anew_and_a_missing_one_mentions_nothing(tmp_path
     assert needed([program, tmp_path / "gone.st"], library) == []
     program.write_text("PROGRAM Main VAR a : FB_One; END_VAR END_PROGRAM", encoding="utf-8")
     assert needed([program], library) == library
+
+
+def test_words_of_the_language_are_known_in_lower_case_too(tmp_path: Path) -> None:
+    """Source: IEC 61131-3 (2003), 2.1.3: keywords are not told apart by case."""
+    program = _files(tmp_path, main="program Main var a : fb_one; b : rcx_t; end_var end_program")
+    library = _files(
+        tmp_path,
+        one="function_block FB_One end_function_block function_block FB_Two end_function_block",
+        types="type RCX_T : (A, B); end_type",
+        idle="function_block FB_Idle end_function_block",
+        globals="configuration c end_configuration",
+    )
+    found = needed([program["main"]], list(library.values()))
+    assert found == [library[name] for name in ("one", "types", "globals")]

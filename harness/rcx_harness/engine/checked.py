@@ -34,4 +34,5 @@ def load(paths: Sequence[Path]) -> Project:
 def is_lasting(paths: Sequence[Path]) -> bool:
     """Are these files to be there tomorrow? What is made of temporary ones is not kept."""
     temporary = Path(tempfile.gettempdir()).resolve()
-    return not any(temporary in path.resolve().parents for path in paths)
+    folders = [folder.resolve() for folder in {path.parent for path in paths}]
+    return not any(temporary in (folder, *folder.parents) for folder in folders)

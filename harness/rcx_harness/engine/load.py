@@ -9,6 +9,7 @@ from pathlib import Path
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.checked import load
+from rcx_harness.engine.collecting import uncollected
 from rcx_harness.engine.matiec import MatiecProgram
 from rcx_harness.engine.matiec_tool import MISSING, Matiec, find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
@@ -32,6 +33,7 @@ class Built:
     notice: str
 
 
+@uncollected()
 def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     """Check ST sources and compile them.
 

@@ -6,16 +6,17 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 __all__ = ["needed"]
 
 #: Comments and texts: what they mention is not needed.
 _SAID = re.compile(r"\(\*.*?\*\)|'(?:\$.|[^$'\n])*'", re.DOTALL)
-_NAME = re.compile(r"[A-Za-z_]\w*")
-_POU = re.compile(r"\b(?:FUNCTION_BLOCK|FUNCTION|PROGRAM)\s+(\w+)", re.IGNORECASE)
-_TYPE = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL | re.IGNORECASE)
-_OTHER = re.compile(r"\b(?:CONFIGURATION|VAR_GLOBAL)\b", re.IGNORECASE)
+_NAME = re.compile(r"[A-Z_]\w*")
+_TYPES = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL)
+_POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM")
+_OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 
 
 def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
@@ -67,11 +68,11 @@ def _look(file: Path) -> _File:
 @lru_cache(maxsize=1024)
 def _read(file: Path, stamp: int) -> _File:
     """The names in a file as it was at `stamp`."""
-    code = _SAID.sub(" ", file.read_text(encoding="utf-8", errors="replace"))
-    names = _POU.findall(code)
-    for types in _TYPE.findall(code):
-        names += re.findall(r"(\w+)\s*:", types)
-    return _File(
-        mentioned=frozenset(name.upper() for name in _NAME.findall(code)),
-        declared=frozenset() if _OTHER.search(code) else frozenset(map(str.upper, names)),
-    )
+    code = _SAID.sub(" ", file.read_text(encoding="utf-8", errors="replace")).upper()
+    words = _NAME.findall(code)
+    mentioned = frozenset(words)
+    names = [name for word, name in pairwise(words) if word in _POUS]
+    if "TYPE" in mentioned:
+        for types in _TYPES.findall(code):
+            names += re.findall(r"(\w+)\s*:", types)
+    return _File(mentioned, frozenset() if mentioned & _OTHERS else frozenset(names))

@@ -131,13 +131,19 @@ class Storage:
 
     def _save_and_load(self, name: str, slots: list[tuple[str, Type]]) -> list[str]:
         saves = "".join(f"{self.save(kind, f'of.{slot}')}, " for slot, kind in slots)
-        loads = [self.load(kind, f"to.{slot}", f"v{i}") for i, (slot, kind) in enumerate(slots)]
-        unpack = "".join(f"v{i}, " for i in range(len(slots)))
+        targets: list[str] = []
+        loads: list[str] = []
+        for slot, kind in slots:
+            if is_scalar(kind) or _is_flat(kind):
+                targets.append(f"to.{slot}" if is_scalar(kind) else f"to.{slot}[:]")
+            else:
+                targets.append(f"v{len(loads)}")
+                loads.append(self.load(kind, f"to.{slot}", targets[-1]))
         return [
             f"def save_{name}(of): return ({saves})",
             f"def load_{name}(to, saved):",
-            *([f"    {unpack}= saved"] if slots else []),
-            *(f"    {line}" for line in loads or ["pass"]),
+            f"    {', '.join(targets)}, = saved" if slots else "    pass",
+            *(f"    {line}" for line in loads),
         ]
 
     def _standard_block(self, kind: Type) -> None:

@@ -12,6 +12,18 @@ from rcx_harness.engine.frontend import syntax as s
 __all__ = ["Builder"]
 
 _OPERATORS = {"&": "AND"}
+#: The operators from the weakest to the strongest; those of a line go from left to right.
+_RANKS = (
+    ("OR",),
+    ("XOR",),
+    ("AND", "AMPERSAND"),
+    ("EQ", "NE"),
+    ("LT", "GT", "LE", "GE"),
+    ("PLUS", "MINUS"),
+    ("STAR", "SLASH", "MOD"),
+    ("POWER",),
+)
+_RANK = {name: rank for rank, names in enumerate(_RANKS) for name in names}
 
 
 def _at(token: Token) -> s.Position:
@@ -29,6 +41,13 @@ def _optional(token: Token | None) -> s.Name | None:
 def _nodes(children: Any, kind: Any) -> tuple[Any, ...]:
     """The children that are of a syntax class, without tokens and absent options."""
     return tuple(child for child in children if isinstance(child, kind))
+
+
+def _join(operands: list[s.Expression], op: Token) -> None:
+    """Make one of the last two operands."""
+    right, left = operands.pop(), operands.pop()
+    word = op.upper()
+    operands.append(s.Binary(_OPERATORS.get(word, word), left, right, _at(op)))
 
 
 @v_args(inline=True)
@@ -246,9 +265,17 @@ class Builder(Transformer[Token, Any]):
     def named_output(self, name: Token, _to: Token, value: s.Variable) -> s.Argument:
         return s.Argument(_name(name), value, True, _at(name))
 
-    def binary(self, left: s.Expression, op: Token, right: s.Expression) -> s.Binary:
-        word = op.upper()
-        return s.Binary(_OPERATORS.get(word, word), left, right, _at(op))
+    def expression(self, first: s.Expression, *rest: Any) -> s.Expression:
+        operands: list[s.Expression] = [first]
+        waiting: list[Token] = []
+        for op, operand in zip(rest[::2], rest[1::2], strict=True):
+            while waiting and _RANK[waiting[-1].type] >= _RANK[op.type]:
+                _join(operands, waiting.pop())
+            waiting.append(op)
+            operands.append(operand)
+        while waiting:
+            _join(operands, waiting.pop())
+        return operands[0]
 
     def unary(self, op: Token, operand: s.Expression) -> s.Unary:
         return s.Unary(op.upper(), operand, _at(op))

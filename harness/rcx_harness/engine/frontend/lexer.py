@@ -124,29 +124,34 @@ _UNSUPPORTED = {
     "READ_ONLY": "access paths",
 }
 
+#: A token and the white space before it.
 _PATTERN = re.compile(
-    r"""
-      (?P<space>\s+)
-    | (?P<comment>\(\*)
-    | (?P<line_comment>//|/\*)
-    | (?P<pragma>[{}])
-    | (?P<TYPED>
+    r"""\s*(?:
+      (?P<TYPED>
           (?:T|TIME)\#[-+]?[\w.]+
         | (?:D|DATE|TOD|TIME_OF_DAY|DT|DATE_AND_TIME)\#[\d:.\-_]+
         | [A-Z_]\w*\#[-+]?(?:\d+\#\w+|\d[\d_]*\.\d[\d_]*(?:E[-+]?\d+)?|\d\w*|[A-Z_]\w*)
       )
     | (?P<IDENT>[A-Z_]\w*)
+    | (?P<comment>\(\*)
+    | (?P<line_comment>//|/\*)
+    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.])
     | (?P<REALNUM>\d[\d_]*\.\d[\d_]*(?:E[-+]?\d+)?)
     | (?P<INTEGER>(?:2|8|16)\#\w+|\d[\d_]*)
     | (?P<STRING>'(?:\$.|[^$'\n])*')
-    | (?P<wide>")
     | (?P<DIRECT>%[A-Z]*[\d.]+)
-    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.])
-    """,
+    | (?P<wide>")
+    | (?P<pragma>[{}])
+    | (?P<unknown>\S)
+    )""",
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 
+_LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT")
 _LABEL_FOLLOWS = re.compile(r"(?:\s|\(\*.*?\*\))*(?::(?!=)|,|\.\.)", re.DOTALL)
+
+#: Makes the error for a message, an offset in the text and a hint.
+_Refuse = Callable[[str, int, str], InputError]
 
 
 def tokens(text: str, file: Path) -> Iterator[Token]:
@@ -165,66 +170,65 @@ def tokens(text: str, file: Path) -> Iterator[Token]:
     """
     starts = [0, *(match.end() for match in re.finditer("\n", text))]
 
-    def refuse(message: str, offset: int, hint: str = "") -> InputError:
+    def refuse(message: str, offset: int, hint: str) -> InputError:
         line = bisect_right(starts, offset)
         return InputError(
             message, file=file, line=line, column=offset - starts[line - 1] + 1, hint=hint
         )
 
-    offset, cases, previous = 0, 0, ""
-    while offset < len(text):
-        found = _PATTERN.match(text, offset)
-        if found is None:
-            raise _unknown(text, offset, refuse)
-        kind, value = str(found.lastgroup), found.group()
-        if kind == "space":
-            offset = found.end()
-            continue
+    behind, cases, previous = 0, 0, ""
+    while found := _PATTERN.match(text, behind):
+        kind = str(found.lastgroup)
+        offset, behind = found.span(kind)
         if kind == "comment":
-            end = text.find("*)", found.end())
-            if end < 0:
-                raise refuse("this comment is never closed", offset, "end it with *)")
-            nested = text.find("(*", found.end(), end)
-            if nested >= 0:
-                raise refuse(
-                    "a comment inside a comment", nested, "comments do not nest on every PLC"
-                )
-            offset = end + 2
+            behind = _behind_comment(text, offset, refuse)
             continue
-        if kind == "line_comment":
-            raise refuse(
-                f"{value} does not begin a comment on every PLC", offset, "write (* ... *)"
-            )
-        if kind == "pragma":
-            raise refuse("pragmas are not supported", offset, "remove what is in { }")
-        if kind == "wide":
-            raise refuse("wide strings are not supported", offset, "write 'text'")
+        value = text[offset:behind]
         if kind == "punctuation":
             kind = PUNCTUATION[value]
         elif kind == "IDENT":
             word = value.upper()
             if word in _UNSUPPORTED:
-                raise refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
+                raise refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset, "")
             if word in KEYWORDS:
                 kind = word
                 cases += {"CASE": 1, "END_CASE": -1}.get(word, 0)
             elif cases and previous in ("SEMICOLON", "OF"):
-                kind = "LABEL" if _LABEL_FOLLOWS.match(text, found.end()) else "IDENT"
+                kind = "LABEL" if _LABEL_FOLLOWS.match(text, behind) else "IDENT"
             if "__" in word or word.endswith("_"):
                 raise refuse(
                     f"{value} is no portable name", offset, "no double or trailing underscore"
                 )
-        elif kind in ("INTEGER", "REALNUM") and text[found.end() : found.end() + 1].isalnum():
+        elif kind not in _LITERALS:
+            raise _unsupported(kind, value, offset, refuse)
+        elif kind in ("INTEGER", "REALNUM") and text[behind : behind + 1].isalnum():
             raise refuse("a malformed number", offset, "write reals as 1.0E3, hexadecimal as 16#FF")
         line = bisect_right(starts, offset)
-        yield Token(kind, value, start_pos=offset, line=line, column=offset - starts[line - 1] + 1)
-        previous, offset = kind, found.end()
+        yield Token(kind, value, offset, line, offset - starts[line - 1] + 1)
+        previous = kind
 
 
-def _unknown(text: str, offset: int, refuse: Callable[[str, int, str], InputError]) -> InputError:
-    character = text[offset]
-    if character == "'":
+def _behind_comment(text: str, offset: int, refuse: _Refuse) -> int:
+    """Where the comment that begins there has ended."""
+    end = text.find("*)", offset + 2)
+    if end < 0:
+        raise refuse("this comment is never closed", offset, "end it with *)")
+    nested = text.find("(*", offset + 2, end)
+    if nested >= 0:
+        raise refuse("a comment inside a comment", nested, "comments do not nest on every PLC")
+    return end + 2
+
+
+def _unsupported(kind: str, value: str, offset: int, refuse: _Refuse) -> InputError:
+    """What to say of characters that begin nothing that is known."""
+    if kind == "line_comment":
+        return refuse(f"{value} does not begin a comment on every PLC", offset, "write (* ... *)")
+    if kind == "pragma":
+        return refuse("pragmas are not supported", offset, "remove what is in { }")
+    if kind == "wide":
+        return refuse("wide strings are not supported", offset, "write 'text'")
+    if value == "'":
         return refuse("this string is never closed", offset, "end it with ' on the same line")
-    if character in "^@":
-        return refuse(f"{character} is not supported (pointers and references)", offset, "")
-    return refuse(f"the character {character!r} has no meaning here", offset, "")
+    if value in "^@":
+        return refuse(f"{value} is not supported (pointers and references)", offset, "")
+    return refuse(f"the character {value!r} has no meaning here", offset, "")

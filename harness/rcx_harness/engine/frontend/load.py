@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from rcx_harness.engine.collecting import uncollected
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.bodies import check_body
 from rcx_harness.engine.frontend.configure import add_globals, configure, located
@@ -61,6 +62,7 @@ def check(paths: Sequence[Path]) -> list[InputError]:
     return _analyse(paths)[1]
 
 
+@uncollected()
 def _analyse(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []

@@ -15,6 +15,9 @@ from rcx_harness.errors import InputError
 
 __all__ = ["Declared", "Registry"]
 
+#: Types of those fields of syntax in which nothing is used.
+_PLAIN = ("Name", "Name | None", "Position", "str", "bool", "int", "tuple[Name, ...]")
+
 Declaration = s.TypeDecl | s.Pou | s.Configuration
 
 
@@ -176,7 +179,7 @@ def _used(node: Any) -> Iterator[str]:
 
 @lru_cache(maxsize=256)
 def _parts(kind: Any) -> tuple[str, ...]:
-    """The fields of a piece of syntax, the last one first; a name has none that count."""
-    if not is_dataclass(kind) or kind is s.Name:
+    """The fields of a piece of syntax that are syntax too, the last one first."""
+    if not is_dataclass(kind):
         return ()
-    return tuple(field.name for field in reversed(fields(kind)))
+    return tuple(field.name for field in reversed(fields(kind)) if field.type not in _PLAIN)

@@ -1,0 +1,85 @@
+"""The search for cycles rests while trees are built, and goes on afterwards as it was."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.collecting import uncollected
+from rcx_harness.engine.frontend import check
+from rcx_harness.engine.load import build
+from rcx_harness.errors import InputError
+
+
+@pytest.fixture(autouse=True)
+def running() -> Iterator[None]:
+    """The search as Python starts with it, and as it was before the test."""
+    before = gc.isenabled()
+    gc.enable()
+    yield
+    if not before:
+        gc.disable()
+
+
+def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:
+    """Source: engine/collecting.py."""
+    with uncollected():
+        assert not gc.isenabled()
+        with uncollected():
+            assert not gc.isenabled()
+        assert not gc.isenabled()
+    assert gc.isenabled()
+
+
+def test_who_switched_the_search_off_finds_it_off() -> None:
+    """Source: rcx serve: its loop makes no cycles and runs without the search."""
+    gc.disable()
+    with uncollected():
+        pass
+    assert not gc.isenabled()
+
+
+def test_a_mistake_in_the_sources_leaves_the_search_running(tmp_path: Path) -> None:
+    """Source: engine/load.py and engine/frontend/load.py, which build trees."""
+    file = tmp_path / "Main.st"
+    file.write_text("PROGRAM Main X := 1; END_PROGRAM", encoding="utf-8")
+    with pytest.raises(InputError, match="X is not declared"):
+        build([file], "builtin")
+    assert gc.isenabled()
+    assert [error.message for error in check([file])] == ["X is not declared"]
+    assert gc.isenabled()
+
+
+@pytest.mark.parametrize(
+    ("module", "step", "whole"),
+    [
+        ("rcx_harness.engine.load", "load", lambda file: build([file], "builtin")),
+        ("rcx_harness.engine.builtin.compile", "compile", lambda file: build([file], "builtin")),
+        ("rcx_harness.engine.frontend.load", "parse", lambda file: check([file])),
+    ],
+)
+def test_trees_are_built_without_the_search(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    module: str,
+    step: str,
+    whole: Callable[[Path], object],
+) -> None:
+    """Source: issue 8, point 3: the library compiles within 2 s."""
+    file = tmp_path / "Main.st"
+    file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
+    place = import_module(module)
+    real: Callable[..., object] = getattr(place, step, compile)
+    searched: list[bool] = []
+
+    def noted(*arguments: object) -> object:
+        searched.append(gc.isenabled())
+        return real(*arguments)
+
+    monkeypatch.setattr(place, step, noted, raising=False)
+    whole(file)
+    assert searched == [False]
