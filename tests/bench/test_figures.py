@@ -10,12 +10,12 @@ import pytest
 
 from rcx_harness.bench import Figure
 from rcx_harness.bench.__main__ import POINTS, main
-from rcx_harness.bench.cyclic import Run, figures
+from rcx_harness.bench.cyclic import Case, Run, figures
 from rcx_harness.bench.figure import as_table, at_least, at_most, percentile, store
 from rcx_harness.bench.simulation import bend, demo_cell
 from rcx_harness.bench.suite import read
 
-_QUIET = Run(2_000, 1, False, 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
+_QUIET = Run(Case(2_000, 1, False), 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
 
 
 def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
@@ -29,7 +29,7 @@ def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
 
 def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
     """Source: issue 8, point 4."""
-    bad = Run(2_000, 1, False, 60.0, 58_000, 60_000.0, 2, 1_999, 2_200, 2_100, 25.0)
+    bad = Run(Case(2_000, 1, False), 60.0, 58_000, 60_000.0, 2, 1_999, 2_200, 2_100, 25.0)
     found = figures(bad, None)
     assert not found["cyclic_2ms_missing"].met
     assert not found["cyclic_2ms_rate"].met
@@ -37,8 +37,8 @@ def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
 
 def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
     """Source: issue 8, point 4: within 10 %."""
-    good = Run(2_000, 1, True, 60.0, 55_000, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
-    bad = Run(2_000, 1, True, 60.0, 53_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
+    good = Run(Case(2_000, 1, True), 60.0, 55_000, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
+    bad = Run(Case(2_000, 1, True), 60.0, 53_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
     assert figures(good, _QUIET)["cyclic_2ms_flood_rate"].met
     assert not figures(bad, _QUIET)["cyclic_2ms_flood_rate"].met
     assert figures(good, _QUIET)["cyclic_2ms_flood_missing"].met
@@ -46,7 +46,7 @@ def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
 
 def test_below_the_promised_interval_figures_are_shown_without_a_target() -> None:
     """Source: issue 8, point 4."""
-    run = Run(1_000, 16, False, 60.0, 1, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
+    run = Run(Case(1_000, 16, False), 60.0, 1, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
     found = figures(run, None)
     assert next(iter(found)) == "cyclic_1ms_x16_packets"
     assert all(one.target == "none" and one.met for one in found.values())

@@ -110,6 +110,29 @@ def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
     serve(bench, talk)
 
 
+def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
+    """Set of assembly 150 with 3,000 bytes: too many, status 0x15; then the next request.
+
+    Source: CIP volume 1, appendix B, general status codes.
+    """
+
+    async def talk(tcp: TcpServer, port: int) -> None:
+        streams = await asyncio.open_connection("127.0.0.1", port)
+        session = (await say(streams, REGISTER, 28))[4:8]
+        message = bytes.fromhex("1003 2004 2496 3003") + bytes(3000)
+        items = bytes.fromhex("00000000 0000 0200 0000 0000 B200") + len(message).to_bytes(
+            2, "little"
+        )
+        length = (len(items) + len(message)).to_bytes(2, "little")
+        head = bytes.fromhex("6F00") + length + session + bytes(16)
+        answer = await say(streams, head + items + message, 44)
+        assert answer[-4:] == bytes.fromhex("90001500")
+        get_size = GET_SIZE[:4] + session + GET_SIZE[8:]
+        assert (await say(streams, get_size, 46))[-2:] == bytes.fromhex("3000")
+
+    serve(bench, talk)
+
+
 def test_who_asks_without_end_leaves_the_others_their_turn(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,7 +177,7 @@ def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
         wire.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
         question = bytes.fromhex("6300 0000") + bytes(20)
         writer.transport.pause_reading()  # type: ignore[attr-defined]
-        while not connection._full:
+        while transport.is_reading():
             writer.write(question * 200)
             await asyncio.sleep(0)
         waiting = transport.get_write_buffer_size()

@@ -2,12 +2,15 @@
 
 Each controller is an adapter and a scanner on loopback addresses of their own, each in processes
 of its own. Beside the gaps stand those of a bare timer that runs at the same time, because
-machines are shared and noisy.
+machines are shared and noisy. All processes of a run are there before the first packet: with real
+time priority the packets of many controllers leave a new process no time to start.
 """
 
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -16,15 +19,41 @@ from dataclasses import dataclass
 from statistics import median
 from typing import NamedTuple
 
-from rcx_harness.bench.figure import Figure, Options, at_least, at_most, percentile, shown
-from rcx_harness.bench.processes import cpu_of_children, running
+from rich.console import Console
+
+from rcx_harness.bench.figure import (
+    NO_TARGET,
+    Figure,
+    Options,
+    at_least,
+    at_most,
+    percentile,
+    shown,
+)
+from rcx_harness.bench.processes import (
+    cpu_of_children,
+    first_line,
+    in_ordinary_time,
+    running,
+)
 from rcx_harness.enip.adapter import Adapter
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.units import format_us
 
-__all__ = ["Run", "figures", "flood", "measure", "timer"]
+__all__ = [
+    "Case",
+    "Run",
+    "cases",
+    "figures",
+    "flood",
+    "foreseen_s",
+    "is_too_much",
+    "measure",
+    "run",
+    "timer",
+]
 
 _SIZE = 48
 _MODULE = "rcx_harness.enip.cyclic_process"
@@ -32,40 +61,22 @@ _MODULE = "rcx_harness.enip.cyclic_process"
 _FRESH_S = 0.005
 #: Longest time-out: a stall of a busy machine is to be counted, not to end the connection.
 _PATIENT = 5
-_CONTROLLERS = (1, 4, 16)
-#: The interval at which the manual's users run several controllers, and the promise is made.
+#: The shortest interval of the promise, which is for one controller.
 _PROMISED_US = 2_000
+#: More of them: how many, and their interval [us]; with `quick` the first only.
+_MANY = ((4, 2_000), (16, 10_000), (16, 2_000))
+#: What of all processors may be taken by packets with real-time priority.
+_SHARE = 0.75
+#: What a run takes besides its packets [s]: itself, and each of its controllers.
+_RUN_S, _START_S = 1.0, 1.0
 
 
-@dataclass(frozen=True)
-class Run:
-    """One run of all its controllers.
-
-    Attributes:
-        rpi_us: Packet interval [us].
-        controllers: How many at once.
-        flooded: Beside an explicit flood of each.
-        seconds: How long.
-        packets: That came, both ways, of all controllers.
-        nominal: That should have come.
-        missing: By their sequence numbers, both ways.
-        gap_median_us: Median of the gaps between packets to the scanner; of several, the median.
-        gap_p99_us: 99 % of the gaps are not longer; the worst controller's.
-        timer_p99_us: The same of the bare timer.
-        cpu_us: CPU time for each packet sent and received, of all processes of the cyclic part.
-    """
+class Case(NamedTuple):
+    """One run to be made: packet interval [us], controllers at once, with a flood of each."""
 
     rpi_us: int
     controllers: int
     flooded: bool
-    seconds: float
-    packets: int
-    nominal: float
-    missing: int
-    gap_median_us: int
-    gap_p99_us: int
-    timer_p99_us: int
-    cpu_us: float
 
     @property
     def name(self) -> str:
@@ -74,36 +85,120 @@ class Run:
         many = f"_x{self.controllers}" if self.controllers > 1 else ""
         return f"cyclic_{interval}{many}{'_flood' if self.flooded else ''}"
 
+    @property
+    def rate(self) -> float:
+        """Packets a second, both ways, of all controllers."""
+        return 2e6 * self.controllers / self.rpi_us
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of all its controllers.
+
+    Attributes:
+        case: What was run.
+        seconds: How long.
+        packets: That came, both ways, of all controllers.
+        nominal: That should have come.
+        missing: By their sequence numbers, both ways.
+        gap_median_us: Median of the gaps between packets to the scanner; of several, the median.
+        gap_p99_us: 99 % of the gaps are not longer; the worst controller's.
+        timer_p99_us: The same of the bare timer.
+        cpu_us: CPU time for each packet sent and received, of all processes of the cyclic part.
+        ordinary: Without real-time priority, because it was foreseen to be too much.
+    """
+
+    case: Case
+    seconds: float
+    packets: int
+    nominal: float
+    missing: int
+    gap_median_us: int
+    gap_p99_us: int
+    timer_p99_us: int
+    cpu_us: float
+    ordinary: bool = False
+
 
 def measure(options: Options) -> dict[str, Figure]:
-    """All intervals alone and under flood, and the promised one with more controllers."""
+    """All intervals alone and under flood, then more controllers; a line for each run."""
     seconds = 1.0 if options.quick else options.seconds
+    console = Console(highlight=False)
+    planned = cases(options)
+    length = foreseen_s(planned, seconds)
+    console.print(f"  {len(planned)} runs of {seconds:g} s, with their starts about {length:.0f} s")
     found: dict[str, Figure] = {}
-    for rpi_us in options.rpi_us:
-        quiet = run(rpi_us, 1, False, seconds)
-        found |= figures(quiet, None)
-        found |= figures(run(rpi_us, 1, True, seconds), quiet)
-    for controllers in _CONTROLLERS[1 : 2 if options.quick else None]:
-        quiet = run(_PROMISED_US, controllers, False, seconds)
-        found |= figures(quiet, None)
-        found |= figures(run(_PROMISED_US, controllers, True, seconds), quiet)
+    quiet: dict[Case, Run] = {}
+    costs_us: list[float] = []
+    for number, case in enumerate(planned, start=1):
+        ordinary = is_too_much(case, min(costs_us, default=0.0))
+        told = ", without real-time priority" if ordinary else ""
+        console.print(f"  {number} of {len(planned)}: {case.name}, {case.rate:g} packets/s{told}")
+        done = run(case, seconds, ordinary)
+        if case.flooded:
+            found |= figures(done, quiet[case._replace(flooded=False)])
+        else:
+            quiet[case] = done
+            costs_us.append(done.cpu_us)
+            found |= figures(done, None)
     return found
 
 
-def run(rpi_us: int, controllers: int, flooded: bool, seconds: float) -> Run:
+def cases(options: Options) -> list[Case]:
+    """The runs in their order: each alone, then under flood."""
+    single = [(1, rpi_us) for rpi_us in options.rpi_us]
+    many = _MANY[: 1 if options.quick else None]
+    return [
+        Case(rpi_us, controllers, flooded)
+        for controllers, rpi_us in (*single, *many)
+        for flooded in (False, True)
+    ]
+
+
+def foreseen_s(planned: Sequence[Case], seconds: float) -> float:
+    """How long runs of so many seconds will take with what they start [s]."""
+    return sum(seconds + _RUN_S + _START_S * case.controllers for case in planned)
+
+
+def is_too_much(case: Case, cost_us: float) -> bool:
+    """Would its packets leave other programs, and each other, too little time?
+
+    With real-time priority they would be served first; a machine that they fill stands still.
+
+    Args:
+        case: What is to be run.
+        cost_us: CPU time of a packet, as runs of one controller have shown.
+    """
+    return case.rate * cost_us / 1e6 > _SHARE * (os.cpu_count() or 1)
+
+
+def run(case: Case, seconds: float, ordinary: bool = False) -> Run:
     """Hold the connections, and count.
+
+    Args:
+        case: What to run.
+        seconds: How long.
+        ordinary: Without real-time priority.
 
     Raises:
         RcxError: an adapter did not start, or a connection was refused.
     """
     with ExitStack() as held:
-        pairs = [_pair(held, number, rpi_us) for number in range(controllers)]
-        if flooded:
-            for adapter, _ in pairs:
-                host, port = adapter.address
-                held.enter_context(running(__name__, ["flood", host, str(port)]))
-        arguments = ["timer", str(rpi_us), str(seconds)]
-        bare = held.enter_context(running(__name__, arguments))
+        pairs = [_pair(held, number, case.rpi_us) for number in range(case.controllers)]
+        addresses = [adapter.address for adapter, _ in pairs] if case.flooded else []
+        loads = [
+            held.enter_context(running(__name__, ["flood", host, str(port)]))
+            for host, port in addresses
+        ]
+        bare = held.enter_context(running(__name__, ["timer", str(case.rpi_us), str(seconds)]))
+        for process in (*loads, bare):
+            first_line(process)
+        if ordinary:
+            in_ordinary_time(_MODULE)
+        for _, scanner in pairs:
+            scanner.open()
+        for process in (*loads, bare):
+            _begin(process)
         cpu = time.monotonic(), cpu_of_children(_MODULE)
         before, start = _counts(pairs), time.monotonic()
         count = 0
@@ -124,13 +219,14 @@ def run(rpi_us: int, controllers: int, flooded: bool, seconds: float) -> Run:
     rate = sum((b.received - a.received) / (b.time_s - a.time_s) for a, b in ends)
     packets = round(rate * passed)
     return Run(
-        rpi_us, controllers, flooded, passed, packets,
-        nominal=2 * controllers * passed * 1e6 / rpi_us,
+        case, passed, packets,
+        nominal=case.rate * passed,
         missing=sum(b.missing - a.missing for a, b in ends),
         gap_median_us=round(median(one.gap_median_us for one in seen)),
         gap_p99_us=max(one.gap_p99_us for one in seen),
         timer_p99_us=percentile(gaps, 0.99),
         cpu_us=used * 1e6 / packets if packets else 0.0,
+        ordinary=ordinary,
     )  # fmt: skip
 
 
@@ -138,26 +234,28 @@ def figures(run: Run, quiet: Run | None) -> dict[str, Figure]:
     """What a run says, by name; `quiet` is the same without the flood."""
     rate = run.packets / run.nominal
     beside = f"bare timer: p99 {run.timer_p99_us} us"
-    promised = run.rpi_us >= _PROMISED_US and run.controllers == 1
+    case, name = run.case, run.case.name
+    promised = case.rpi_us >= _PROMISED_US and case.controllers == 1
+    how = "without real-time priority" if run.ordinary else NO_TARGET
     found = {
-        f"{run.name}_packets": shown(round(run.packets / run.seconds), "packets/s"),
-        f"{run.name}_missing": shown(run.missing, "packets"),
-        f"{run.name}_rate": shown(rate, "of nominal"),
-        f"{run.name}_gap_median": shown(run.gap_median_us, "us"),
-        f"{run.name}_gap_p99": shown(run.gap_p99_us, "us", beside),
-        f"{run.name}_cpu": shown(run.cpu_us, "us/packet", "adapter and scanner"),
+        f"{name}_packets": shown(round(run.packets / run.seconds), "packets/s"),
+        f"{name}_missing": shown(run.missing, "packets"),
+        f"{name}_rate": shown(rate, "of nominal", how),
+        f"{name}_gap_median": shown(run.gap_median_us, "us"),
+        f"{name}_gap_p99": shown(run.gap_p99_us, "us", beside),
+        f"{name}_cpu": shown(run.cpu_us, "us/packet", "adapter and scanner"),
     }
     if promised and quiet is None:
-        found[f"{run.name}_missing"] = at_most(run.missing, "packets", 0)
-        found[f"{run.name}_rate"] = at_least(rate, "of nominal", 0.98)
+        found[f"{name}_missing"] = at_most(run.missing, "packets", 0)
+        found[f"{name}_rate"] = at_least(rate, "of nominal", 0.98)
     elif promised and quiet is not None:
         share = rate * quiet.nominal / quiet.packets if quiet.packets else 0.0
-        found[f"{run.name}_rate"] = at_least(share, "of the quiet run", 0.9)
+        found[f"{name}_rate"] = at_least(share, "of the quiet run", 0.9)
     return found
 
 
 def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
-    """A controller's adapter and its master, connected."""
+    """A controller's adapter and its master, not yet connected."""
     device, master = f"127.0.77.{number + 1}", f"127.0.78.{number + 1}"
     options = AdapterOptions(rpi_min_us=1000)
     adapter = held.enter_context(Adapter(_SIZE, host=device, cyclic=2222, options=options))
@@ -166,7 +264,6 @@ def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
         Scanner(device, _SIZE, rpi_us, multiplier=_PATIENT, address=master, port=port)
     )
     scanner.write(bytes(_SIZE))
-    scanner.open()
     return adapter, scanner
 
 
@@ -187,6 +284,13 @@ def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
         master = scanner.statistics()
         counts.append(_Count(master.received, master.missing, time.monotonic()))
     return counts
+
+
+def _begin(process: subprocess.Popen[str]) -> None:
+    """Let a process of this module that is ready begin."""
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
 
 
 def timer(interval_us: int, seconds: float) -> list[int]:
@@ -211,6 +315,8 @@ def flood(host: str, port: int) -> None:
 
 
 if __name__ == "__main__":
+    print("ready", flush=True)
+    sys.stdin.readline()
     if sys.argv[1] == "timer":
         print(json.dumps(timer(int(sys.argv[2]), float(sys.argv[3]))))
     else:

@@ -2,7 +2,9 @@
 
 The peer is cpppo's own server with the same two assemblies as tags, started for the run. Both are
 asked in turn, in short slices, so that what else the machine does hits both, by the same client: a
-plain socket that sends the same bytes again and again, so that the servers are compared.
+plain socket that sends the same bytes again and again, so that the servers are compared. All run
+on the same processor. A server that looks at nothing and sends bytes it has ready is asked, too:
+no server in Python is faster on this machine.
 """
 
 from __future__ import annotations
@@ -11,14 +13,21 @@ import socket
 import struct
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from statistics import median
 
 from rcx_harness.bench.figure import Figure, Options, at_least, shown
-from rcx_harness.bench.processes import running
+from rcx_harness.bench.processes import first_line, on_one_processor, running
 from rcx_harness.bench.simulation import demo_cell
 from rcx_harness.enip.adapter import Adapter
-from rcx_harness.enip.cip import Service, decode_reply, encode_path, encode_request
+from rcx_harness.enip.cip import (
+    Service,
+    Status,
+    decode_reply,
+    encode_path,
+    encode_reply,
+    encode_request,
+)
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.encapsulation import (
     HEADER_SIZE,
@@ -31,31 +40,37 @@ from rcx_harness.enip.encapsulation import (
 )
 from rcx_harness.enip.errors import EnipError
 
-__all__ = ["measure"]
+__all__ = ["echo", "measure"]
 
 _HOST, _PORT, _SIZE = "127.0.77.9", 44818, 48
 _TAGS = ("IN_100@4/100/3=USINT[48]", "OUT_150@4/150/3=USINT[48]")
 _GET = encode_request(Service.GET_ATTRIBUTE_SINGLE, encode_path(4, 100, 3))
 _SET = encode_request(Service.SET_ATTRIBUTE_SINGLE, encode_path(4, 150, 3), bytes(_SIZE))
 _START_S, _LOOK_S = 20.0, 0.1
-_SLICES = 5
+_SLICES = 10
+#: What a request for a session, or for its end, does not exceed [bytes].
+_SESSION_REQUEST = HEADER_SIZE + 4
 
 
 def measure(options: Options) -> dict[str, Figure]:
     """Get/s and Set/s of the adapter and of stock cpppo; scans/s in lock-step."""
     slice_s = (1.0 if options.quick else options.seconds) / _SLICES / 2
-    with ExitStack() as held:
+    with on_one_processor(), ExitStack() as held:
         stock = held.enter_context(
             running("cpppo.server.enip", ["--no-udp", "--address", f"{_HOST}:{_PORT}", *_TAGS])
         )
         theirs = held.enter_context(_asker_of(stock.poll))
         adapter = held.enter_context(Adapter(_SIZE))
         ours = held.enter_context(_Asker(*adapter.address))
+        bare = held.enter_context(running(__name__, []))
+        echoes = held.enter_context(_Asker(_HOST, int(first_line(bare))))
         gets: list[tuple[float, float]] = []
         sets: list[tuple[float, float]] = []
+        fastest: list[float] = []
         for _ in range(_SLICES):
             gets.append((_rate(ours, _GET, slice_s), _rate(theirs, _GET, slice_s)))
             sets.append((_rate(ours, _SET, slice_s), _rate(theirs, _SET, slice_s)))
+            fastest.append(_rate(echoes, _GET, slice_s))
     found: dict[str, Figure] = {}
     for name, rates in (("get", gets), ("set", sets)):
         own, peer = median(a for a, _ in rates), median(b for _, b in rates)
@@ -63,6 +78,9 @@ def measure(options: Options) -> dict[str, Figure]:
         found[f"explicit_{name}"] = shown(round(own), "requests/s")
         beside = f"stock cpppo {peer:.0f}/s, same client"
         found[f"explicit_{name}_ratio"] = at_least(ratio, "of cpppo", 40, beside)
+    ceiling = median(a / b for a, (_, b) in zip(fastest, gets, strict=True))
+    beside = f"a server that only sends: {median(fastest):.0f}/s"
+    found["explicit_get_ceiling"] = shown(ceiling, "of cpppo", beside)
     return found | {"lockstep": at_least(_lockstep(slice_s), "scans/s", 500)}
 
 
@@ -155,3 +173,21 @@ def _lockstep(seconds: float) -> float:
                 cell.scan(10)
             rates.append((cell.scans - before) / passed)
     return median(rates)
+
+
+def echo() -> None:
+    """Serve the bench's client without a look at what it sends, until ended."""
+    reply = encode_reply(Service.GET_ATTRIBUTE_SINGLE, Status.SUCCESS, bytes(_SIZE))
+    answer = Frame(Command.SEND_RR_DATA, data=unconnected(reply)).encode()
+    with socket.create_server((_HOST, 0)) as server:
+        print(server.getsockname()[1], flush=True)
+        while True:
+            asker, _ = server.accept()
+            asker.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            with asker, suppress(ConnectionError):  # it does not wait for the end of its session
+                while received := asker.recv(4096):
+                    asker.sendall(answer if len(received) > _SESSION_REQUEST else received)
+
+
+if __name__ == "__main__":
+    echo()

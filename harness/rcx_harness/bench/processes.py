@@ -11,7 +11,15 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 
-__all__ = ["PROC", "cpu_of_children", "peak_memory", "running"]
+__all__ = [
+    "PROC",
+    "cpu_of_children",
+    "first_line",
+    "in_ordinary_time",
+    "on_one_processor",
+    "peak_memory",
+    "running",
+]
 
 #: Where Linux tells of its processes; without it CPU time and memory cannot be measured.
 PROC = Path("/proc")
@@ -19,6 +27,26 @@ PROC = Path("/proc")
 
 def cpu_of_children(module: str) -> float:
     """CPU time of the processes below this one that run a Python module [s].
+
+    Raises:
+        InputError: this system does not tell.
+    """
+    return sum(_ticks_of_children(module).values()) / os.sysconf("SC_CLK_TCK")
+
+
+def in_ordinary_time(module: str) -> None:
+    """Take real-time priority from the processes below this one that run a Python module.
+
+    Raises:
+        InputError: this system does not tell of them.
+    """
+    for number in _ticks_of_children(module):
+        with suppress(ProcessLookupError):  # it has ended meanwhile
+            os.sched_setscheduler(number, os.SCHED_OTHER, os.sched_param(0))
+
+
+def _ticks_of_children(module: str) -> dict[int, int]:
+    """CPU time of the processes below this one that run a Python module, by their ids [ticks].
 
     Raises:
         InputError: this system does not tell.
@@ -34,7 +62,7 @@ def cpu_of_children(module: str) -> float:
             parents[number] = int(fields[1])
             if module.encode() in (entry / "cmdline").read_bytes().split(b"\0"):
                 ticks[number] = int(fields[11]) + int(fields[12])
-    return sum(ticks[one] for one in ticks if _is_below(one, parents)) / os.sysconf("SC_CLK_TCK")
+    return {one: used for one, used in ticks.items() if _is_below(one, parents)}
 
 
 def _is_below(pid: int, parents: dict[int, int]) -> bool:
@@ -58,13 +86,46 @@ def peak_memory() -> int:
 def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
     """A Python module as a process of its own, ended at the end."""
     process = subprocess.Popen(
-        [sys.executable, "-m", module, *arguments], stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL, text=True,
+        [sys.executable, "-m", module, *arguments], stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
     )  # fmt: skip
     try:
         yield process
     finally:
         process.terminate()
         process.wait()
-        if process.stdout is not None:
-            process.stdout.close()
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                with suppress(BrokenPipeError):  # it has ended with a line unread
+                    pipe.close()
+
+
+def first_line(process: subprocess.Popen[str]) -> str:
+    """What a process says when its start, which takes its time, is over.
+
+    Raises:
+        InputError: it has ended instead.
+    """
+    assert process.stdout is not None
+    line = process.stdout.readline().strip()
+    if not line:
+        raise InputError("a process of this bench has ended at its start")
+    return line
+
+
+@contextmanager
+def on_one_processor() -> Iterator[None]:
+    """Keep this process, and those that it starts meanwhile, together, where the system can.
+
+    Who asks and who answers take turns, and need no second processor. With two of them the
+    system's choice where each runs would decide how long it takes to wake the other one.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)

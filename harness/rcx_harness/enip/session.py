@@ -90,7 +90,7 @@ class Session:
             Command.SEND_UNIT_DATA: self._send_unit_data,
         }
 
-    def receive(self, data: bytes) -> bytes:
+    def receive(self, data: bytes | memoryview) -> bytes:
         """Take bytes as they come off the wire, whole frames or not; return all answers."""
         now = self._host.clock()
         if not self._received:

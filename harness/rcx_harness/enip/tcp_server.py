@@ -13,7 +13,8 @@ __all__ = ["MAX_CONNECTIONS", "MAX_CONNECTIONS_OF_PEER", "TcpServer"]
 
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 
-#: So many bytes of one connection are answered before the others have their turn.
+#: So many bytes of one connection are answered before the others have their turn. They are
+#: received into memory that stays: asyncio's `Protocol` takes and gives back 256 KiB each time.
 _TURN = 1024
 
 
@@ -29,7 +30,7 @@ class TcpServer:
         self.accepts = True
         self._connections: set[_Connection] = set()
 
-    def protocol(self) -> asyncio.Protocol:
+    def protocol(self) -> asyncio.BufferedProtocol:
         """What asyncio asks for with each new connection."""
         return _Connection(self)
 
@@ -64,7 +65,7 @@ class TcpServer:
             connection.transport.abort()
 
 
-class _Connection(asyncio.Protocol):
+class _Connection(asyncio.BufferedProtocol):
     """One scanner on the TCP port."""
 
     transport: asyncio.Transport
@@ -73,8 +74,8 @@ class _Connection(asyncio.Protocol):
 
     def __init__(self, server: TcpServer) -> None:
         self._server = server
-        self._admitted = self._full = False
-        self._waiting = bytearray()  # received, but not yet its turn
+        self._admitted = False
+        self._received = memoryview(bytearray(_TURN))
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Start a session; asyncio has set TCP_NODELAY."""
@@ -93,50 +94,29 @@ class _Connection(asyncio.Protocol):
         self._admitted = True
         self._server.add(self)
 
-    def data_received(self, data: bytes) -> None:
-        """Answer what is complete; of much at once a part, so that nobody else has to wait."""
+    def get_buffer(self, sizehint: int) -> memoryview:
+        """Where the next bytes are received: a turn's, what is more waits for the next turn."""
+        return self._received
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Answer what is complete."""
         if not self._admitted:
             return
-        if len(data) <= _TURN and not self._waiting:
-            self._answer(data)
-            return
-        self._waiting += data
-        self.transport.pause_reading()
-        self._take_turn()
+        if answers := self.session.receive(self._received[:nbytes]):
+            self.transport.write(answers)
+        if self.session.ended:
+            self.transport.close()
 
     def pause_writing(self) -> None:
         """It does not take our answers: take no more of its requests."""
-        self._full = True
         self.transport.pause_reading()
 
     def resume_writing(self) -> None:
         """It has taken them."""
-        self._full = False
-        self._take_turn()
+        self.transport.resume_reading()
 
     def connection_lost(self, error: Exception | None) -> None:
         """The connection is gone; its session with it."""
         if self._admitted:
             self._server.discard(self)
             self.session.close()
-
-    def _take_turn(self) -> None:
-        """Answer some of what waits; the rest is left for the next round of the event loop."""
-        if self._full or self.transport.is_closing():
-            return
-        part = bytes(self._waiting[:_TURN])
-        del self._waiting[:_TURN]
-        self._answer(part)
-        if self._full:
-            return  # goes on with `resume_writing`
-        if self._waiting:
-            asyncio.get_running_loop().call_soon(self._take_turn)
-        else:
-            self.transport.resume_reading()
-
-    def _answer(self, data: bytes) -> None:
-        if answers := self.session.receive(data):
-            self.transport.write(answers)
-        if self.session.ended:
-            self._waiting.clear()
-            self.transport.close()

@@ -1,0 +1,128 @@
+"""The plan of the cyclic bench: which runs, how long, in which order things are started."""
+
+from __future__ import annotations
+
+import os
+from contextlib import AbstractContextManager, nullcontext
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from rcx_harness.bench import cyclic
+from rcx_harness.bench.cyclic import Case, Run, cases, foreseen_s, is_too_much, measure
+from rcx_harness.bench.figure import Options
+
+
+def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:
+    """Source: issue 8, point 4: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
+    planned = cases(Options())
+    assert [(case.rpi_us, case.controllers) for case in planned[::2]] == [
+        (10_000, 1), (5_000, 1), (2_000, 1), (1_000, 1), (2_000, 4), (10_000, 16), (2_000, 16),
+    ]  # fmt: skip
+    assert [case._replace(flooded=True) for case in planned[::2]] == planned[1::2]
+    assert not any(case.flooded for case in planned[::2])
+
+
+def test_a_few_controllers_are_enough_to_see_that_it_works() -> None:
+    """Source: make bench MORE=--quick: small samples."""
+    assert {case.controllers for case in cases(Options(quick=True))} == {1, 4}
+
+
+def test_the_length_of_all_runs_is_foreseen() -> None:
+    """10 s of packets, 1 s for the run and 1 s for each controller: 12 and 27 s.
+
+    Source: the measured starts of 1, 4 and 16 controllers.
+    """
+    planned = [Case(10_000, 1, False), Case(10_000, 16, True)]
+    assert foreseen_s(planned, 10.0) == 39.0
+
+
+@pytest.mark.parametrize(("cost_us", "too_much"), [(90.0, False), (100.0, True)])
+def test_packets_that_fill_the_machine_have_no_real_time_priority(
+    monkeypatch: pytest.MonkeyPatch, cost_us: float, too_much: bool
+) -> None:
+    """16,000 packets/s at 90 and 100 us take 1.44 and 1.6 of two processors; 1.5 are allowed.
+
+    Source: sched(7): a process with SCHED_FIFO runs until it waits.
+    """
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    assert is_too_much(Case(2_000, 16, False), cost_us) is too_much
+    assert not is_too_much(Case(10_000, 16, False), cost_us)
+
+
+def test_a_line_tells_of_each_run_and_the_first_of_their_length(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At 300 us a packet 4 controllers at 2 ms take 1.2 of two processors, 16 take 4.8.
+
+    Source: issue 8: long work shows progress.
+    """
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+
+    def done(case: Case, seconds: float, ordinary: bool) -> Run:
+        packets = round(case.rate * seconds)
+        return Run(case, seconds, packets, packets, 0, 1, 1, 1, 300.0, ordinary)
+
+    monkeypatch.setattr(cyclic, "run", done)
+    found = measure(Options(seconds=10.0, rpi_us=(2_000,)))
+    assert [line.strip() for line in capsys.readouterr().out.splitlines()] == [
+        "8 runs of 10 s, with their starts about 162 s",
+        "1 of 8: cyclic_2ms, 1000 packets/s",
+        "2 of 8: cyclic_2ms_flood, 1000 packets/s",
+        "3 of 8: cyclic_2ms_x4, 4000 packets/s",
+        "4 of 8: cyclic_2ms_x4_flood, 4000 packets/s",
+        "5 of 8: cyclic_10ms_x16, 3200 packets/s",
+        "6 of 8: cyclic_10ms_x16_flood, 3200 packets/s",
+        "7 of 8: cyclic_2ms_x16, 16000 packets/s, without real-time priority",
+        "8 of 8: cyclic_2ms_x16_flood, 16000 packets/s, without real-time priority",
+    ]
+    assert found["cyclic_2ms_flood_rate"].unit == "of the quiet run"
+    assert found["cyclic_2ms_x16_rate"].peer == "without real-time priority"
+    assert {name for name, one in found.items() if one.target != "none"} == {
+        "cyclic_2ms_missing", "cyclic_2ms_rate", "cyclic_2ms_flood_rate",
+    }  # fmt: skip
+
+
+def test_all_processes_are_there_before_the_first_packet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the packets of the first controllers keep the others from starting.
+
+    Source: sched(7): a process with SCHED_FIFO runs until it waits.
+    """
+    happened: list[str] = []
+    status = SimpleNamespace(received=0, missing=0, gap_median_us=0, gap_p99_us=0)
+
+    def adapter(size: int, host: str, **_: object) -> AbstractContextManager[Any]:
+        happened.append(f"adapter {host}")
+        shared = SimpleNamespace(status=lambda: status)
+        return nullcontext(SimpleNamespace(address=(host, 44818), shared=shared))
+
+    def scanner(host: str, *_: object, **__: object) -> AbstractContextManager[Any]:
+        happened.append(f"scanner {host}")
+        made = SimpleNamespace(statistics=lambda: status, write=lambda image: None)
+        made.open = lambda: happened.append(f"open {host}")
+        return nullcontext(made)
+
+    def running(module: str, arguments: list[str]) -> AbstractContextManager[Any]:
+        happened.append(arguments[0])
+        process = SimpleNamespace(name=arguments[0], communicate=lambda: ("[]", None))
+        return nullcontext(process)
+
+    def note(text: str) -> Any:
+        return lambda process: happened.append(f"{process.name} {text}")
+
+    monkeypatch.setattr(cyclic, "Adapter", adapter)
+    monkeypatch.setattr(cyclic, "Scanner", scanner)
+    monkeypatch.setattr(cyclic, "running", running)
+    monkeypatch.setattr(cyclic, "first_line", note("is ready"))
+    monkeypatch.setattr(cyclic, "_begin", note("begins"))
+    monkeypatch.setattr(cyclic, "in_ordinary_time", lambda module: happened.append("ordinary"))
+    monkeypatch.setattr(cyclic, "cpu_of_children", lambda module: 0.0)
+    done = cyclic.run(Case(2_000, 2, True), 0.0, ordinary=True)
+    assert happened == [
+        "adapter 127.0.77.1", "scanner 127.0.77.1", "adapter 127.0.77.2", "scanner 127.0.77.2",
+        "flood", "flood", "timer",
+        "flood is ready", "flood is ready", "timer is ready", "ordinary",
+        "open 127.0.77.1", "open 127.0.77.2", "flood begins", "flood begins", "timer begins",
+    ]  # fmt: skip
+    assert done.ordinary
