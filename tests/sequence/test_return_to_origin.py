@@ -37,6 +37,24 @@ def test_return_to_origin_input_until_the_return_is_complete(
     assert plc.inputs == ["SI00", "SI06"]
 
 
+def test_a_return_that_waits_for_its_turn_is_made_although_execute_has_fallen() -> None:
+    """Source: design of every block: letting Execute fall never cancels the work."""
+    plc = servo_on()
+    plc.outputs(SO02=True)
+    plc["ProgramReset.Execute"] = plc["Origin.Execute"] = True
+    plc.scan()
+    assert pins(plc, "Origin") == "Busy"
+    assert plc.inputs == ["SI00", "SI06", "SI15"]
+    plc["ProgramReset.Execute"] = plc["Origin.Execute"] = False
+    plc.scan()
+    plc.outputs(SO02=True, SO14=True)
+    plc.scan_until(lambda: "SI14" in plc.inputs)
+    assert pins(plc, "Origin") == "Busy Active"
+    plc.outputs(SO02=True, SO14=True, SO11=True)
+    plc.scan()
+    assert pins(plc, "Origin") == "Done"
+
+
 def test_incremental_axes_unless_said_otherwise() -> None:
     """A default that every robot takes: SI(17) depends on a parameter of the controller."""
     plc = servo_on()
