@@ -227,6 +227,9 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(
 ) -> None:
     """What the Prescan routines and `IF S:FS` leave is what a new controller has.
 
+    A controller prescans every instruction, behind a condition that is FALSE, too; what the reader
+    has made does it with its first call, so what an idle block does not call is still to come.
+
     Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
     """
     (source,) = write(read_l5x(cell), tmp_path / "cell.st")
@@ -246,10 +249,17 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(
     worked.scan(1_000_000)
     _drive(new)
     new.scan(0)
+    to_come = tuple(
+        path.removesuffix("Rcx_Prescanned")
+        for path, _ in new.walk()
+        if path.endswith("Rcx_Prescanned") and not worked.read(path)
+    )
+    assert "Main.ServoOn.Job." in to_come
     other = [
         path
         for path, kind in new.walk()
         if not re.search(r"\.Timer|\.Temp_|\.FC_\w+_1", path)
+        and not path.startswith(to_come)
         and not isinstance(kind, BlockType)
         and worked.read(path) != new.read(path)
     ]
