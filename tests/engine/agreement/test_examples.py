@@ -10,6 +10,7 @@ import pytest
 
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import Matiec, build
+from rcx_harness.engine.needed import needed
 from rcx_harness.engine.types import BlockType, StructType
 
 _PLC = Path(__file__).parents[3] / "plc"
@@ -22,8 +23,8 @@ EXAMPLES = [
 
 
 def _build(example: Path, engine: str) -> Program:
-    files = [*sorted((_PLC / "lib").rglob("*.st")), *sorted(example.glob("*.st"))]
-    return build(files, engine).program
+    files = sorted(example.glob("*.st"))
+    return build([*needed(files, sorted((_PLC / "lib").rglob("*.st"))), *files], engine).program
 
 
 @pytest.mark.parametrize(
