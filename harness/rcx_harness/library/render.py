@@ -101,8 +101,9 @@ def _block(block: Block, tables: Library) -> str:
         ),
         "END_IF;",
         "",
-        "Job(Channel := Robot.Command, Execute := Execute, Elapsed := Robot.Elapsed,",
-        f"    {'Trouble := Refused, ' if refused else ''}Answer := Robot.Answer, Remote := TRUE,",
+        "Job(Channel := Robot.Command, Execute := Execute, Scan := Robot.Scan,",
+        f"    Elapsed := Robot.Elapsed, {'Trouble := Refused, ' if refused else ''}"
+        "Answer := Robot.Answer, Remote := TRUE,",
         "    Applied := Robot.Phase = PHASE_COMMAND_RUN);",
         "",
         "IF Job.Request THEN",
