@@ -24,6 +24,45 @@ _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+#: Reserved words that came with IEC 61131-3:2013, and USTRING with 2025: no names on newer PLCs.
+_RESERVED_SINCE_2013 = frozenset(
+    [
+        "ABSTRACT",
+        "CHAR",
+        "CLASS",
+        "CONTINUE",
+        "END_CLASS",
+        "END_INTERFACE",
+        "END_METHOD",
+        "END_NAMESPACE",
+        "EXTENDS",
+        "FINAL",
+        "IMPLEMENTS",
+        "INTERFACE",
+        "INTERNAL",
+        "LDATE",
+        "LDATE_AND_TIME",
+        "LDT",
+        "LTIME",
+        "LTIME_OF_DAY",
+        "LTOD",
+        "METHOD",
+        "NAMESPACE",
+        "NULL",
+        "OVERLAP",
+        "OVERRIDE",
+        "PRIVATE",
+        "PROTECTED",
+        "PUBLIC",
+        "REF",
+        "REF_TO",
+        "SUPER",
+        "THIS",
+        "USING",
+        "USTRING",
+        "WCHAR",
+    ]
+)
 
 
 @dataclass(frozen=True)
@@ -71,6 +110,7 @@ def lint(
         found = list(text_findings(file))
         for declaration in source.declarations:
             found += _declaration(declaration, members)
+            found += _reserved(declaration)
         if file in library:
             found += _library(source)
         strict = binding or file in library
@@ -103,6 +143,20 @@ def _declaration(one: s.TypeDecl | s.Pou | s.Configuration, members: set[str]) -
             yield from _function(one)
         for statement in one.body:
             yield from _code(statement, members)
+
+
+def _reserved(declaration: s.TypeDecl | s.Pou | s.Configuration) -> _Found:
+    """Names that are declared and that a newer edition has for itself."""
+    for node in _nodes(declaration):
+        if isinstance(node, (s.TypeDecl, s.Pou)):
+            names: tuple[s.Name, ...] = (node.name,)
+        elif isinstance(node, s.VarDecl):
+            names = node.names
+        else:
+            names = node.members if isinstance(node, s.EnumSpec) else ()
+        for name in names:
+            if name.key in _RESERVED_SINCE_2013:
+                yield name.at, f"{name.text} is a reserved word of the newer standard: rename it"
 
 
 def _type(one: s.TypeDecl) -> _Found:

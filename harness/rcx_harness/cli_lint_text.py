@@ -13,6 +13,8 @@ __all__ = ["text_findings"]
 
 _LONGEST = 100
 #: One text, in which every byte may be an escape as `$E3`: no place to break the line.
+#: Escapes of quotes, at which some compilers take the text to have ended; `$$` is none.
+_QUOTE = re.compile(r"\$(?:([\'\"])|.)")
 _ONE_TEXT = re.compile(r"\s*[\w.]+ := '(?:\$[0-9A-F]{2}|[^$'])+';")
 
 
@@ -28,3 +30,9 @@ def text_findings(file: Path) -> Iterator[tuple[Position, str]]:
         here = Position(token.line or 1, token.column or 1)
         if token.type in KEYWORDS and token.value != token.type:
             yield here, f"{token.value}: write keywords in upper case"
+        elif token.type == "STRING":
+            for escape in _QUOTE.finditer(token.value):
+                if escape[1]:
+                    code = f"${ord(escape[1]):02X}"
+                    text = f"{escape[0]} ends the text on some PLCs: write {code}"
+                    yield Position(here.line, here.column + escape.start()), text

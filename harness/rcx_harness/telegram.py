@@ -80,7 +80,8 @@ class Field:
             return (words[self.at // 2] & self.mask) >> self.bits[0]
         raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
         if self.type == "text":
-            return raw[: self.length].decode("latin-1").rstrip("\0 ")
+            text = raw[: self.length].decode("latin-1")
+            return text.rstrip("\0" if text.endswith("\0") else " ")  # filled up with one of them
         every = tuple(part[0] for part in struct.iter_unpack(_FORMATS[self.type], raw))
         return every if self.count > 1 else every[0]
 
@@ -152,6 +153,8 @@ class Field:
             legal = intervals(allowed or (0x20, 0x7E))
             wrong = [c for c in value if not any(low <= ord(c) <= high for low, high in legal)]
             shown = ", ".join(f"0x{low:02X} to 0x{high:02X}" for low, high in legal)
+            if "\0" in value:
+                return f"{self.name} has 0x00 before its end; fill it up with one character only"
             return f"{self.name} has the character {wrong[0]!r}, not {shown}" if wrong else ""
         if allowed is None:
             return ""
@@ -282,7 +285,7 @@ class Command:
             value = given[part.name]
             values[part.name] = tuple(value) if isinstance(value, list) else value
             if part.type == "text":
-                values[part.name] = str(value)
+                values[part.name] = str(value).rstrip(" ")  # as what fills it up
         return next(filter(None, (part.problem(values) for part in parts)), "")
 
 

@@ -153,6 +153,82 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
+#: Words that edition 3 of the standard reserved and edition 2 left free, and that are no keywords
+#: here: the others end in an error before the rules are looked at.
+_NEW_WORDS = [
+    "Abstract",
+    "CHAR",
+    "Char",
+    "End_Class",
+    "END_INTERFACE",
+    "End_Method",
+    "END_NAMESPACE",
+    "Final",
+    "Internal",
+    "LDATE",
+    "Ldate_And_Time",
+    "Ldt",
+    "Ltime",
+    "LTIME_OF_DAY",
+    "Ltod",
+    "Null",
+    "Overlap",
+    "Override",
+    "Private",
+    "Protected",
+    "Public",
+    "Super",
+    "This",
+    "Using",
+    "Ustring",
+    "Wchar",
+]
+
+
+@pytest.mark.parametrize("word", _NEW_WORDS)
+def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> None:
+    """A name that is a type or keyword on newer PLCs does not compile there.
+
+    Source: IEC 61131-3:2013, 6.1.2 and table 10.
+    """
+    variable = block(f"    {word} : INT;\n", f"  {word} := 1;\n")
+    field = f"TYPE\n  RCX_A : STRUCT\n    {word} : INT;\n  END_STRUCT;\nEND_TYPE\n"
+    member = f"TYPE\n  RCX_A : (A_ONE, {word});\nEND_TYPE\n"
+    kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
+    called = block().replace("FB_It", word)
+    for text in (variable, field, member, kind, called):
+        found = [one.text for one in lint([write(tmp_path, "It", text)])]
+        assert found == [f"{word} is a reserved word of the newer standard: rename it"], text
+
+
+@pytest.mark.parametrize("word", ["Letter", "Character", "CharCode", "NextChar", "Reference1"])
+def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str) -> None:
+    assert not lint([write(tmp_path, "It", block(f"    {word} : INT;\n", f"  {word} := 1;\n"))])
+
+
+@pytest.mark.parametrize(
+    ("text", "columns"),
+    [
+        ("'It$'s'", [11]),
+        ("'$'$\"'", [9, 11]),
+        ("'$$$''", [11]),
+        ("'$$'", []),
+        ("'$27$22$N$$27'", []),
+        ("'say \"hello\"'", []),
+    ],
+)
+def test_escaped_quotes_are_written_by_their_code(
+    tmp_path: Path, text: str, columns: list[int]
+) -> None:
+    """Some compilers end the text at the quote of `$'`.
+
+    Source: IEC 61131-3:2003, 2.2.2: $' and $27 are the same character.
+    """
+    found = lint([write(tmp_path, "It", block("    t : STRING;\n", f"  t := {text};\n"))])
+    assert [one.at.column for one in found] == columns
+    assert all("ends the text on some PLCs: write $2" in one.text for one in found)
+
+
 @pytest.mark.parametrize(
     ("text", "finding"),
     [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from plc_bench import PlcBench
 
 
@@ -41,6 +43,24 @@ def test_all_fifteen_words_go_out_and_come_back() -> None:
     plc.answer(0)
     plc.scan(5)
     assert plc["First.Response"] == response, "kept after the status reset"
+
+
+@pytest.mark.parametrize("code", [0x0001, 0x1032, 0x250F, 0x3516, 0x4038, 0x4FFF, 0x0401, 0xF000])
+def test_the_code_goes_out_as_it_is_given(code: int) -> None:
+    """Robots 0 to 4 in bits 15 to 12, and anything else, which the controller may refuse.
+
+    Source: guide chapter 1, 1.1: command code in bits 11 to 0, robot number in bits 15 to 12.
+    """
+    plc = _plc()
+    plc["First.Code"], plc["First.Execute"] = code, True
+    plc.scan_until(lambda: plc.words[0] != 0, most=3)
+    assert f"16#{plc.words[0]:04X}" == f"16#{code:04X}"
+    for _ in range(5):  # held until the status comes, whoever asks
+        plc.scan()
+        assert plc.words == [code, *[0] * 15]
+    plc.answer(0x0200)
+    plc.scan()
+    assert plc["First.Done"]
 
 
 def test_an_abnormal_end_shows_alarm_group_and_category() -> None:

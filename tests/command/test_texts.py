@@ -67,8 +67,14 @@ def test_a_text_too_long_or_with_other_characters_is_refused(
     ("name", "problem"),
     [
         ("", 0),
-        ("A_Z 09", 0),
+        ("A_Z09", 0),
         ("X" * 16, 0),
+        ("MAIN   ", 0),  # what a shorter name is filled up with
+        ("A_Z 09", 0x8046),
+        (" MAIN", 0x8046),
+        ("A  B", 0x8046),
+        ("A" * 14 + " A", 0x8046),
+        ("A ~", 0x8046),
         ("X" * 17, 0x8046),
         ("main", 0x8046),
         ("A-B", 0x8046),
@@ -85,6 +91,20 @@ def test_a_program_name_has_upper_case_letters_digits_and_underscores(
     plc.write("Main.Text", name)
     plc.scan(0)
     assert plc.read("Main.NameProblem") == problem
+
+
+def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
+    """Behind an A, where a space would only fill it up; and before an A.
+
+    Source: remote command guide 4.6.1: letters (uppercase), numbers and underscores.
+    """
+    taken = []
+    for code in range(1, 128):
+        plc.write("Main.Text", f"A{chr(code)}A")
+        plc.scan(0)
+        if plc.read("Main.NameProblem") == 0:
+            taken.append(chr(code))
+    assert "".join(taken) == "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ_"
 
 
 @pytest.mark.parametrize(

@@ -202,3 +202,85 @@ def test_texts_and_real_numbers_have_their_places() -> None:
 def test_an_unknown_command_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="no remote command is called"):
         spec.command(name)
+
+
+_NAMED = ("RegisterProgram", "ExecuteProgram", "StepProgram", "SkipProgram", "NextProgram",
+          "ResetProgram", "ReadProgramInfo")  # fmt: skip
+
+
+def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
+    """The 16 words with some at the beginning, and a text from byte `at` on."""
+    area = bytearray(32)
+    for k, word in enumerate(first):
+        area[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
+    area[at : at + len(raw)] = raw
+    return [int.from_bytes(area[k : k + 2], "little") for k in range(0, 32, 2)]
+
+
+@pytest.mark.parametrize("name", _NAMED)
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (b"MAIN".ljust(16), ""),
+        (b"MAIN".ljust(16, b"\0"), ""),
+        (b"ABCDEFGHIJKLM_09", ""),
+        (b"A B".ljust(16), "the character ' '"),
+        (b" MAIN".ljust(16), "the character ' '"),
+        (b"A B".ljust(16, b"\0"), "the character ' '"),
+        (b"MAIN ".ljust(16, b"\0"), "the character ' '"),
+        (b"MAIN\0".ljust(16), "0x00 before its end"),
+        (b"MAIN\0 \0".ljust(16, b"\0"), "0x00 before its end"),
+        (b"MA\0IN".ljust(16), "0x00 before its end"),
+        (b"MAIN".rjust(16, b"\0"), "0x00 before its end"),
+        (b"main".ljust(16), "the character 'm'"),
+        (b"A-B".ljust(16), "the character '-'"),
+        (b"MAIN\x80".ljust(16), "the character"),
+    ],
+)
+def test_a_program_name_is_filled_up_with_one_character_only(
+    name: str, text: bytes, told: str
+) -> None:
+    """Letters (uppercase), numbers and underscores; a shorter name is filled up.
+
+    Source: manual, remote command guide 4.6.1 to 4.6.4: spaces in the text, 0x00 in the examples.
+    """
+    command = spec.command(name)
+    first = (command.code, 4, 0, 0, 1) if name == "RegisterProgram" else (command.code, 4)
+    problem = command.problem(_text_words(first, 12, text))
+    assert problem.startswith(f"program_name has {told}") if told else not problem
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (b"WAIT ORG".ljust(16), ""),
+        (b"WAIT ORG".ljust(16, b"\0"), ""),
+        (b"".ljust(16, b"\0"), ""),
+        (b" ~".ljust(16), ""),
+        (b"WAIT\0".ljust(16), "0x00 before its end"),
+        (b"WAIT\0ORG".ljust(16, b"\0"), "0x00 before its end"),
+        (b"WAIT\x7f".ljust(16), "the character"),
+        (b"WAIT\x1f".ljust(16), "the character"),
+    ],
+)
+def test_a_comment_has_spaces_and_is_filled_up_with_one_character_only(
+    text: bytes, told: str
+) -> None:
+    """Source: manual, remote command guide 4.3.2: 0x20 to 0x7E; the example fills with 0x00."""
+    problem = spec.command("WritePointComment").problem(_text_words((0x104, 0, 50), 8, text))
+    assert problem.startswith(f"comment has {told}") if told else not problem
+
+
+@pytest.mark.parametrize("text", ["A B", " MAIN", "A\0B", "MAIN\0", "main", "A-B", "É"])
+def test_encode_refuses_a_name_with_other_characters(text: str) -> None:
+    """Source: manual, remote command guide 4.6.2, legend of bb."""
+    with pytest.raises(InputError, match="program_name has"):
+        spec.command("ExecuteProgram").encode({"method": 4, "program_name": text})
+
+
+def test_encode_fills_a_name_up_with_spaces() -> None:
+    """Source: manual, remote command guide 4.6.2: when shorter than 16 characters, use a space."""
+    words = spec.command("ExecuteProgram").encode({"method": 4, "program_name": "MAIN"})
+    assert words[6:14] == (0x414D, 0x4E49, *[0x2020] * 6)
+    filled = spec.command("ExecuteProgram").encode({"method": 4, "program_name": "MAIN  "})
+    assert filled == words

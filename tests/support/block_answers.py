@@ -25,7 +25,7 @@ def blank(block: Block) -> Pins:
 
 def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
     """Fields of a response as the controller may send it."""
-    numbers = {pin.source for pin in block.outputs if pin.type == "INT" and not pin.signed}
+    numbers = {pin.source for pin in block.outputs if pin.type == "INT"}
     reals = {pin.source for pin in block.outputs if pin.encoding == "real"}
     fields: dict[str, FieldValue] = {}
     for name, part in block.responses.items():
@@ -129,7 +129,6 @@ def _meant(pin: Output, part: Field, number: int) -> Value:
         return float(struct.unpack("<f", struct.pack("<i", number))[0])
     if pin.scale:
         return float(Fraction(number) * Fraction(pin.scale).limit_denominator(10**6))
-    width = part.bits[1] - part.bits[0] + 1
-    if pin.signed and number >= 2 ** (width - 1):
-        return number - 2**width
+    if pin.encoding == "rotation":
+        return {1: 1, 15: -1}.get(number, 0)
     return number

@@ -304,7 +304,9 @@ class Reading:
         elif kind == "STRING":
             error = int(pin.error.removeprefix("16#") or "8046", 16)
             known = _characters(part)
-            strange = [chr(code) for code in range(1, 128) if chr(code) not in known]
+            strange = [chr(code) for code in range(1, 128) if chr(code) not in known + " "]
+            inner = [] if " " in known else [" A", "A A", "A" * (part.length - 2) + " A"]
+            yield from ((text, error) for text in inner)  # at its end a space fills it up
             yield from (("A" * length, error) for length in (part.length + 1, 60))
             yield from ((text, error) for text in strange)
             yield from (("A" * (part.length - 1) + text, error) for text in strange[::8])

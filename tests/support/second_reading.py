@@ -96,6 +96,7 @@ class Legal:
     anything: bool = False
     one_bit: bool = False
     zero_fill: bool = False
+    space_fill: bool = False
 
     def holds(self, value: int) -> bool:
         """Whether the number is in it."""
@@ -130,8 +131,9 @@ class Row:
         """What is wrong with its values; empty if nothing."""
         allowed = self.allowed(words)
         values = [part.read(words) for part in self.places]
-        if allowed.zero_fill:
-            while values and values[-1] in (0, ord(" ")):
+        filler = values[-1]
+        if (allowed.zero_fill and filler == 0) or (allowed.space_fill and filler == ord(" ")):
+            while values and values[-1] == filler:
                 values.pop()
         for part, value in zip(self.places, values, strict=False):
             if not allowed.holds(value):
@@ -284,11 +286,12 @@ def _legal(text: str) -> Legal:
         match = _RANGE.fullmatch(item)
         if match:
             ranges.append((int(match[1], 0), int(match[2] or match[1], 0)))
-        elif item in ("any", "one bit", "zero fill"):
+        elif item in ("any", "one bit", "zero fill", "space fill"):
             words.add(item)
         else:
             raise ValueError(f"not a set: {text!r}")
-    return Legal(tuple(ranges), "any" in words, "one bit" in words, "zero fill" in words)
+    flags = (name in words for name in ("any", "one bit", "zero fill", "space fill"))
+    return Legal(tuple(ranges), *flags)
 
 
 def _zeros(text: str) -> Iterator[Place]:

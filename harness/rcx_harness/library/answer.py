@@ -125,13 +125,11 @@ def _scalar(
         return [f"{name} := {source};"]
     if kind in enumerations:
         return _members(enumerations[kind], name, f"WORD_TO_INT({source})")
+    if pin.encoding == "rotation":
+        return [f"{name} := FC_ArmRotation(Bits := {source});"]
     lines = [f"{name} := WORD_TO_{kind}({source});"]
     if pin.encoding == "bcd":
         lines.append(f"{name} := {name} - 6 * ({name} / 16);")
-    if pin.signed:
-        width = part.bits[1] - part.bits[0] + 1
-        half, whole = 2 ** (width - 1), 2**width
-        lines += guarded(f"{name} >= {half}", [f"{name} := {name} - {whole};"])
     return lines
 
 

@@ -77,7 +77,6 @@ class Output:
     source: str
     scale: float = 0
     when: When | None = None
-    signed: bool = False
     encoding: str = ""
 
 

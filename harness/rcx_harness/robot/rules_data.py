@@ -77,7 +77,8 @@ DATA_RULES: tuple[Rule, ...] = (
     assumed(
         "name-filler",
         "name_filler",
-        "A program name is filled with spaces, as the text says, or with zeros, as in the example.",
+        "A program name is filled with spaces, as the text says, or with zeros, as in the example; "
+        "one that is sent with either, not with both.",
     ),
     assumed(
         "task-states",

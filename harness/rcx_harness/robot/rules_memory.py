@@ -64,7 +64,8 @@ MEMORY_RULES: tuple[Rule, ...] = (
     assumed(
         "comment-end",
         "comment_filler",
-        "Spaces and zeros at the end of a comment are no part of it; the answer is filled with 0.",
+        "A comment is filled up with zeros or spaces, which are no part of it; zeros are behind "
+        "everything else. The answer is filled with 0.",
     ),
     assumed(
         "work-positions",

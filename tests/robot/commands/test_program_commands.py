@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import pytest
 
 from program_commands import (
@@ -341,3 +343,30 @@ def test_a_stop_before_the_start_keeps_the_program_from_starting() -> None:
     master.turn_and_wait("SI06", True)
     assert not master.on("SO13")
     assert master.so[35] == 0
+
+
+@pytest.mark.parametrize("filled", [b"FIRST".ljust(16), b"FIRST".ljust(16, b"\0")])
+def test_a_program_name_may_be_filled_with_spaces_or_with_zeros(filled: bytes) -> None:
+    """Rule: name-filler.
+
+    Source: remote command guide 4.6.4: spaces in the text, 0x00 in the examples.
+    """
+    master = program_master()
+    words = struct.unpack("<8H", filled)
+    assert master.execute(INFO, NAME, 0, 0, 0, 0, *words)[6:14] == text_words("FIRST")
+
+
+@pytest.mark.parametrize(
+    "name", [b"FIRST\0", b"FIRST \0", b"FIRST\0\0 A", b"FI RST", b" FIRST", b"first", b"FIR\0ST"]
+)
+@pytest.mark.parametrize("code", [REGISTER, 0x0402, 0x0403, 0x0404, 0x0405, 0x0406, INFO])
+def test_a_name_with_an_inner_space_or_with_both_fillers_is_refused(code: int, name: bytes) -> None:
+    """Letters (uppercase), numbers and underscores; then one filler.
+
+    Rule: name-filler.
+    Source: remote command guide 4.6.1 to 4.6.4.
+    """
+    master = program_master()
+    words = struct.unpack("<8H", name.ljust(15) + b" " if b"\0" in name else name.ljust(16))
+    priority = 1 if code == REGISTER else 0
+    assert master.execute(code, NAME, 0, 0, priority, 0, *words) == abnormal_end("4.2")

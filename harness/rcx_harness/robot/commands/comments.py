@@ -13,7 +13,7 @@ _LENGTH = 16
 @act(0x104)
 def write_comment(machine: Machine, call: Call) -> Response:
     """Define the comment of a point; the point itself need not be defined."""
-    machine.memory.comments[call.values["point"]] = call.values["comment"]
+    machine.memory.comments[call.values["point"]] = call.values["comment"].rstrip(" ")
     return {}
 
 
