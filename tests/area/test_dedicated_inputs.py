@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from alone import Alone
-from head_rules import OTHERS, SAFETY, InputRules
+from head_rules import OTHERS, SAFETY, InputRules, bits_of
 from plc_bench import PlcBench
 from rcx_harness.engine.base import Value
 
@@ -161,31 +161,31 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
             connected ^= chance.random() < 0.01
             alone["Robot.Connected"] = connected
             alone["Robot.EmergencyStopOk"], alone["Robot.StopOk"] = (wanted[k] for k in SAFETY)
-            alone["Robot.Request"] = {name: wanted[name] for name in OTHERS}
+            alone["Robot.Request"] = bits_of({name: wanted[name] for name in OTHERS})
             alone.scan(now)
             rules.scan(now, wanted, connected, 100, 170)
             told = f"seed {seed}, {now} ms, wanted {[name for name in wanted if wanted[name]]}"
             assert alone["Robot.SI"] == rules.applied, told
+            assert alone["Robot.Applied"] == bits_of(rules.applied), told
             assert alone["Robot.Settled"] is rules.settled, told
-            request = alone["Robot.Request"]
-            assert isinstance(request, dict)
-            assert not any(request.values()), told
+            assert alone["Robot.Request"] == 0, told
             now += 10
 
 
-@pytest.mark.parametrize(("serving", "next_ticket"), [(5, 5), (5, 6), (5, 8), (65535, 0), (8, 5)])
-@pytest.mark.parametrize("alive", [True, False])
-def test_a_turn_whose_block_was_not_called_passes_to_the_next_ticket(
-    alone: Alone, serving: int, next_ticket: int, alive: bool
+@pytest.mark.parametrize(
+    ("serving", "lowest", "next_ticket"),
+    [(5, 5, 5), (5, 5, 6), (5, 6, 6), (5, 7, 8), (5, 8, 8), (65535, 65535, 0), (65534, 1, 3)],
+)
+def test_a_turn_whose_block_was_not_called_passes_to_the_first_that_was(
+    alone: Alone, serving: int, lowest: int, next_ticket: int
 ) -> None:
     """Source: design of the library, 2: a holder that is no longer called loses the channel."""
-    channel = {"Serving": serving, "NextTicket": next_ticket, "Alive": alive, "Holder": 0x12}
+    channel = {"Serving": serving, "NextTicket": next_ticket, "Lowest": lowest, "Holder": 0x12}
     alone["Robot.Sequence"] = channel
     alone.scan(0)
-    passed = serving != next_ticket and not alive
     found = alone["Robot.Sequence"]
     assert isinstance(found, dict)
-    assert found["Serving"] == ((serving + 1) % 65536 if passed else serving)
-    assert found["Holder"] == (0 if passed else 0x12)
+    assert found["Serving"] == lowest
+    assert found["Holder"] == (0x12 if serving == lowest else 0)
     assert found["NextTicket"] == next_ticket
-    assert found["Alive"] is False
+    assert found["Lowest"] == next_ticket, "nobody has been seen in the next scan"

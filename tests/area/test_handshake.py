@@ -262,7 +262,9 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
             code, first = chance.choice(_CODES), chance.choice((0x0000, 0x0001, 0x0002, 0x4001))
         if not channel.taken and chance.random() < 0.5:
             channel.next_ticket = (channel.next_ticket + chance.randint(1, 2)) % 65536
-        channel.alive = chance.random() < 0.9
+        ahead = (channel.next_ticket - channel.serving) % 65536
+        seen = 0 if chance.random() < 0.9 else chance.randint(min(1, ahead), ahead)
+        channel.lowest = (channel.serving + seen) % 65536
         channel.orphan = channel.orphan or chance.random() < 0.01
         channel.holder = code
         alone["Robot.Connected"], alone["Robot.SO.SO01_CpuOk"] = connected, cpu_ok
@@ -272,7 +274,7 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
         alone["Robot.Command"] = {
             "NextTicket": channel.next_ticket,
             "Serving": channel.serving,
-            "Alive": channel.alive,
+            "Lowest": channel.lowest,
             "Orphan": channel.orphan,
             "Holder": channel.holder,
         }

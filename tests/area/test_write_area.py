@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from alone import Alone
-from head_rules import OTHERS, SAFETY, Channel, HeadRules
+from head_rules import OTHERS, SAFETY, Channel, HeadRules, bits_of
 from plc_bench import PlcBench
 
 #: Dedicated inputs as chapter 5, 2 prints them: (byte from n, bit, field of RCX_SI).
@@ -35,7 +35,15 @@ def test_each_dedicated_input_goes_to_its_bit_and_no_other(byte: int, bit: int, 
     elif name == "SI06_Stop":
         plc["StopOk"] = True
     else:
-        plc[f"Robot.Request.{name}"] = True
+        plc["EmergencyStopOk"] = plc["StopOk"] = True
+        plc.scan(60)
+        before = bytearray(plc.image)
+        assert before[32:34] == bytes([0x41, 0x00]), "SI(00) and SI(06)"
+        plc["Robot.Request"] = bits_of({name: True})
+        plc.scan()
+        before[byte] |= 1 << bit
+        assert plc.image == before
+        return
     plc.scan()
     assert plc.image[byte] == 1 << bit
     assert plc.image[32:34].count(0) == 1
@@ -145,18 +153,19 @@ def test_what_goes_out_is_what_the_rules_ask_for(
                 channel.next_ticket += 1
         if chance.random() < 0.1:
             general = [chance.randrange(65536) for _ in range(15)]
-        channel.alive = channel.taken and chance.random() < 0.97
+        seen = not channel.taken or chance.random() < 0.97
+        channel.lowest = channel.serving if seen else channel.next_ticket
         head["Robot.Connected"], head["Robot.SO.SO01_CpuOk"] = flags["connected"], flags["cpu_ok"]
         head["Robot.Status"], head["Robot.CodeRequest"] = status, flags["asked"]
         head["Robot.Code"], head["Robot.Data"], head["Robot.General"] = code, data, general
         head["Robot.StopJog"] = flags["stop_jog"]
         head["Robot.HoldEmergency"], head["Robot.HoldStop"] = flags["hold00"], flags["hold06"]
         head["Block.EmergencyStopOk"], head["Block.StopOk"] = flags["ok00"], flags["ok06"]
-        head["Robot.Request"] = requests
+        head["Robot.Request"] = bits_of(requests)
         head["Robot.Command"] = {
             "NextTicket": channel.next_ticket,
             "Serving": channel.serving,
-            "Alive": channel.alive,
+            "Lowest": channel.lowest,
             "Orphan": channel.orphan,
         }
         head.scan(10 * scan)
@@ -180,7 +189,7 @@ def test_what_goes_out_is_what_the_rules_ask_for(
         told = f"seed {seed}, scan {scan}, status {status:#06x}, code {code:#06x}, {flags}"
         assert head["Robot.SI"] == rules.inputs.applied, told
         assert head["Robot.Phase"] == rules.handshake.phase, told
-        assert head["Block.Bits"] == rules.bits, told
+        assert head["Robot.Applied"] == rules.bits, told
         words = head["Block.Words"]
         assert isinstance(words, list)
         assert [head["Block.Code"], *words] == rules.words, told

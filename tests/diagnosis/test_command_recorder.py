@@ -270,9 +270,10 @@ def test_the_blocks_only_look(block: str) -> None:
     alone["Robot.Phase"] = "PHASE_COMMAND_RUN"
     alone["Robot.Code"] = 0x1001
     alone["Robot.Command.NextTicket"] = 3
-    alone["Robot.Command.Alive"] = True
-    alone["Robot.Request.SI01_ServoOn"] = True
-    before = alone["Robot"]
+    alone["Robot.Request"] = 0x0002
     alone.scan(0)
+    before = alone["Robot"]
     alone.scan(100_000)
+    assert isinstance(before, dict)
+    before["Scan"] += 1  # the number of the scan alone goes on
     assert alone["Robot"] == before

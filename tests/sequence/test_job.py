@@ -154,17 +154,23 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
     assert plc.words[0] == 0x0502
 
 
-def test_a_holder_that_was_away_for_thousands_of_turns_does_not_take_another_ones() -> None:
-    """By the difference alone its ticket looks like one whose turn is yet to come."""
+def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
+    """By its number alone the turn looks like its own."""
     plc = _plc()
     plc["First.Execute"] = True
     plc.scan()
     assert _pins(plc, "First") == "Busy Active"
-    later = (plc["Robot.Command.Serving"] + 40_000) % 65_536
-    plc["Robot.Command.Serving"] = plc["Robot.Command.NextTicket"] = later
+    plc["First.Execute"] = plc["CallFirst"] = False
+    plc.scan()
+    for name in ("Serving", "NextTicket", "Lowest"):
+        plc[f"Robot.Command.{name}"] = 0
+    plc["Second.Execute"] = True
+    plc.scan()
+    plc["CallFirst"] = True
     plc.scan()
     assert plc["First.ErrorID"] == 0x8013
-    assert plc["Robot.Command.Serving"] == later
+    assert _pins(plc, "Second") == "Busy Active"
+    assert plc["Robot.Command.Serving"] == 0
 
 
 def test_the_time_limit_counts_from_the_turn_not_from_the_queue() -> None:
@@ -215,18 +221,21 @@ def _job(**inputs: object) -> Alone:
     return job
 
 
-@pytest.mark.parametrize(
-    ("ahead", "error"), [(32_766, 0), (32_767, 0), (32_768, 0x8013), (65_535, 0x8013)]
-)
-def test_a_ticket_half_the_numbers_away_has_been_passed(ahead: int, error: int) -> None:
-    """Source: head of FB_Job: one that is not called loses its turn."""
+@pytest.mark.parametrize(("ahead", "taken"), [(0, 1), (32_766, 1), (32_767, 0)])
+def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, taken: int) -> None:
+    """Source: head of FC_Tickets: those that live are never more than 32767 apart."""
     job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
-    job["Channel.NextTicket"] = ahead
+    job["Channel.NextTicket"] = job["Channel.Lowest"] = ahead
     job["Block.Execute"] = True
     job.scan(0)
     job.scan(10)
-    assert job["Block.ErrorID"] == error
-    assert job["Block.Busy"] is (error == 0)
+    assert job["Block.Busy"] is True
+    assert job["Channel.NextTicket"] == ahead + taken
+    job["Channel.Serving"] = ahead
+    job.scan(20)
+    job.scan(30)
+    assert job["Block.Active"] is True
+    assert job["Channel.NextTicket"] == ahead + 1
 
 
 def test_a_limit_of_one_millisecond_is_a_limit() -> None:

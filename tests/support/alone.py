@@ -15,7 +15,7 @@ __all__ = ["Alone"]
 
 
 class Alone:
-    """The instance `Block` of a block, called once in each scan.
+    """The instance `Block` of a block, called once in each scan, whose number goes up.
 
     Args:
         block: Its type.
@@ -26,11 +26,16 @@ class Alone:
     def __init__(self, block: str, in_outs: Mapping[str, str]) -> None:
         declared = "".join(f"    {name} : {kind};\n" for name, kind in in_outs.items())
         given = ", ".join(f"{name} := {name}" for name in in_outs)
+        counted = "  Block.Scan := Block.Scan + UINT#1;\n" if block == "FB_Job" else ""
+        if "Robot" in in_outs:
+            reads = block.startswith(("FB_ReadArea", "FB_TakeHead"))
+            counted = "" if reads else "  Robot.Scan := Robot.Scan + UINT#1;\n"
+            counted += f"  Robot.InScan := {str(not reads).upper()};\n"
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "Alone.st"
             file.write_text(
                 f"PROGRAM Alone\n  VAR\n{declared}    Block : {block};\n  END_VAR\n"
-                f"  Block({given});\nEND_PROGRAM\n",
+                f"{counted}  Block({given});\nEND_PROGRAM\n",
                 encoding="utf-8",
             )
             self._program = build([file, *needed([file], LIBRARY)]).program

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["OTHERS", "SAFETY", "Channel", "HandshakeRules", "HeadRules", "InputRules", "Since"]
+__all__ = ["NEEDS", "OTHERS", "SAFETY", "Channel", "HandshakeRules", "HeadRules", "InputRules", "Since", "bits_of"]
 
 SAFETY = ("SI00_EmergencyStop", "SI06_Stop")
 OTHERS = (
@@ -21,6 +21,13 @@ OTHERS = (
     "SI16_AlarmReset",
     "SI17_ReturnToOriginAbs",
 )
+#: Chapter 5, 2, SI(01), and chapter 5, 3.2: what must be ON before; a return to origin moves, too.
+NEEDS = {
+    "SI01_ServoOn": SAFETY[:1],
+    "SI12_AutoStart": SAFETY,
+    "SI14_ReturnToOriginIncr": SAFETY,
+    "SI17_ReturnToOriginAbs": SAFETY,
+}
 _JOGS = (0x0020, 0x0021, 0x0022)
 _CONTINUOUS = (0x0505, 0x0506)
 
@@ -47,7 +54,7 @@ class Channel:
 
     next_ticket: int = 0
     serving: int = 0
-    alive: bool = False
+    lowest: int = 0
     orphan: bool = False
     holder: int = 0
 
@@ -57,7 +64,7 @@ class Channel:
         return cls(
             int(str(found["NextTicket"])),
             int(str(found["Serving"])),
-            found["Alive"] is True,
+            int(str(found["Lowest"])),
             found["Orphan"] is True,
             int(str(found["Holder"])),
         )
@@ -67,10 +74,14 @@ class Channel:
         """Somebody has the turn."""
         return self.serving != self.next_ticket
 
+    @property
+    def gone(self) -> bool:
+        """Who has the turn was not seen in this scan."""
+        return self.serving != self.lowest
+
     def pass_on(self) -> None:
-        """It is the next one's turn."""
-        self.serving = (self.serving + 1) % 65536
-        self.holder = 0
+        """It is the turn of the first that was seen, or of nobody."""
+        self.serving, self.holder, self.orphan = self.lowest, 0, False
 
 
 @dataclass
@@ -78,7 +89,8 @@ class InputRules:
     """Dedicated inputs: the manual's caution of chapter 5, 3, and the head of the block.
 
     One change at a time, withdrawals first, by number; only a switch-off of SI(00) or SI(06) goes
-    out at once. A start of the PLC and of the link count as changes.
+    out at once. Nothing is started that SI(00) or SI(06) forbid. A start of the PLC and of the link
+    count as changes.
     """
 
     applied: dict[str, bool] = field(
@@ -101,7 +113,12 @@ class InputRules:
         self._was_up = connected
         if may_change and not changes and not came_up:
             withdrawn = [name for name in OTHERS if self.applied[name] and not wanted[name]]
-            raised = [name for name in (*SAFETY, *OTHERS) if wanted[name] > self.applied[name]]
+            raised = [
+                name
+                for name in (*SAFETY, *OTHERS)
+                if wanted[name] > self.applied[name]
+                and all(self.applied[level] for level in NEEDS.get(name, ()))
+            ]
             changes = [*withdrawn, *raised][:1]
         for name in changes:
             self.applied[name] = not self.applied[name]
@@ -150,7 +167,7 @@ class HandshakeRules:
         """
         seen = self._up.look(now, there and not self._lost, interval)
         self._lost = False
-        gone = channel.orphan or not channel.alive
+        gone = channel.orphan or channel.gone
         if not seen:
             self.phase = "PHASE_STATUS_RESET"
         elif self.phase == "PHASE_COMMAND_RUN":
@@ -169,12 +186,11 @@ class HandshakeRules:
             self.phase, self.running = "PHASE_COMMAND_RUN", False
         else:
             self.phase, self._owner = "PHASE_COMMAND_DATA", channel.serving
-        if channel.taken and self.phase == "PHASE_COMMAND_RUN":
+        if self.phase == "PHASE_COMMAND_RUN":
             channel.orphan = gone
-        elif channel.taken and gone:
+        elif channel.gone:
             channel.pass_on()
-            channel.orphan = False
-        channel.alive = False
+        channel.lowest = channel.next_ticket
 
 
 @dataclass
@@ -239,6 +255,9 @@ class HeadRules:
     @property
     def bits(self) -> int:
         """Bytes n + 32 (low) and n + 33: bit 10 is SI(12)."""
-        return sum(
-            on << (int(name[2]) * 8 + int(name[3])) for name, on in self.inputs.applied.items()
-        )
+        return bits_of(self.inputs.applied)
+
+
+def bits_of(inputs: Mapping[str, bool]) -> int:
+    """Dedicated inputs as a word: bit 10 is SI(12). Source: manual chapter 5, 2, bit input."""
+    return sum(on << (int(name[2]) * 8 + int(name[3])) for name, on in inputs.items())

@@ -139,6 +139,8 @@ class _Stop(Rule):
         else:
             trouble = view.trouble()
             answered = "SO13" not in so and (self._ran or view.settled)
+        if not work.busy:
+            self._own.waiting.clear()
         work.scan(
             view,
             self._own,
@@ -152,6 +154,7 @@ class _Stop(Rule):
         if self.execute or work.busy or work.ended:
             view.held[self.signal] = view.kept[self.signal] = True
         self._show(work)
+        self.active = self.busy
 
 
 @dataclass
@@ -187,6 +190,7 @@ class _Staged(Rule):
     _entered: int = 0
     _limit: int = 0
     _started: bool = False
+    _called: int = 0
     _parts: dict[str, Rule] = field(default_factory=dict)
 
     def scan(self, view: View) -> None:
@@ -201,7 +205,10 @@ class _Staged(Rule):
         if self._started or self.stage != self._last:
             self._entered = view.now
         self._last = self.stage
+        skipped = busy and self._called != view.now - view.elapsed
+        self._called = view.now
         failure = self._step(view, busy)
+        failure = 0x8013 if skipped else failure
         if self._started:
             self.busy, self.done, self.number = True, False, 0
         elif busy and (failure or self.stage == "COMPLETE"):

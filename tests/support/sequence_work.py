@@ -54,16 +54,21 @@ class View:
 
 @dataclass
 class Turns:
-    """First come, first served; who is not called in its turn loses it."""
+    """First come, first served; who is not seen in a scan loses its turn, and its place.
+
+    Attributes:
+        waiting: Tickets; the first one has the turn.
+        seen: Those whose work was seen alive in this scan.
+    """
 
     waiting: list[object] = field(default_factory=list)
-    called: bool = False
+    seen: set[object] = field(default_factory=set)
 
     def pass_on(self) -> None:
-        """At the end of a scan."""
-        if self.waiting and not self.called:
+        """At the end of a scan: the turn is that of the first who was seen."""
+        while self.waiting and self.waiting[0] not in self.seen:
             self.waiting.pop(0)
-        self.called = False
+        self.seen.clear()
 
 
 @dataclass
@@ -80,6 +85,8 @@ class Work:
     _armed: bool = False
     _limit: int = 0
     _waited: int = 0
+    _called: int = 0
+    _ticket: object = None
 
     def scan(
         self,
@@ -99,26 +106,30 @@ class Work:
         if offline is None:
             offline = 0 if view.connected else 0x8001
         started = execute and not self._was and not self.busy
+        skipped = self.busy and self._called != view.now - view.elapsed
         self._was, self.ended, self.request = execute, False, False
+        self._called = view.now
         if started:
-            turns.waiting.append(self)
+            self._ticket = None
             self._armed, self._limit, self.busy = False, timeout, True
         if started or not (self.busy or execute):
             self.done, self.number = False, 0
         if not self.busy:
             return
-        lost = self not in turns.waiting
-        if not lost and turns.waiting[0] is self:
-            # only calls count: who is not called waits longer
+        if skipped:
+            self.active = False
+        elif self._ticket is None and not offline:
+            self._ticket = object()
+            turns.waiting.append(self._ticket)
+        if not skipped and turns.waiting and turns.waiting[0] is self._ticket:
             self._waited = self._waited + view.elapsed if self.active else 0
             self.active = True
-            turns.called = True
             self._armed = self._armed or not applied
         if not started:
             late = self.active and self._limit > 0 and self._waited >= self._limit
             believed = (self._armed and applied) or settled
             ends = (
-                (lost, 0x8013),
+                (skipped, 0x8013),
                 (bool(offline), offline),
                 (self.active and bool(trouble) and believed, trouble),
                 (self.active and self._armed and applied and answered, answer),
@@ -129,12 +140,13 @@ class Work:
         if self.busy:
             ready = applied or not trouble
             self.request = self.active and self._armed and ready and not offline
+            turns.seen.add(self._ticket)
 
     def _end(self, turns: Turns, number: int | None) -> None:
         if number is None:
             return
-        if self in turns.waiting and self.active:
-            turns.waiting.remove(self)
+        if self.active:
+            turns.waiting.remove(self._ticket)
         self.busy = self.active = False
         self.ended, self.number, self.done = True, number, not number
 

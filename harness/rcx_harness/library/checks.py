@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from rcx_harness.library.conditions import Conditions, both, either
-from rcx_harness.library.st import guarded, loop, real, statement, word
+from rcx_harness.library.st import guarded, indent, loop, real, statement, word
 from rcx_harness.library.tables import Block, Input, Library
 from rcx_harness.telegram import Field, intervals
 
@@ -27,10 +27,15 @@ _LARGEST = "3.4028234663852886E38"
 _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 
 
-def checks(block: Block, tables: Library) -> list[str]:
-    """The statements that set Refused, of the first pin that is wrong.
+def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
+    """The statements that give the job the error of the first pin that is wrong.
 
-    Those on arrays are loops, after the others.
+    Those on arrays are loops, after the others, and need a variable of their own: Refused.
+
+    Args:
+        block: The block.
+        tables: The library.
+        sent: What is done where no pin is wrong.
     """
     chain: list[tuple[str, str]] = []
     loops: list[str] = []
@@ -49,12 +54,16 @@ def checks(block: Block, tables: Library) -> list[str]:
             first = both("Refused = WORD#16#0000", condition)
             loops += loop(array.count, guarded(first, [refuse], 3))
     chain += [(condition, _VALUE) for condition in _products(block)]
-    lines: list[str] = []
-    for condition, error in chain:
-        begin = "ELSIF" if lines else "IF"
-        lines += statement(f"{begin} {condition} THEN", 2)
-        lines.append(f"  Refused := WORD#{error};")
-    return [*lines, *(["END_IF;"] if lines else []), *loops]
+    refused = "Refused" if loops else "Job.Trouble"
+    lines = [f"{refused} := WORD#16#0000;"]
+    for number, (condition, error) in enumerate(chain):
+        lines += statement(f"{'ELSIF' if number else 'IF'} {condition} THEN", 2)
+        lines.append(f"  {refused} := WORD#{error};")
+    if loops:
+        end = ["END_IF;"] if chain else []
+        guard = guarded("Refused = WORD#16#0000", sent) if sent else []
+        return [*lines, *end, *loops, *guard, "Job.Trouble := Refused;"]
+    return [*lines, *(["ELSE", *indent(sent)] if sent else []), "END_IF;"] if chain else list(sent)
 
 
 def selector_groups(

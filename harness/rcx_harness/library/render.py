@@ -10,7 +10,7 @@ from functools import partial
 from rcx_harness.library.answer import answer
 from rcx_harness.library.checks import checks
 from rcx_harness.library.packing import packing
-from rcx_harness.library.st import case, guarded, indent, word
+from rcx_harness.library.st import case, indent, word
 from rcx_harness.library.tables import Array, Block, Enumeration, Input, Library, library
 from rcx_harness.telegram import Command
 
@@ -88,22 +88,20 @@ def _block(block: Block, tables: Library) -> str:
     sections = " and ".join(dict.fromkeys(one.section for one in block.commands))
     more = [about] if about else []
     head = _head(block.name, block.does, f"guide {sections}", *more, [_FROM, f"Tests: {_TESTS}"])
-    refused = checks(block, tables)
-    fill = packing(block, tables)
-    if refused:
-        sent = guarded("Refused = WORD#16#0000", fill) if fill else []
-        fill = ["Refused := WORD#16#0000;", *refused, *sent]
     body = [
         *_IDLE,
         "IF Execute AND NOT Job.Busy THEN",
         *indent(
-            [*_code(block, tables), *fill, "Job.Longest := FC_Milliseconds(Value := Timeout);"]
+            [
+                *_code(block, tables),
+                *checks(block, tables, packing(block, tables)),
+                "Job.Longest := FC_Milliseconds(Value := Timeout);",
+            ]
         ),
         "END_IF;",
         "",
         "Job(Channel := Robot.Command, Execute := Execute, Scan := Robot.Scan,",
-        f"    Elapsed := Robot.Elapsed, {'Trouble := Refused, ' if refused else ''}"
-        "Answer := Robot.Answer, Remote := TRUE,",
+        "    Elapsed := Robot.Elapsed, Answer := Robot.Answer, Remote := TRUE,",
         "    Applied := Robot.Phase = PHASE_COMMAND_RUN);",
         "",
         "IF Job.Request THEN",

@@ -1,0 +1,313 @@
+"""FB_ReadArea and FB_WriteArea once in every scan; called again, they do no harm and say so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from plc_bench import PlcBench
+
+_INTERVAL_SCANS = 12
+
+
+def _bench(
+    tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int = 0
+) -> PlcBench:
+    """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
+    image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
+    copied = "" if not twin else _COPY
+    read, write = ("ReadOther", "WriteOther") if other else ("ReadArea", "WriteArea")
+    program = tmp_path / "Twice.st"
+    program.write_text(
+        f"""PROGRAM Twice
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Taken, Given : {image};
+    Connected, ConnectedAgain, Okay, OkayAgain, Read : BOOL := TRUE;
+    ReadTwice, WriteTwice, NoWrite : BOOL;
+    Robot : RCX_REF;
+    ReadArea, ReadOther : FB_ReadArea{twin};
+    WriteArea, WriteOther : FB_WriteArea{twin};
+    First : FB_RemoteCommand;
+    ServoOn : FB_ServoOn;
+    k : INT;
+  END_VAR
+  {copied.partition("---")[0] or "Taken := InputArea;"}
+  IF Read THEN
+    ReadArea(Robot := Robot, Image := Taken, Connected := Connected);
+  END_IF;
+  IF ReadTwice THEN
+    {read}(Robot := Robot, Image := Taken, m := {m}, Connected := ConnectedAgain);
+  END_IF;
+  First(Robot := Robot);
+  ServoOn(Robot := Robot);
+  IF NOT NoWrite THEN
+    WriteArea(Robot := Robot, Image := Given, Margin := T#20ms,
+              EmergencyStopOk := Okay, StopOk := Okay);
+  END_IF;
+  IF WriteTwice THEN
+    {write}(Robot := Robot, Image := Given, n := {n}, Margin := T#20ms,
+              EmergencyStopOk := OkayAgain, StopOk := OkayAgain);
+  END_IF;
+  {copied.partition("---")[2] or "OutputArea := Given;"}
+END_PROGRAM
+""",
+        encoding="utf-8",
+    )
+    plc = PlcBench(program=program)
+    plc.outputs(SO01=True, SO04=True, SO10=True)
+    plc.scan_until(lambda: bool(plc["Robot.Settled"]))
+    plc["First.Code"] = 0x0001
+    return plc
+
+
+_COPY = """k := 0;
+  WHILE k <= 255 DO
+    Taken[k] := FC_Word(LowByte := InputArea[2 * k], HighByte := InputArea[2 * k + 1]);
+    k := k + 1;
+  END_WHILE;
+---k := 0;
+  WHILE k <= 255 DO
+    OutputArea[2 * k] := WORD_TO_BYTE(Given[k] AND WORD#16#00FF);
+    OutputArea[2 * k + 1] := WORD_TO_BYTE(SHR(Given[k], 8));
+    k := k + 1;
+  END_WHILE;"""
+
+_TWINS = pytest.mark.parametrize("twin", ["", "Words"])
+_OTHER = pytest.mark.parametrize("other", [False, True])
+
+
+@_TWINS
+@_OTHER
+def test_a_time_limit_stays_true_where_the_area_is_read_twice(
+    tmp_path: Path, twin: str, other: bool
+) -> None:
+    """5 s are 500 scans of 10 ms from the turn on. Source: pin Timeout of every block."""
+    plc = _bench(tmp_path, twin, other=other)
+    plc["ReadTwice"] = plc["First.Execute"] = True
+    taken = plc.scan_until(lambda: bool(plc["First.Error"]), most=600)
+    assert (taken, plc["First.ErrorID"]) == (501, 0x8011)
+
+
+@_TWINS
+@_OTHER
+def test_reading_twice_is_noticed_and_the_first_reading_stands(
+    tmp_path: Path, twin: str, other: bool
+) -> None:
+    """The other area is that of another controller: its answers are not this one's."""
+    plc = _bench(tmp_path, twin, other=other, m=48 if other else 0)
+    read = "ReadOther" if other else "ReadArea"
+    before = plc["Robot.SO"]
+    plc["ReadTwice"] = True
+    plc["First.Execute"] = True
+    for _ in range(30):
+        plc.scan()
+        assert (plc[f"{read}.Error"], plc[f"{read}.ErrorID"]) == (True, 0x8037)
+        assert plc["Robot.Connected"] is True
+        assert plc["Robot.SO"] == before
+    assert plc.words[0] == 0x0001
+    plc["ReadTwice"] = False
+    plc.scan()
+    assert (plc["ReadArea.Error"], plc["ReadArea.ErrorID"]) == (False, 0)
+
+
+@_TWINS
+def test_a_second_reading_can_take_the_connection_away(tmp_path: Path, twin: str) -> None:
+    """What one of two says is lost is not believed. Source: manual chapter 1, 5.2."""
+    plc = _bench(tmp_path, twin)
+    plc["ReadTwice"], plc["ConnectedAgain"] = True, False
+    plc.scan()
+    assert plc["Robot.Connected"] is False
+    assert plc.inputs == []
+
+
+@_TWINS
+@_OTHER
+def test_writing_twice_never_sends_data_and_code_in_one_scan(
+    tmp_path: Path, twin: str, other: bool
+) -> None:
+    """Source: guide, chapter 2: the data before the command."""
+    plc = _bench(tmp_path, twin, other=other)
+    plc["First.Data"] = [0x1234] * 15
+    plc["WriteTwice"] = plc["First.Execute"] = True
+    plc.scan()
+    assert plc.words == [0x0000] + [0x1234] * 15
+    plc.scan()
+    assert plc.words == [0x0001] + [0x1234] * 15
+    write = "WriteOther" if other else "WriteArea"
+    assert (plc[f"{write}.Error"], plc[f"{write}.ErrorID"]) == (True, 0x8037)
+
+
+@_TWINS
+@_OTHER
+def test_writing_twice_keeps_the_interval_between_dedicated_inputs(
+    tmp_path: Path, twin: str, other: bool
+) -> None:
+    """Source: manual chapter 5, 3, caution."""
+    plc = _bench(tmp_path, twin, other=other)
+    plc["WriteTwice"] = plc["ServoOn.Execute"] = True
+    changes: list[int] = []
+    before = plc.image[32:34]
+    for scan in range(200):
+        plc.outputs(SO02="SI01" in plc.inputs or bool(plc["ServoOn.Done"]))
+        plc.scan()
+        if plc.image[32:34] != before:
+            changes.append(scan)
+        before = plc.image[32:34]
+    assert len(changes) == 2, "SI(01) ON and OFF"
+    assert changes[1] - changes[0] >= _INTERVAL_SCANS
+    assert plc["ServoOn.Done"] is True
+
+
+@_TWINS
+def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
+    tmp_path: Path, twin: str
+) -> None:
+    """In the same scan, held OFF until a block releases them; nothing else changes.
+
+    Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops.
+    """
+    plc = _bench(tmp_path, twin)
+    assert plc.inputs == ["SI00", "SI06"]
+    plc["WriteTwice"], plc["OkayAgain"] = True, False
+    plc.scan()
+    assert plc.inputs == []
+    plc["WriteTwice"] = False
+    plc.scan(100)
+    assert plc.inputs == []
+    assert (plc["Robot.HoldEmergency"], plc["Robot.HoldStop"]) == (True, True)
+
+
+@_TWINS
+def test_a_second_area_gets_nothing_of_the_first(tmp_path: Path, twin: str) -> None:
+    """Two robots on one RCX_REF by mistake: the second one is not driven.
+
+    Source: manual chapter 1, 4: an area for each controller.
+    """
+    plc = _bench(tmp_path, twin, other=True, n=48)
+    plc["WriteTwice"] = plc["First.Execute"] = True
+    plc["First.Data"] = [0x1234] * 15
+    plc.scan(30)
+    assert plc.words[0] == 0x0001
+    assert plc.image[48:] == bytes(512 - 48)
+
+
+@_TWINS
+def test_without_reading_only_the_safety_inputs_can_be_taken_away(
+    tmp_path: Path, twin: str
+) -> None:
+    plc = _bench(tmp_path, twin)
+    plc["Read"] = False
+    plc["First.Execute"] = True
+    plc.scan(5)
+    assert plc["WriteArea.ErrorID"] == 0x8037
+    assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
+    assert plc["First.ErrorID"] == 0x8016, "no new scan for the block either"
+    plc["Okay"] = False
+    plc.scan()
+    assert plc.inputs == []
+
+
+@_TWINS
+def test_without_writing_the_blocks_end_and_reading_says_why(tmp_path: Path, twin: str) -> None:
+    plc = _bench(tmp_path, twin)
+    plc["First.Execute"] = True
+    plc.scan()
+    plc["NoWrite"] = True
+    plc.scan(2)
+    assert plc["ReadArea.ErrorID"] == 0x8037
+    assert plc["First.ErrorID"] == 0x8016
+
+
+def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval(
+    tmp_path: Path,
+) -> None:
+    """Its timers know nothing of what the other one changed. Source: chapter 5, 3, caution."""
+    plc = _bench(tmp_path, "", other=True)
+    changes: list[tuple[int, bytes]] = []
+    before = plc.image[32:34]
+    for scan in range(240):
+        # every 7 scans the other instance writes, and the servos are asked for and not
+        plc["NoWrite"] = plc["WriteTwice"] = (scan // 7) % 2 == 1
+        plc["ServoOn.Execute"] = scan % 40 < 20
+        plc.scan()
+        if plc.image[32:34] != before:
+            changes.append((scan, plc.image[32:34]))
+        before = plc.image[32:34]
+    assert all(b[0] - a[0] >= _INTERVAL_SCANS for a, b in zip(changes, changes[1:], strict=False))
+
+
+@pytest.mark.parametrize(
+    ("interval", "margin", "scans"),
+    [
+        ("T#100ms", "T#-50ms", 10),
+        ("T#-1s", "T#-1s", 10),
+        ("T#0s", "T#0s", 10),
+        ("T#200ms", "T#-150ms", 20),
+        ("T#-1s", "T#40ms", 14),
+        ("T#100ms", "T#20ms", 12),
+    ],
+)
+def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans: int) -> None:
+    """SI(00) one spacing after the start, SI(06) one after that, in scans of 10 ms.
+
+    Source: manual chapter 5, 3, caution: 100 ms or more.
+    """
+    plc = PlcBench(margin=None)
+    plc["WriteArea.Interval"], plc["WriteArea.Margin"] = interval, margin
+    found: list[int] = []
+    for scan in range(60):
+        before = plc.image[32:34]
+        plc.scan()
+        if plc.image[32:34] != before:
+            found.append(scan)
+    assert found == [scans, 2 * scans]
+
+
+@pytest.mark.parametrize(
+    ("block", "bit"),
+    [("AutoStart", "SI12"), ("ServoOn", "SI01"), ("OriginIncr", "SI14"), ("OriginAbs", "SI17")],
+)
+@pytest.mark.parametrize("pin", ["EmergencyStopOk", "StopOk"])
+@pytest.mark.parametrize("released", [8, 9, 10, 11, 12, 13, 20, 23, 24, 25])
+def test_no_start_goes_out_against_a_stop_that_is_asked_for(
+    block: str, bit: str, pin: str, released: int
+) -> None:
+    """The stop for 2 scans, released for some, and again; SI(01) alone needs no SI(06).
+
+    Source: manual chapter 5, 2, SI(01), and chapter 5, 3.2: not with either of them OFF.
+    """
+    request = {"SI01": 0x0002, "SI12": 0x0400, "SI14": 0x1000, "SI17": 0x8000}[bit]
+    plc = _started()
+    levels = {"SI00"} if bit == "SI01" else {"SI00", "SI06"}
+    for count, on in ((2, False), (released, True), (40, False)):
+        plc[pin] = on
+        for _ in range(count):
+            before = plc.inputs
+            plc["Robot.Request"] = request
+            plc.scan()
+            if bit in plc.inputs and bit not in before:
+                assert levels <= set(plc.inputs), plc.inputs
+
+
+def _started() -> PlcBench:
+    plc = PlcBench(contract=False)
+    plc.power_up()
+    plc.scan(20)
+    return plc
+
+
+def test_an_automatic_start_is_not_sent_in_the_scan_in_which_the_stop_comes() -> None:
+    """Source: manual chapter 5, 3.2: it cannot be executed with the stop input OFF."""
+    for released in range(8, 26):
+        plc = _started()
+        plc["AutoStart.Execute"] = True
+        for count, on in ((2, False), (released, True), (30, False)):
+            plc["StopOk"] = on
+            for _ in range(count):
+                before = plc.inputs
+                plc.scan()
+                if "SI12" in plc.inputs and "SI12" not in before:
+                    assert on, released
+                    assert "SI06" in plc.inputs, released

@@ -1,0 +1,278 @@
+"""Turns on a channel: who still lives is served in order, whatever others did before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from plc_bench import PlcBench
+
+#: Calls before the end, in scans of 10 ms: data, code, end status read.
+_SENT = 3
+
+
+def _bench(tmp_path: Path, blocks: str, calls: str) -> PlcBench:
+    program = tmp_path / "Turns.st"
+    program.write_text(
+        f"""PROGRAM Turns
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected : BOOL := TRUE;
+    Good, Retry : BOOL;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+{blocks}
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+{calls}
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+""",
+        encoding="utf-8",
+    )
+    plc = PlcBench(program=program)
+    plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True)
+    plc.scan_until(lambda: bool(plc["Robot.Settled"]))
+    return plc
+
+
+_POLLING = ("Day", "Hour", "Speeds", "Versions", "Servos", "Torques")
+_KINDS = ("ReadDate", "ReadTime", "ReadSpeeds", "ReadVersions", "ReadServoStatus", "ReadTorqueOfMax")
+
+
+@pytest.fixture
+def polling(tmp_path: Path) -> PlcBench:
+    """Six blocks that read again and again while Retry is TRUE, and a movement."""
+    pairs = list(zip(_POLLING, _KINDS, strict=True))
+    return _bench(
+        tmp_path,
+        "    Go : FB_MovePtp;\n" + "".join(f"    {name} : FB_{kind};\n" for name, kind in pairs),
+        "  Go(Robot := Robot, Execute := Good, Point := 19);\n"
+        + "".join(
+            f"  {name}(Robot := Robot, Execute := Retry AND NOT ({name}.Done OR {name}.Error));\n"
+            for name in _POLLING
+        ),
+    )
+
+
+@pytest.mark.parametrize("lost_scans", [1, 3000])
+def test_after_a_lost_link_the_first_command_goes_out_at_once(
+    polling: PlcBench, lost_scans: int
+) -> None:
+    """It does not take as long as the link was lost.
+
+    Source: design of the library, 2: waiting is bounded by what still lives.
+    """
+    plc = polling
+    plc["Good"] = True
+    plc.scan(4)
+    assert plc.words[0] == 0x0001
+    plc["Retry"] = True
+    plc.scan(2)
+    plc["Connected"] = False
+    plc.scan(lost_scans)
+    assert plc["Go.ErrorID"] == 0x8001
+    before = plc["Robot.Command.NextTicket"]
+    plc["Connected"] = True
+    taken = plc.scan_until(lambda: plc.words[0] != 0, most=30)
+    assert taken <= 26 + _SENT, "the interval after the recovery (250 ms), data, code"
+    assert plc["Robot.Command.NextTicket"] - before <= len(_POLLING)
+
+
+def test_a_job_without_a_link_takes_no_ticket(polling: PlcBench) -> None:
+    polling["Connected"] = False
+    before = polling["Robot.Command.NextTicket"]
+    polling["Retry"] = True
+    polling.scan(100)
+    assert polling["Robot.Command.NextTicket"] == before
+
+
+@pytest.fixture
+def refusing(tmp_path: Path) -> PlcBench:
+    """Four blocks with an illegal input that are tried again in every scan, and a good one."""
+    return _bench(
+        tmp_path,
+        "    Bad1, Bad2, Bad3, Bad4 : FB_MovePtp;\n    Best : FB_ReadDate;\n",
+        "".join(
+            f"  Bad{k}(Robot := Robot, Execute := Retry AND NOT (Bad{k}.Done OR Bad{k}.Error), "
+            "Point := -1);\n"
+            for k in (1, 2)
+        )
+        + "  Best(Robot := Robot, Execute := Good AND NOT (Best.Done OR Best.Error), "
+        "Timeout := T#2s);\n"
+        + "".join(
+            f"  Bad{k}(Robot := Robot, Execute := Retry AND NOT (Bad{k}.Done OR Bad{k}.Error), "
+            "Point := -1);\n"
+            for k in (3, 4)
+        ),
+    )
+
+
+def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
+    """Source: docs/scan-model.md: without a turn and without a telegram."""
+    plc = refusing
+    plc["Retry"] = True
+    before = plc["Robot.Command"]
+    for _ in range(300):
+        plc.scan()
+        assert plc["Robot.Command"] == before
+        assert not any(plc[f"Bad{k}.Active"] for k in (1, 2, 3, 4))
+    assert plc["Bad1.ErrorID"] in (0x0000, 0x8044)
+
+
+def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBench) -> None:
+    """Each one: data, code, end, status reset read.
+
+    Source: guide, chapter 2; docs/scan-model.md, remote commands.
+    """
+    plc = refusing
+    plc["Retry"] = plc["Good"] = True
+    for _ in range(200):
+        taken = plc.scan_until(lambda: plc.words[0] != 0, most=4)
+        assert taken <= _SENT
+        plc.answer(0x0200)
+        plc.scan()
+        assert plc.words[0] == 0
+        assert plc["Best.Done"] is True
+        plc.answer(0x0000)
+
+
+@pytest.fixture
+def queue(tmp_path: Path) -> PlcBench:
+    """One command that outlives its block, four that give up in the queue, and one without limit."""
+    return _bench(
+        tmp_path,
+        "    Go, Hasty1, Hasty2, Hasty3, Hasty4, Patient : FB_RemoteCommand;\n    Wait : BOOL;\n",
+        "  Go(Robot := Robot, Execute := Good, Code := WORD#16#0001, Timeout := T#50ms);\n"
+        + "".join(
+            f"  Hasty{k}(Robot := Robot, Execute := Retry AND NOT (Hasty{k}.Done OR "
+            f"Hasty{k}.Error), Code := WORD#16#0501, Timeout := T#30ms);\n"
+            for k in (1, 2, 3, 4)
+        )
+        + "  Patient(Robot := Robot, Execute := Wait, Code := WORD#16#0502, Timeout := T#0s);\n",
+    )
+
+
+@pytest.mark.parametrize(("scans", "before"), [(20, 0), (400, 0), (400, 32_700)])
+def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
+    queue: PlcBench, scans: int, before: int
+) -> None:
+    """Also where so many tickets were taken before that no more can be.
+
+    Source: design of the library, 2: a turn goes to the next job that is still there, at once.
+    """
+    plc = queue
+    plc["Good"] = True
+    plc.scan(10)
+    assert plc["Go.ErrorID"] == 0x8011
+    plc["Robot.Command.NextTicket"] = plc["Robot.Command.NextTicket"] + before
+    plc["Robot.Command.Lowest"] = plc["Robot.Command.NextTicket"]
+    plc["Retry"] = True
+    plc.scan(scans // 2)
+    plc["Wait"] = True
+    plc.scan(scans // 2)
+    assert plc["Patient.Busy"] is True
+    assert plc["Patient.ErrorID"] == 0
+    plc["Retry"] = False
+    plc.scan(5)
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0x0000)
+    assert plc.scan_until(lambda: plc.words[0] != 0, most=4) <= _SENT
+    assert plc.words[0] == 0x0502
+
+
+@pytest.mark.parametrize("patient_first", [True, False])
+def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
+    queue: PlcBench, patient_first: bool
+) -> None:
+    plc = queue
+    plc["Good"] = True
+    plc.scan(10)
+    if patient_first:
+        plc["Wait"] = True
+        plc.scan()
+    plc["Retry"] = True
+    plc.scan(40)
+    plc["Wait"] = True
+    plc.scan()
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0x0000)
+    order: list[int] = []
+    for _ in range(5):
+        plc.scan_until(lambda: plc.words[0] != 0, most=5)
+        order.append(plc.words[0])
+        plc.answer(0x0200)
+        plc.scan()
+        plc.answer(0x0000)
+    assert 0x0502 in order
+    assert not patient_first or order[0] == 0x0502
+
+
+@pytest.fixture
+def sequences(tmp_path: Path) -> PlcBench:
+    """Four program resets that are tried again in every scan, and an alarm reset."""
+    return _bench(
+        tmp_path,
+        "    Reset1, Reset2, Reset3, Reset4 : FB_ProgramReset;\n    Alarm : FB_AlarmReset;\n",
+        "".join(
+            f"  Reset{k}(Robot := Robot, Execute := Retry AND NOT (Reset{k}.Done OR "
+            f"Reset{k}.Error));\n"
+            for k in (1, 2, 3, 4)
+        )
+        + "  Alarm(Robot := Robot, Execute := Good);\n",
+    )
+
+
+@pytest.mark.parametrize("lost_scans", [10, 3000])
+def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
+    sequences: PlcBench, lost_scans: int
+) -> None:
+    """Source: manual chapter 1, 5.2; design of the library, 2."""
+    plc = sequences
+    plc["Retry"] = True
+    plc["Connected"] = False
+    plc.scan(lost_scans)
+    plc["Retry"] = False
+    plc.scan(2)
+    plc["Connected"] = plc["Good"] = True
+    plc.outputs(SO03=True)
+    plc.scan_until(lambda: "SI16" in plc.inputs, most=4 * 26)
+
+
+@pytest.mark.parametrize("block", ["Day", "Go"])
+def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
+    tmp_path: Path, block: str
+) -> None:
+    """Its time limit would count twice; a command that is out is held to its end.
+
+    Source: docs/scan-model.md: once in every scan.
+    """
+    call = {
+        "Day": "  Day(Robot := Robot, Execute := Good);\n",
+        "Go": "  Go(Robot := Robot, Execute := Good, Point := 19);\n",
+    }
+    plc = _bench(
+        tmp_path,
+        "    Day : FB_ReadDate;\n    Go : FB_MovePtp;\n    Twice : BOOL;\n",
+        f"{call[block]}  IF Twice THEN\n  {call[block]}  END_IF;\n",
+    )
+    plc["Good"] = True
+    plc.scan(3)
+    code = plc.words[0]
+    assert code != 0
+    plc["Twice"] = True
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == 0x8016
+    plc.scan(50)
+    assert plc.words[0] == code, "held to its end"
+    plc["Good"] = plc["Twice"] = False
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0x0000)
+    plc.scan(2)
+    plc["Good"] = True
+    assert plc.scan_until(lambda: plc.words[0] == code, most=5) <= _SENT
