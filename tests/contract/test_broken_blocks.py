@@ -142,17 +142,16 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "the interval is too short",
                 "FB_ServoOn",
                 _HEAD,
-                "Spacing := Spacing + Margin;",
-                "Spacing := Margin;",
+                "Spacing := Spacing + Extra;",
+                "Spacing := Extra;",
                 "changed 80 ms after the last change",
             ),
             (
                 "two inputs change in one scan",
                 "FB_ServoOn",
                 _INPUTS,
-                "      Robot.SI.SI00_EmergencyStop := TRUE;\n",
-                "      Robot.SI.SI00_EmergencyStop := TRUE;\n"
-                "      Robot.SI.SI06_Stop := Robot.Request.SI06_Stop;\n",
+                "    Change := Change AND First;\n",
+                "    Change := Change AND (First OR WORD#16#0040);\n",
                 "several inputs changed in one scan",
             ),
             (
@@ -168,7 +167,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "FB_ServoOn",
                 "sequence/FB_ServoOn.st",
                 _IDLE,
-                f"  Robot.Request.SI01_ServoOn := Robot.SO.SO03_Alarm;\n{_IDLE}",
+                f"  IF Robot.SO.SO03_Alarm THEN\n"
+                f"    Robot.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
                 "a request goes out unasked",
             ),
             (

@@ -154,7 +154,6 @@ class _Stop(Rule):
         if self.execute or work.busy or work.ended:
             view.held[self.signal] = view.kept[self.signal] = True
         self._show(work)
-        self.active = self.busy
 
 
 @dataclass

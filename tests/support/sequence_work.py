@@ -118,7 +118,7 @@ class Work:
             return
         if skipped:
             self.active = False
-        elif self._ticket is None and not offline:
+        elif self._ticket is None:
             self._ticket = object()
             turns.waiting.append(self._ticket)
         if not skipped and turns.waiting and turns.waiting[0] is self._ticket:

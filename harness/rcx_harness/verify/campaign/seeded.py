@@ -78,22 +78,23 @@ SEEDED: tuple[Seeded, ...] = (
     Seeded(
         "dedicated inputs follow each other at once",
         "area/FB_DedicatedInputs.st",
-        "  IF Pace.Q AND NOT Safety THEN",
-        "  IF NOT Safety THEN",
+        "  IF Pace.Q AND NOT Restart THEN",
+        "  IF NOT Restart THEN",
         ("rule interval",),
     ),
     Seeded(
         "the margin for the network is forgotten",
         "area/FB_MakeHead.st",
-        "  Spacing := Spacing + Margin;\n",
+        "  Spacing := Spacing + Extra;\n",
         "",
         ("rule interval", "rule ready-first", "rule hold-command"),
     ),
     Seeded(
         "a turn is never given back after a timeout",
         "area/FB_Handshake.st",
-        "    ELSIF Robot.Command.Orphan OR NOT Robot.Command.Alive THEN",
-        "    ELSIF NOT Robot.Command.Alive AND NOT Robot.Command.Orphan THEN",
+        "    ELSE\n      Robot.Command.Serving := Robot.Command.Lowest;",
+        "    ELSIF NOT Robot.Command.Orphan THEN\n"
+        "      Robot.Command.Serving := Robot.Command.Lowest;",
         ("not at rest",),
     ),
     Seeded(

@@ -10,6 +10,7 @@
   count them up. Adding a number to all tickets of a channel therefore changes nothing else;
   Serving is 0 in a state, and the others are differences. A ticket that has been passed stays so
   for at least 32767 further turns; such tickets are one.
+* Numbers of scans: only whether one is that of the last scan counts.
 * Words that have no later effect are left out, as `kept` says.
 """
 
@@ -162,8 +163,10 @@ class Abstraction:
                 self._ticket(
                     code, self._channel(ticket, type_name, owner, channel), conditions[slot]
                 )
-            elif type_name == "RCX_CHANNEL" and slot in ("SERVING", "NEXTTICKET"):
-                self._turn(code, name, slot)
+            elif type_name == "RCX_CHANNEL" and slot in ("SERVING", "NEXTTICKET", "LOWEST"):
+                self._turn(code, name, slot, own=channel == "own")
+            elif slot in kept.scans.upper().split():
+                self._number(code, conditions.get(slot, ""))
             elif slot in flags:
                 self._slots.append(_Slot(f"{code} != 0", f"{code} = {{v}} * 0x8001"))
             elif isinstance(part, BlockType) and part.name == "TON":
@@ -202,9 +205,27 @@ class Abstraction:
             )
         )
 
-    def _turn(self, code: str, name: str, slot: str) -> None:
+    def _number(self, code: str, condition: str) -> None:
+        if code.endswith(".SCAN"):
+            self._slots.insert(0, _Slot("0", f"{code} = shift"))
+            return
+        self._slots.append(
+            _Slot(
+                f"{code} == robot.SCAN",
+                f"{code} = robot.SCAN - (0 if {{v}} else 1 + shift % 65000) & 65535",
+                condition,
+                f"{code} = random.randrange(65536)",
+            )
+        )
+
+    def _turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
         if slot == "SERVING":
             self._slots.insert(0, _Slot("0", f"{code} = shift"))
+        elif slot == "LOWEST" and own:
+            self._junk.append(f"{code} = random.randrange(65536)")
+        elif slot == "LOWEST":
+            # FB_WriteArea leaves it so; nothing has been seen since
+            self._slots.append(_Slot(f"{code} != {name}.NEXTTICKET", f"{code} = {name}.NEXTTICKET"))
         else:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
             self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))

@@ -26,6 +26,7 @@ class Kept:
         while_true: Condition -> what is read only while it is true. The condition is Python, with
             `o` for the object itself and `robot` for the program's RCX_REF.
         tickets: Ticket -> channel on which it stands, as `command`, `sequence` or `own`.
+        scans: Numbers of scans: that of the last one, or of one before.
     """
 
     dropped: str = ""
@@ -33,6 +34,7 @@ class Kept:
     flags: str = ""
     while_true: Mapping[str, str] = field(default_factory=dict)
     tickets: Mapping[str, str] = field(default_factory=dict)
+    scans: str = ""
 
 
 _RUN = "robot.PHASE == 3"
@@ -42,35 +44,38 @@ _SEQUENCE = Kept(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
 TYPES: dict[str, Kept] = {
     "RCX_REF": Kept(
         dropped="Connected Status Response SO Elapsed Answer",
-        fixed="Request StopJog CodeRequest General KeepEmergency KeepStop",
+        fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan",
+        scans="Scan",
         while_true={_RUN: "Running Code Data"},
     ),
-    # Alive is cleared at the end of FB_WriteArea; in a channel of a block's own nobody reads it.
-    "RCX_CHANNEL": Kept(dropped="Holder", fixed="Alive"),
+    "RCX_CHANNEL": Kept(dropped="Holder"),
     "FB_READAREA": Kept(
         dropped="Connected Error ErrorID Status Words Bits k", fixed="m Size ImageSize"
     ),
-    "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Shown", fixed="NoWords"),
+    "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Shown Again", fixed="NoWords"),
     # Scans are whole milliseconds apart: nothing is left over.
     "FB_SCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Kept(
-        dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value k",
+        dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value Bits k",
         fixed="n Size ImageSize",
     ),
     "FB_MAKEHEAD": Kept(
-        dropped="Interval Margin EmergencyStopOk StopOk Code Words Bits Spacing JogCode"
+        dropped="Interval Margin EmergencyStopOk StopOk Code Words Extra Spacing JogCode"
     ),
     "FB_HANDSHAKE": Kept(
         dropped="Interval Hold Code Endless",
         while_true={_DATA: "Owner"},
         tickets={"Owner": "command"},
     ),
-    "FB_DEDICATEDINPUTS": Kept(dropped="Interval Settling Changed Safety", fixed="Nothing"),
+    "FB_DEDICATEDINPUTS": Kept(
+        dropped="Interval Settling Restart Wanted Unset Change First", scans="Seen"
+    ),
     "FB_JOB": Kept(
-        dropped="Execute Elapsed Holder Trouble Answer Settled Applied Request Ended Ahead",
+        dropped="Execute Scan Elapsed Holder Trouble Answer Settled Applied Request Ended",
         flags="ErrorID",
-        while_true={"o.BUSY": "Armed Ticket Longest Waited"},
+        while_true={"o.BUSY": "Armed Ticket Longest Waited Seen"},
         tickets={"Ticket": "of its owner"},
+        scans="Seen",
     ),
     "FB_REMOTECOMMAND": Kept(
         dropped="Execute Code Data Timeout AlarmGroup AlarmCategory Response k",

@@ -104,12 +104,14 @@ class Quiet(NamedTuple):
         does: What happens to each block: DOWN or SKIPPED.
         situation: The label of what is read, by what is on the wire.
         idle_blocks: It ends when no block is busy; else when the channels are free, too.
+        most: Scans until it has ended, at most; 0 = any number.
     """
 
     title: str
     does: int
     situation: Callable[[Wire], str]
     idle_blocks: bool = False
+    most: int = 0
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ class Model:
         margin_ms: Pin Margin of FB_WriteArea.
         longest_ms: The longest time of any timer.
         queue: Most tickets on a channel. A block that gives up while it waits leaves its ticket
-            behind, and each of those takes a scan to pass: without a limit there is no last state.
+            behind until the turn goes on: without a limit there is no last state.
         variables: More declarations of the program.
         statements: What it does first.
         switches: More BOOL variables of the program that the environment sets, and to what:

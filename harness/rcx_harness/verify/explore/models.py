@@ -238,12 +238,14 @@ STOP = Model(
     pins=((True, True), (True, False)),
 )  # fmt: skip
 
+_COUNTED = "Scan := Robot.Scan, Elapsed := Robot.Elapsed"
+
 JOBS = Model(
     "jobs",
     "three FB_Job alone on one channel, with any answer and any trouble",
     tuple(
         Block(name, "FB_Job",
-              f"Channel := Robot.Sequence, Longest := {limit}, Elapsed := Robot.Elapsed, "
+              f"Channel := Robot.Sequence, Longest := {limit}, {_COUNTED}, "
               "Trouble := Trouble, Settled := TRUE, Applied := Applied, "
               "Answer := BOOL_TO_WORD(Answered)",
               "job", does=does)
@@ -261,4 +263,30 @@ JOBS = Model(
     switches={"Applied": (False, True), "Answered": (False, True), "Refuse": (False, True)},
 )  # fmt: skip
 
-MODELS = (COMMANDS, ARBITRATION, JOG, CONTINUOUS, SEQUENCES, INPUTS, EMERGENCY, STOP, JOBS)
+RETRIES = Model(
+    "retries",
+    "three FB_Job on one channel that are tried again and again, give up, and lose the link",
+    tuple(
+        Block(name, "FB_Job",
+              f"Channel := Robot.Sequence, Longest := {limit}, {_COUNTED}, "
+              f"Trouble := WORD#16#0000, Settled := TRUE, Applied := {name}.Active, "
+              "Answer := Robot.Status OR BOOL_TO_WORD(NOT Robot.Connected) "
+              "OR SHL(BOOL_TO_WORD(NOT Robot.Connected), 15)",
+              "job", does=does)
+        for name, limit, does in (
+            ("First", 0, (DOWN, UP)), ("Second", 50, (DOWN, UP, SKIPPED)), ("Third", 0, (DOWN, UP)),
+        )
+    ),
+    (
+        Situation("no answer", so=_CPU),
+        Situation("answer", status=0x0200, so=_CPU),
+        Situation("link down", connected=False),
+    ),
+    (Quiet("answers at once", DOWN, lambda _: "answer", idle_blocks=True, most=6),),
+    pins=((False, False),),
+    queue=8,
+)  # fmt: skip
+
+MODELS = (
+    COMMANDS, ARBITRATION, JOG, CONTINUOUS, SEQUENCES, INPUTS, EMERGENCY, STOP, JOBS, RETRIES,
+)  # fmt: skip

@@ -17,6 +17,8 @@ _ENDS = (0x0200, 0x4000)
 _CPU_OK = 0x0002
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
+#: Inputs that start something, and what must be ON for it: chapter 5, 2, SI(01), and 3.2.
+_NEEDS = ((0x0002, _SI00), (0x9400, _SAFETY))
 _CONTINUOUS = (0x0505, 0x0506)
 _INTERVAL_US = 100_000
 
@@ -336,6 +338,9 @@ class _Scan:
         if changed:
             self.since = 0
         rises = bits & ~was & ~_SAFETY
+        for starts, levels in _NEEDS:
+            if rises & starts and bits & levels != levels:
+                self.say("start", f"inputs {rises:04X} went ON with {bits & _SAFETY:04X}")
         bit = 0
         while rises >> bit:
             if rises >> bit & 1 and not any(

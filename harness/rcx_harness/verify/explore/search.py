@@ -169,8 +169,15 @@ class Explorer:
             last = result.complete or number == limit
             if last or (number >= _FIRST_LOOK and number & (number - 1) == 0):
                 for quiet_one, follow in zip(self._model.quiet, nexts, strict=True):
-                    bound, stuck = _longest(follow, idle[quiet_one.idle_blocks])
+                    bound, stuck, slowest = _longest(follow, idle[quiet_one.idle_blocks])
                     result.bounds[quiet_one.title] = bound
+                    if 0 < quiet_one.most < bound and result.broken is None:
+                        text = (
+                            f"wait: {bound} scans until the channel is free, not "
+                            f"{quiet_one.most}: {quiet_one.title}"
+                        )
+                        path = self._path(parents, by, slowest, None)
+                        result.broken = Broken((text,), path, quiet_one)
                     if stuck >= 0 and result.broken is None:
                         text = f"hang: never free again: {quiet_one.title}"
                         path = self._path(parents, by, stuck, None)
@@ -254,8 +261,9 @@ def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
     return _Pick(quiet, found)
 
 
-def _longest(follow: Any, idle: bytearray) -> tuple[int, int]:
-    """The most steps to an idle state, and the first state from which there is none (or -1).
+def _longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
+    """The most steps to an idle state, the first state from which there is none, or -1, and the
+    first with the most.
 
     Args:
         follow: The next state of each; a state without one is taken as idle.
@@ -272,8 +280,9 @@ def _longest(follow: Any, idle: bytearray) -> tuple[int, int]:
             path.append(at)
             at = follow[at]
         if steps[at] == walking:
-            return -1, start
+            return -1, start, -1
         for one in reversed(path):
             steps[one] = steps[at] + 1
             at = one
-    return max(steps), -1
+    most = max(steps)
+    return most, -1, steps.index(most)
