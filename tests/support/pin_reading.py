@@ -111,6 +111,7 @@ class PinRow:
         return values if len(values) > 1 else values[0]
 
     def _coded(self, value: Value) -> int:
+        number: int | None
         if self.members:
             number = next(one.value for one in self.members if one.name == value)
             assert number is not None, f"{self}: {value} is no number"
@@ -121,7 +122,8 @@ class PinRow:
             return int(str(value), 16)
         if self.how == "real":
             return int(struct.unpack("<i", struct.pack("<f", value))[0])
-        return round(value * (self.scale or 1))
+        number = round(value * (self.scale or 1))
+        return number
 
     def _meant(self, number: int) -> Value:
         if self.members:
