@@ -28,13 +28,13 @@ every_block_of_the_reading = pytest.mark.parametrize(
 
 @cache
 def _levels() -> CommandBench:
-    return CommandBench(_LEVELS, "auto")
+    return CommandBench(_LEVELS, "builtin")
 
 
 def _bench(block: Pins) -> CommandBench:
     """The bench as at the start, all pins at their defaults."""
     if not block.level:
-        return bench_of(block.name, "auto")
+        return bench_of(block.name, "builtin")
     bench = _levels()
     bench.choose(block.name)
     return bench
