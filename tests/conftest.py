@@ -9,8 +9,14 @@ from typing import Any
 import pytest
 
 from rcx_harness import Cell
+from shown import hexadecimal_comparison
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+
+
+def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
+    """Codes, ErrorIDs and words of telegrams are shown in 16#."""
+    return hexadecimal_comparison(op, left, right)
 
 
 @pytest.fixture

@@ -16,9 +16,11 @@ from block_pins import Reading
 from command_bench import BLOCKS, CommandBench, bench_of
 from command_rules import CommandRule, RobotView
 from head_rules import HandshakeRules, Since
+from shown import differences
 
 _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
+_SHOWN = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _LIMITS_MS = (0, 80, 200, 480)
 #: The rival's code and first data word; the second one has no end by itself, the last is none.
 _TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
@@ -47,9 +49,8 @@ class _Beside:
         self.up = {"link": True, "cpu": True}
         self.data: list[int] | None = None
         self.refusals = list(islice(self.reading.refused(self.chance), 12))
-        names = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
         self._look = {
-            part: bench.program.reader([f"Main.{path}.{name}" for name in names])
+            part: bench.program.reader([f"Main.{path}.{name}" for name in _SHOWN])
             for part, path in self.path.items()
         }
 
@@ -132,7 +133,8 @@ class _Beside:
         """The outputs of both blocks, and the words as written."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, rule.number != 0, rule.number)
-            assert self._look[part]() == (*expected, *rule.alarm), (part, rule, self.view)
+            wrong = differences(_SHOWN, self._look[part](), (*expected, *rule.alarm))
+            assert not wrong, f"{self.path[part]}: {wrong}\n{rule}\n{self.view}"
         words, phase = self.bench.words, self.head.phase
         assert words[0] == (self.code if phase == "PHASE_COMMAND_RUN" else 0), self.view
         if phase == "PHASE_COMMAND_DATA":

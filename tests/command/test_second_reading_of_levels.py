@@ -7,6 +7,7 @@ what goes out, must be what the rules of tests/support ask for.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -21,8 +22,11 @@ from plc_bench import LIBRARY
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.needed import needed
+from shown import differences
 
 _SCAN_MS, _MARGIN_MS = 40, 20
+_SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
+_SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
 #: For so many scans the times are as calm, the rival as busy, and the controller silent or not.
@@ -81,17 +85,15 @@ class _Beside:
         self.on = dict.fromkeys(("Connected", "EmergencyStopOk", "StopOk", "SO01"), True)
         self.on["SO00"] = False
         self.calls = {"Block": True, "Rival": True}
-        names = ["Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory"]
-        self._look = self._reader("Block", names)
-        names = ["Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory"]
-        self._look_rival = self._reader("Rival", names)
+        self._look = self._reader("Block", _SHOWN)
+        self._look_rival = self._reader("Rival", _SHOWN_BY_RIVAL)
         more = {
             "FB_Jog": ["Pulses", "PositionMm", "Stopping"],
             "FB_ContinuousPosition": ["Pulses", "PositionMm", "HandSystem", "Arm1", "Arm2"],
         }
         self._look_more = self._reader("Block", more[block])
 
-    def _reader(self, part: str, names: list[str]) -> Any:
+    def _reader(self, part: str, names: Sequence[str]) -> Any:
         return self.program.reader([f"Main.{part}.{name}" for name in names])
 
     def put(self, name: str, value: Any) -> None:
@@ -226,9 +228,12 @@ class _Beside:
         """The outputs of both blocks, and what is written."""
         rule, rival = self.rule, self.rival
         shown = (rule.valid, rule.busy, rule.number != 0, rule.number, *rule.alarm)
-        assert self._look() == shown, str(self)
+        wrong = differences(_SHOWN, self._look(), shown)
+        assert not wrong, f"Block: {wrong}\n{self}"
         flags = (rival.done, rival.busy, rival.active, rival.number != 0)
-        assert self._look_rival() == (*flags, rival.number, *rival.alarm), str(self)
+        expected = (*flags, rival.number, *rival.alarm)
+        wrong = differences(_SHOWN_BY_RIVAL, self._look_rival(), expected)
+        assert not wrong, f"Rival: {wrong}\n{self}"
         pulses, millimetres, *more = self._look_more()
         assert pulses == rule.pulses, str(self)
         assert millimetres == pytest.approx(rule.millimetres, rel=1e-6), str(self)

@@ -6,7 +6,7 @@ difference means that one of them has misread the section, and the section decid
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Any
@@ -17,6 +17,7 @@ import second_reading
 from rcx_harness import spec
 from rcx_harness.telegram import WORDS
 from second_reading import Legal, Place, Reading, Row
+from shown import differences
 
 READINGS = second_reading.every_reading()
 SHOWN = 12  # values that a message names; more would say no more
@@ -72,10 +73,14 @@ def test_robot_designation_and_section_are_those_of_the_commands_table(reading: 
     Source: remote command guide 4.2 to 4.9, rows of n; 3., list for the programming box
     """
     command = _command(reading)
-    mine = (reading.robot, reading.pendant, reading.section.split(" ")[0], (reading.code >> 8) + 1)
-    assert (command.robot, command.pendant, command.section, command.category) == mine, str(reading)
-    if reading.robot:
-        assert command.robot_zero == (reading.robot_zero or "robot 1"), str(reading)
+    section, category = reading.section.split(" ")[0], (reading.code >> 8) + 1
+    robot_zero = reading.robot_zero or ("robot 1" if reading.robot else command.robot_zero)
+    wrong = differences(
+        ("robot designation", "programming box", "section", "category", "R = 0"),
+        (command.robot, command.pendant, command.section, command.category, command.robot_zero),
+        (reading.robot, reading.pendant, section, category, robot_zero),
+    )
+    assert not wrong, f"{reading}: in the spec, {wrong} in the section"
 
 
 @every_command
@@ -90,12 +95,14 @@ def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
         ("n", reading.request, command.request),
         ("m", reading.response, command.response),
     ):
-        mine = {part for entry in rows for part in entry.places}
-        theirs = {part for entry in fields for part in _places(side, entry)}
-        either = {part.mask for part in mine & theirs}  # two rows may share bits by a condition
-        lost = [part for part in _sorted(mine - theirs) if part.mask not in either]
-        wrong += [f"{part} is no field of the spec" for part in lost]
-        wrong += [f"{part} is no row of the section" for part in _sorted(theirs - mine)]
+        mine = {part: entry.what for entry in rows for part in entry.places}
+        theirs = {part: entry.name for entry in fields for part in _places(side, entry)}
+        both = mine.keys() & theirs.keys()
+        either = {part.mask for part in both}  # two rows may share bits by a condition
+        lost = [part for part in _sorted(mine.keys() - both) if part.mask not in either]
+        wrong += [f"{part} ({mine[part]}) is no field of the spec" for part in lost]
+        more = _sorted(theirs.keys() - both)
+        wrong += [f"{part} ({theirs[part]}) is no row of the section" for part in more]
     if wrong:
         pytest.fail(f"{reading}:\n  " + "\n  ".join(wrong))
 
@@ -174,11 +181,23 @@ def test_answers_have_the_values_that_the_commands_section_lists(reading: Readin
         (
             "speed",
             {"ranges": {1: (1, 10000), 2: (1, 101)}},
-            r"0xR001 .*\n  n\+6 u16 = 101: not legal",
+            r"0xR001 .*\n  n\+6 u16 \(speed\) = 101: not legal",
         ),
-        ("point", {"range": (0, 30000)}, r"0xR001 .*\n  n\+8 u16 = 30000: not legal by the"),
-        ("axes", {"bits": (0, 6)}, r"0xR001 .*\n  n\+4.6 = 1: not legal by the section, but"),
-        ("speed_mode", {"values": {}}, r"0xR001 .*\n  n\+2.1-2 = 3: not legal by the section"),
+        (
+            "point",
+            {"range": (0, 30000)},
+            r"0xR001 .*\n  n\+8 u16 \(point\) = 30000: not legal",
+        ),
+        (
+            "axes",
+            {"bits": (0, 6)},
+            r"0xR001 .*\n  n\+4.6 \(axes\) = 1: not legal by the section, but",
+        ),
+        (
+            "speed_mode",
+            {"values": {}},
+            r"0xR001 .*\n  n\+2.1-2 \(speed_mode\) = 3: not legal",
+        ),
     ],
 )
 def test_a_wrong_field_is_found_and_named(
@@ -233,24 +252,39 @@ def _agree(reading: Reading, wrong: Sequence[Difference]) -> None:
         values = sorted({each.value for each in every})
         shown = ", ".join(map(str, values[:SHOWN])) + ", ..." * (len(values) > SHOWN)
         judged = "legal by the section, not" if legal else "not legal by the section, but"
-        lines.append(f"{part} = {shown}: {judged} by the spec; {every[0].example}")
+        lines.append(
+            f"{part}{_name(reading, part)} = {shown}: {judged} by the spec; {every[0].example}"
+        )
     if lines:
         pytest.fail(f"{reading}:\n  " + "\n  ".join(lines))
+
+
+def _name(reading: Reading, part: Place) -> str:
+    """What the bits are: the field of the spec, or the row of the section."""
+    command = _command(reading)
+    for side, fields in (("n", command.request), ("m", command.response)):
+        for entry in fields:
+            if any(part.side == side and part.mask & one.mask for one in _places(side, entry)):
+                return f" ({entry.name})"
+    for row in (*reading.request, *reading.response):
+        if part in row.places:
+            return f" ({row.what})"
+    return ""
 
 
 def _judged(
     reading: Reading, command: spec.Command, words: Sequence[int], part: Place
 ) -> Iterator[Difference]:
     """The difference if the two sides judge this request differently."""
-    shown = " ".join(f"n+{2 * k}={words[k]:04X}" for k in range(1, WORDS) if words[k])
-    value = part.read(words)
-    for each in _difference(part, value, reading.problem(words), command.problem(words)):
+    shown = " ".join(f"n+{2 * k}=16#{words[k]:04X}" for k in range(1, WORDS) if words[k])
+    found = part.read(words)
+    for each in _difference(part, found, reading.problem(words), command.problem(words)):
         yield replace(each, example=f"{each.example}; request {shown or 'all 0'}")
 
 
-def _difference(part: Place, value: int, mine: str, theirs: str) -> Iterator[Difference]:
+def _difference(part: Place, number: int, mine: str, theirs: str) -> Iterator[Difference]:
     if bool(mine) != bool(theirs):
-        yield Difference(part, value, not mine, mine or theirs)
+        yield Difference(part, number, not mine, mine or theirs)
 
 
 def _places(side: str, entry: spec.Field) -> Iterator[Place]:
@@ -319,5 +353,5 @@ def _bits(mask: int) -> Iterator[tuple[int, int]]:
                 yield k, bit
 
 
-def _sorted(places: set[Place]) -> list[Place]:
+def _sorted(places: Iterable[Place]) -> list[Place]:
     return sorted(places, key=lambda part: (part.at, part.low))

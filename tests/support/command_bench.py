@@ -85,7 +85,7 @@ class CommandBench(PlcBench):
         self["Robot.Data"] = [0xFFFF] * 15
         self.set({**pins, "Execute": True})
         self.scan_until(lambda: self.words[0] != 0 or self.pin("Error"), most=3)
-        assert not self.pin("Error"), f"refused with {self.pin('ErrorID'):#06x}: {pins}"
+        assert not self.pin("Error"), f"refused with 16#{self.pin('ErrorID'):04X}: {pins}"
         return self.words
 
     def end(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:

@@ -1,0 +1,196 @@
+"""spec/blocks.toml, the types of plc/lib and the signals against the second reading of their pins.
+
+That what is on the wire agrees, tests/command/test_every_member.py says; here are the names,
+defaults and meanings, which no telegram shows.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pin_reading import Pins, every_block, every_enumeration
+from plc_bench import LIBRARY
+from rcx_harness import spec
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.library.tables import library
+from rcx_harness.spec import load_toml
+from rcx_harness.telegram import Command, Field
+from second_reading import FOLDER
+
+FILES = {file.stem: file for file in LIBRARY}
+ENUMERATIONS = every_enumeration()
+MEANINGS: list[dict[str, Any]] = load_toml(FOLDER / "pins/meanings.toml")["rows"]
+#: Pins that each command block has besides those of its command.
+_ALWAYS = {"Execute", "Enable", "RobotNumber", "Timeout"}
+
+
+def _place(row: dict[str, Any]) -> str:
+    return f"{row['place']}-0x{row['codes'][:3]}"
+
+
+every_type = pytest.mark.parametrize("name", ENUMERATIONS)
+every_block_of_the_reading = pytest.mark.parametrize(
+    "block", every_block().values(), ids=list(every_block())
+)
+
+
+def test_the_types_and_blocks_are_those_of_the_tables() -> None:
+    """Nothing is in one of them only."""
+    odd = set(ENUMERATIONS) ^ set(library().enumerations)
+    odd |= set(every_block()) ^ set(library().blocks)
+    assert not odd, f"only in one of spec and second reading: {', '.join(sorted(odd))}"
+
+
+@every_type
+def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: str) -> None:
+    """Source: the section that tests/spec/second_reading/pins/members.toml names."""
+    members = {one.name: one for one in library().enumerations[name].members}
+    wrong = [f"{one} is no member of the reading" for one in members]
+    for mine in ENUMERATIONS[name]:
+        if mine.name not in members:
+            wrong.append(f"{mine.name} is no member of the spec")
+            continue
+        wrong.remove(f"{mine.name} is no member of the reading")
+        one = members[mine.name]
+        if mine.value not in (None, one.value):
+            wrong.append(f"{mine.name} is {one.value} in the spec, {mine.value} in the manual")
+        if mine.words not in one.meaning:
+            wrong.append(f"{mine.name} means {one.meaning!r}, not {mine.words!r}")
+    assert not wrong, f"{name}:\n  " + "\n  ".join(wrong)
+
+
+@every_type
+def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) -> None:
+    """The file, too, which users read and compile: a comment stands beside the right member.
+
+    Source: the section that tests/spec/second_reading/pins/members.toml names.
+    """
+    text = FILES[name].read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^    (\w+),? +\(\* (.*) \*\)$", text, re.MULTILINE))
+    assert list(rows) == [one.name for one in library().enumerations[name].members], name
+    wrong = [
+        f"{one.name} is said to be {rows.get(one.name)!r}, not {one.words!r}"
+        for one in ENUMERATIONS[name]
+        if one.words not in rows.get(one.name, "")
+    ]
+    assert not wrong, f"{name}:\n  " + "\n  ".join(wrong)
+
+
+@every_block_of_the_reading
+def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> None:
+    """In the block's own file; where it writes none, it is 0, FALSE, '' or the first member.
+
+    Source: the section that tests/spec/second_reading/pins/blocks.toml names.
+    """
+    (pou,) = (one for one in parse(FILES[block.name]).declarations if isinstance(one, s.Pou))
+    inputs: dict[str, str] = {}
+    for section in pou.sections:
+        if section.kind != "VAR_INPUT":
+            continue
+        for variable in section.variables:
+            assert isinstance(variable.spec, s.NamedSpec)
+            for pin in variable.names:
+                inputs[pin.text] = _default(variable.initial, variable.spec.name.text)
+    limit = inputs.pop("Timeout")
+    assert limit == f"T#{block.limit}s", f"{block}: Timeout = {limit}"
+    assert ("RobotNumber" in inputs) == block.robot, f"{block}: RobotNumber"
+    mine = block.defaults
+    wrong = [f"{pin} is in the block only" for pin in inputs if pin not in {*mine, *_ALWAYS}]
+    wrong += [
+        f"{pin} = {inputs.get(pin, 'missing')}, not {default}"
+        for pin, default in mine.items()
+        if inputs.get(pin) != default
+    ]
+    assert not wrong, f"{block}:\n  " + "\n  ".join(wrong)
+
+
+def _default(initial: object, kind: str) -> str:
+    """As the reading writes it."""
+    if isinstance(initial, s.Literal):
+        return initial.text
+    if isinstance(initial, s.Name):
+        return initial.text
+    kind = library().arrays[kind].of if kind in library().arrays else kind
+    if kind in library().enumerations:
+        return library().enumerations[kind].members[0].name
+    empty = {"BOOL": "FALSE", "WORD": "16#0000", "REAL": "0.0", "STRING": "''"}
+    return empty.get(kind, "0")
+
+
+@pytest.mark.parametrize("number", range(len(MEANINGS)), ids=[_place(one) for one in MEANINGS])
+def test_each_value_of_a_field_means_what_the_commands_table_says(number: int) -> None:
+    """What `rcx decode` and docs/commands.md say of a value.
+
+    Source: remote command guide 4.2 to 4.9, legend of each command's table.
+    """
+    row, wrong = MEANINGS[number], []
+    for code in row["codes"].split():
+        command = spec.commands()[int(code, 16)]
+        fields = dict(_fields(command))
+        assert row["place"] in fields, f"{command.shown}: no field begins at {row['place']}"
+        field = fields[row["place"]]
+        mine = {int(value, 0): words for value, words in row["values"].items()}
+        for value, words in mine.items():
+            if words not in field.values.get(value, ""):
+                is_now = repr(field.values.get(value, "not in the spec"))
+                wrong.append(f"{command.shown}: {field.name} = {value} is {is_now}, not {words!r}")
+        for value in field.values.keys() - mine.keys():
+            wrong.append(f"{command.shown}: {field.name} = {value} is in no table of the section")
+    assert not wrong, f"{row['place']}:\n  " + "\n  ".join(wrong)
+
+
+def test_every_field_with_values_has_its_meanings_in_the_reading() -> None:
+    """Source: remote command guide 4.2 to 4.9."""
+    read = {(code, row["place"]) for row in MEANINGS for code in row["codes"].split()}
+    missing = [
+        f"{command.shown} {where} ({field.name})"
+        for command in spec.commands().values()
+        for where, field in _fields(command)
+        if len(field.values) > 1 and (f"{command.code:03X}", where) not in read
+    ]
+    assert not missing, "\n".join(missing)
+
+
+def _fields(command: Command) -> Iterator[tuple[str, Field]]:
+    """The fields by the place at which they begin: `n+4`, or `n+2.1` for some bits."""
+    for side, fields in (("n", command.request), ("m", command.response)):
+        for field in fields:
+            low = f".{field.bits[0]}" if field.type == "bits" else ""
+            yield f"{side}+{field.at}{low}", field
+
+
+@pytest.mark.parametrize("code", load_toml(FOLDER / "pins/commands.toml"))
+def test_each_code_is_the_command_of_the_list(code: str) -> None:
+    """Source: remote command guide 4.2 to 4.9, lists and sections."""
+    command = spec.commands()[int(code, 16)]
+    shown = f"{command.name} | {command.title}"
+    assert shown == load_toml(FOLDER / "pins/commands.toml")[code], f"0x{code}"
+
+
+def test_each_signal_has_the_place_and_the_name_of_the_profile() -> None:
+    """Source: manual chapter 5, 1, table of the bits; 2, which inputs act by their edge."""
+    table = load_toml(FOLDER / "pins/signals.toml")
+    wrong = []
+    for side, signals in (("output", spec.signals().output), ("input", spec.signals().input)):
+        theirs = {one.short: one for one in signals}
+        assert list(theirs) == [text.split(" | ")[0] for text in table[side]], side
+        for text in table[side]:
+            short, address, title, name, acts, words = text.split(" | ")
+            one = theirs[short]
+            shown = f"{one.address}.{one.bit}", one.title, one.name, one.acts or "-"
+            for what, got, mine in zip(
+                ("place", "title", "name", "action"),
+                shown,
+                (address, title, f"{short}_{name}", acts),
+                strict=True,
+            ):
+                if got != mine:
+                    wrong.append(f"{short}: {what} is {got!r}, not {mine!r}")
+            if words not in one.meaning:
+                wrong.append(f"{short}: means {one.meaning!r}, not {words!r}")
+    assert not wrong, "\n".join(wrong)

@@ -1,0 +1,52 @@
+"""How failures name what differs: pins and signals by their names, codes and words in 16#."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rcx_harness.engine.base import Value
+
+__all__ = ["differences", "hexadecimal_comparison", "written"]
+
+#: Words in a telegram: code or status, and fifteen more.
+_TELEGRAM = 16
+_IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory")
+
+
+def written(one: Value, name: str = "") -> str:
+    """A value as the manual and docs/errors.md write it: words in 16#."""
+    return f"16#{one:04X}" if name in _IN_16 or (_is_word(one) and one > 0xFF) else repr(one)
+
+
+def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[Value]) -> str:
+    """`ErrorID is 16#8011, not 16#8015; Busy is True, not False`; empty if they are equal."""
+    return "; ".join(
+        f"{name} is {written(one, name)}, not {written(two, name)}"
+        for name, one, two in zip(names, got, expected, strict=True)
+        if one != two
+    )
+
+
+def hexadecimal_comparison(op: str, left: Value, right: Value) -> list[str] | None:
+    """Lines for a failed comparison of codes, ErrorIDs or words; None for anything else."""
+    if _is_word(left) and _is_word(right) and max(left, right) > 0xFF:
+        return [f"{written(left)} {op} {written(right)}"]
+    if op == "==" and _are_words(left) and _are_words(right) and len(left) == len(right):
+        whole = len(left) == _TELEGRAM
+        pairs = enumerate(zip(left, right, strict=True))
+        return ["different words:"] + [
+            f"  [{k}]{f' (byte {2 * k})' * whole}: 16#{one:04X}, not 16#{two:04X}"
+            for k, (one, two) in pairs
+            if one != two
+        ]
+    return None
+
+
+def _is_word(one: Value) -> bool:
+    return isinstance(one, int) and not isinstance(one, bool) and 0 <= one <= 0xFFFF
+
+
+def _are_words(some: Value) -> bool:
+    """Words that are not all small numbers, for those say more in decimal."""
+    several = isinstance(some, (list, tuple)) and len(some) > 1
+    return several and all(map(_is_word, some)) and max(some) > 0xFF
