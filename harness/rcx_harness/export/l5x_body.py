@@ -25,6 +25,7 @@ from rcx_harness.export.l5x_model import (
     value_text,
 )
 from rcx_harness.export.l5x_written import written
+from rcx_harness.export.losses import retain
 from rcx_harness.export.parts import Part
 
 __all__ = ["translated"]
@@ -143,8 +144,10 @@ class _Writer:
         In a program these are the variables that it does not write: they come from elsewhere.
         """
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
+        retained = retain(self._part)
         for symbol in self._pou.symbols.values():
             kept = symbol.section in ("VAR_IN_OUT", "VAR_INPUT", "VAR_TEMP")
+            kept = kept or symbol.name.upper() in retained
             passed_out = symbol.section == "VAR_OUTPUT" and is_whole(symbol.type)
             outside = own is not None and symbol.name not in own
             if not (kept or passed_out or outside or isinstance(symbol.type, BlockType)):
