@@ -8,7 +8,10 @@ import pytest
 
 from exported_dialect import WITH_INITIAL_VALUES, library
 from rcx_harness.cli import main
+from rcx_harness.engine.load import build
 from rcx_harness.export import TARGETS, export
+from rcx_harness.export.l5x_reader import read_l5x
+from rcx_harness.export.output import write
 
 Captured = pytest.CaptureFixture[str]
 
@@ -32,6 +35,11 @@ _LOST = {
     "plcopen": [],
     "twincat": [_CONFIGURATION],
     "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
+    "l5x": [
+        f"33: {_BLOCK}: Kept has an initial value that is no single number",
+        "80: PROGRAM Mine: needs FB_Mine, which is not carried",
+        _CONFIGURATION,
+    ],
     "omron": [
         _CONFIGURATION,
         f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
@@ -271,6 +279,96 @@ def test_l5x_leaves_what_is_retained_as_it_was(tmp_path: Path) -> None:
     prescan = prescan[prescan.index("FB_Hours") :] if "FB_Hours" in prescan else prescan
     assert "Runs := 8;" in text
     assert "Hours := 7;" not in text
+
+
+_WHOLE = """\
+TYPE
+  MINE_COLOUR : (RED, GREEN, BLUE) := GREEN;
+  MINE_ALIAS  : DINT := 16#7F;
+  MINE_FEW    : ARRAY [1..4] OF INT := [1, 2(7), -3];
+  MINE_PAIR   : STRUCT
+    Low, Top : INT := 3;
+    Tint     : MINE_COLOUR;
+    Raw      : WORD := WORD#16#FF00;
+  END_STRUCT;
+  MINE_PAIRS  : ARRAY [0..1] OF MINE_PAIR;
+  MINE_SET : STRUCT
+    Few  : MINE_FEW;
+    Pair : MINE_PAIR := (Low := 9);
+    Text : STRING := 'it$'s';
+    Wait : TIME := T#1500ms;
+    Part : REAL := 0.25;
+    Lit  : BOOL := TRUE;
+  END_STRUCT := (Wait := T#2s);
+END_TYPE
+FUNCTION FC_Mine : DINT
+  VAR_INPUT
+    x : DINT;
+  END_VAR
+  VAR
+    Rows : MINE_FEW;
+  END_VAR
+  Rows[1] := Rows[1] + INT#1;
+  FC_Mine := x + INT_TO_DINT(Rows[1] + Rows[2]);
+END_FUNCTION
+FUNCTION_BLOCK FB_Mine
+  VAR CONSTANT
+    Table : MINE_FEW := [10, 20, 30];
+  END_VAR
+  VAR_TEMP
+    Line  : MINE_FEW;
+  END_VAR
+  VAR_OUTPUT
+    Total : DINT := 100;
+    Lit   : BOOL;
+  END_VAR
+  VAR
+    All   : MINE_SET;
+    Pairs : MINE_PAIRS;
+    Alias : MINE_ALIAS;
+    Timed : TIME;
+  END_VAR
+  Total := Total + INT_TO_DINT(All.Few[2] + All.Pair.Low + Pairs[1].Top);
+  Total := Total + INT_TO_DINT(Line[1] + Line[4] + Table[2] + Table[4]) + Alias;
+  Total := Total + FC_Mine(x := DINT#1);
+  Line[1] := Line[1] + INT#1;
+  All.Few[2] := All.Few[2] + INT#1;
+  Timed := All.Wait;
+  IF All.Lit AND All.Part = 0.25 AND Pairs[0].Raw = WORD#16#FF00 THEN
+    Lit := TRUE;
+  END_IF;
+END_FUNCTION_BLOCK
+PROGRAM Mine
+  VAR
+    It    : FB_Mine;
+    Given : MINE_PAIR;
+    Sum   : DINT := 1;
+  END_VAR
+  It();
+  Sum := It.Total + INT_TO_DINT(Given.Low);
+END_PROGRAM
+"""
+
+
+def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Path) -> None:
+    """Read back, the program begins with the same values and goes on with the same ones.
+
+    Source: 1756-PM010, Prescan routine.
+    """
+    file = tmp_path / "Mine.st"
+    file.write_text(_WHOLE)
+    output = export("l5x", program=[file], only_needed=True)
+    assert output.missing == ()
+    (made,) = write(output, tmp_path / "mine.L5X")
+    (again,) = write(read_l5x(made), tmp_path / "again.st")
+    original, back = (build([one], "builtin").program for one in (file, again))
+    for scan in range(3):
+        original.scan(scan * 10_000)
+        back.scan(scan * 10_000)
+        for path in ("Main.Sum", "Main.It.Lit", "Main.It.Total", "Main.It.All.Text"):
+            assert original.read(path) == back.read(path), path
+    assert original.read("Main.It.Lit"), "the values of All and Pairs are there"
+    assert back.read("Main.It.Timed") == 2000, "[ms]"
 
 
 def test_twincat_has_the_global_variables_as_a_list_and_no_word_for_non_retain(

@@ -78,7 +78,6 @@ def _types(sources: Sources, project: Project, lost: list[Missing]) -> dict[str,
         kind = project.types[part.name.upper()]
         if isinstance(kind, StructType):
             try:
-                _check_plain(part)
                 found[kind.name] = data_type(kind, part.header, part.notes)
             except NotCarriedError as error:
                 lost.append(missing(part, str(error)))
@@ -93,14 +92,6 @@ def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
         if section.qualifier == "RETAIN" and isinstance(kind, BlockType):
             why = "RETAIN: it begins anew when power was off"
             yield missing(part, why, of=f"{section.kind} {name.text}", at=name.at)
-
-
-def _check_plain(part: Part) -> None:
-    node = part.node
-    assert isinstance(node, s.TypeDecl)
-    fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
-    if node.initial is not None or any(field.initial is not None for field in fields):
-        raise NotCarriedError("a data type has no initial values here")
 
 
 def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> None:
