@@ -382,7 +382,9 @@ def test_a_second_program_is_named_and_a_structure_begins_with_its_values(tmp_pa
     text += "  END_RESOURCE\nEND_CONFIGURATION\n"
     output = _exported(tmp_path, text)
     said = "\n".join(output.left_out)
-    assert "PROGRAM One: " in said
+    assert "PROGRAM Two: a file holds one program" in said
     assert "PROGRAM Three: a file holds one program" in said
     root = ET.fromstring(output.files[""])
-    assert root.attrib["TargetName"] == "Two"
+    assert root.attrib["TargetName"] == "One"
+    assert "PROGRAM One" not in said
+    assert "  a.a := 3;" in output.files[""]
