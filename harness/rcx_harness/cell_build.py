@@ -13,6 +13,7 @@ from rcx_harness.cell_node import Member
 from rcx_harness.clocks import Timing
 from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
+from rcx_harness.exported import own_output
 from rcx_harness.link import DirectLink, Link
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
@@ -92,14 +93,16 @@ def st_files(folder: Path) -> list[Path]:
     """The ST files of a folder and of those below it, sorted.
 
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
-    left out; the folder itself may be in one.
+    left out; the folder itself may be in one. So is what `rcx export` has written.
     """
 
     def own(file: Path) -> bool:
         parts = file.relative_to(folder).parts
         return not any(part.startswith(".") or part in _FOREIGN for part in parts)
 
-    return sorted(file for file in folder.rglob("*.st") if own(file))
+    found = sorted(file for file in folder.rglob("*.st") if own(file))
+    written = own_output(found)
+    return [file for file in found if file not in written]
 
 
 def check_outputs(
@@ -247,7 +250,11 @@ def _expand(path: Path) -> list[Path]:
     if path.is_dir():
         found = st_files(path)
         if not found:
-            raise InputError("no .st files in this folder", file=path)
+            written = any(path.rglob("*.st"))
+            hint = (
+                "one that `rcx export` has written is taken if you name the file" if written else ""
+            )
+            raise InputError("no .st files in this folder", file=path, hint=hint)
         return found
     if not path.is_file():
         raise InputError("no such file", file=path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 
 from rcx_harness.export import TARGETS
 from rcx_harness.export import export as make
-from rcx_harness.export.output import write
+from rcx_harness.export.output import write_export
 
 __all__ = ["EPILOG", "export"]
 
@@ -31,15 +32,31 @@ def export(
     needed: Annotated[
         bool, typer.Option("--needed", help="Only the part of the library that --program needs.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
+    allow_missing: Annotated[
+        bool, typer.Option("--allow-missing", help="Write it although something is not carried.")
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Take the place of what was exported there before.")
+    ] = False,
 ) -> None:
     """Write the library for a PLC tool; `docs/export.md` says what was checked with which.
 
-    Exit code: 0, or 2 on errors in the sources and where the output exists.
+    Exit code: 0; 1 if something is not carried, and nothing is written then without
+    `--allow-missing`; 2 on errors in the sources and where the output exists.
     """
     output = make(target, lib, program or [], only_needed=needed)
     place = Path(TARGETS[target].default) if out is None else out
-    files = write(output, place, force=force)
-    for line in output.left_out:
-        print(f"not carried: {line}")
-    print(f"written: {place}" + (f" ({len(files)} files)" if len(files) > 1 else ""))
+    for one in output.missing:
+        print(f"not carried: {one}")
+    for note in output.notes:
+        print(f"note: {note}")
+    if not allow_missing and any(not one.replaced for one in output.missing):
+        print("rcx: nothing was written; --allow-missing writes the rest", file=sys.stderr)
+        raise typer.Exit(1)
+    done = write_export(output, place, force=force)
+    for file in done.removed:
+        print(f"removed: {file}, of the export before")
+    for file in done.kept:
+        print(f"kept: {file}, of the export before, but changed since")
+    several = len(done.files) > 1
+    print(f"written: {place}" + (f" ({len(done.files)} files)" if several else ""))

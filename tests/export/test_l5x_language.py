@@ -370,7 +370,7 @@ def test_the_reader_refuses_what_logix_would(
     assert said in str(refused.value)
 
 
-def test_a_second_program_and_a_default_of_a_structure_are_named(tmp_path: Path) -> None:
+def test_a_second_program_is_named_and_a_structure_begins_with_its_values(tmp_path: Path) -> None:
     text = "TYPE\n  T_A : STRUCT\n    a : INT := 3;\n  END_STRUCT;\nEND_TYPE\n"
     text += "PROGRAM One\n  VAR\n    a : T_A;\n  END_VAR\n  a.a := 1;\nEND_PROGRAM\n"
     text += "PROGRAM Two\n  VAR\n    b : BOOL;\n  END_VAR\n  b := TRUE;\nEND_PROGRAM\n"
@@ -382,8 +382,9 @@ def test_a_second_program_and_a_default_of_a_structure_are_named(tmp_path: Path)
     text += "  END_RESOURCE\nEND_CONFIGURATION\n"
     output = _exported(tmp_path, text)
     said = "\n".join(output.left_out)
-    assert "TYPE T_A: a data type has no initial values here" in said
-    assert "PROGRAM One: " in said
+    assert "PROGRAM Two: a file holds one program" in said
     assert "PROGRAM Three: a file holds one program" in said
     root = ET.fromstring(output.files[""])
-    assert root.attrib["TargetName"] == "Two"
+    assert root.attrib["TargetName"] == "One"
+    assert "PROGRAM One" not in said
+    assert "  a.a := 3;" in output.files[""]

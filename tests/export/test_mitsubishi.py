@@ -191,7 +191,7 @@ def test_what_a_users_program_cannot_take_along_is_named(tmp_path: Path) -> None
     assert sorted(output.left_out) == [
         "FUNCTION_BLOCK FB_Above: needs FB_Count, which is not carried",
         "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
-        "PROGRAM Located: has global or located variables; make it again in the tool",
+        "PROGRAM Located: has global or located variables (Q); make it again in the tool",
     ]
     assert output.files["program/FB_Carried.st"].endswith("  X1_X := NOT Set_X;\n")
     assert list(_rows(output.files["program/FB_Carried.csv"])) == ["X1_X", "Set_X"]

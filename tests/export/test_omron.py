@@ -9,9 +9,10 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import recorded, trace_of
-from exported_dialect import declared, untyped
+from exported_dialect import WITH_INITIAL_VALUES, declared, untyped
 from rcx_harness.engine.frontend import check
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.load import build
 from rcx_harness.export import TARGETS, export
 from rcx_harness.export.expressions import init_text
 from rcx_harness.export.parts import Sources, sources_of
@@ -21,7 +22,7 @@ _TYPES = {
     *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT"),
     *("UDINT", "ULINT", "REAL", "LREAL", "TIME", "DATE", "TIME_OF_DAY", "DATE_AND_TIME"),
 }
-_ARRAY = re.compile(r"ARRAY\[(\d+\.\.\d+)\] OF (.+)")
+_ARRAY = re.compile(r"ARRAY\[(\d[\d., ]+)\] OF (.+)")
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "In/Out": "VAR_IN_OUT"}
 
 
@@ -107,6 +108,29 @@ def test_put_together_again_the_library_is_sound_and_the_example_runs_as_recorde
         if "CONFIGURATION" in file.read_text(encoding="utf-8")
     ]
     assert trace_of(example, [again, *rest], tmp_path) == recorded(example)
+
+
+def test_put_together_again_all_begins_with_the_values_of_the_sources(tmp_path: Path) -> None:
+    """Structures, arrays and named types with initial values, in blocks, functions and VAR_TEMP."""
+    source, again = tmp_path / "Mine.st", tmp_path / "again.st"
+    source.write_text(WITH_INITIAL_VALUES)
+    again.write_text(_Again(export("omron", program=[source], only_needed=True).files).text())
+    original, back = (build([file], "builtin").program for file in (source, again))
+    for scan in range(3):
+        sums = []
+        for program in (original, back):
+            program.scan(scan * 100_000)
+            sums.append(program.read("Main.Sum"))
+        assert sums[0] == sums[1] != 0
+    for path in (
+        "It.Total",
+        "It.Kept.Low",
+        "It.All.Text",
+        "It.All.Wait",
+        "It.Shown.Top",
+        "Old.Tint",
+    ):
+        assert original.read(f"Main.{path}") == back.read(f"Main.{path}"), path
 
 
 def test_every_variable_is_in_its_table_with_type_default_and_comment(

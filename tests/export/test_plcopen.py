@@ -31,10 +31,10 @@ TYPE
   END_STRUCT;
 END_TYPE
 TYPE
-  MINE_FEW : ARRAY [1..4] OF INT := [1, 2(7), -3];
-END_TYPE
-TYPE
-  MINE_ALIAS : DINT := 16#7F;
+  MINE_FEW : ARRAY [1..4] OF INT := [1, 2(7), -3]; (* a_few *)
+  (* an_alias *)
+  MINE_ALIAS : DINT (* its_type *) := 16#7F; (* same_line *)
+  MINE_COLOUR : (RED, GREEN) := GREEN; (* last_one *)
 END_TYPE
 FUNCTION_BLOCK FB_Mine
   VAR CONSTANT
@@ -68,9 +68,9 @@ CONFIGURATION Mine
     VAR_GLOBAL
       Shared : INT := 2;
     END_VAR
-    TASK Slow(INTERVAL := T#100ms, PRIORITY := 3);
+    TASK Slow(INTERVAL := T#100ms, PRIORITY := 3); (* a_task *)
     TASK Fast(INTERVAL := T#10ms, PRIORITY := 1);
-    PROGRAM One WITH Slow : Other;
+    PROGRAM One WITH Slow : Other; (* an_instance *)
     PROGRAM Two WITH Fast : Other;
   END_RESOURCE
 END_CONFIGURATION
@@ -140,6 +140,7 @@ def test_what_a_users_program_may_have_besides_comes_back_too(
     back = write(read_plcopen(file), tmp_path / "back")
     assert shapes(back) == shapes([source])
     assert '"both" & < >' in (tmp_path / "back/MINE_PAIR.st").read_text()
+    assert set(comments([source])) <= set(comments(back))
     assert schema is None or schema(file) == ""
 
 

@@ -12,7 +12,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse_text
 from rcx_harness.export.parts import Part, Sources, sources_of
 
-__all__ = ["declared", "differing", "library", "untyped"]
+__all__ = ["WITH_INITIAL_VALUES", "declared", "differing", "library", "untyped"]
 
 #: With a BYTE that is masked: their texts are compared with texts worked out by hand.
 _MASKED = ("FC_BitMask", "FC_ByteWithBit", "FC_ByteOfWord")
@@ -149,3 +149,100 @@ def _changes(
         return ("Call", ("Name", name, None), pieces, None)
 
     return changed
+
+
+#: Each kind of declaration that has an initial value or a qualifier.
+WITH_INITIAL_VALUES = """\
+TYPE
+  MINE_COLOUR : (RED, GREEN, BLUE) := GREEN;
+  MINE_ALIAS  : DINT := 16#7F;
+  MINE_FEW    : ARRAY [1..4] OF INT := [1, 2(7), -3];
+  MINE_PAIR   : STRUCT
+    Low, Top : INT := 3;
+    Tint     : MINE_COLOUR;
+    Raw      : WORD := WORD#16#00FF;
+  END_STRUCT;
+  MINE_GRID   : ARRAY [0..1, 1..2] OF MINE_PAIR;
+END_TYPE
+TYPE
+  MINE_SET : STRUCT
+    Few  : MINE_FEW;
+    Pair : MINE_PAIR := (Low := 9);
+    Text : STRING := 'it$'s';
+    Wait : TIME := T#1500ms;
+    Part : REAL := 0.25;
+  END_STRUCT := (Wait := T#2s);
+END_TYPE
+FUNCTION FC_Mine : DINT
+  VAR_INPUT
+    x : DINT := 5;
+    y : MINE_ALIAS;
+  END_VAR
+  VAR
+    Rows : MINE_FEW;
+    c    : MINE_COLOUR;
+  END_VAR
+  Rows[1] := Rows[1] + 1;
+  FC_Mine := x + y + INT_TO_DINT(Rows[1] + Rows[2]);
+END_FUNCTION
+FUNCTION_BLOCK FB_Mine
+  VAR CONSTANT
+    Most  : INT := 5;
+    Table : MINE_FEW := [10, 20, 30];
+  END_VAR
+  VAR RETAIN
+    Kept  : MINE_PAIR := (Low := 1, Top := 2);
+    Count : INT := 4;
+  END_VAR
+  VAR NON_RETAIN
+    Lost  : INT;
+  END_VAR
+  VAR_TEMP
+    Short : MINE_ALIAS;
+    Line  : MINE_FEW;
+  END_VAR
+  VAR_INPUT
+    Pace  : INT := 2;
+    Setup : MINE_PAIR;
+  END_VAR
+  VAR_OUTPUT
+    Tint  : MINE_COLOUR;
+    Shown : MINE_PAIR;
+  END_VAR
+  VAR_OUTPUT RETAIN
+    Total : DINT := 100;
+  END_VAR
+  VAR
+    All   : MINE_SET;
+    Grid  : MINE_GRID;
+    Alias : MINE_ALIAS;
+    Plain : ARRAY [0..3] OF BOOL := [TRUE, 2(FALSE), TRUE];
+    Timed : TIME;
+  END_VAR
+  Total := Total + INT_TO_DINT(Pace + Kept.Low + All.Few[2] + All.Pair.Low + Grid[1, 2].Top);
+  Total := Total + INT_TO_DINT(Line[1] + Line[4] + Table[2] + Table[4] + Most) + Alias + Short;
+  Total := Total + FC_Mine(x := 1);
+  Line[1] := Line[1] + 1;
+  Short := Short + 1;
+  Count := Count + 1;
+  Kept.Low := Kept.Low + 1;
+  All.Few[2] := All.Few[2] + 1;
+  Timed := All.Wait;
+  IF Plain[3] AND Tint = GREEN AND All.Text = 'it$'s' AND All.Part = 0.25 THEN
+    Shown.Top := Shown.Top + 1;
+  END_IF;
+END_FUNCTION_BLOCK
+PROGRAM Mine
+  VAR
+    It    : FB_Mine;
+    Sum   : DINT := 1;
+  END_VAR
+  VAR RETAIN
+    Old   : FB_Mine;
+    Hours : DINT := 7;
+  END_VAR
+  It();
+  Old(Pace := 3);
+  Sum := It.Total + Old.Total + INT_TO_DINT(It.Shown.Low + It.Shown.Top);
+END_PROGRAM
+"""

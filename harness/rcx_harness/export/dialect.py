@@ -5,12 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.export.expressions import expression_text, init_text
+from rcx_harness.export.initial import literal, zero
 from rcx_harness.export.parts import Part, Sources
 
-__all__ = ["Dialect", "Function", "Names"]
+__all__ = ["BYTES", "Dialect", "Function", "Names"]
+
+#: Why a block with a process image of bytes cannot be had.
+BYTES = "has an array of BYTE; take the block for words"
 
 #: Comes after a name that the tool refuses.
 _SUFFIX = "_X"
@@ -85,6 +91,7 @@ class Names:
 
     def __init__(self, sources: Sources, dialect: Dialect) -> None:
         self.dialect = dialect
+        self.project = sources.project
         self.types = {
             part.name.upper(): part.node
             for part in sources.parts
@@ -121,14 +128,26 @@ class Names:
             return declared.name.text
         return self.dialect.types["INT"]
 
-    def value(self, init: s.Init) -> str:
-        """An initial value as the tool's tables have it."""
-        if isinstance(init, s.Name) and init.key in self.members:
-            number = str(self.members[init.key][1])
-            return self.member(init.text) if self.dialect.enumerations else number
-        text = init_text(init)
-        kind, mark, value = text.partition("#")
-        return value if mark and kind.isalpha() and kind.upper() not in _MOMENTS else text
+    def cell(self, one: s.VarDecl, kind: Type, value: Any) -> str:
+        """The initial value of a scalar as the tool's tables have it; empty where it is zero."""
+        if one.initial is None and value == zero(kind):
+            return ""
+        if isinstance(kind, EnumType):
+            return f"{kind.name}#{kind.members[value]}" if self.dialect.enumerations else str(value)
+        assert isinstance(kind, ElementaryType)
+        text = literal(value, kind) if one.initial is None else init_text(one.initial)
+        word, mark, number = text.partition("#")
+        return number if mark and word.isalpha() and word.upper() not in _MOMENTS else text
+
+    def literal(self, value: Any, kind: Type) -> str:
+        """A scalar's value as statements have it."""
+        if isinstance(kind, EnumType):
+            member = kind.members[value]
+            named = f"{kind.name}#{member}"
+            return named if self.dialect.enumerations else f"{value} (* {member} *)"
+        assert isinstance(kind, ElementaryType)
+        text = literal(value, kind)
+        return self.dialect.typed(text) if kind.name in _BITS else text
 
     def member(self, text: str) -> str:
         """A member of an enumeration."""
@@ -143,9 +162,11 @@ class Names:
         name = kind.name.key if isinstance(kind, s.NamedSpec) else ""
         return f"{self.dialect.word(name)}#16#0" if name in _BITS else _ZEROS.get(name, "0")
 
-    def start(self, one: s.VarDecl) -> str:
-        """What a variable begins with, as statements have it."""
-        return self.zero(one.spec) if one.initial is None else self._literal(one.initial)
+    def start(self, one: s.VarDecl, kind: Type, value: Any) -> str:
+        """What a scalar begins with, as statements have it."""
+        if one.initial is not None:
+            return self._literal(one.initial)
+        return self.zero(one.spec) if value == zero(kind) else self.literal(value, kind)
 
     def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
         """What a named type stands for."""
@@ -172,7 +193,7 @@ class Names:
             while isinstance(kind, s.ArraySpec):
                 kind = self.base(kind.element)
             if array and self.is_byte(kind):
-                return "has an array of BYTE; take the block for words"
+                return BYTES
             if isinstance(kind, s.NamedSpec):
                 name = kind.name.key
                 if name not in self.dialect.types and name not in known:
@@ -180,8 +201,9 @@ class Names:
         return ""
 
     def _defaults(self, node: s.Pou) -> dict[str, str]:
+        symbols = self.project.pous[node.name.key].symbols
         return {
-            name.key: self.start(one)
+            name.key: self.start(one, symbols[name.key].type, symbols[name.key].initial)
             for section in node.sections
             if section.kind == "VAR_INPUT"
             for one in section.variables

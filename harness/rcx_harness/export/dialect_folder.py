@@ -4,18 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.export.dialect import Dialect, Names
+from rcx_harness.engine.frontend.tree import Symbol
+from rcx_harness.engine.types import BlockType, StructType, Type
+from rcx_harness.export.dialect import BYTES, Dialect, Names
 from rcx_harness.export.dialect_body import dialect_body
-from rcx_harness.export.output import NOTICE, Output
+from rcx_harness.export.initial import is_scalar, zero
+from rcx_harness.export.losses import lost_configuration, missing, reaching_out, sections
+from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources, comment
+from rcx_harness.export.starts import Starts
 
 __all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
 
-_PROGRAM = "has global or located variables; make it again in the tool"
+_FLAG = "TRUE once the initial values are set"
+#: What to do instead of a CONFIGURATION.
 _CONFIGURATION = "assign the program to a task of your project"
 
 
@@ -27,6 +34,7 @@ class Row:
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
         initial: Its initial value; the number of a member; empty if there is none.
+        retain: It keeps its value when power is off.
     """
 
     name: str
@@ -35,6 +43,7 @@ class Row:
     initial: str
     comment: str
     constant: bool = False
+    retain: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,11 +51,13 @@ class Tool:
     """What differs from tool to tool.
 
     Attributes:
+        retained: Sections whose variables can keep their values when power is off.
         tables: Texts of a declaration's tables by what their names end in.
         readme: What to do with the folder; `{renamed}` and `{order}` are filled in.
     """
 
     dialect: Dialect
+    retained: tuple[str, ...]
     tables: Callable[[list[Row]], Mapping[str, str]]
     readme: str
 
@@ -63,7 +74,7 @@ def to_folder(sources: Sources, tool: Tool) -> Output:
     renamed = ", ".join(f"{old} is {new}" for old, new in sorted(writer.renamed.items()))
     steps = tool.readme.format(order=order, renamed=renamed or "none")
     files["README.txt"] = f"{NOTICE}\n\n{steps}"
-    return Output(dict(sorted(files.items())), tuple(writer.left_out), newline="\r\n")
+    return Output(dict(sorted(files.items())), tuple(writer.missing), newline="\r\n")
 
 
 def cell(text: str) -> str:
@@ -80,8 +91,18 @@ class _Writer:
     def __init__(self, sources: Sources, tool: Tool) -> None:
         self._names = Names(sources, tool.dialect)
         self._tool = tool
+        self._starts = Starts(
+            sources.project,
+            self._name,
+            tool.dialect.name,
+            self._names.literal,
+            implicit=zero,
+            declared=is_scalar,
+            kept=self._is_kept,
+        )
         self.renamed: dict[str, str] = {}
-        self.left_out: list[str] = []
+        self._spelt = {part.name.upper(): part.name for part in sources.parts}
+        self.missing: list[Missing] = []
         self.carried = list(self._choose(sources))
 
     def _choose(self, sources: Sources) -> Iterator[Part]:
@@ -89,16 +110,32 @@ class _Writer:
         known = {part.name.upper() for part in sources.parts} | set(BLOCKS)
         barred: dict[str, str] = {}
         for part in sources.parts:
-            why = self._names.trouble(part, known) or _outside(part)
             needed = next((one for one in _used(part) if one in barred), "")
+            why = self._names.trouble(part, known) or self._outside(part)
             if not why and needed:
-                why = f"needs {barred[needed]}, which is not carried"
-            if not why:
-                if _written(part, self._tool.dialect):
-                    yield part
-                continue
-            barred[part.name.upper()] = part.name
-            self.left_out.append(f"{part.kind} {part.name}: {why}")
+                why = f"needs {self._spelt[needed]}, which is not carried"
+            if why:
+                barred[part.name.upper()] = why
+        replaced: set[str] = set()
+        for part in sources.parts:
+            lost = barred.get(part.name.upper())
+            if isinstance(part.node, s.Configuration):
+                self.missing.append(lost_configuration(part, _CONFIGURATION))
+            elif lost is not None:
+                words = lost == BYTES or not replaced.isdisjoint(_used(part))
+                if words and part.folder != "program":
+                    replaced.add(part.name.upper())
+                self.missing.append(missing(part, lost, replaced=part.name.upper() in replaced))
+            elif _written(part, self._tool.dialect):
+                yield part
+
+    def _outside(self, part: Part) -> str:
+        """Why a POU cannot be had by itself; empty if it can."""
+        if not isinstance(part.node, s.Pou):
+            return ""
+        if isinstance(self._names.base(part.node.result), s.StructSpec | s.ArraySpec):
+            return "its result is a structure or an array"
+        return reaching_out(part.node, "the tool")
 
     def files(self, part: Part) -> Iterator[tuple[str, str]]:
         """Path and text of a declaration's files."""
@@ -107,6 +144,7 @@ class _Writer:
             yield f"{part.folder}/{part.name}{ending}", text
         if isinstance(part.node, s.Pou):
             yield f"{part.folder}/{part.name}.st", self._body(part, part.node)
+            self.missing += self._starts.lost(part, part.node)
 
     def numbers(self) -> str:
         """All enumerations with the numbers of their members."""
@@ -135,19 +173,20 @@ class _Writer:
         if node.result is not None:
             variables[node.name.key] = node.result
         body = dialect_body(part.body, variables, self._names)
-        return "\n".join([head, *self._cleared(node), body, ""])
+        return "\n".join([head, *self._started(node), body, ""])
 
-    def _cleared(self, node: s.Pou) -> Iterator[str]:
-        """A function's variables begin with their initial values at each call."""
-        if node.result is None:
-            return
-        yield f"  {node.name.text} := {self._names.zero(node.result)};"
-        for section in node.sections:
-            if section.kind not in ("VAR", "VAR_TEMP") or section.qualifier == "CONSTANT":
-                continue
-            for one in section.variables:
-                value = self._names.start(one)
-                yield from (f"  {self._name(name.text)} := {value};" for name in one.names)
+    def _started(self, node: s.Pou) -> Iterator[str]:
+        """What sets the initial values for which the tables have no place."""
+        if node.result is not None:
+            yield f"  {node.name.text} := {self._names.zero(node.result)};"
+        yield from self._starts.statements(
+            node, lambda one, symbol: self._names.start(one, symbol.type, symbol.initial)
+        )
+
+    def _is_kept(self, section: s.Section, symbol: Symbol) -> bool:
+        """Whether it keeps its value when power is off, and the tool can say so."""
+        able = section.kind in self._tool.retained and not isinstance(symbol.type, BlockType)
+        return section.qualifier == "RETAIN" and able
 
     def _rows(self, part: Part) -> Iterator[Row]:
         node = part.node
@@ -156,24 +195,31 @@ class _Writer:
                 note = cell(part.notes.get(member.key, ""))
                 yield Row(member.text, "MEMBER", "", str(value), note)
         elif isinstance(node, s.TypeDecl) and isinstance(node.spec, s.StructSpec):
+            kinds = self._names.project.types[node.name.key]
+            assert isinstance(kinds, StructType)
+            values = self._names.project.initial[node.name.key]
             for one in node.spec.fields:
-                yield from self._variables(part, one, "FIELD")
+                for name in one.names:
+                    kind = dict(kinds.fields)[name.text]
+                    yield self._row(part, name, one, "FIELD", kind, values[name.text])
         elif isinstance(node, s.Pou):
             if node.result is not None:
                 yield Row(node.name.text, "RESULT", self._names.spec(node.result), "", "")
-            for section in node.sections:
-                kind = "VAR" if section.kind == "VAR_TEMP" else section.kind
-                constant = section.qualifier == "CONSTANT"
-                for one in section.variables:
-                    for row in self._variables(part, one, kind):
-                        yield replace(row, constant=constant)
+            for section, one, name in sections(node):
+                symbol = self._starts.symbol(node, name)
+                place = "VAR" if section.kind == "VAR_TEMP" else section.kind
+                row = self._row(part, name, one, place, symbol.type, symbol.initial)
+                constant = symbol.constant and is_scalar(symbol.type)
+                yield replace(row, constant=constant, retain=self._is_kept(section, symbol))
+            for flag, kept in self._starts.flags(node).items():
+                yield Row(flag, "VAR", self._names.dialect.types["BOOL"], "", _FLAG, retain=kept)
 
-    def _variables(self, part: Part, one: s.VarDecl, section: str) -> Iterator[Row]:
-        initial = "" if one.initial is None else self._names.value(one.initial)
-        for name in one.names:
-            note = cell(part.notes.get(name.key, ""))
-            kind = self._names.spec(one.spec)
-            yield Row(self._name(name.text), section, kind, initial, note)
+    def _row(
+        self, part: Part, name: s.Name, one: s.VarDecl, section: str, kind: Type, value: Any
+    ) -> Row:
+        initial = self._names.cell(one, kind, value) if is_scalar(kind) else ""
+        note = cell(part.notes.get(name.key, ""))
+        return Row(self._name(name.text), section, self._names.spec(one.spec), initial, note)
 
     def _name(self, text: str) -> str:
         found = self._tool.dialect.name(text)
@@ -188,20 +234,6 @@ def _written(part: Part, dialect: Dialect) -> bool:
         return True
     spec = part.node.spec
     return isinstance(spec, s.StructSpec) or (isinstance(spec, s.EnumSpec) and dialect.enumerations)
-
-
-def _outside(part: Part) -> str:
-    """Why a declaration belongs to the project around it."""
-    if isinstance(part.node, s.Configuration):
-        return _CONFIGURATION
-    if not isinstance(part.node, s.Pou):
-        return ""
-    reaches = any(
-        section.kind in ("VAR_EXTERNAL", "VAR_GLOBAL")
-        or any(one.address is not None for one in section.variables)
-        for section in part.node.sections
-    )
-    return _PROGRAM if reaches else ""
 
 
 def _used(part: Part) -> Iterator[str]:

@@ -54,7 +54,8 @@ Renamed, because a device has the name: {renamed}.
 Enumerations are numbers with the member in a comment (types/enumerations.txt). WORD is UINT,
 DWORD is UDINT, a BYTE is a UINT whose upper half is 0. STRING is STRING[80]; Japanese texts are
 bytes of UTF-8.
-Variables of functions are set at the beginning of each call.
+Variables of functions are set at the beginning of each call, arrays and structures with initial
+values in the first one.
 Not known, look them up: whether AND, OR, SHL and SHR take UINT, how typed literals such as
 UINT#16#00FF are written, and whether TON, R_TRIG and the conversions have these names.
 
@@ -65,7 +66,7 @@ Order:
 
 def to_keyence(sources: Sources) -> Output:
     """Write a folder of bodies and tables for KV STUDIO."""
-    return to_folder(sources, Tool(KEYENCE, _tables, _README))
+    return to_folder(sources, Tool(KEYENCE, (), _tables, _README))
 
 
 def _tables(rows: list[Row]) -> Mapping[str, str]:

@@ -6,17 +6,17 @@ one, an instruction that needs the whole library. docs/export.md says what is tr
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import StructType
+from rcx_harness.engine.types import BlockType, StructType
 from rcx_harness.export.l5x_blocks import standard_blocks
 from rcx_harness.export.l5x_body import translated
 from rcx_harness.export.l5x_model import Aoi, Data, NotCarriedError, Tag
 from rcx_harness.export.l5x_xml import aoi_element, data_type, document, program_element
-from rcx_harness.export.output import NOTICE, Output
+from rcx_harness.export.losses import lost_configuration, missing, sections
+from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources
 
 __all__ = ["LIBRARY", "to_l5x"]
@@ -31,10 +31,10 @@ _ABOUT = (
 
 
 def to_l5x(sources: Sources) -> Output:
-    """The sources as one L5X file; `left_out` names what has no counterpart."""
-    project = checked([part.file for part in sources.parts])
-    left_out: list[str] = []
-    types = _types(sources, project, left_out)
+    """The sources as one L5X file; `missing` names what has no counterpart."""
+    project = sources.project
+    lost: list[Missing] = []
+    types = _types(sources, project, lost)
     aois = {aoi.name: aoi for aoi in standard_blocks()}
     programs: list[Aoi] = []
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
@@ -42,19 +42,21 @@ def to_l5x(sources: Sources) -> Output:
             made = translated(part, project.pous[part.name.upper()], project.pous)
             _check_needed(made, aois, types)
         except NotCarriedError as error:
-            left_out.append(f"{part.kind} {part.name}: {error}")
+            lost.append(missing(part, str(error)))
             continue
         if part.kind != "PROGRAM":
             aois[made.name] = made
         elif programs:
-            left_out.append(f"PROGRAM {part.name}: a file holds one program; export it by itself")
+            lost.append(missing(part, "a file holds one program; export it by itself"))
+            continue
         else:
             programs.append(made)
+        lost += _begins_anew(part, project)
     for part in sources.of("CONFIGURATION"):
-        left_out.append(f"CONFIGURATION {part.name}: make a periodic task and put the program in")
+        lost.append(lost_configuration(part, "make a periodic task and put the program in"))
     text = _document(types.values(), aois, programs)
     head, _, rest = text.partition("\n")
-    return Output({"": f"{head}\n<!--\n{NOTICE}\n-->\n{rest}"}, tuple(left_out), newline="\r\n")
+    return Output({"": f"{head}\n<!--\n{NOTICE}\n-->\n{rest}"}, tuple(lost), newline="\r\n")
 
 
 def _document(types: Iterable[str], aois: dict[str, Aoi], programs: list[Aoi]) -> str:
@@ -69,26 +71,27 @@ def _document(types: Iterable[str], aois: dict[str, Aoi], programs: list[Aoi]) -
     return document("AddOnInstructionDefinition", LIBRARY, types, elements)
 
 
-def _types(sources: Sources, project: Project, left_out: list[str]) -> dict[str, str]:
+def _types(sources: Sources, project: Project, lost: list[Missing]) -> dict[str, str]:
     """The structures; other types are written out where they are used."""
     found: dict[str, str] = {}
     for part in sources.of("TYPE"):
         kind = project.types[part.name.upper()]
         if isinstance(kind, StructType):
             try:
-                _check_plain(part)
                 found[kind.name] = data_type(kind, part.header, part.notes)
             except NotCarriedError as error:
-                left_out.append(f"TYPE {part.name}: {error}")
+                lost.append(missing(part, str(error)))
     return found
 
 
-def _check_plain(part: Part) -> None:
-    node = part.node
-    assert isinstance(node, s.TypeDecl)
-    fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
-    if node.initial is not None or any(field.initial is not None for field in fields):
-        raise NotCarriedError("a data type has no initial values here")
+def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
+    """Blocks in VAR RETAIN: their Prescan routines clear them when the controller starts."""
+    assert isinstance(part.node, s.Pou)
+    for section, _, name in sections(part.node):
+        kind = project.pous[part.name.upper()].symbols[name.key].type
+        if section.qualifier == "RETAIN" and isinstance(kind, BlockType):
+            why = "RETAIN: it begins anew when power was off"
+            yield missing(part, why, of=f"{section.kind} {name.text}", at=name.at)
 
 
 def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> None:

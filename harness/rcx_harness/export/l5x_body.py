@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.types import BlockType, StructType, Type
+from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
+from rcx_harness.export.initial import differing, zero
 from rcx_harness.export.l5x_expressions import Expressions, fold
 from rcx_harness.export.l5x_model import (
     IMAGES,
@@ -25,6 +27,7 @@ from rcx_harness.export.l5x_model import (
     value_text,
 )
 from rcx_harness.export.l5x_written import written
+from rcx_harness.export.losses import retain
 from rcx_harness.export.parts import Part
 
 __all__ = ["translated"]
@@ -84,7 +87,7 @@ class _Writer:
             raise NotCarriedError("it has global or located variables")
         inside = symbol.section == "VAR" and data_of(symbol.type) == Data("STRING")
         if is_whole(symbol.type) and not is_zero(symbol.initial) and not inside:
-            raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
+            self._check_set(symbol)
         result = symbol.section == "RESULT"
         name = RESULT if result else check_name(symbol.name)
         data = data_of(symbol.type)
@@ -135,7 +138,7 @@ class _Writer:
             soon = isinstance(at_once, t.Use) and at_once.symbol is symbol
             soon = soon and symbol.section == "RESULT"
             if (inside and not soon) or symbol.section == "VAR_TEMP":
-                yield self._initial(symbol)
+                yield from self._begun(symbol)
 
     def _initialised(self) -> Iterator[str]:
         """What brings all but inputs to their initial values when the controller starts.
@@ -143,18 +146,38 @@ class _Writer:
         In a program these are the variables that it does not write: they come from elsewhere.
         """
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
+        retained = retain(self._part)
         for symbol in self._pou.symbols.values():
             kept = symbol.section in ("VAR_IN_OUT", "VAR_INPUT", "VAR_TEMP")
+            kept = kept or symbol.name.upper() in retained
             passed_out = symbol.section == "VAR_OUTPUT" and is_whole(symbol.type)
             outside = own is not None and symbol.name not in own
+            outside = outside and not (is_whole(symbol.type) and not is_zero(symbol.initial))
             if not (kept or passed_out or outside or isinstance(symbol.type, BlockType)):
-                yield self._initial(symbol)
+                yield from self._begun(symbol)
             if isinstance(symbol.type, BlockType):
                 for pin in passed(symbol.type.variables):
                     if pin.section != "VAR_IN_OUT":
                         yield _emptied(companion(symbol.name, pin.name), pin.type)
                 if own is None:
                     yield from self._inputs(symbol.name, symbol.type)
+
+    def _check_set(self, symbol: t.Symbol) -> None:
+        """Refuse what statements at the start cannot set: a pin, what is kept, an image."""
+        pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT")
+        kept = symbol.name.upper() in retain(self._part) and symbol.section == "VAR"
+        image = isinstance(symbol.type, ArrayType) and symbol.type.name.upper() in IMAGES
+        if pin or kept or image:
+            raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
+
+    def _begun(self, symbol: t.Symbol) -> Iterator[str]:
+        """What brings a variable to its initial value; of a structure or array, each part."""
+        if is_zero(symbol.initial) or not isinstance(symbol.type, StructType | ArrayType):
+            yield self._initial(symbol)
+            return
+        yield self._initial(replace(symbol, initial=None))
+        leaves = differing(symbol.name, symbol.initial, zero(symbol.type), symbol.type, str)
+        yield from (f"{path} := {value_text(value, kind)};" for path, value, kind in leaves)
 
     def _inputs(self, instance: str, block: BlockType) -> Iterator[str]:
         """What brings the inputs of a block inside this one to their defaults."""

@@ -75,7 +75,8 @@ Renamed, because a device or an instruction has the name: {renamed}.
 Enumerations are numbers with the member in a comment (types/enumerations.txt). UINT and WORD, UDINT
 and DWORD are one type here. A BYTE is a word whose upper half is 0. The pin CLK of R_TRIG is _CLK.
 STRING is String(80); Japanese texts are bytes of UTF-8, which GX Works3 does not show.
-Variables of functions are set at the beginning of each call.
+Variables of functions are set at the beginning of each call, arrays and structures with initial
+values in the first one.
 On FX5, look up how long a time TON takes: the blocks time up to their pins Timeout, and
 FB_ScanTime up to 100 s.
 
@@ -87,7 +88,7 @@ Order:
 def to_mitsubishi(sources: Sources) -> Output:
     """Write a folder of bodies and label tables for GX Works3."""
     readme = _README.replace("{titles}", ", ".join(_TITLES)).replace("{word}", _WORD)
-    return to_folder(sources, Tool(MITSUBISHI, _tables, readme))
+    return to_folder(sources, Tool(MITSUBISHI, ("VAR", "VAR_OUTPUT"), _tables, readme))
 
 
 def _tables(rows: list[Row]) -> Mapping[str, str]:
@@ -101,5 +102,6 @@ def _tables(rows: list[Row]) -> Mapping[str, str]:
         if one.constant:
             table.writerow((one.name, one.type, "VAR_CONSTANT", "", one.initial, one.comment))
         else:
+            kind += "_RETAIN" if one.retain else ""
             table.writerow((one.name, one.type, kind, one.initial, "", one.comment))
     return {".csv": text.getvalue()}

@@ -52,6 +52,8 @@ OMRON = Dialect(
 
 _PASSED = {"VAR_INPUT": "Input", "VAR_OUTPUT": "Output", "VAR_IN_OUT": "In/Out", "RESULT": "Return"}
 
+_RETAINED = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
+
 _README = """\
 For Omron Sysmac Studio (NJ and NX controllers).
 These files have not been opened in Sysmac Studio. Take them as a draft, and build before you run.
@@ -78,7 +80,8 @@ table. Compare the columns with those of your version first.
 
 Renamed, because instructions have these names: {renamed}.
 STRING is STRING[81]: 80 bytes and the NUL. INT becomes UINT or USINT where the text and shift
-instructions want it. Variables of functions are set at the beginning of each call.
+instructions want it. Variables of functions are set at the beginning of each call, arrays and
+structures with initial values in the first one.
 
 Order:
 {order}
@@ -87,7 +90,7 @@ Order:
 
 def to_omron(sources: Sources) -> Output:
     """Write a folder of bodies and tables for Sysmac Studio."""
-    return to_folder(sources, Tool(OMRON, _tables, _README))
+    return to_folder(sources, Tool(OMRON, _RETAINED, _tables, _README))
 
 
 def _tables(rows: list[Row]) -> Mapping[str, str]:
@@ -96,12 +99,18 @@ def _tables(rows: list[Row]) -> Mapping[str, str]:
     if rows and rows[0].section == "FIELD":
         return {".structure.txt": tabbed((one.name, one.type, one.comment) for one in rows)}
     passed = [
-        (one.name, _PASSED[one.section], one.type, "", one.initial, "", "", one.comment)
+        (
+            *(one.name, _PASSED[one.section], one.type, "", one.initial),
+            *("TRUE" if one.retain else "", "", one.comment),
+        )
         for one in rows
         if one.section in _PASSED
     ]
     own = [
-        (one.name, one.type, one.initial, "", "TRUE" if one.constant else "", one.comment)
+        (
+            *(one.name, one.type, one.initial, "TRUE" if one.retain else ""),
+            *("TRUE" if one.constant else "", one.comment),
+        )
         for one in rows
         if one.section not in _PASSED
     ]

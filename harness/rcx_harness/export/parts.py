@@ -10,10 +10,11 @@ from pathlib import Path
 from lark import Token
 
 from rcx_harness.cell_build import SourceFiles, default_lib, source_files
-from rcx_harness.engine.frontend import check
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
+from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.frontend.parser import parse, parse_text
+from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.registry import Registry
 from rcx_harness.errors import InputError
 
@@ -39,7 +40,8 @@ class Part:
             all of it.
         body: The text of its statements, with their comments.
         node: Its syntax tree.
-        notes: Comments of its variables, fields and enumeration members by upper-case name.
+        notes: Comments of its variables, fields, enumeration members, tasks and instances by
+            upper-case name; under "" what belongs to none of them and is not in the header.
     """
 
     kind: str
@@ -64,9 +66,15 @@ class Part:
 
 @dataclass(frozen=True)
 class Sources:
-    """What is exported: checked, and each part after those it needs."""
+    """What is exported: checked, and each part after those it needs.
+
+    Attributes:
+        parts: The declarations.
+        project: What they mean.
+    """
 
     parts: tuple[Part, ...]
+    project: Project
 
     def of(self, *kinds: str) -> list[Part]:
         """The parts of some kinds, in dependency order."""
@@ -89,13 +97,12 @@ def sources_of(
     if only_needed and not program:
         raise InputError("--needed asks what a program needs", hint="name it with --program")
     files = _files(lib, program, only_needed)
-    for error in check(files.all):
-        raise error
+    project = checked(files.all)
     found = {
         id(part.node): part for file in files.all for part in _parts(file, _folder(file, files))
     }
     ordered = Registry(map(parse, files.all), _raise).ordered()
-    return Sources(tuple(found[id(declared.node)] for declared in ordered))
+    return Sources(tuple(found[id(declared.node)] for declared in ordered), project)
 
 
 def plain(text: str) -> str:
@@ -219,8 +226,28 @@ def _types(
             body += remark.rstrip()
         head = f"TYPE\n{body}\nEND_TYPE"
         notes = _notes(source, begin, index, node)
+        around = [
+            *_remarks(source.gap(begin), own=begin > first + 1),
+            *filter(None, [notes.get("")]),
+            *_remarks(remark, own=False, last=index + 1 == last),
+        ]
+        notes |= {"": "\n".join(around)} if around else {}
         yield Part("TYPE", node.name.text, file, folder, header, head, "", node, notes)
         begin, header = index + 1, ""
+
+
+def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
+    """The comments in a gap between types: of the one behind it, or of the one before it.
+
+    Args:
+        gap: What stands between.
+        own: Leave out what stands on the line of the type before.
+        last: Take what stands on lines of its own.
+    """
+    for found in _COMMENT.finditer(gap):
+        on_line = "\n" not in gap[: found.start()]
+        if (on_line and not own) or (not on_line and last):
+            yield plain(found[1])
 
 
 def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[str, str]:
@@ -250,9 +277,10 @@ def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[st
             current = key
             notes.setdefault(current, []).extend(waiting)
             waiting = []
-        if current and index == last and isinstance(node, s.TypeDecl):
+        ended = token.type == "END_VAR" and not _more(source, index, last)
+        if (index == last and not isinstance(node, s.Pou)) or (ended and not current):
             notes.setdefault(current, []).extend(waiting)
-        if token.type == "END_VAR" and not _more(source, index, last):
+        if ended and isinstance(node, s.Pou):
             break
     return {key: "\n".join(said) for key, said in notes.items() if said}
 
@@ -270,6 +298,8 @@ def _names(node: Declaration) -> Iterator[s.Name]:
             for one in node.spec.fields:
                 yield from one.names
         return
+    if isinstance(node, s.Configuration):
+        yield from [one.name for one in node.tasks] + [one.name for one in node.programs]
     sections = node.sections if isinstance(node, s.Pou) else node.globals
     for section in sections:
         for one in section.variables:

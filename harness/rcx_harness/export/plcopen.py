@@ -1,4 +1,4 @@
-"""PLCopen TC6 XML 2.01, for CODESYS, Beremiz, OpenPLC Editor, Machine Expert and others."""
+"""PLCopen TC6 XML 2.01, for Beremiz, CODESYS, Machine Expert and others."""
 
 from __future__ import annotations
 
@@ -61,6 +61,11 @@ def _headers(root: ET.Element) -> None:
         ET.SubElement(ET.SubElement(coordinates, language), "scaling", x="1", y="1")
 
 
+def _said(part: Part) -> str:
+    """What is said of a declaration as a whole."""
+    return "\n".join(filter(None, [part.header, part.notes.get("")]))
+
+
 def _document(parent: ET.Element, text: str) -> None:
     if text:
         ET.SubElement(ET.SubElement(parent, "documentation"), "xhtml:p").text = text
@@ -76,7 +81,7 @@ def _data_type(parent: ET.Element, part: Part) -> None:
     if isinstance(node.spec, s.EnumSpec):
         said = ((member.text, part.notes.get(member.key)) for member in node.spec.members)
         notes = [f"{name}: {note}" for name, note in said if note]
-    _document(element, "\n".join(filter(None, [part.header, *notes])))
+    _document(element, "\n".join(filter(None, [_said(part), *notes])))
 
 
 def _type(parent: ET.Element, spec: s.TypeSpec, part: Part) -> None:
@@ -142,7 +147,7 @@ def _pou(parent: ET.Element, part: Part) -> None:
     for section in node.sections:
         _section(interface, section, part)
     ET.SubElement(ET.SubElement(ET.SubElement(element, "body"), "ST"), "xhtml:p").text = part.body
-    _document(element, part.header)
+    _document(element, _said(part))
 
 
 def _section(parent: ET.Element, section: s.Section, part: Part) -> None:
@@ -168,15 +173,17 @@ def _configuration(parent: ET.Element, part: Part) -> None:
         one.set("priority", settings.get("PRIORITY", "65535"))
         for program in node.programs:
             if program.task is not None and program.task.key == task.name.key:
-                _instance(one, program)
+                _instance(one, program, part)
+        _document(one, part.notes.get(task.name.key, ""))
     for section in node.globals:
         _section(resource, section, part)
     for program in node.programs:
         if program.task is None:
-            _instance(resource, program)
-    _document(element, part.header)
+            _instance(resource, program, part)
+    _document(element, _said(part))
 
 
-def _instance(parent: ET.Element, program: s.ProgramInstance) -> None:
+def _instance(parent: ET.Element, program: s.ProgramInstance, part: Part) -> None:
     names = {"name": program.name.text, "typeName": program.program.text}
-    ET.SubElement(parent, "pouInstance", names)
+    element = ET.SubElement(parent, "pouInstance", names)
+    _document(element, part.notes.get(program.name.key, ""))

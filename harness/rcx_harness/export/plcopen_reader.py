@@ -137,8 +137,9 @@ def _value(element: ET.Element) -> str:
 def _variable(element: ET.Element, indent: str) -> str:
     address = f" AT {element.attrib['address']}" if "address" in element.attrib else ""
     kind = _type(_child(element, "type")[0])
-    text = f"{indent}{element.attrib['name']}{address} : {kind}{_initial(element)};"
-    return " ".join([text, *_comment(_said(element))])
+    return _noted(
+        f"{indent}{element.attrib['name']}{address} : {kind}{_initial(element)};", element
+    )
 
 
 def _section(element: ET.Element, indent: str) -> Iterator[str]:
@@ -180,7 +181,7 @@ def _configuration(element: ET.Element) -> Iterator[str]:
             name, priority = task.attrib["name"], task.attrib["priority"]
             given = task.get("interval")
             interval = f"INTERVAL := {given}, " if given else ""
-            yield f"    TASK {name}({interval}PRIORITY := {priority});"
+            yield _noted(f"    TASK {name}({interval}PRIORITY := {priority});", task)
         for task in tasks:
             for one in _children(task, "pouInstance"):
                 yield _instance(one, f" WITH {task.attrib['name']}")
@@ -191,4 +192,10 @@ def _configuration(element: ET.Element) -> Iterator[str]:
 
 
 def _instance(element: ET.Element, task: str) -> str:
-    return f"    PROGRAM {element.attrib['name']}{task} : {element.attrib['typeName']};"
+    text = f"    PROGRAM {element.attrib['name']}{task} : {element.attrib['typeName']};"
+    return _noted(text, element)
+
+
+def _noted(text: str, element: ET.Element) -> str:
+    """A declaration with what is said of it."""
+    return " ".join([text, *_comment(_said(element))])

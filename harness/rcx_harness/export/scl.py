@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.lexer import tokens
+from rcx_harness.engine.frontend.tree import Symbol
+from rcx_harness.engine.frontend.values import array_length
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from rcx_harness.export.expressions import expression_text, init_text
-from rcx_harness.export.output import NOTICE, Output
+from rcx_harness.export.initial import is_scalar, literal, runs, zero
+from rcx_harness.export.losses import lost_configuration, missing, reaching_out, sections
+from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources
 from rcx_harness.export.scl_body import Names, quoted, scl_body
+from rcx_harness.export.starts import Starts, each_call
 
 __all__ = ["to_scl"]
 
@@ -18,7 +27,6 @@ _ORDER = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR", "VAR_TEMP")
 
 _PROGRAM = "written as FUNCTION_BLOCK; call an instance of it in a cyclic OB"
 _CONFIGURATION = "set the cycle of the OB that calls the program"
-_GLOBALS = "has global or located variables; make it again in TIA Portal"
 
 
 def to_scl(sources: Sources) -> Output:
@@ -28,29 +36,43 @@ def to_scl(sources: Sources) -> Output:
     arrays are written out where they are used; programs become function blocks.
     """
     writer = _Writer(sources)
-    texts, left_out = [f"{_lines(NOTICE)}{writer.enumerations()}"], []
+    texts, notes = [f"{_lines(NOTICE)}{writer.enumerations()}"], []
+    lost: list[Missing] = []
+    barred: dict[str, str] = {}
     for part in sources.parts:
         node = part.node
         if isinstance(node, s.TypeDecl):
             if isinstance(node.spec, s.StructSpec):
                 texts.append("\n".join(writer.structure(part, node.spec)))
-        elif isinstance(node, s.Configuration):
-            left_out.append(f"CONFIGURATION {part.name}: {_CONFIGURATION}")
-        elif _reaches_out(node):
-            left_out.append(f"{part.kind} {part.name}: {_GLOBALS}")
-        else:
-            if part.kind == "PROGRAM":
-                left_out.append(f"PROGRAM {part.name}: {_PROGRAM}")
-            texts.append("\n".join(writer.pou(part, node)))
-    return Output({"": "\n\n".join(texts) + "\n"}, tuple(left_out), newline="\r\n")
+            continue
+        if isinstance(node, s.Configuration):
+            lost.append(lost_configuration(part, _CONFIGURATION))
+            continue
+        needed = next((one for one in _used(part) if one in barred), "")
+        why = reaching_out(node, "TIA Portal")
+        if needed and not why:
+            why = f"needs {barred[needed]}, which is not carried"
+        if why:
+            barred[part.name.upper()] = part.name
+            lost.append(missing(part, why))
+            continue
+        if part.kind == "PROGRAM":
+            notes.append(f"PROGRAM {part.name}: {_PROGRAM}")
+        texts.append("\n".join(writer.pou(part, node)))
+        lost += writer.starts.lost(part, node)
+    text = "\n\n".join(texts) + "\n"
+    return Output({"": text}, tuple(lost), newline="\r\n", notes=tuple(notes))
 
 
-def _reaches_out(node: s.Pou) -> bool:
-    return any(
-        section.kind in ("VAR_EXTERNAL", "VAR_GLOBAL")
-        or any(one.address is not None for one in section.variables)
-        for section in node.sections
-    )
+def _used(part: Part) -> Iterator[str]:
+    for text in (part.head, part.body):
+        yield from (one.upper() for one in tokens(text, part.file) if one.type == "IDENT")
+
+
+def _in_declaration(kind: Type) -> bool:
+    """Whether a declaration has a place for its initial value: not for structures in it."""
+    row = isinstance(kind, ArrayType) and len(kind.bounds) == 1 and is_scalar(kind.element)
+    return is_scalar(kind) or row
 
 
 def _lines(text: str) -> str:
@@ -65,6 +87,18 @@ class _Writer:
     """Knows the types and functions of the sources."""
 
     def __init__(self, sources: Sources) -> None:
+        self._project = sources.project
+        self.starts = Starts(
+            sources.project,
+            lambda name: f"#{quoted(name)}",
+            quoted,
+            self._literal,
+            implicit=self._implicit,
+            declared=_in_declaration,
+            kept=lambda section, symbol: (
+                section.qualifier == "RETAIN" and not isinstance(symbol.type, BlockType)
+            ),
+        )
         self._types = {
             part.name.upper(): part.node
             for part in sources.parts
@@ -98,8 +132,15 @@ class _Writer:
     def structure(self, part: Part, spec: s.StructSpec) -> Iterator[str]:
         """A PLC data type."""
         yield f'TYPE "{part.name}"\nVERSION : 0.1\n{_lines(part.header)}   STRUCT'
+        kind, values = self._project.types[part.name.upper()], self._project.initial
+        assert isinstance(kind, StructType)
+        assert isinstance(part.node, s.TypeDecl)
         for field in spec.fields:
-            yield from self._variables(field, part)
+            if part.node.initial is not None:  # of the whole structure: it may say otherwise
+                field = replace(field, initial=None)
+            for name in field.names:
+                inner, value = dict(kind.fields)[name.text], values[part.name.upper()][name.text]
+                yield self._variable(name, field, part, self._initial(field, inner, value))
         yield "   END_STRUCT;\n\nEND_TYPE"
 
     def pou(self, part: Part, node: s.Pou) -> Iterator[str]:
@@ -110,12 +151,12 @@ class _Writer:
         yield f"{{ S7_Optimized_Access := 'TRUE' }}\nVERSION : 0.1\n{_lines(part.header)}".rstrip()
         for wanted in _ORDER:
             for section in node.sections:
-                if self._section(section, node) == wanted and section.qualifier != "CONSTANT":
-                    yield f"   {wanted}{' RETAIN' if section.qualifier == 'RETAIN' else ''}"
-                    initial = kind != "FUNCTION" and wanted != "VAR_TEMP"
-                    for one in section.variables:
-                        yield from self._variables(one, part, initial=initial)
-                    yield "   END_VAR"
+                if self._section(section, node) == wanted:
+                    yield from self._declared(section, wanted, part, node)
+        for flag, kept in self.starts.flags(node).items():
+            yield f"   VAR{' RETAIN' if kept else ''}"
+            yield f"      {flag} : BOOL;   // TRUE once the initial values are set"
+            yield "   END_VAR"
         names = Names(self._local(node), self._functions)
         body = scl_body(part.body, names)
         constants = list(self._constants(part, node, body))
@@ -133,11 +174,52 @@ class _Writer:
         }
         return declared | {node.name.key} | self._members.keys()
 
-    def _variables(self, one: s.VarDecl, part: Part, *, initial: bool = True) -> Iterator[str]:
-        value = "" if one.initial is None or not initial else f" := {self._value(one.initial)}"
-        for name in one.names:
-            note = _note(part.notes.get(name.key, ""))
-            yield f"      {quoted(name.text)} : {self._spec(one.spec)}{value};{note}"
+    def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:
+        """A section without the constants that are single values; they come last."""
+        lines = []
+        for one in section.variables:
+            for name in one.names:
+                symbol = self.starts.symbol(node, name)
+                if symbol.constant and is_scalar(symbol.type):
+                    continue
+                initial = ""
+                if node.kind != "FUNCTION" and not each_call(node, section):
+                    initial = self._initial(one, symbol.type, symbol.initial)
+                lines.append(self._variable(name, one, part, initial))
+        if lines or section.qualifier != "CONSTANT":
+            yield f"   {word}{' RETAIN' if section.qualifier == 'RETAIN' else ''}"
+            yield from lines
+            yield "   END_VAR"
+
+    def _variable(self, name: s.Name, one: s.VarDecl, part: Part, initial: str) -> str:
+        note = _note(part.notes.get(name.key, ""))
+        value = f" := {initial}" if initial else ""
+        return f"      {quoted(name.text)} : {self._spec(one.spec)}{value};{note}"
+
+    def _initial(self, one: s.VarDecl, kind: Type, value: Any) -> str:
+        """What a declaration begins with; empty where it says nothing, or has no place for it."""
+        if isinstance(kind, BlockType) or not _in_declaration(kind):
+            return ""
+        if one.initial is None and value == self._implicit(kind):
+            return ""
+        if isinstance(kind, ArrayType):
+            return runs([self._literal(item, kind.element) for item in value])
+        return self._literal(value, kind) if one.initial is None else self._value(one.initial)
+
+    def _implicit(self, kind: Type) -> Any:
+        """What a variable of a type begins with: the fields of a PLC data type have values."""
+        if isinstance(kind, StructType):
+            values = self._project.initial[kind.name.upper()]
+            return {
+                name: values[name] if _in_declaration(field) else self._implicit(field)
+                for name, field in kind.fields
+            }
+        if isinstance(kind, ArrayType):
+            return [self._implicit(kind.element)] * array_length(kind)
+        return zero(kind)
+
+    def _literal(self, value: Any, kind: Type) -> str:
+        return literal(value, kind) if isinstance(kind, ElementaryType) else str(value)
 
     def _value(self, init: s.Init) -> str:
         if isinstance(init, s.Name) and init.key in self._members:
@@ -169,15 +251,17 @@ class _Writer:
 
     def _constants(self, part: Part, node: s.Pou, body: str) -> Iterator[str]:
         """The block's own constants and the members of enumerations that it uses."""
-        for section in node.sections:
-            if section.qualifier == "CONSTANT":
-                for one in section.variables:
-                    yield from self._variables(one, part)
+        for _, one, name in sections(node):
+            symbol = self.starts.symbol(node, name)
+            if symbol.constant and is_scalar(symbol.type):
+                initial = self._initial(one, symbol.type, symbol.initial)
+                zeros = self._literal(symbol.initial, symbol.type)
+                yield self._variable(name, one, part, initial or zeros)
         used = {word.upper() for word in body.replace("#", " #").split() if word.startswith("#")}
         marked = {"".join(c for c in word[1:] if c.isalnum() or c == "_") for word in used}
         for key in sorted(marked & self._members.keys(), key=self._rank):
-            name, value = self._members[key]
-            yield f"      {name} : INT := {value};"
+            member, value = self._members[key]
+            yield f"      {member} : INT := {value};"
 
     def _rank(self, key: str) -> int:
         return list(self._members).index(key)
@@ -186,13 +270,15 @@ class _Writer:
         """Temporary variables begin with their initial values at each call; in SCL, with none."""
         if node.result is not None:
             yield f"  #{node.name.text} := {self._zero(node.result)};"
-        for section in node.sections:
-            if self._section(section, node) == "VAR_TEMP":
-                for one in section.variables:
-                    value = (
-                        self._zero(one.spec) if one.initial is None else self._value(one.initial)
-                    )
-                    yield from (f"  #{quoted(name.text)} := {value};" for name in one.names)
+        yield from self.starts.statements(node, self._start)
+
+    def _start(self, one: s.VarDecl, symbol: Symbol) -> str:
+        """What a scalar begins with."""
+        if one.initial is not None:
+            return self._value(one.initial)
+        if symbol.initial == zero(symbol.type):
+            return self._zero(one.spec)
+        return self._literal(symbol.initial, symbol.type)
 
     def _zero(self, spec: s.TypeSpec) -> str:
         return _ZEROS.get(self._spec(spec).upper(), "0")
@@ -200,9 +286,7 @@ class _Writer:
     def _defaults(self, node: s.Pou) -> Mapping[str, str]:
         """What stands for the arguments of a function that are left out, by parameter."""
         return {
-            name.text: self._zero(one.spec) if one.initial is None else self._value(one.initial)
-            for section in node.sections
+            name.text: self._start(one, self.starts.symbol(node, name))
+            for section, one, name in sections(node)
             if section.kind == "VAR_INPUT"
-            for one in section.variables
-            for name in one.names
         }

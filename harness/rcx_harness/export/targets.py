@@ -39,7 +39,7 @@ class Target:
 TARGETS = {
     "st": Target("one file of Structured Text, in dependency order", "rcx3.st", to_st),
     "plcopen": Target(
-        "PLCopen TC6 XML 2.01: CODESYS, Beremiz, OpenPLC Editor, Machine Expert",
+        "PLCopen TC6 XML 2.01: Beremiz, CODESYS, Machine Expert",
         "rcx3.xml",
         to_plcopen,
     ),
@@ -89,4 +89,4 @@ def export(
         raise InputError(f"there is no target {target!r}", hint=f"use {', '.join(TARGETS)}")
     sources = sources_of(lib, program, only_needed=only_needed)
     inputs = frozenset(part.file for part in sources.parts)
-    return replace(found.write(sources), inputs=inputs)
+    return replace(found.write(sources), inputs=inputs, recorded=True)

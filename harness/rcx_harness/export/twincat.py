@@ -7,7 +7,10 @@ from collections.abc import Iterable
 from uuid import UUID, uuid5
 from xml.sax.saxutils import escape, quoteattr
 
-from rcx_harness.export.output import NOTICE, Output
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.lexer import tokens
+from rcx_harness.export.losses import lost_configuration
+from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources, comment
 
 __all__ = ["to_twincat"]
@@ -35,6 +38,11 @@ _DUT = """\
     <Declaration><![CDATA[{declaration}
 ]]></Declaration>
   </DUT>"""
+_GVL = """\
+<GVL Name={name} Id="{{{id}}}">
+    <Declaration><![CDATA[{declaration}
+]]></Declaration>
+  </GVL>"""
 _PROJECT = """\
 <?xml version="1.0" encoding="utf-8"?>
 <!--
@@ -67,15 +75,17 @@ _ROOT = "RCX3"
 def to_twincat(sources: Sources) -> Output:
     """A folder of objects, and `RCX3.plcproj` with the item groups that name them.
 
-    A CONFIGURATION has no counterpart: in TwinCAT, tasks are objects of the project that call
-    programs by their type's name.
+    Of a CONFIGURATION the global variables are carried. In TwinCAT, tasks are objects of the
+    project that call programs by their type's name.
     """
-    files, left_out = {}, []
+    files, lost = {}, list[Missing]()
     for part in sources.parts:
         if part.kind == "CONFIGURATION":
-            left_out.append(
-                f"CONFIGURATION {part.name}: make a task in the project and let it call the program"
-            )
+            todo = "make a task in the project and let it call the program"
+            lost.append(lost_configuration(part, todo, without_globals=True))
+            if globals_ := _globals(part):
+                path = f"{_ROOT}/{part.folder}/{part.name}.TcGVL"
+                files[path] = _OBJECT.format(element=globals_)
             continue
         ending = "TcDUT" if part.kind == "TYPE" else "TcPOU"
         element = _dut(part) if part.kind == "TYPE" else _pou(part)
@@ -86,11 +96,38 @@ def to_twincat(sources: Sources) -> Output:
         compile="\n".join(_COMPILE.format(_windows(path)) for path in sorted(files)),
         folders="\n".join(_FOLDER.format(_windows(path)) for path in _folders(files)),
     )
-    return Output({f"{_ROOT}.plcproj": project, **files}, tuple(left_out), newline="\r\n")
+    return Output({f"{_ROOT}.plcproj": project, **files}, tuple(lost), newline="\r\n")
+
+
+def _globals(part: Part) -> str:
+    """The global variables of a CONFIGURATION as a list of them; empty where there are none."""
+    assert isinstance(part.node, s.Configuration)
+    if not part.node.globals:
+        return ""
+    found = list(tokens(part.head, part.file))
+    begins = [one for one in found if one.type == "VAR_GLOBAL"]
+    ends = [one for one in found if one.type == "END_VAR"]
+    texts = [
+        part.head[first.start_pos : (last.start_pos or 0) + len(last)]
+        for first, last in zip(begins, ends, strict=True)
+    ]
+    declaration = "\n".join(_retained(text, part) for text in texts)
+    return _GVL.format(
+        name=quoteattr(part.name), id=_identifier(part), declaration=_data(declaration)
+    )
+
+
+def _retained(text: str, part: Part) -> str:
+    """A head without NON_RETAIN, which TwinCAT has no word for: it is what is not RETAIN."""
+    for one in reversed([one for one in tokens(text, part.file) if one.type == "NON_RETAIN"]):
+        at = one.start_pos or 0
+        text = f"{text[:at].rstrip(' ')}{text[at + len(one) :]}"
+    return text
 
 
 def _pou(part: Part) -> str:
-    declaration = f"{comment(part.header)}\n{part.head}" if part.header else part.head
+    head = _retained(part.head, part)
+    declaration = f"{comment(part.header)}\n{head}" if part.header else head
     return _POU.format(
         name=quoteattr(part.name),
         id=_identifier(part),

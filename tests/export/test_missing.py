@@ -1,0 +1,387 @@
+"""`rcx export`: what a target does not carry of the user's is named, and stops it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from exported_dialect import WITH_INITIAL_VALUES, library
+from rcx_harness.cli import main
+from rcx_harness.engine.load import build
+from rcx_harness.export import TARGETS, export
+from rcx_harness.export.l5x_reader import read_l5x
+from rcx_harness.export.output import write
+
+Captured = pytest.CaptureFixture[str]
+
+_CONFIGURED = """\
+CONFIGURATION Config0
+  RESOURCE Res0 ON PLC
+    TASK Slow(INTERVAL := T#100ms, PRIORITY := 3);
+    PROGRAM Main WITH Slow : Mine;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+_ANEW = "RETAIN: it begins anew when power was off"
+_PIN = "its initial value: set it where you call the block"
+_CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
+_BLOCK = "FUNCTION_BLOCK FB_Mine"
+
+#: What each target does not carry of it, with the line: worked out by hand.
+_LOST = {
+    "st": [],
+    "plcopen": [],
+    "twincat": [_CONFIGURATION],
+    "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
+    "l5x": [
+        f"33: {_BLOCK}: Kept has an initial value that is no single number",
+        "80: PROGRAM Mine: needs FB_Mine, which is not carried",
+        _CONFIGURATION,
+    ],
+    "omron": [
+        _CONFIGURATION,
+        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
+    ],
+    "mitsubishi": [
+        _CONFIGURATION,
+        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
+    ],
+    "keyence": [
+        _CONFIGURATION,
+        f"39: VAR Kept of {_BLOCK}: {_ANEW}",
+        f"40: VAR Count of {_BLOCK}: {_ANEW}",
+        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+        f"58: VAR_OUTPUT Total of {_BLOCK}: {_ANEW}",
+        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
+        f"87: VAR Hours of PROGRAM Mine: {_ANEW}",
+    ],
+}
+
+_OUTSIDE = """\
+FUNCTION_BLOCK FB_Shared
+  VAR_EXTERNAL
+    Common : INT;
+  END_VAR
+  Common := Common + 1;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Above
+  VAR
+    Shared : FB_Shared;
+  END_VAR
+  Shared();
+END_FUNCTION_BLOCK
+PROGRAM Located
+  VAR
+    Lamp AT %QX0.0 : BOOL;
+    Above          : FB_Above;
+  END_VAR
+  Above();
+  Lamp := NOT Lamp;
+END_PROGRAM
+CONFIGURATION Config0
+  RESOURCE Res0 ON PLC
+    VAR_GLOBAL RETAIN
+      Common : INT := 3; (* of all *)
+    END_VAR
+    VAR_GLOBAL
+      Word3 AT %MW3 : WORD;
+    END_VAR
+    TASK Fast(INTERVAL := T#10ms);
+    PROGRAM Main WITH Fast : Located;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    """The user's file."""
+    file = tmp_path / "Mine.st"
+    file.write_text(WITH_INITIAL_VALUES + _CONFIGURED)
+    return file
+
+
+def _export(target: str, file: Path, *options: str) -> int:
+    place = file.parent / target
+    return main(["export", target, "--needed", "--program", str(file), "-o", str(place), *options])
+
+
+@pytest.mark.parametrize("target", _LOST)
+def test_what_is_not_carried_is_named_and_nothing_is_written(
+    target: str, mine: Path, capsys: Captured
+) -> None:
+    """Each line of it is file, line, declaration and what is lost; the exit code is 1."""
+    assert _export(target, mine) == (1 if _LOST[target] else 0)
+    said = capsys.readouterr()
+    named = [line for line in said.out.splitlines() if line.startswith("not carried: ")]
+    wanted = [f"not carried: {mine}:{line}" for line in _LOST[target]]
+    assert len(named) == len(wanted)
+    assert all(line.startswith(one) for line, one in zip(named, wanted, strict=True)), named
+    assert (mine.parent / target).exists() == (not _LOST[target])
+    if _LOST[target]:
+        assert said.err == "rcx: nothing was written; --allow-missing writes the rest\n"
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_allow_missing_writes_the_rest_with_the_same_list(
+    target: str, mine: Path, capsys: Captured
+) -> None:
+    _export(target, mine)
+    refused = [line for line in capsys.readouterr().out.splitlines() if "carried" in line]
+    assert _export(target, mine, "--allow-missing", "--force") == 0
+    said = capsys.readouterr()
+    assert [line for line in said.out.splitlines() if "carried" in line] == refused
+    assert f"written: {mine.parent / target}" in said.out
+    assert (mine.parent / target).exists()
+
+
+@pytest.mark.parametrize("target", ["scl", "l5x", "omron", "mitsubishi", "keyence"])
+def test_a_program_that_is_left_out_is_named_with_all_that_needs_it(
+    target: str, tmp_path: Path, capsys: Captured
+) -> None:
+    file = tmp_path / "Outside.st"
+    file.write_text(_OUTSIDE)
+    assert _export(target, file) == 1
+    named = sorted(line for line in capsys.readouterr().out.splitlines() if "carried: " in line)
+    assert len(named) == 4
+    text = "\n".join(named)
+    for said in (
+        f"{file}:1: FUNCTION_BLOCK FB_Shared: ",
+        f"{file}:7: FUNCTION_BLOCK FB_Above: needs FB_Shared, which is not carried",
+        f"{file}:13: PROGRAM Located: ",
+        "TASK Fast (line 29), PROGRAM Main (line 30), "
+        "VAR_GLOBAL Common (line 24), VAR_GLOBAL Word3 (line 27): ",
+    ):
+        assert said in text
+    if target != "l5x":
+        assert "has global or located variables (Common)" in text
+    place = tmp_path / target
+    assert not place.exists()
+
+
+def test_a_second_program_is_named_where_a_file_holds_one(tmp_path: Path, capsys: Captured) -> None:
+    """Source: 1756-RM084: a component of the type Program is one program."""
+    file = tmp_path / "Two.st"
+    one = "PROGRAM {}\n  VAR\n    k : DINT;\n  END_VAR\n  k := k + 1;\nEND_PROGRAM\n"
+    both = one.format("First") + one.format("Second")
+    file.write_text(
+        f"{both}CONFIGURATION C\n  RESOURCE R ON PLC\n    TASK T1(INTERVAL := T#10ms);\n"
+        "    PROGRAM A WITH T1 : First;\n    PROGRAM B WITH T1 : Second;\n"
+        "  END_RESOURCE\nEND_CONFIGURATION\n"
+    )
+    assert _export("l5x", file) == 1
+    assert f"not carried: {file}:7: PROGRAM Second: a file holds one" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_library_is_carried_whole(target: str) -> None:
+    """Where there are no bytes, the blocks for words stand for the others."""
+    output = TARGETS[target].write(library())
+    assert all(one.replaced for one in output.missing), output.missing
+    words = target in ("mitsubishi", "keyence")
+    names = {one.what.split()[1] for one in output.missing}
+    assert names == (_BYTES if words else set())
+    for name in names - {"RCX_IMAGE"}:
+        assert any(f"/{_IN_WORDS.get(name, name + 'InWords')}.st" in path for path in output.files)
+
+
+_BYTES = {
+    *("RCX_IMAGE", "FB_ReadArea", "FB_WriteArea", "FB_RealTimeValue"),
+    *(f"FB_{way}{what}" for way in ("Read", "Write") for what in ("Bit", "Port", "Word")),
+    *("FB_ReadDoubleWord", "FB_WriteDoubleWord"),
+}
+_IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
+
+
+def test_what_the_library_has_for_words_is_no_reason_to_stop(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    out = tmp_path / "keyence"
+    assert main(["export", "keyence", "-o", str(out)]) == 0
+    assert "FUNCTION_BLOCK FB_ReadArea: has an array of BYTE" in capsys.readouterr().out
+    file = tmp_path / "Mine.st"
+    file.write_text(
+        "PROGRAM Mine\n  VAR\n    Robot : RCX_REF;\n    Image : RCX_IMAGE;\n"
+        "    Read : FB_ReadArea;\n  END_VAR\n  Read(Robot := Robot, Image := Image);\nEND_PROGRAM\n"
+    )
+    assert _export("keyence", file) == 1
+    assert f"{file}:1: PROGRAM Mine: " in capsys.readouterr().out
+
+
+def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: Path) -> None:
+    """Their tables have no place for them: statements set them, before all others."""
+    for target, colour in (("omron", "MINE_COLOUR#GREEN"), ("keyence", "1 (* GREEN *)")):
+        body = export(target, program=[mine], only_needed=True).files["program/FB_Mine.st"]
+        first = body.partition("IF NOT RcxStarted THEN")[2].partition("END_IF;")[0]
+        for line in (
+            *("Table[1] := 10;", "Table[4] := -3;", "Shown.Low := 3;", f"Shown.Tint := {colour};"),
+            *(
+                "All.Few[2] := 7;",
+                "All.Pair.Low := 9;",
+                "All.Pair.Top := 3;",
+                "All.Text := 'it$27s';",
+            ),
+            *("All.Wait := T#2000ms;", "All.Part := 0.25;", f"Grid[1, 2].Tint := {colour};"),
+            *("Plain[0] := TRUE;", "Plain[3] := TRUE;"),
+        ):
+            assert f"    {line}\n" in first, (target, line)
+        assert "Plain[1]" not in first, "it begins so anyway"
+        assert "Setup" not in first, "the caller may have set it"
+        before = body.partition("IF NOT RcxStarted")[0]
+        assert "  Short := 127;\n  Line[1] := 1;\n  Line[2] := 7;\n" in before, "at each call"
+
+
+def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(mine: Path) -> None:
+    text = export("scl", program=[mine], only_needed=True).files[""]
+    for line in (
+        "      Tint : INT := 1;",
+        "      Few : Array[1..4] of INT := [1, 2(7), -3];",
+        "      Wait : TIME := T#2000ms;",
+        "      Table : Array[1..4] of INT := [10, 20, 30, -3];",
+        "      Alias : DINT := 127;",
+        "    #All.Pair.Low := 9;",
+        "    #Kept.Low := 1;",
+        "  #Line[2] := 7;",
+        "  #Rows[4] := -3;",
+    ):
+        assert f"{line}\n" in text, line
+    assert "#All.Pair.Top" not in text, "the data type has it"
+    assert "      x : DINT;\n" in text, "a function's input has no value of its own"
+    assert 'FC_Mine"(x := 1, y := 127)' in text
+
+
+def test_retain_is_carried_where_there_is_a_word_for_it(mine: Path) -> None:
+    """Source: MELSEC iQ-R, label classes: VAR_RETAIN, VAR_OUTPUT_RETAIN; no such input."""
+    omron = export("omron", program=[mine], only_needed=True).files
+    assert "Count\tINT\t4\tTRUE\t\t\n" in omron["program/FB_Mine.internals.txt"]
+    assert "Kept\tMINE_PAIR\t\tTRUE\t\t\n" in omron["program/FB_Mine.internals.txt"]
+    assert "RcxStartedKept\tBOOL\t\tTRUE\t" in omron["program/FB_Mine.internals.txt"]
+    assert "Total\tOutput\tDINT\t\t100\tTRUE\t\t\n" in omron["program/FB_Mine.inout.txt"]
+    labels = export("mitsubishi", program=[mine], only_needed=True).files["program/FB_Mine.csv"]
+    assert '"Count","Word [Signed]","VAR_RETAIN","4"' in labels
+    assert '"Total","Double Word [Signed]","VAR_OUTPUT_RETAIN","100"' in labels
+
+
+def test_l5x_leaves_what_is_retained_as_it_was(tmp_path: Path) -> None:
+    """Source: 1756-PM010, Prescan routine: a tag that it does not write keeps its value."""
+    file = tmp_path / "Hours.st"
+    file.write_text(
+        "FUNCTION_BLOCK FB_Hours\n  VAR_OUTPUT RETAIN\n    Hours : DINT := 7;\n  END_VAR\n"
+        "  VAR\n    Runs : DINT := 8;\n  END_VAR\n"
+        "  Hours := Hours + 1;\n  Runs := Runs + 1;\nEND_FUNCTION_BLOCK\n"
+    )
+    text = export("l5x", program=[file], only_needed=True).files[""]
+    prescan = text.partition('<Routine Name="Prescan"')[2]
+    prescan = prescan[prescan.index("FB_Hours") :] if "FB_Hours" in prescan else prescan
+    assert "Runs := 8;" in text
+    assert "Hours := 7;" not in text
+
+
+_WHOLE = """\
+TYPE
+  MINE_COLOUR : (RED, GREEN, BLUE) := GREEN;
+  MINE_ALIAS  : DINT := 16#7F;
+  MINE_FEW    : ARRAY [1..4] OF INT := [1, 2(7), -3];
+  MINE_PAIR   : STRUCT
+    Low, Top : INT := 3;
+    Tint     : MINE_COLOUR;
+    Raw      : WORD := WORD#16#FF00;
+  END_STRUCT;
+  MINE_PAIRS  : ARRAY [0..1] OF MINE_PAIR;
+  MINE_SET : STRUCT
+    Few  : MINE_FEW;
+    Pair : MINE_PAIR := (Low := 9);
+    Text : STRING := 'it$'s';
+    Wait : TIME := T#1500ms;
+    Part : REAL := 0.25;
+    Lit  : BOOL := TRUE;
+  END_STRUCT := (Wait := T#2s);
+END_TYPE
+FUNCTION FC_Mine : DINT
+  VAR_INPUT
+    x : DINT;
+  END_VAR
+  VAR
+    Rows : MINE_FEW;
+  END_VAR
+  Rows[1] := Rows[1] + INT#1;
+  FC_Mine := x + INT_TO_DINT(Rows[1] + Rows[2]);
+END_FUNCTION
+FUNCTION_BLOCK FB_Mine
+  VAR CONSTANT
+    Table : MINE_FEW := [10, 20, 30];
+  END_VAR
+  VAR_TEMP
+    Line  : MINE_FEW;
+  END_VAR
+  VAR_OUTPUT
+    Total : DINT := 100;
+    Lit   : BOOL;
+  END_VAR
+  VAR
+    All   : MINE_SET;
+    Pairs : MINE_PAIRS;
+    Alias : MINE_ALIAS;
+    Timed : TIME;
+  END_VAR
+  Total := Total + INT_TO_DINT(All.Few[2] + All.Pair.Low + Pairs[1].Top);
+  Total := Total + INT_TO_DINT(Line[1] + Line[4] + Table[2] + Table[4]) + Alias;
+  Total := Total + FC_Mine(x := DINT#1);
+  Line[1] := Line[1] + INT#1;
+  All.Few[2] := All.Few[2] + INT#1;
+  Timed := All.Wait;
+  IF All.Lit AND All.Part = 0.25 AND Pairs[0].Raw = WORD#16#FF00 THEN
+    Lit := TRUE;
+  END_IF;
+END_FUNCTION_BLOCK
+PROGRAM Mine
+  VAR
+    It    : FB_Mine;
+    Given : MINE_PAIR;
+    Sum   : DINT := 1;
+  END_VAR
+  It();
+  Sum := It.Total + INT_TO_DINT(Given.Low);
+END_PROGRAM
+"""
+
+
+def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Path) -> None:
+    """Read back, the program begins with the same values and goes on with the same ones.
+
+    Source: 1756-PM010, Prescan routine.
+    """
+    file = tmp_path / "Mine.st"
+    file.write_text(_WHOLE)
+    output = export("l5x", program=[file], only_needed=True)
+    assert output.missing == ()
+    (made,) = write(output, tmp_path / "mine.L5X")
+    (again,) = write(read_l5x(made), tmp_path / "again.st")
+    original, back = (build([one], "builtin").program for one in (file, again))
+    for scan in range(3):
+        original.scan(scan * 10_000)
+        back.scan(scan * 10_000)
+        for path in ("Main.Sum", "Main.It.Lit", "Main.It.Total", "Main.It.All.Text"):
+            assert original.read(path) == back.read(path), path
+    assert original.read("Main.It.Lit"), "the values of All and Pairs are there"
+    assert back.read("Main.It.Timed") == 2000, "[ms]"
+
+
+def test_twincat_has_the_global_variables_as_a_list_and_no_word_for_non_retain(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "Outside.st"
+    file.write_text(_OUTSIDE.replace("VAR_GLOBAL\n", "VAR_GLOBAL NON_RETAIN (* NON_RETAIN *)\n"))
+    output = export("twincat", program=[file], only_needed=True)
+    assert output.left_out == (
+        "CONFIGURATION Config0: TASK Fast (line 29), PROGRAM Main (line 30): "
+        "make a task in the project and let it call the program",
+    )
+    text = output.files["RCX3/program/Config0.TcGVL"]
+    assert "VAR_GLOBAL RETAIN\n      Common : INT := 3; (* of all *)\n    END_VAR" in text
+    assert "VAR_GLOBAL (* NON_RETAIN *)\n      Word3 AT %MW3 : WORD;\n    END_VAR" in text
+    assert "RCX3\\program\\Config0.TcGVL" in output.files["RCX3.plcproj"]

@@ -1,0 +1,222 @@
+"""`rcx export`: how it is written; nothing of the user's is lost, and it does not read itself."""
+
+from __future__ import annotations
+
+import hashlib
+import resource
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cell_build import st_files
+from rcx_harness.cli import main
+
+Captured = pytest.CaptureFixture[str]
+
+_RECORD = "rcx-export.json"
+
+
+@pytest.fixture
+def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a program that needs a function of the library, in which the user stands."""
+    folder = tmp_path / "plc"
+    folder.mkdir()
+    (folder / "Mine.st").write_text(_program("FC_Word(LowByte := BYTE#16#01, HighByte := b)"))
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def _program(value: str) -> str:
+    variables = "    b : BYTE;\n    w : WORD;\n"
+    return f"PROGRAM Mine\n  VAR\n{variables}  END_VAR\n  w := {value};\nEND_PROGRAM\n"
+
+
+def _export(target: str, out: str, *options: str) -> int:
+    return main(["export", target, "--program", ".", "--needed", "-o", out, *options])
+
+
+def _texts(folder: Path) -> dict[str, bytes]:
+    return {
+        file.relative_to(folder).as_posix(): file.read_bytes()
+        for file in folder.rglob("*")
+        if file.is_file()
+    }
+
+
+@pytest.fixture
+def full_disk() -> Iterator[None]:
+    """No file grows beyond 600 bytes: what a full disk does to a writer."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (600, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("arguments", [["export", "st"], ["export", "plcopen"], ["eds"]])
+def test_a_full_disk_leaves_the_old_file_as_it_was(
+    plc: Path, arguments: list[str], full_disk: None, capsys: Captured
+) -> None:
+    out = plc / "out" / "cell"
+    out.parent.mkdir()
+    out.write_bytes(b"the old one")
+    more = [str(out)] if arguments == ["eds"] else ["--program", "Mine.st", "-o", str(out)]
+    assert main([*arguments, *more, "--force"]) == 2
+    assert f"{out}: cannot be written: File too large" in capsys.readouterr().err
+    assert _texts(out.parent) == {"cell": b"the old one"}
+
+
+def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
+    plc: Path, capsys: Captured
+) -> None:
+    assert _export("twincat", "out/old") == 0
+    before = _texts(plc)
+    (plc / "Mine.st").write_text(_program("FC_Word(LowByte := b, HighByte := b)"))
+    changed = _texts(plc)
+    assert before != changed
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (600, hard[1]))
+    try:
+        assert _export("twincat", "out/old", "--force") == 2
+        assert _export("twincat", "out/new") == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, hard)
+    assert "cannot be written" in capsys.readouterr().err
+    assert _texts(plc) == changed
+    assert not (plc / "out/new").exists()
+
+
+def test_a_link_stays_a_link_and_the_rights_stay(plc: Path) -> None:
+    (plc / "real").write_text("old")
+    (plc / "real").chmod(0o640)
+    (plc / "link").symlink_to("real")
+    assert _export("st", "link", "--force") == 0
+    assert (plc / "link").is_symlink()
+    assert "PROGRAM Mine" in (plc / "real").read_text()
+    assert (plc / "real").stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize("target", ["twincat", "omron", "mitsubishi", "keyence"])
+def test_a_folder_with_files_is_refused_and_none_of_them_written_over(
+    plc: Path, target: str, capsys: Captured
+) -> None:
+    out = plc / "out"
+    assert _export(target, "out", "--allow-missing") == 0
+    names = sorted(name for name in _texts(out) if name != _RECORD)
+    for name in names:
+        (out / name).unlink()
+    (out / _RECORD).unlink()
+    theirs = out / names[0]
+    theirs.write_bytes(b"the user's")
+    (out / "notes.txt").write_bytes(b"the user's, too")
+    before = _texts(out)
+    assert _export(target, "out", "--allow-missing") == 2
+    said = capsys.readouterr().err
+    assert "rcx: out: has files that no export wrote; name an empty folder or a new one" in said
+    assert _export(target, "out", "--allow-missing", "--force") == 2
+    said = capsys.readouterr().err
+    assert f"rcx: {theirs.relative_to(plc)}: is no export's; nothing was written" in said
+    assert _texts(out) == before
+    theirs.unlink()
+    assert _export(target, "out", "--allow-missing", "--force") == 0
+    assert (out / "notes.txt").read_bytes() == b"the user's, too"
+    assert sorted(_texts(out)) == sorted([*names, "notes.txt", _RECORD])
+
+
+def test_an_earlier_export_is_refused_and_its_place_taken_if_asked_to(
+    plc: Path, capsys: Captured
+) -> None:
+    assert _export("twincat", "out") == 0
+    before = _texts(plc / "out")
+    assert _export("twincat", "out") == 2
+    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force takes its place\n"
+    assert _export("twincat", "out", "--force") == 0
+    assert _texts(plc / "out") == before
+
+
+def test_objects_of_an_earlier_export_that_are_no_longer_needed_are_removed(
+    plc: Path, capsys: Captured
+) -> None:
+    """But not what the user has changed, or put there."""
+    assert main(["export", "twincat", "--program", "Mine.st", "-o", "out"]) == 0
+    all_of_it = _texts(plc / "out")
+    assert len(all_of_it) > 200
+    (plc / "out/RCX3/sequence/FB_Job.TcPOU").write_bytes(b"changed")
+    (plc / "out/RCX3/sequence/Mine.TcPOU").write_bytes(b"put there")
+    capsys.readouterr()
+    assert _export("twincat", "out", "--force") == 0
+    said = capsys.readouterr().out.splitlines()
+    assert set(_texts(plc / "out")) == {
+        *("RCX3.plcproj", "RCX3/area/FC_Word.TcPOU", "RCX3/program/Mine.TcPOU", _RECORD),
+        *("RCX3/sequence/FB_Job.TcPOU", "RCX3/sequence/Mine.TcPOU"),
+    }
+    assert sum(line.startswith("removed: out/RCX3/") for line in said) == len(all_of_it) - 5
+    assert "kept: out/RCX3/sequence/FB_Job.TcPOU, of the export before, but changed since" in said
+    assert not (plc / "out/RCX3/command").exists(), "no empty folders"
+
+
+def test_what_the_user_has_changed_in_an_export_is_not_written_over(
+    plc: Path, capsys: Captured
+) -> None:
+    assert _export("omron", "out") == 0
+    body = plc / "out/program/Mine.st"
+    body.write_bytes(b"(* mine now *)")
+    before = _texts(plc / "out")
+    assert _export("omron", "out", "--force") == 2
+    said = capsys.readouterr().err
+    assert "rcx: out/program/Mine.st: was changed since it was exported; nothing was" in said
+    assert _texts(plc / "out") == before
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"files": {"../Mine.st": "0"}}', "\x00", "9" * 9]
+)
+def test_a_record_that_is_none_is_the_users(plc: Path, text: str, capsys: Captured) -> None:
+    (plc / "out").mkdir()
+    (plc / "out" / _RECORD).write_text(text)
+    assert _export("omron", "out", "--force") == 2
+    assert "is no record of an export; move it away" in capsys.readouterr().err
+    assert _texts(plc / "out") == {_RECORD: text.encode()}
+
+
+def test_a_record_names_nothing_outside_of_its_folder(plc: Path) -> None:
+    assert _export("omron", "out") == 0
+    record = plc / "out" / _RECORD
+    text = record.read_text()
+    mine = plc / "Mine.st"
+    known = hashlib.sha256(mine.read_bytes()).hexdigest()
+    record.write_text(text.replace('"files": {', f'"files": {{\n  "../Mine.st": "{known}",'))
+    assert _export("omron", "out", "--force") == 0
+    assert mine.exists()
+
+
+@pytest.mark.parametrize(
+    ("target", "out"), [("st", "cell.st"), ("st", "a.st"), ("omron", "out"), ("keyence", "plc")]
+)
+def test_an_export_does_not_read_what_one_has_written_before(
+    plc: Path, target: str, out: str
+) -> None:
+    """`--program .` is the user's files, however often it is exported."""
+    assert _export(target, out) == 0
+    first = _texts(plc)
+    assert _export(target, out, "--force") == 0
+    assert _export("st", "another.st") == 0
+    assert {name: text for name, text in _texts(plc).items() if name != "another.st"} == first
+    assert st_files(plc) == [plc / "Mine.st"]
+
+
+def test_neither_do_the_other_commands(plc: Path, capsys: Captured) -> None:
+    """Twice in the folder, each name would be declared twice."""
+    assert _export("st", "cell.st") == 0
+    assert _export("keyence", "out", "--allow-missing") == 0
+    assert main(["check", "."]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("1 file checked")
+
+
+def test_a_folder_of_nothing_else_says_how_to_take_it(plc: Path, capsys: Captured) -> None:
+    assert _export("st", "out/cell.st") == 0
+    capsys.readouterr()
+    assert main(["run", "out", "--for", "20ms"]) == 2
+    assert "no .st files in this folder; one that `rcx export` has written is taken if you" in (
+        capsys.readouterr().err
+    )
