@@ -40,10 +40,11 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
         print(f"error: {error}", file=sys.stderr)
     if errors:
         return 2
-    library = _library_part(sources)
+    users, library = sources.users
     findings = lint(sources.own, library, sources.lib, binding=lint_only)
     if not lint_only:
-        findings += _calls(sources, library)
+        called = call_findings(users, library)
+        findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
     for finding in findings:
         print(finding)
     strict = sum(finding.strict for finding in findings)
@@ -57,18 +58,6 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
             f"{_compile(sources)}"
         )
     return 1 if strict else 0
-
-
-def _calls(sources: SourceFiles, library: frozenset[Path]) -> list[LintFinding]:
-    """How the user's files call the blocks; what only may go wrong is a warning."""
-    own = [file for file in sources.own if file not in library]
-    found = call_findings(own, [*library, *sources.lib])
-    return [LintFinding(one.file, one.at, one.text, one.certain) for one in found]
-
-
-def _library_part(sources: SourceFiles) -> frozenset[Path]:
-    folder = sources.folder.resolve()
-    return frozenset(file for file in sources.own if folder in file.resolve().parents)
 
 
 def _compile(sources: SourceFiles) -> str:
