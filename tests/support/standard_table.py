@@ -506,13 +506,19 @@ def _texts() -> list[Row]:
         *rows(
             "REPLACE({0}, {1}, {2}, {3})",
             "STRING",
-            (_S, two, "INT 1", "INT 1", "XYbcdef"),
             (_S, two, "INT 2", "INT 5", "abcdXY"),
-            (_S, two, "INT 0", "INT 3", "abXYcdef"),
             (_S, "STRING ''", "INT 2", "INT 2", "adef"),
             (_S, two, "INT 6", "INT 1", "XY"),
+        ),
+        # matiec puts in no more characters than it takes out.
+        *rows(
+            "REPLACE({0}, {1}, {2}, {3})",
+            "STRING",
+            (_S, two, "INT 1", "INT 1", "XYbcdef"),
+            (_S, two, "INT 0", "INT 3", "abXYcdef"),
             (_FULL, two, "INT 1", "INT 1", "XY" + FULL[1:125]),
             (long, long, "INT 10", "INT 91", FULL[:90] + FULL[:36]),
+            alike=False,
         ),
         *rows(
             "FIND({0}, {1})",
@@ -523,9 +529,10 @@ def _texts() -> list[Row]:
             (_S, "STRING 'x'", 0),
             (_S, "STRING 'abcdefg'", 0),
             ("STRING 'abab'", "STRING 'ab'", 1),
-            ("STRING 'aab'", "STRING 'ab'", 2),
             (_S, "STRING 'A'", 0),
         ),
+        # matiec goes on behind the characters that were alike.
+        *rows("FIND({0}, {1})", "INT", ("STRING 'aab'", "STRING 'ab'", 2), alike=False),
         *rows(
             "{0} < {1}",
             "BOOL",
@@ -543,7 +550,12 @@ def _texts() -> list[Row]:
         ),
         *rows("LEN(CONCAT({0}, {1}))", "INT", (long, long, 126)),
         *rows("LEN(INSERT({0}, {1}, {2}))", "INT", (long, long, "INT 3", 126)),
-        *rows("LEN(REPLACE({0}, {1}, {2}, {3}))", "INT", (long, long, "INT 1", "INT 3", 126)),
+        *rows(
+            "LEN(REPLACE({0}, {1}, {2}, {3}))",
+            "INT",
+            (long, long, "INT 1", "INT 3", 126),
+            alike=False,
+        ),
         *rows("MAX({0}, {1})", "STRING", ("STRING 'b'", "STRING 'ab'", "b")),
     ]
 

@@ -101,7 +101,9 @@ def test_matiec_agrees_where_it_keeps_to_the_standard(matiec: Matiec, tmp_path: 
         if not _same(got := program.read(f"Main.R{number}"), row.value)
     }
     program.close()
-    assert found == {}
+    assert not found, "\n".join(
+        f"{name}: {got!r}, expected {value!r}" for name, (got, value) in found.items()
+    )
 
 
 @pytest.mark.parametrize(
