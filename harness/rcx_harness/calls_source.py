@@ -79,7 +79,8 @@ def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[C
 
 def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
     """What the source leaves open; see `CallPlan`. The arguments are those of `call_findings`."""
-    key = cache.sources_key((*files, *library))
+    # This very file stands between them: what it says depends on it, and on which files are whose.
+    key = cache.sources_key((*files, Path(__file__), *library))
     lasting = key if is_lasting((*files, *library)) else ""
 
     def kept() -> CallPlan:
@@ -204,7 +205,7 @@ class _Calls:
     def __post_init__(self) -> None:
         self._types = {
             name: kind
-            for section in ("VAR", "VAR_EXTERNAL")
+            for section in ("VAR", "VAR_EXTERNAL", "VAR_IN_OUT")
             for name, kind in _variables(self.owner, section)
         }
         self._found: dict[tuple[s.Position, str], CallFinding] = {}

@@ -272,6 +272,14 @@ def test_only_what_the_source_leaves_open_is_watched(
         assert plan.blocks == {"FB_READAREA": 0, "FB_MOVEPTP": 0, "FB_WRITEAREA": 0}
 
 
+def test_the_plan_depends_on_which_files_are_the_users(tmp_path: Path) -> None:
+    """Those of the library are not judged, though they are the same files."""
+    file = _write(tmp_path, (READ, MOVE, MOVE, WRITE))
+    library = sorted(LIBRARY.rglob("*.st"))
+    assert call_plan([file], library).blocks
+    assert not call_plan([], [file, *library]).blocks
+
+
 def test_check_ends_with_1_for_a_misuse_and_with_0_for_what_only_may_go_wrong(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
