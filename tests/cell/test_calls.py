@@ -204,7 +204,8 @@ def test_two_cells_of_one_program_do_not_see_each_others_calls(build: Build) -> 
     body = f"{READ} IF Gate THEN {ORIGIN} END_IF; {ORIGIN} {WRITE}"
     one, two = build(body), build(body)
     one["Main.Gate"] = True
-    one.scan(), two.scan()
+    one.scan()
+    two.scan()
     assert (told(one), told(two)) == ([f"2: Origin {TWICE}"], [])
 
 

@@ -144,6 +144,20 @@ def test_legal_calls_are_not_reported(check: Check, body: tuple[str, ...]) -> No
             ["4: Step1 is called inside a loop; "],
         ),
         (
+            (READ, "WHILE Gate DO", "IF Go THEN", MOVE, "EXIT;", "END_IF;", "END_WHILE;", MOVE),
+            [
+                "4: Step1 is called inside a loop; ",
+                "8: Step1 is called a second time in a scan (first in line {4}); ",
+            ],
+        ),
+        (
+            ("IF Gate THEN", MOVE, "ELSE", MOVE.replace(":= Robot", ":= ROBOT"), "END_IF;"),
+            [
+                "2?: Step1 is called only under a condition: ",
+                "4?: Step1 is called only under a condition: ",
+            ],
+        ),
+        (
             (READ, "REPEAT", MOVE, "UNTIL Gate", "END_REPEAT;", WRITE),
             ["3: Step1 is called inside a loop; "],
         ),

@@ -138,6 +138,26 @@ def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
         assert all(any(one.so) for one in cell.trace.scans()[-2:])
 
 
+def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> None:
+    """Written to Connected, Connected2 and Connected3, where a program has them."""
+    file = tmp_path / "three.st"
+    file.write_text(
+        "PROGRAM P1\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
+        "    Connected, Connected2, Connected3 : BOOL;\n    Scans : INT;\n  END_VAR\n"
+        "  Scans := Scans + 1;\nEND_PROGRAM\n"
+    )
+    robots = (RobotConfig(),) * 3
+    with Cell.build(file, robot=robots, engine="builtin") as cell:
+        cell.run("100ms")
+        names = ("Connected", "Connected2", "Connected3")
+        for lost in (3, 2, 1):
+            assert [cell[f"Main.{name}"] for name in names[:lost]] == [True] * lost
+            cell.inject("link_down", controller=lost)
+            cell.run("300ms")
+            expected = [number < lost for number in (1, 2, 3)]
+            assert [cell[f"Main.{name}"] for name in names] == expected
+
+
 def test_the_rules_of_the_wire_are_judged_by_each_controllers_own_connection() -> None:
     """While the second is lost, what is written to it is not judged; the first still is."""
     with _cell() as cell:

@@ -287,9 +287,12 @@ def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
     assert monitor.commands == 2
 
 
-def test_the_end_of_the_command_before_does_not_free_the_next() -> None:
-    before = (Scan(0), Scan(10, code=0x0101), Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
-    assert judge(*before, Scan(50)) == [
+@pytest.mark.parametrize("status", [READY, RUN])
+def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> None:
+    """Nor does it count that the one before was under way."""
+    before = (Scan(0), Scan(10, code=0x0101), Scan(15, code=0x0101, status=status))
+    after = (*before, Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
+    assert judge(*after, Scan(50)) == [
         f"50 command held: the code changed from 0x0102 to 0x0000 while the status read was "
         f"0x0000; {HELD}"
     ]
@@ -339,7 +342,8 @@ def test_a_code_that_follows_another_without_the_reset_is_not_ready() -> None:
 def test_a_code_that_was_out_before_the_link_came_is_not_judged() -> None:
     early = Scan(0, code=0x0101, connected=False)
     monitor = WireMonitor()
-    found = play(monitor, early, early._replace(ms=10, connected=True), Scan(20, status=RUN))
+    there = early._replace(ms=10, connected=True)
+    found = play(monitor, early, there, there._replace(ms=20, status=END), Scan(30, status=END))
     assert (found, monitor.commands) == ([], 0)
 
 

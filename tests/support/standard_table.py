@@ -9,41 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import date, time, timedelta
-from typing import Any, NamedTuple
 
-__all__ = ["TABLE", "Row"]
+from standard_rows import Row, call, ms, rows
+from standard_texts import TEXTS
 
-
-class Row(NamedTuple):
-    """A call and its value.
-
-    Attributes:
-        code: The expression, `{0}` and so on for the arguments.
-        arguments: Type and value of each, separated by a blank.
-        kind: Type of the result.
-        value: The result.
-        alike: matiec does the same.
-    """
-
-    code: str
-    arguments: tuple[str, ...]
-    kind: str
-    value: Any
-    alike: bool = True
-
-
-def rows(code: str, kind: str, *cases: tuple[Any, ...], alike: bool = True) -> list[Row]:
-    """Rows of one call: of each case the last is the result, the others are the arguments."""
-    return [Row(code, case[:-1], kind, case[-1], alike) for case in cases]
-
-
-def call(name: str, number: int) -> str:
-    return f"{name}({', '.join(f'{{{k}}}' for k in range(number))})"
-
-
-def ms(value: float) -> timedelta:
-    return timedelta(milliseconds=value)
-
+__all__ = ["TABLE"]
 
 # --- shifts and rotations (table 25) ---
 
@@ -233,6 +203,23 @@ _TIMES = [
     *rows("{0} / {1}", "TIME", ("TIME 1s", "INT 4", ms(250)), ("TIME 7s", "INT -2", ms(-3500))),
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1m", "INT 8", ms(7500))),
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1s", "REAL 0.5", ms(2000))),
+    # To the nanosecond: exact, or cut towards zero.
+    *rows(
+        "{0} * {1} = {2}",
+        "BOOL",
+        ("TIME 10s", "REAL 0.25", "TIME 2500ms", True),
+        ("TIME -10s", "REAL 0.25", "TIME -2500ms", True),
+        alike=False,
+    ),
+    *rows(
+        "DIVTIME({0}, {1}) = {2}",
+        "BOOL",
+        ("TIME 1s", "REAL 0.5", "TIME 2s", True),
+        ("TIME -1s", "REAL 0.5", "TIME -2s", True),
+        alike=False,
+    ),
+    *rows("{0} / {1} * {1} > {0}", "BOOL", ("TIME -1ms", "INT 3", True), alike=False),
+    *rows("{0} / {1} * {1} < {0}", "BOOL", ("TIME 1ms", "INT 3", True), alike=False),
     *rows("{0} < {1}", "BOOL", ("TIME -1s", "TIME 0s", True), ("TIME 1s", "TIME 1000ms", False)),
     *rows("{0} = {1}", "BOOL", ("TIME 1m", "TIME 60s", True), ("TIME 1s", "TIME 999ms", False)),
     *rows("TIME_TO_INT({0})", "INT", ("TIME 90s", 90), ("TIME 2s", 2)),
@@ -240,6 +227,8 @@ _TIMES = [
     *rows("INT_TO_TIME({0})", "TIME", ("INT 90", ms(90_000)), ("INT 0", ms(0))),
     *rows("REAL_TO_TIME({0})", "TIME", ("REAL 1.5", ms(1500))),
     *rows("DT_TO_DATE({0})", "DATE", ("DT 2024-02-29-23:59:59", date(2024, 2, 29))),
+    *rows("DT_TO_TOD({0}) = {1}", "BOOL", ("DT 2024-02-29-23:59:59", "TOD 23:59:59", True)),
+    *rows("DT_TO_DATE({0}) = {1}", "BOOL", ("DT 2024-02-29-23:59:59", "DATE 2024-02-29", True)),
     *rows("DT_TO_TOD({0})", "TOD", ("DT 2024-02-29-23:59:59", time(23, 59, 59))),
     *rows("{0} - {1}", "TIME", ("DATE 2024-03-01", "DATE 2024-02-28", timedelta(days=2))),
 ]
@@ -417,147 +406,13 @@ _CHOICES = [
     *rows("{0} <> {1}", "BOOL", ("INT 1", "INT 1", False), ("INT 1", "INT 2", True)),
 ]
 
-# --- strings (table 29): positions count from 1, and 126 characters are the most ---
-
-#: 126 characters, neighbours always different.
-FULL = "".join(chr(ord("0") + k % 75) for k in range(126))
-_S, _FULL = "STRING 'abcdef'", f"STRING '{FULL}'"
-
-
-def _texts() -> list[Row]:
-    two, long = "STRING 'XY'", f"STRING '{FULL[:100]}'"
-    return [
-        *rows("LEN({0})", "INT", ("STRING ''", 0), (_S, 6), (_FULL, 126)),
-        *rows(
-            "LEFT({0}, {1})",
-            "STRING",
-            (_S, "INT 0", ""),
-            (_S, "INT 1", "a"),
-            (_S, "INT 5", "abcde"),
-            (_S, "INT 6", "abcdef"),
-            (_S, "INT 7", "abcdef"),
-            (_FULL, "INT 126", FULL),
-            ("STRING ''", "INT 1", ""),
-        ),
-        *rows(
-            "RIGHT({0}, {1})",
-            "STRING",
-            (_S, "INT 0", ""),
-            (_S, "INT 1", "f"),
-            (_S, "INT 5", "bcdef"),
-            (_S, "INT 6", "abcdef"),
-            (_S, "INT 7", "abcdef"),
-            (_FULL, "INT 1", FULL[125]),
-        ),
-        *rows(
-            "MID({0}, {1}, {2})",
-            "STRING",
-            (_S, "INT 1", "INT 1", "a"),
-            (_S, "INT 2", "INT 3", "cd"),
-            (_S, "INT 1", "INT 6", "f"),
-            (_S, "INT 6", "INT 1", "abcdef"),
-            (_S, "INT 0", "INT 2", ""),
-        ),
-        *rows(
-            "MID({0}, {1}, {2})",
-            "STRING",
-            (_S, "INT 3", "INT 5", "ef"),
-            (_S, "INT 9", "INT 2", "bcdef"),
-        ),
-        *rows(
-            "CONCAT({0}, {1})",
-            "STRING",
-            (_S, two, "abcdefXY"),
-            ("STRING ''", two, "XY"),
-            (long, long, FULL[:100] + FULL[:26]),
-            (_FULL, two, FULL),
-            (two, _FULL, "XY" + FULL[:124]),
-        ),
-        *rows(
-            "CONCAT({0}, {1}, {2})",
-            "STRING",
-            (two, _S, two, "XYabcdefXY"),
-            (long, _S, long, FULL[:100] + "abcdef" + FULL[:20]),
-        ),
-        *rows(
-            "INSERT({0}, {1}, {2})",
-            "STRING",
-            (_S, two, "INT 0", "XYabcdef"),
-            (_S, two, "INT 1", "aXYbcdef"),
-            (_S, two, "INT 5", "abcdeXYf"),
-            (_S, two, "INT 6", "abcdefXY"),
-            (_FULL, two, "INT 1", FULL[0] + "XY" + FULL[1:124]),
-            (_FULL, two, "INT 125", FULL[:125] + "X"),
-            (_FULL, two, "INT 126", FULL),
-            (two, _FULL, "INT 1", "X" + FULL[:125]),
-            (long, long, "INT 50", FULL[:50] + FULL[:76]),
-        ),
-        *rows(
-            "DELETE({0}, {1}, {2})",
-            "STRING",
-            (_S, "INT 1", "INT 1", "bcdef"),
-            (_S, "INT 2", "INT 3", "abef"),
-            (_S, "INT 1", "INT 6", "abcde"),
-            (_S, "INT 6", "INT 1", ""),
-            (_S, "INT 0", "INT 1", "abcdef"),
-            (_FULL, "INT 125", "INT 2", FULL[0]),
-        ),
-        *rows("DELETE({0}, {1}, {2})", "STRING", (_S, "INT 9", "INT 3", "ab")),
-        *rows(
-            "REPLACE({0}, {1}, {2}, {3})",
-            "STRING",
-            (_S, two, "INT 2", "INT 5", "abcdXY"),
-            (_S, "STRING ''", "INT 2", "INT 2", "adef"),
-            (_S, two, "INT 6", "INT 1", "XY"),
-        ),
-        # matiec puts in no more characters than it takes out.
-        *rows(
-            "REPLACE({0}, {1}, {2}, {3})",
-            "STRING",
-            (_S, two, "INT 1", "INT 1", "XYbcdef"),
-            (_S, two, "INT 0", "INT 3", "abXYcdef"),
-            (_FULL, two, "INT 1", "INT 1", "XY" + FULL[1:125]),
-            (long, long, "INT 10", "INT 91", FULL[:90] + FULL[:36]),
-            alike=False,
-        ),
-        *rows(
-            "FIND({0}, {1})",
-            "INT",
-            (_S, "STRING 'a'", 1),
-            (_S, "STRING 'f'", 6),
-            (_S, "STRING 'cd'", 3),
-            (_S, "STRING 'x'", 0),
-            (_S, "STRING 'abcdefg'", 0),
-            ("STRING 'abab'", "STRING 'ab'", 1),
-            (_S, "STRING 'A'", 0),
-        ),
-        # matiec goes on behind the characters that were alike.
-        *rows("FIND({0}, {1})", "INT", ("STRING 'aab'", "STRING 'ab'", 2), alike=False),
-        *rows(
-            "{0} < {1}",
-            "BOOL",
-            ("STRING 'a'", "STRING 'b'", True),
-            ("STRING 'a'", "STRING 'aa'", True),
-            ("STRING 'b'", "STRING 'aa'", False),
-            ("STRING ''", "STRING 'a'", True),
-            ("STRING 'Z'", "STRING 'a'", True),
-        ),
-        *rows(
-            "{0} = {1}",
-            "BOOL",
-            ("STRING 'ab'", "STRING 'ab'", True),
-            ("STRING 'ab'", "STRING 'aB'", False),
-        ),
-        *rows("LEN(CONCAT({0}, {1}))", "INT", (long, long, 126)),
-        *rows("LEN(INSERT({0}, {1}, {2}))", "INT", (long, long, "INT 3", 126)),
-        *rows(
-            "LEN(REPLACE({0}, {1}, {2}, {3}))",
-            "INT",
-            (long, long, "INT 1", "INT 3", 126),
-            alike=False,
-        ),
-        *rows("MAX({0}, {1})", "STRING", ("STRING 'b'", "STRING 'ab'", "b")),
-    ]
-
-
-TABLE = [*_shifts(), *_integers(), *_SIGNS, *_REALS, *_TIMES, *_CONVERSIONS, *_CHOICES, *_texts()]
+TABLE = [
+    *_shifts(),
+    *_integers(),
+    *_SIGNS,
+    *_REALS,
+    *_TIMES,
+    *_CONVERSIONS,
+    *_CHOICES,
+    *TEXTS,
+]

@@ -16,7 +16,8 @@ from rcx_harness.engine.frontend import load
 from rcx_harness.engine.load import Matiec, find_c_compiler
 from rcx_harness.engine.matiec import MatiecProgram
 from rcx_harness.errors import InputError
-from standard_table import TABLE, Row
+from standard_rows import Row
+from standard_table import TABLE
 
 _BY_NAME = ("BOOL", "STRING")
 
