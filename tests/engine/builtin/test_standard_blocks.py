@@ -320,7 +320,7 @@ def test_loading_wins_over_counting_down_and_the_edge_is_used_up(build: Build) -
 
 
 def test_ctud_resets_before_it_loads_and_both_come_before_counting(build: Build) -> None:
-    steps = [
+    steps: list[dict[str, Any]] = [
         {"PV": 3, "CU": True},
         {"CU": False},
         {"LD": True, "CU": True},
