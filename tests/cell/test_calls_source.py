@@ -19,7 +19,7 @@ GATE = "IF Gate THEN {} END_IF;"
 
 Check = Callable[..., list[str]]
 
-HEAD = """PROGRAM P
+HEAD = """PROGRAM CELL1
   VAR
     InputArea, OutputArea : RCX_IMAGE;
     Robot, Other : RCX_REF;
@@ -282,7 +282,7 @@ def test_only_what_the_source_leaves_open_is_watched(
     plan = call_plan([_write(tmp_path, body)], sorted(LIBRARY.rglob("*.st")))
     assert bool(plan.blocks) is watched
     if watched:
-        assert plan.owners["P"] == {"READAREA", "STEP1", "WRITEAREA"}
+        assert plan.owners["CELL1"] == {"READAREA", "STEP1", "WRITEAREA"}
         assert plan.blocks == {"FB_READAREA": 0, "FB_MOVEPTP": 0, "FB_WRITEAREA": 0}
 
 
