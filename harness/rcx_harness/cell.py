@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, cast
 
+from rcx_harness.calls import CallMonitor
+from rcx_harness.calls_source import CallPlan, call_plan
 from rcx_harness.cell_build import (
     Areas,
     Files,
@@ -53,6 +55,7 @@ class _Snapshot(NamedTuple):
     program: object
     nodes: tuple[object, ...]
     contract: Any
+    calls: Any
     trace: Any
     counts: tuple[int, int, int]
 
@@ -80,6 +83,7 @@ class Cell:
         trace: str | Path | None = None,
         watch: Sequence[str] = (),
         steady: Collection[str] = (),
+        calls: CallPlan | None = None,
         notice: str = "",
     ) -> None:
         if on_loss not in ("hold", "clear"):
@@ -118,6 +122,7 @@ class Cell:
         self._first.happens[Kind.SCAN] = lambda now, _: self._scan(now)
         self._first.happens[Kind.STIMULUS] = lambda _, action: action()
         self._contract = ContractMonitor(program, steady)
+        self._calls = CallMonitor(program, calls or CallPlan({}, {}))
 
     @classmethod
     def build(
@@ -195,6 +200,7 @@ class Cell:
                 trace=trace,
                 watch=watch,
                 steady=steady_instances(files.own, files.lib),
+                calls=call_plan(*files.users),
                 notice=built.notice,
             )
         except BaseException:
@@ -312,6 +318,7 @@ class Cell:
             self.program.snapshot(),
             tuple(node.snapshot() for node in self._nodes),
             self._contract.snapshot(),
+            self._calls.snapshot(),
             self.trace.snapshot(),
             (self.now_us, self.scans, len(self.violations)),
         )
@@ -323,6 +330,7 @@ class Cell:
         for node, state in zip(self._nodes, snapshot.nodes, strict=True):
             node.restore(state)
         self._contract.restore(snapshot.contract)
+        self._calls.restore(snapshot.calls)
         self.trace.restore(snapshot.trace)
         self.now_us, self.scans, found = snapshot.counts
         del self.violations[found:]
@@ -379,7 +387,7 @@ class Cell:
         watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
         for node in self._nodes:
             node.after_scan(now, number, watched if node is self._first else None)
-        if found := self._contract.scan(now, number):
+        if found := self._contract.scan(now, number) + self._calls.scan(now, number):
             self._report(found)
 
     def _report(self, found: Iterable[Violation]) -> None:

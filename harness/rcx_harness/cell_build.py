@@ -65,6 +65,13 @@ class SourceFiles:
         """The user's first, so that of several errors one of theirs is told."""
         return [*self.own, *self.lib]
 
+    @property
+    def users(self) -> tuple[list[Path], list[Path]]:
+        """The user's files, and those of the library, also where they are named one by one."""
+        folder = self.folder.resolve()
+        named = {file for file in self.own if folder in file.resolve().parents}
+        return [file for file in self.own if file not in named], [*named, *self.lib]
+
 
 def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.

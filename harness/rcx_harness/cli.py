@@ -160,10 +160,12 @@ def check(
         bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
     ] = False,
 ) -> None:
-    """Check ST sources: syntax, types, portability; with matiec too, where it is found.
+    """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
 
-    Exit code: 0 if all is well (warnings allowed), 1 if the library's rules are broken, 2 on
-    an error in the sources.
+    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea.
+
+    Exit code: 0 if all is well (warnings allowed), 1 if a rule of the library or of its calls is
+    broken, 2 on an error in the sources.
     """
     raise typer.Exit(cli_check.check(files, lib, lint))
 

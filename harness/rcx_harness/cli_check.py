@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from rcx_harness.calls_source import call_findings
 from rcx_harness.cell_build import SourceFiles, source_files
-from rcx_harness.cli_lint import lint
+from rcx_harness.cli_lint import LintFinding, lint
 from rcx_harness.engine.frontend import check as check_sources
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.frontend.parser import parse
@@ -27,7 +28,8 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
             bind every file; so that folders with several programs can be checked at once.
 
     Returns:
-        0 if all is well, 1 if a rule of the library is broken, 2 on errors in the sources.
+        0 if all is well, 1 if a rule of the library or of its use is broken, 2 on errors in the
+        sources.
 
     Raises:
         InputError: a file that is missing, or an error that only matiec finds.
@@ -38,7 +40,11 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
         print(f"error: {error}", file=sys.stderr)
     if errors:
         return 2
-    findings = lint(sources.own, _library_part(sources), sources.lib, binding=lint_only)
+    users, library = sources.users
+    findings = lint(sources.own, library, sources.lib, binding=lint_only)
+    if not lint_only:
+        called = call_findings(users, library)
+        findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
     for finding in findings:
         print(finding)
     strict = sum(finding.strict for finding in findings)
@@ -52,11 +58,6 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
             f"{_compile(sources)}"
         )
     return 1 if strict else 0
-
-
-def _library_part(sources: SourceFiles) -> frozenset[Path]:
-    folder = sources.folder.resolve()
-    return frozenset(file for file in sources.own if folder in file.resolve().parents)
 
 
 def _compile(sources: SourceFiles) -> str:

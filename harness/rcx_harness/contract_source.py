@@ -11,7 +11,7 @@ from rcx_harness.engine.checked import is_lasting
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 
-__all__ = ["steady_instances"]
+__all__ = ["bodies_of", "steady_instances"]
 
 _OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
 _STARTS = ("EXECUTE", "ENABLE")
@@ -84,12 +84,13 @@ def _start_of(target: s.Variable) -> set[str]:
 def _flat(statement: s.Statement) -> Iterator[s.Statement]:
     """The statement and all inside it, in the order of the text."""
     yield statement
-    for body in _bodies(statement):
+    for body in bodies_of(statement):
         for inner in body:
             yield from _flat(inner)
 
 
-def _bodies(statement: s.Statement) -> list[tuple[s.Statement, ...]]:
+def bodies_of(statement: s.Statement) -> list[tuple[s.Statement, ...]]:
+    """The bodies inside a statement: of an IF or CASE one for each way, also an empty one."""
     if isinstance(statement, s.If):
         return [*(body for _, body in statement.branches), statement.otherwise]
     if isinstance(statement, s.Case):

@@ -18,6 +18,14 @@ INTERVAL_US = 100_000
 
 
 _SAFETY = ("SI(00)", "SI(06)")
+#: What must be ON when one of these starts something: with SI(00) OFF nothing moves, SI(06) OFF
+#: stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
+_STARTS = {
+    "SI(01)": ("SI(00)",),
+    "SI(12)": ("SI(00)", "SI(06)"),
+    "SI(14)": ("SI(00)", "SI(06)"),
+    "SI(17)": ("SI(00)", "SI(06)"),
+}
 _ENDS = (0x0200, 0x4000)
 _RUNNING = 0x0100
 _CODE, _NONE = slice(0, 2), bytes(2)
@@ -38,13 +46,15 @@ class WireMonitor:
     Args:
         size: Bytes of the area; before the first scan all are zero.
 
-    Rules: `interval`, `reserved`, `data before code`, `command held`, `ready before code`.
+    Rules: `interval`, `start against stop`, `reserved`, `data before code`, `command held`,
+    `ready before code`.
     """
 
     def __init__(self, size: int = 48) -> None:
         self.commands = 0
         """Remote commands whose end status the PLC has read."""
         self._names = {(one.byte, one.bit): one.signal for one in signals().input}
+        self._places = {name: place for place, name in self._names.items()}
         self._si = bytes(size)
         self._connected = True
         self._changed_us: int | None = None
@@ -108,6 +118,9 @@ class WireMonitor:
                         found.append(("reserved", text))
                     continue
                 changes.append(f"{signal} {'ON' if on else 'OFF'}")
+                if on and (stops := self._off(signal, si)):
+                    text = f"{signal} ON while {stops} OFF; wait until no stop is asked for"
+                    found.append(("start against stop", text))
                 paced += on or signal not in _SAFETY
         what = " and ".join(changes)
         gap = None if self._changed_us is None else t_us - self._changed_us
@@ -119,6 +132,12 @@ class WireMonitor:
         if changes:
             self._changed_us, self._changed_what = t_us, what
         return found
+
+    def _off(self, signal: str, si: bytes) -> str:
+        """Which inputs are OFF that this one needs to start something, with their verb."""
+        places = ((needed, *self._places[needed]) for needed in _STARTS.get(signal, ()))
+        off = [needed for needed, byte, bit in places if not si[byte] >> bit & 1]
+        return f"{' and '.join(off)} {'is' if len(off) == 1 else 'are'}" if off else ""
 
     def _command(self, before: bytes, si: bytes, so: bytes) -> list[tuple[str, str]]:
         was, code, status = word(before, 0), word(si, 0), word(so, 0)

@@ -112,6 +112,65 @@ def test_a_broken_rule_says_which_controller_it_is_of() -> None:
     assert all(text.startswith("controller 2: ") for text in texts)
 
 
+@pytest.mark.parametrize("lost", [1, 2])
+@pytest.mark.parametrize("on_loss", ["hold", "clear"])
+def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
+    """The inputs of the lost one stay or are zero; those of the other go on.
+
+    Source: docs/testing.md, `rcx_on_loss`.
+    """
+    with _cell(on_loss=on_loss) as cell:
+        cell.run("100ms")
+        shown = [bytes(cell["Main.InputArea"])[at : at + 48] for at in (0, 48)]
+        assert all(any(area) for area in shown)
+        cell.inject("link_down", controller=lost)
+        cell.run("300ms")
+        expected = list(shown)
+        if on_loss == "clear":
+            expected[lost - 1] = bytes(48)
+        assert [bytes(cell["Main.InputArea"])[at : at + 48] for at in (0, 48)] == expected
+        last = cell.trace.scans()[-2:]
+        assert [one.controller for one in last] == [1, 2]
+        assert [one.so for one in last] == expected
+        cell.inject("link_up", controller=lost)
+        cell.run("500ms")
+        assert cell.connected
+        assert all(any(one.so) for one in cell.trace.scans()[-2:])
+
+
+def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> None:
+    """Written to Connected, Connected2 and Connected3, where a program has them."""
+    file = tmp_path / "three.st"
+    file.write_text(
+        "PROGRAM P1\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
+        "    Connected, Connected2, Connected3 : BOOL;\n    Scans : INT;\n  END_VAR\n"
+        "  Scans := Scans + 1;\nEND_PROGRAM\n"
+    )
+    robots = (RobotConfig(),) * 3
+    with Cell.build(file, robot=robots, engine="builtin") as cell:
+        cell.run("100ms")
+        names = ("Connected", "Connected2", "Connected3")
+        for lost in (3, 2, 1):
+            assert [cell[f"Main.{name}"] for name in names[:lost]] == [True] * lost
+            cell.inject("link_down", controller=lost)
+            cell.run("300ms")
+            expected = [number < lost for number in (1, 2, 3)]
+            assert [cell[f"Main.{name}"] for name in names] == expected
+
+
+def test_the_rules_of_the_wire_are_judged_by_each_controllers_own_connection() -> None:
+    """While the second is lost, what is written to it is not judged; the first still is."""
+    with _cell() as cell:
+        cell.run("100ms")
+        cell.inject("link_down", controller=2)
+        cell.run("300ms")
+        cell["Main.OutputArea[94]"] = cell["Main.OutputArea[47]"] = 1
+        cell.scan()
+        assert [one.text.split(":")[0] for one in cell.violations if "plc, " in one.text] == [
+            "plc, scan 40"
+        ]
+
+
 def test_a_cell_of_two_goes_back_to_its_snapshot() -> None:
     with _cell(jitter="3ms") as cell:
         cell.run("300ms")

@@ -72,8 +72,9 @@ def test_a_rule_that_does_not_exist_is_an_error_of_the_test_that_allows_it(run: 
     wrong = {
         '"intervall"': "there is no rule 'intervall'; did you mean interval",
         '"interval", "reservd"': "there is no rule 'reservd'; did you mean reserved",
-        '"zzz"': "there is no rule 'zzz'; the rules are: interval, reserved, data before code, "
-        "command held, ready before code, contract, ready-first, hold-command",
+        '"zzz"': "there is no rule 'zzz'; the rules are: interval, start against stop, reserved, "
+        "data before code, command held, ready before code, contract, calls, ready-first, "
+        "hold-command",
         '["interval"]': "there is no rule [[]'interval'[]]; the rules are: interval, *",
         'rule="interval"': "@pytest.mark.allow_violations takes names of rules, not rule=; "
         'write it as @pytest.mark.allow_violations("interval")',
@@ -97,11 +98,13 @@ def test_every_rule_that_is_reported_can_be_allowed(run: Run, repository: Path) 
     package = repository / "harness" / "rcx_harness"
     monitor = (package / "monitor.py").read_text(encoding="utf-8")
     contract = (package / "contract.py").read_text(encoding="utf-8")
+    calls = (package / "calls.py").read_text(encoding="utf-8")
     robot = "".join(path.read_text("utf-8") for path in sorted((package / "robot").glob("*.py")))
     quoted = r'"([a-z -]+)"'
     found = {
         "monitor": re.findall(rf"found\.append\(\s*\(\s*{quoted},", monitor),
         "contract": re.findall(rf"Violation\(t_us, {quoted},", contract),
+        "calls": re.findall(rf"Violation\(t_us, {quoted},", calls),
         "robot": re.findall(rf"findings\.add\(\s*[\w.]+,\s*{quoted},", robot),
     }
     assert {who: set(rules) for who, rules in found.items()} == {

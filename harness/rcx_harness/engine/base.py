@@ -8,7 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from rcx_harness.engine.types import Type
 
-__all__ = ["Located", "Program", "Value"]
+__all__ = ["CallLog", "Located", "Program", "Value"]
 
 #: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
 #: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
@@ -23,6 +23,16 @@ class Located:
     address: str
     path: str
     type: Type
+
+
+class CallLog(Protocol):
+    """The calls of some types of blocks, as an engine that sees them notes them."""
+
+    def key(self, path: str) -> int:
+        """What stands for the instance at `path` in the log."""
+
+    def take(self) -> list[tuple[int, int]]:
+        """The calls since the last `take`, in their order: the instance, and its robot or 0."""
 
 
 @runtime_checkable
@@ -93,6 +103,14 @@ class Program(Protocol):
 
     def located(self) -> list[Located]:
         """Directly represented variables in order of declaration."""
+
+    def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog | None:
+        """Note the calls of some types of blocks from now on; None where the engine cannot.
+
+        Args:
+            blocks: Names in upper case, each with the place among its VAR_IN_OUT of the variable
+                to note beside it, or None.
+        """
 
     def snapshot(self) -> object:
         """The whole state, as a value that `restore` of the same program takes back."""

@@ -190,6 +190,9 @@ class MatiecProgram:
         """Directly represented variables in order of declaration."""
         return list(self._project.located)
 
+    def note_calls(self, blocks: Mapping[str, int | None]) -> None:
+        """The C that matiec writes does not show its calls."""
+
     def snapshot(self) -> object:
         """The whole state."""
         contents = tuple(memory.tobytes() for memory in self._regions)

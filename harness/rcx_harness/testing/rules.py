@@ -15,8 +15,16 @@ __all__ = ["RULES", "unknown_key", "wrong_marker"]
 
 #: Every rule whose breach is reported, by who reports it.
 RULES = {
-    "monitor": ("interval", "reserved", "data before code", "command held", "ready before code"),
+    "monitor": (
+        "interval",
+        "start against stop",
+        "reserved",
+        "data before code",
+        "command held",
+        "ready before code",
+    ),
     "contract": ("contract",),
+    "calls": ("calls",),
     "robot": ("interval", "reserved", "ready-first", "hold-command"),
 }
 

@@ -64,6 +64,18 @@ def test_division_cuts_towards_zero_and_the_rest_has_the_sign_of_the_dividend(
     ) == (quotient, rest)
 
 
+@pytest.mark.parametrize(
+    ("a", "b", "quotient", "rest"),
+    [(7, 2, 3, 1), (-7, 2, -3, -1), (7, -2, -3, 1), (-7, -2, 3, -1), (-6, 3, -2, 0)],
+)
+def test_numbers_without_a_type_are_divided_in_the_same_way(
+    run: Run, a: int, b: int, quotient: int, rest: int
+) -> None:
+    body = f"Q1 := {a} / ({b}); R1 := {a} MOD ({b}); S1 := 1 + {a} / ({b}) * 2;"
+    found = run("Q1, R1 : INT; S1 : DINT;", body, "Q1 R1 S1")
+    assert found == (quotient, rest, 1 + 2 * quotient)
+
+
 def test_the_least_integer_divided_by_minus_one_wraps(run: Run) -> None:
     assert run("A : INT := -32768; B : INT := -1;", "A := A / B;", "A") == -32768
 

@@ -222,3 +222,134 @@ def test_ctud_counts_both_ways_and_ignores_edges_at_the_same_time(build: Build) 
         (False, True, 0),
         (True, False, 2),
     ]
+
+
+def test_ton_begins_anew_after_each_interruption_however_short(build: Build) -> None:
+    inputs = _levels("IN", "0111011111")
+    inputs[0]["PT"] = "T#30ms"
+
+    rows = _trace(build, "TON", inputs, "Q ET")
+    assert [et for _, et in rows] == [0, 0, 10, 20, 0, 0, 10, 20, 30, 30]
+    assert [q for q, _ in rows] == [False] * 8 + [True] * 2
+
+
+def test_ton_takes_a_time_that_is_changed_while_it_runs(build: Build) -> None:
+    """The time it compares with is that of the call."""
+    inputs = _levels("IN", "0111111")
+    inputs[0]["PT"] = "T#100ms"
+    inputs[4]["PT"] = "T#20ms"
+
+    assert [q for (q,) in _trace(build, "TON", inputs, "Q")] == [False] * 4 + [True] * 3
+
+
+def test_tof_is_on_from_the_first_call_and_its_time_starts_at_each_fall(build: Build) -> None:
+    inputs = _levels("IN", "1001000000")
+    inputs[0]["PT"] = "T#30ms"
+
+    rows = _trace(build, "TOF", inputs, "Q ET")
+    assert [q for q, _ in rows] == [True] * 7 + [False] * 3
+    assert [et for _, et in rows] == [0, 0, 10, 0, 0, 10, 20, 30, 30, 30]
+
+
+def test_tof_that_was_never_on_stays_off(build: Build) -> None:
+    inputs = _levels("IN", "000")
+    inputs[0]["PT"] = "T#10ms"
+
+    assert _trace(build, "TOF", inputs, "Q ET") == [(False, 0)] * 3
+
+
+def test_tp_is_not_started_again_by_edges_within_its_pulse(build: Build) -> None:
+    inputs = _levels("IN", "0101100001")
+    inputs[0]["PT"] = "T#30ms"
+
+    rows = _trace(build, "TP", inputs, "Q ET")
+    assert [q for q, _ in rows] == [
+        False,
+        True,
+        True,
+        True,
+        False,
+        False,
+        False,
+        False,
+        False,
+        True,
+    ]
+    assert [et for _, et in rows] == [0, 0, 10, 20, 30, 0, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(("kind", "text"), [("CTU", "0110"), ("CTU_UDINT", "0110")])
+def test_ctu_counts_an_edge_once_and_not_the_one_during_its_reset(
+    build: Build, kind: str, text: str
+) -> None:
+    inputs: list[dict[str, Any]] = _levels("CU", text + text)
+    inputs[0]["PV"] = 5
+    inputs[1]["R"] = True
+    inputs[2]["R"] = False
+
+    assert [cv for (cv,) in _trace(build, kind, inputs, "CV")] == [0, 0, 0, 0, 0, 1, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "top"), [("CTU", 32767), ("CTU_DINT", 2**31 - 1), ("CTU_ULINT", 2**64 - 1)]
+)
+def test_ctu_stops_at_the_greatest_value_of_its_type(build: Build, kind: str, top: int) -> None:
+    inputs: list[dict[str, Any]] = _levels("CU", "0101")
+    inputs[0] |= {"PV": top, "CV": top - 1}
+
+    assert _trace(build, kind, inputs, "Q CV") == [
+        (False, top - 1),
+        (True, top),
+        (True, top),
+        (True, top),
+    ]
+
+
+def test_a_counter_without_a_preset_is_at_its_end_at_once(build: Build) -> None:
+    assert _trace(build, "CTU", _levels("CU", "01"), "Q CV") == [(True, 0), (True, 0)]
+    assert _trace(build, "CTD", _levels("CD", "01"), "Q CV") == [(True, 0), (True, 0)]
+    assert _trace(build, "CTUD", _levels("CU", "01"), "QU QD") == [(True, True), (True, True)]
+
+
+def test_loading_wins_over_counting_down_and_the_edge_is_used_up(build: Build) -> None:
+    inputs: list[dict[str, Any]] = _levels("CD", "01101")
+    inputs[0] |= {"PV": 3, "LD": True}
+    inputs[2]["LD"] = False
+
+    assert [cv for (cv,) in _trace(build, "CTD", inputs, "CV")] == [3, 3, 3, 3, 2]
+
+
+def test_ctud_resets_before_it_loads_and_both_come_before_counting(build: Build) -> None:
+    steps: list[dict[str, Any]] = [
+        {"PV": 3, "CU": True},
+        {"CU": False},
+        {"LD": True, "CU": True},
+        {"R": True},
+        {"LD": False, "R": False, "CU": False},
+        {"CD": True},
+    ]
+
+    assert _trace(build, "CTUD", steps, "QU QD CV") == [
+        (False, False, 1),
+        (False, False, 1),
+        (True, False, 3),
+        (False, True, 0),
+        (False, True, 0),
+        (False, True, 0),
+    ]
+
+
+@pytest.mark.parametrize(("kind", "first"), [("R_TRIG", True), ("F_TRIG", False)])
+def test_a_first_level_of_true_is_a_rising_edge_only(build: Build, kind: str, first: bool) -> None:
+    assert _trace(build, kind, _levels("CLK", "11"), "Q") == [(first,), (False,)]
+
+
+@pytest.mark.parametrize(("kind", "pins"), [("SR", ("S1", "R", "Q1")), ("RS", ("S", "R1", "Q1"))])
+def test_a_bistable_keeps_its_state_through_calls_without_inputs(
+    build: Build, kind: str, pins: tuple[str, str, str]
+) -> None:
+    on, off, out = pins
+    steps = [{on: True}, {on: False}, {}, {off: True}, {off: False}, {}]
+
+    rows = _trace(build, kind, steps, out)
+    assert rows == [(True,), (True,), (True,), (False,), (False,), (False,)]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import marshal
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import TracebackType
@@ -56,6 +58,9 @@ class Module:
         self.names: dict[str, Any] = dict(NAMES)
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
+        self._noted: set[str] = set()
+        # Bounded, since instances that nobody watches are noted, too.
+        self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
         key = "" if self._collector is not None else project.key
         self._code = cache.kept("code", key, self._written)
         exec(marshal.loads(self._code.body), self.names)
@@ -88,6 +93,14 @@ class Module:
                 return CountingWriter(self.project, pou, storage, plan)
         return Writer(self.project, pou, storage)
 
+    def note_calls(self, blocks: Mapping[str, int | None]) -> deque[tuple[int, int]]:
+        """Let the calls of these blocks be noted, by the identity of instance and variable."""
+        for name, place in blocks.items():
+            if name not in self._noted and f"f_{name}" in self.names:
+                self._noted.add(name)
+                self.names[f"f_{name}"] = _noting(self.names[f"f_{name}"], place, self._calls)
+        return self._calls
+
     def origin(self, trace: TracebackType | None) -> tuple[str, int] | None:
         """File and line of the Structured Text that an exception was raised from."""
         found = None
@@ -97,6 +110,18 @@ class Module:
             trace = trace.tb_next
         index = -1 if found is None else found - 1 - self._code.first
         return self._code.origins[index] if 0 <= index < len(self._code.origins) else None
+
+
+def _noting(
+    body: Callable[..., Any], place: int | None, calls: deque[tuple[int, int]]
+) -> Callable[..., Any]:
+    """The function of a block that notes its calls."""
+
+    def noted(instance: Any, *in_outs: Any) -> Any:
+        calls.append((id(instance), 0 if place is None else id(in_outs[place])))
+        return body(instance, *in_outs)
+
+    return noted
 
 
 def module_of(project: Project) -> Module:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import struct
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from rcx_harness.engine.base import Located, Value
+from rcx_harness.engine.base import CallLog, Located, Value
 from rcx_harness.engine.builtin.compile import Module, module_of
 from rcx_harness.engine.builtin.coverage import Collector
 from rcx_harness.engine.builtin.runtime import ProgramError
@@ -44,6 +45,22 @@ class _Snapshot(NamedTuple):
     module: Module
     scans: int
     data: tuple[Any, ...]
+
+
+class _CallLog:
+    """See `engine.base.CallLog`; an object is known by its identity, for it lives on."""
+
+    def __init__(self, program: BuiltinProgram, calls: deque[tuple[int, int]]) -> None:
+        self._program, self._calls = program, calls
+        calls.clear()
+
+    def key(self, path: str) -> int:
+        return id(self._program.holder(path))
+
+    def take(self) -> list[tuple[int, int]]:
+        taken = list(self._calls)
+        self._calls.clear()
+        return taken
 
 
 class BuiltinProgram:
@@ -252,6 +269,10 @@ class BuiltinProgram:
     def located(self) -> list[Located]:
         """Directly represented variables in order of declaration."""
         return list(self._module.project.located)
+
+    def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog:
+        """Note the calls of some types of blocks from now on; see `engine.base.Program`."""
+        return _CallLog(self, self._module.note_calls(blocks))
 
     # --- state ---
 

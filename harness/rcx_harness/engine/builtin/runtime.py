@@ -86,9 +86,9 @@ def _rol(value: int, count: int, bits: int) -> int:
 
 
 def _limit(low: Any, value: Any, high: Any) -> Any:
-    if value > low:
-        return value if value < high else high
-    return low
+    """MIN(MAX(value, low), high), as the standard defines it also where low is above high."""
+    least = value if value > low else low
+    return least if least < high else high
 
 
 def _mux(index: int, *values: Any) -> Any:

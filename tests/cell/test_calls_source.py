@@ -1,0 +1,315 @@
+"""How a program calls the blocks of a robot, as its source shows it: each misuse alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.calls_source import call_findings, call_plan
+from rcx_harness.cli import main
+
+LIBRARY = Path(__file__).resolve().parents[2] / "plc" / "lib"
+READ = "ReadArea(Robot := Robot, Image := InputArea);"
+WRITE = "WriteArea(Robot := Robot, Image := OutputArea);"
+MOVE = "Step1(Robot := Robot, Execute := Go);"
+ORIGIN = "Origin(Robot := Robot, Execute := Go);"
+GATE = "IF Gate THEN {} END_IF;"
+
+Check = Callable[..., list[str]]
+
+HEAD = """PROGRAM CELL1
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Robot, Other : RCX_REF;
+    Robots : RCX_ROBOTS;
+    Gate, Go : BOOL;
+    Choice, k : INT;
+    ReadArea, ReadAgain : FB_ReadArea;
+    WriteArea, WriteAgain : FB_WriteArea;
+    Step1 : FB_MovePtp;
+    Origin : FB_ReturnToOrigin;
+    Bit : FB_ReadBit;
+    Recorder : FB_CommandRecorder;
+    Station : FB_Station;
+  END_VAR
+"""
+STATION = """FUNCTION_BLOCK FB_Station
+  VAR_IN_OUT Robot : RCX_REF; END_VAR
+  VAR_INPUT Go : BOOL; END_VAR
+  VAR Step1 : FB_MovePtp; END_VAR
+  Step1(Robot := Robot, Execute := Go);
+END_FUNCTION_BLOCK
+TYPE
+  RCX_ROBOTS : ARRAY [1..2] OF RCX_REF;
+END_TYPE
+"""
+
+
+def _write(folder: Path, body: tuple[str, ...]) -> Path:
+    file = folder / "program.st"
+    file.write_text(HEAD + "".join(f"{line}\n" for line in body) + "END_PROGRAM\n" + STATION)
+    return file
+
+
+FIRST = len(HEAD.splitlines()) + 1
+
+
+@pytest.fixture
+def check(tmp_path: Path) -> Check:
+    """The findings of a body, a line of text each: its line counted from 1, `?` if it only may."""
+
+    def findings(*body: str) -> list[str]:
+        library = sorted(LIBRARY.rglob("*.st"))
+        return [
+            f"{one.at.line - FIRST + 1}{'' if one.certain else '?'}: {one.text}"
+            for one in call_findings([_write(tmp_path, body)], library)
+        ]
+
+    return findings
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        (READ, MOVE, ORIGIN, WRITE),
+        (READ, "IF Gate THEN k := 1; ELSE k := 2; END_IF;", MOVE, WRITE),
+        (READ, "Station(Robot := Robot, Go := Go);", WRITE, "Recorder(Robot := Robot);"),
+        (
+            READ,
+            "Bit(Robot := Robot, Image := InputArea, Port := 20);",
+            "IF Bit.Value THEN Bit(Robot := Robot, Image := InputArea, Port := 21); END_IF;",
+            WRITE,
+        ),
+        (
+            READ,
+            "ReadAgain(Robot := Other, Image := InputArea, m := 48);",
+            MOVE,
+            "Origin(Robot := Other, Execute := Go);",
+            WRITE,
+            "WriteAgain(Robot := Other, Image := OutputArea, n := 48);",
+        ),
+        (MOVE, "step1.Execute := FALSE;"),
+        (READ, "Step1(Robot := ROBOT, Execute := Go);", WRITE, "IF Gate THEN RETURN; END_IF;"),
+    ],
+)
+def test_legal_calls_are_not_reported(check: Check, body: tuple[str, ...]) -> None:
+    assert check(*body) == []
+
+
+@pytest.mark.parametrize(
+    ("body", "findings"),
+    [
+        (
+            (READ, MOVE, MOVE, WRITE),
+            ["3: Step1 is called a second time in a scan (first in line {2}); "],
+        ),
+        (
+            (READ, "Station(Robot := Robot);", "Station(Robot := Robot);", WRITE),
+            ["3: Station is called a second time in a scan (first in line {2}); "],
+        ),
+        (
+            (READ, "Recorder(Robot := Robot);", "Recorder(Robot := Robot);", WRITE),
+            ["3: Recorder is called a second time in a scan (first in line {2}); "],
+        ),
+        (
+            (READ, READ, MOVE, WRITE),
+            ["2: ReadArea is called a second time in a scan (first in line {1}); "],
+        ),
+        (
+            (READ, MOVE, WRITE, WRITE),
+            ["4: WriteArea is called a second time in a scan (first in line {3}); "],
+        ),
+        (
+            (READ, "ReadAgain(Robot := Robot, Image := InputArea);", MOVE, WRITE),
+            [
+                "2: ReadAgain is a second block that reads the area of Robot in a scan "
+                "(the first is ReadArea in line {1}); "
+            ],
+        ),
+        (
+            (READ, MOVE, WRITE, "WriteAgain(Robot := robot, Image := OutputArea);"),
+            [
+                "4: WriteAgain is a second block that writes the area of robot in a scan "
+                "(the first is WriteArea in line {3}); "
+            ],
+        ),
+        (
+            (READ, "FOR k := 1 TO 2 DO", MOVE, "END_FOR;", WRITE),
+            ["3: Step1 is called inside a loop; "],
+        ),
+        (
+            (READ, "WHILE Gate DO", "IF Go THEN", MOVE, "EXIT;", "END_IF;", "END_WHILE;", WRITE),
+            ["4: Step1 is called inside a loop; "],
+        ),
+        (
+            (READ, "WHILE Gate DO", "IF Go THEN", MOVE, "EXIT;", "END_IF;", "END_WHILE;", MOVE),
+            [
+                "4: Step1 is called inside a loop; ",
+                "8: Step1 is called a second time in a scan (first in line {4}); ",
+            ],
+        ),
+        (
+            ("IF Gate THEN", MOVE, "ELSE", MOVE.replace(":= Robot", ":= ROBOT"), "END_IF;"),
+            [
+                "2?: Step1 is called only under a condition: ",
+                "4?: Step1 is called only under a condition: ",
+            ],
+        ),
+        (
+            (READ, "REPEAT", MOVE, "UNTIL Gate", "END_REPEAT;", WRITE),
+            ["3: Step1 is called inside a loop; "],
+        ),
+        (
+            (MOVE, "Step1(Robot := Other, Execute := Go);"),
+            [
+                "2: Step1 is called a second time in a scan (first in line {1}); ",
+                "2: Step1 is used for Other here and for Robot in line {1}; "
+                "declare an instance for each robot",
+            ],
+        ),
+        (
+            (MOVE, READ, ORIGIN, WRITE),
+            ["1: Step1 is called before the area of Robot is read: "],
+        ),
+        (
+            (READ, WRITE, MOVE),
+            ["3: Step1 is called after WriteArea in line {2}: "],
+        ),
+        (
+            (WRITE, READ),
+            [
+                "1: WriteArea is called before the area of Robot is read: ",
+                "2: ReadArea is called after WriteArea in line {1}: ",
+            ],
+        ),
+        (
+            (READ, "IF Gate THEN", MOVE, "END_IF;", WRITE),
+            ["3?: Step1 is called only under a condition: "],
+        ),
+        (
+            (READ, "CASE Choice OF", "1:", MOVE, "ELSE k := 1; END_CASE;", WRITE),
+            ["4?: Step1 is called only under a condition: "],
+        ),
+        (
+            (READ, "IF Gate THEN RETURN; END_IF;", MOVE, WRITE),
+            [
+                "3?: Step1 is called after a RETURN that may come first: ",
+                "4?: WriteArea is called after a RETURN that may come first: ",
+            ],
+        ),
+        (
+            (READ, "IF Gate THEN", MOVE, "ELSE", MOVE, "END_IF;", WRITE),
+            [
+                "3?: Step1 is called only under a condition: ",
+                "5?: Step1 is called only under a condition: ",
+            ],
+        ),
+        (
+            (READ, "IF Gate THEN", MOVE, WRITE, "RETURN;", "END_IF;", MOVE, WRITE),
+            [
+                "3?: Step1 is called only under a condition: ",
+                "4?: WriteArea is called only under a condition: ",
+                "7?: Step1 is called after a RETURN that may come first: ",
+                "8?: WriteArea is called after a RETURN that may come first: ",
+            ],
+        ),
+        (
+            (READ, "IF Gate THEN", MOVE, "END_IF;", "IF Go THEN", MOVE, "END_IF;", WRITE),
+            [
+                "3?: Step1 is called only under a condition: ",
+                "6?: Step1 is called a second time in a scan (first in line {3}); ",
+                "6?: Step1 is called only under a condition: ",
+            ],
+        ),
+        (
+            (READ, "IF Gate THEN", MOVE, "END_IF;", MOVE, WRITE),
+            [
+                "3?: Step1 is called only under a condition: ",
+                "5: Step1 is called a second time in a scan (first in line {3}); ",
+            ],
+        ),
+        (
+            (READ, "CASE Choice OF", "1:", MOVE, "2:", MOVE, "END_CASE;", WRITE, "k := 1;"),
+            [
+                "4?: Step1 is called only under a condition: ",
+                "6?: Step1 is called only under a condition: ",
+            ],
+        ),
+        (
+            (READ, "IF Gate THEN", MOVE, "END_IF;", "CASE Choice OF", "1:", MOVE, "END_CASE;"),
+            [
+                "3?: Step1 is called only under a condition: ",
+                "7?: Step1 is called a second time in a scan (first in line {3}); ",
+                "7?: Step1 is called only under a condition: ",
+            ],
+        ),
+    ],
+)
+def test_each_misuse_is_found_alone(
+    check: Check, body: tuple[str, ...], findings: list[str]
+) -> None:
+    expected = list(findings)
+    for number in range(1, len(body) + 1):
+        expected = [text.replace(f"{{{number}}}", str(FIRST + number - 1)) for text in expected]
+    found = check(*body)
+    assert len(found) == len(expected), found
+    for text, wanted in zip(found, expected, strict=True):
+        assert text.startswith(wanted), text
+
+
+def test_calls_in_a_block_of_the_user_are_checked_too(tmp_path: Path) -> None:
+    file = tmp_path / "block.st"
+    file.write_text(STATION.replace("Execute := Go);\n", "Execute := Go);\n" * 1 + f"  {MOVE}\n"))
+    found = call_findings([file], sorted(LIBRARY.rglob("*.st")))
+    assert [(one.at.line, one.certain) for one in found] == [(6, True)]
+
+
+@pytest.mark.parametrize(
+    ("body", "watched"),
+    [
+        ((READ, MOVE, WRITE), False),
+        ((READ, "IF Gate THEN", MOVE, "END_IF;", WRITE), True),
+        ((READ, MOVE, MOVE, WRITE), True),
+        ((READ, "Step1(Robot := Robots[k], Execute := Go);", WRITE), True),
+        ((READ, "Step1(Robot := Robots[1], Execute := Go);", WRITE), False),
+    ],
+)
+def test_only_what_the_source_leaves_open_is_watched(
+    tmp_path: Path, body: tuple[str, ...], watched: bool
+) -> None:
+    plan = call_plan([_write(tmp_path, body)], sorted(LIBRARY.rglob("*.st")))
+    assert bool(plan.blocks) is watched
+    if watched:
+        assert plan.owners["CELL1"] == {"READAREA", "STEP1", "WRITEAREA"}
+        assert plan.blocks == {"FB_READAREA": 0, "FB_MOVEPTP": 0, "FB_WRITEAREA": 0}
+
+
+def test_the_plan_depends_on_which_files_are_the_users(tmp_path: Path) -> None:
+    """Those of the library are not judged, though they are the same files."""
+    file = _write(tmp_path, (READ, MOVE, MOVE, WRITE))
+    library = sorted(LIBRARY.rglob("*.st"))
+    assert call_plan([file], library).blocks
+    assert not call_plan([], [file, *library]).blocks
+
+
+def test_check_ends_with_1_for_a_misuse_and_with_0_for_what_only_may_go_wrong(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = _write(tmp_path, (READ, MOVE, MOVE, WRITE))
+    assert main(["check", str(file)]) == 1
+    out = capsys.readouterr().out
+    assert f"{file}:{FIRST + 2}:1: rule: Step1 is called a second time in a scan" in out
+    assert "1 broken rule" in out
+    file = _write(tmp_path, (READ, GATE.format(MOVE), WRITE))
+    assert main(["check", str(file)]) == 0
+    assert f"{file}:{FIRST + 1}:14: warning: Step1 is called only under" in capsys.readouterr().out
+
+
+def test_the_shipped_examples_call_their_blocks_well() -> None:
+    library = sorted(LIBRARY.rglob("*.st"))
+    for folder in sorted((LIBRARY.parent / "examples").glob("*/")):
+        files = sorted(folder.glob("*.st"))
+        assert call_findings(files, library) == []
+        assert call_plan(files, library).blocks == {}
