@@ -1,4 +1,4 @@
-"""Durations as people write them (`10ms`, `T#1s500ms`), in whole microseconds."""
+"""Durations (`10ms`, `T#1s500ms`, in whole microseconds) and words, as people write them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from datetime import timedelta
 
 from rcx_harness.errors import InputError
 
-__all__ = ["format_us", "parse_us"]
+__all__ = ["format_us", "format_word", "parse_us"]
 
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
@@ -49,3 +49,8 @@ def parse_us(text: str | int | timedelta) -> int:
 def format_us(time_us: int) -> str:
     """Write microseconds as milliseconds, `12.345 ms`, without trailing zeros."""
     return f"{time_us / 1000:.3f}".rstrip("0").rstrip(".") + " ms"
+
+
+def format_word(value: int) -> str:
+    """Write a word as IEC 61131-3 and this library's pages do, `16#8011`."""
+    return f"16#{value:04X}"
