@@ -149,7 +149,7 @@ sys.exit(main())
 )
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
 def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, moment: str) -> None:
-    command = _run(repository, tmp_path, "--trace", str(tmp_path / "t.jsonl"))
+    command = _run(repository, tmp_path, "--trace", str(tmp_path / "t.jsonl"), "--for", "50ms")
     done = subprocess.run(
         [sys.executable, "-c", _INTERRUPTED, moment, *command],
         capture_output=True,
