@@ -274,7 +274,9 @@ class Cell:
         node = self._nodes[controller - 1]
         if event in ("link_down", "link_up"):
             if args:
-                raise InputError(f"{event} takes no arguments, got {', '.join(args)}")
+                raise InputError(
+                    f"event {event!r} takes no arguments", hint=f'write robot = "{event}"'
+                )
             node.network.set_cable(event == "link_up")
         else:
             node.robot.inject(event, **args)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -24,6 +25,7 @@ __all__ = [
     "Files",
     "Robots",
     "SourceFiles",
+    "blame_lib",
     "check_outputs",
     "default_lib",
     "make_link",
@@ -90,10 +92,27 @@ def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
     own = [file for entry in given for file in _expand(Path(entry))]
     folder = default_lib() if lib is None else Path(lib)
     if not folder.is_dir():
-        raise InputError("no such folder", file=folder, hint="--lib is the folder of the library")
+        raise InputError(
+            f"--lib {folder} is no folder",
+            hint="it is the folder of the library; without --lib that of this package is taken",
+        )
     taken = {file.resolve() for file in own}
     found = [file for file in st_files(folder) if file.resolve() not in taken]
     return SourceFiles(tuple(dict.fromkeys(own)), tuple(needed(own, found)), folder)
+
+
+def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
+    """An error in a program; where `--lib` lacks what this package's library has, it says so."""
+    missing = re.match(r"there is no (?:type|function) (\w+)", error.message)
+    if lib is None or missing is None or not any(default_lib().rglob(f"{missing[1]}.st")):
+        return error
+    return InputError(
+        error.message,
+        file=error.file,
+        line=error.line,
+        column=error.column,
+        hint=f"--lib {lib} does not declare it; without --lib the library of this package is taken",
+    )
 
 
 def st_files(folder: Path) -> list[Path]:

@@ -89,7 +89,7 @@ def run(
         typer.Option(help="Properties of the robot (TOML); of several robots once for each."),
     ] = None,
     stimulus: Annotated[Path | None, typer.Option(help="What happens when (TOML).")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     jitter: Annotated[str, typer.Option(help="Greatest delay of a packet.")] = "0ms",
     timeout: Annotated[
@@ -172,7 +172,7 @@ def check(
 
 @app.command()
 def encode(
-    name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 0x001.")],
+    name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.")],
     fields: Annotated[list[str] | None, typer.Argument(help="Fields, e.g. point=19.")] = None,
     robot: Annotated[int, typer.Option(help="Robot number R, 0 to 4.")] = 0,
 ) -> None:
@@ -182,7 +182,7 @@ def encode(
 
 @app.command()
 def decode(
-    words: Annotated[list[str], typer.Argument(help="Words from n on, e.g. 0x0001 0x0004.")],
+    words: Annotated[list[str], typer.Argument(help="Words from n on, e.g. 16#0001 16#0004.")],
     response: Annotated[
         str, typer.Option(help="The words are from m on, the answer to this command.")
     ] = "",

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from rcx_harness.calls_source import call_findings
-from rcx_harness.cell_build import SourceFiles, source_files
+from rcx_harness.cell_build import SourceFiles, blame_lib, source_files
 from rcx_harness.cli_lint import LintFinding, lint
 from rcx_harness.engine.frontend import check as check_sources
 from rcx_harness.engine.frontend import load
@@ -37,7 +37,7 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
     sources = source_files(files, lib)
     errors = [] if lint_only else check_sources(sources.all)
     for error in errors:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:
         return 2
     users, library = sources.users

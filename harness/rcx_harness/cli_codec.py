@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from rcx_harness import spec
 from rcx_harness.errors import InputError
+from rcx_harness.units import format_word
 
 __all__ = ["decode", "encode"]
 
@@ -68,7 +69,7 @@ def decode(texts: Sequence[str], response: str) -> None:
 
 def _print_request(command: spec.Command, words: Sequence[int]) -> None:
     robot = words[0] >> 12
-    print(f"{command.name} ({command.shown}), {command.title}; guide {command.section}")
+    print(f"{command.name} ({command.iec}), {command.title}; guide {command.section}")
     if command.robot:
         print(f"  robot {robot}" + (" (not designated: robot 1)" if not robot else ""))
     _print_fields(command.request, command.decode(words))
@@ -81,8 +82,8 @@ def _print_request(command: spec.Command, words: Sequence[int]) -> None:
 
 def _print_response(command: spec.Command, words: Sequence[int]) -> None:
     status = words[0]
-    print(f"answer to {command.name} ({command.shown}), {command.title}; guide {command.section}")
-    print(f"  status 0x{status:04X}: {_STATUS.get(status, 'no status of the manual')}")
+    print(f"answer to {command.name} ({command.iec}), {command.title}; guide {command.section}")
+    print(f"  status {format_word(status)}: {_STATUS.get(status, 'no status of the manual')}")
     if status == 0x4000:
         number = f"{words[1]}.{words[2]}"
         alarm = spec.alarms().get(number)
@@ -95,7 +96,7 @@ def _print_fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldV
     for part in fields:
         value = values[part.name]
         shown = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-        unit = f" {part.unit}" if part.unit else ""
+        unit = f" {part.unit_among(values)}".rstrip()
         meaning = part.values.get(value) if isinstance(value, int) else None
         note = meaning or part.meaning
         print(f"  {part.name} = {shown}{unit}" + (f"  ({note})" if note else ""))
@@ -105,28 +106,28 @@ def _print_words(address: str, words: Sequence[int]) -> None:
     used = max((k for k in range(_WORDS) if words[k]), default=0)
     for k in range(used + 1):
         place = address if not k else f"{address}+{2 * k}"
-        print(f"{place:<5} 0x{words[k]:04X}")
+        print(f"{place:<5} {format_word(words[k])}")
     if used < _WORDS - 1:
-        print(f"then to {address}+{2 * (_WORDS - 1)} 0x0000")
+        print(f"then to {address}+{2 * (_WORDS - 1)} {format_word(0)}")
 
 
 def _word(text: str) -> int:
     try:
-        value = int(text, 0)
+        value = spec.whole_number(text)
     except ValueError:
         value = -1
     if not 0 <= value <= 0xFFFF:
-        raise InputError(f"not a word: {text!r}", hint="words are 0 to 65535 or 0x0000 to 0xFFFF")
+        raise InputError(f"not a word: {text!r}", hint="words are 0 to 65535 or 16#0000 to 16#FFFF")
     return value
 
 
 def _numbers(key: str, text: str) -> spec.FieldValue:
     try:
-        parts = [int(part, 0) for part in text.split(",")]
+        parts = [spec.whole_number(part) for part in text.split(",")]
     except ValueError:
         try:
             reals = tuple(float(part) for part in text.split(","))
-            if not all(map(math.isfinite, reals)):
+            if not text.isascii() or not all(map(math.isfinite, reals)):
                 raise ValueError
         except ValueError:
             raise InputError(f"{key} = {text!r} is not a number") from None

@@ -248,6 +248,9 @@ def _code(statement: s.Statement, members: set[str]) -> _Found:
 
 
 def _compares(operand: s.Expression) -> bool:
+    """Has it a comparison? Another NOT is looked at by itself."""
+    if isinstance(operand, s.Unary):
+        return False
     return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in _nodes(operand))
 
 
@@ -292,10 +295,11 @@ def _promoted(side: s.Expression) -> _Found:
 
 def _nodes(node: Any) -> Iterator[Any]:
     """The node and every node below it."""
-    if isinstance(node, tuple):
-        for part in node:
-            yield from _nodes(part)
-    elif is_dataclass(node):
-        yield node
-        for field in fields(node):
-            yield from _nodes(getattr(node, field.name))
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, tuple):
+            waiting += reversed(one)
+        elif is_dataclass(one):
+            yield one
+            waiting += [getattr(one, field.name) for field in reversed(fields(one))]

@@ -104,7 +104,11 @@ class Timing:
 
 
 def _within(what: str, value: Duration, low: int, high: int) -> int:
-    given = parse_us(value)
+    try:
+        given = parse_us(value)
+    except InputError as error:
+        span = f"{what} can be {format_us(low)} to {format_us(high)}"
+        raise InputError(f"{what}: {error.message}", hint=span) from None
     if not low <= given <= high:
         raise InputError(
             f"{what} is {format_us(given)}; it must be {format_us(low)} to {format_us(high)}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from rcx_harness.robot import Violation
 from rcx_harness.spec import signals
-from rcx_harness.units import format_us
+from rcx_harness.units import format_us, format_word
 
 __all__ = ["INTERVAL_US", "WireMonitor", "word"]
 
@@ -145,21 +145,20 @@ class WireMonitor:
         found = []
         if was and self._judged and not self._may_change(was, before, so):
             if code != was:
-                text = f"the code changed from {_hex(was)} to {_hex(code)}"
+                text = f"the code changed from {format_word(was)} to {format_word(code)}"
             else:
-                text = f"{_changed_words(before, si)} changed with the code {_hex(code)} out"
-            text += (
-                f" while the status read was {_hex(status)}; held until 0x0200 or 0x4000 is read"
-            )
+                text = f"{_changed_words(before, si)} changed with the code {format_word(code)} out"
+            text += f" while the status read was {format_word(status)}; "
+            text += "held until 16#0200 or 16#4000 is read"
             found.append(("command held", text))
         if code and code != was:
             if was == 0 and not same_data:
                 text = f"{_changed_words(before, si)} changed together with the code "
-                text += f"{_hex(code)}; data must be there one scan before"
+                text += f"{format_word(code)}; data must be there one scan before"
                 found.append(("data before code", text))
             if status and not found:
-                text = f"the code {_hex(code)} went out while the status read was "
-                text += f"{_hex(status)}; expected 0x0000"
+                text = f"the code {format_word(code)} went out while the status read was "
+                text += f"{format_word(status)}; expected 16#0000"
                 found.append(("ready before code", text))
             self._ended = self._ran = False
             self._judged = True
@@ -177,10 +176,6 @@ class WireMonitor:
         lost = not so[32] & _CPU_OK or (self._ran and status == 0)
         continuous = was & 0x0FFF in (0x505, 0x506) and before[2] & 1 and self._ran
         return self._ended or lost or bool(continuous)
-
-
-def _hex(value: int) -> str:
-    return f"0x{value:04X}"
 
 
 def _changed_words(before: bytes, si: bytes) -> str:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell_build import Areas, Robots, check_outputs, several, source_files
+from rcx_harness.cell_build import Areas, Robots, blame_lib, check_outputs, several, source_files
 from rcx_harness.chart import Timeline
 from rcx_harness.chart_svg import svg_chart
 from rcx_harness.clocks import Duration
 from rcx_harness.errors import InputError
+from rcx_harness.output import OutputFile
 from rcx_harness.robot import Violation
 from rcx_harness.stimulus import Stimulus
 from rcx_harness.units import parse_us
@@ -82,7 +83,10 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
     Raises:
         InputError: anything wrong with the input or the outputs.
     """
-    duration_us = parse_us(options.duration)
+    try:
+        duration_us = parse_us(options.duration)
+    except InputError as error:
+        raise InputError(f"--for: {error.message}", hint=error.hint) from None
     if not duration_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
     outputs = {"trace": options.trace, "chart": options.chart, "vcd": options.vcd}
@@ -92,25 +96,29 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
     late = stimulus.late(duration_us) if stimulus is not None else ""
     timeline = Timeline()
     connected = False
-    with Cell.build(
-        list(options.files),
-        lib=options.lib,
-        scan=options.scan,
-        engine=options.engine,
-        link=_link(options),
-        size=options.size,
-        m=options.m,
-        n=options.n,
-        robot=options.robot,
-        rpi=options.rpi,
-        jitter=options.jitter,
-        timeout=_timeout(options),
-        phases=options.phases,
-        on_loss=options.on_loss,
-        seed=options.seed,
-        trace=options.trace,
-        watch=options.watch,
-    ) as cell:
+    try:
+        made = Cell.build(
+            list(options.files),
+            lib=options.lib,
+            scan=options.scan,
+            engine=options.engine,
+            link=_link(options),
+            size=options.size,
+            m=options.m,
+            n=options.n,
+            robot=options.robot,
+            rpi=options.rpi,
+            jitter=options.jitter,
+            timeout=_timeout(options),
+            phases=options.phases,
+            on_loss=options.on_loss,
+            seed=options.seed,
+            trace=options.trace,
+            watch=options.watch,
+        )
+    except InputError as error:
+        raise blame_lib(error, options.lib) from None
+    with made as cell:
         cell.trace.listen(timeline.take)
         if stimulus is not None:
             stimulus.schedule(cell)
@@ -171,8 +179,6 @@ def _title(options: RunOptions, cell: Cell) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from None
+    file = OutputFile(path)
+    file.write(text)
+    file.close()

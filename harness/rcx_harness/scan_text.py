@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from rcx_harness import spec
 from rcx_harness.serve.plain import request_text, response_text
+from rcx_harness.units import format_word
 
 __all__ = ["area_lines", "change_lines", "identity_lines", "telegram_lines"]
 
@@ -37,11 +38,11 @@ def identity_lines(attributes: bytes) -> Iterator[str]:
     name = attributes[_IDENTITY.size + 1 :][: attributes[_IDENTITY.size]]
     yield (
         f"{name.decode('ascii', 'replace')}: vendor {vendor}, device type {kind}, "
-        f"product code {product}, revision {major}.{minor}, serial number 0x{serial:08X}"
+        f"product code {product}, revision {major}.{minor}, serial number 16#{serial:08X}"
     )
     owned = "owned by a master" if status & 1 else "owned by no master"
     state = _DEVICE_STATES.get(status >> 4 & 0xF)
-    yield f"status 0x{status:04X}: {owned}{f', {state}' if state else ''}"
+    yield f"status {format_word(status)}: {owned}{f', {state}' if state else ''}"
 
 
 def area_lines(area: bytes, letter: str) -> Iterator[str]:
@@ -53,7 +54,11 @@ def area_lines(area: bytes, letter: str) -> Iterator[str]:
     """
     for signal in _dedicated(letter):
         yield f"  {signal.signal:<6} {_level(area, signal):<3}  {signal.title}"
-    others = [f"{name} = {value}" for name, value in _others(area, letter) if int(value, 0)]
+    others = [
+        f"{name} = {value}"
+        for name, value in _others(area, letter)
+        if value not in ("0", format_word(0))
+    ]
     yield f"  not 0: {', '.join(others)}" if others else "  all others 0"
 
 
@@ -67,12 +72,12 @@ def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
     answer = _WORDS.unpack_from(to_master)
     request = _WORDS.unpack_from(to_robot) if to_robot is not None else None
     if request is None:
-        yield f"  remote status 0x{answer[0]:04X}: {response_text(0, answer)}"
+        yield f"  remote status {format_word(answer[0])}: {response_text(0, answer)}"
     elif request[0]:
         yield f"  {request_text(request)}"
         yield f"  {response_text(request[0], answer) if answer[0] else 'not taken yet'}"
     elif answer[0] != _READY:
-        yield f"  no command; remote status 0x{answer[0]:04X}: {response_text(0, answer)}"
+        yield f"  no command; remote status {format_word(answer[0])}: {response_text(0, answer)}"
     else:
         yield "  no command, ready for one"
 
@@ -100,7 +105,7 @@ def _others(area: bytes, letter: str) -> Iterator[tuple[str, str]]:
     """Words and general-purpose bits, by the manual's names."""
     words = [*range(0, _BITS_AT, 2), *range(_EXTENSION_AT, len(area), 2)]
     for at in words:
-        yield f"S{letter}W({at // 2})", f"0x{area[at] | area[at + 1] << 8:04X}"
+        yield f"S{letter}W({at // 2})", format_word(area[at] | area[at + 1] << 8)
     for at in _FREE_BITS:
         for bit in range(8):
             yield f"S{letter}({at - _BITS_AT:o}{bit})", str(area[at] >> bit & 1)

@@ -30,6 +30,7 @@ __all__ = [
     "folder",
     "load_toml",
     "signals",
+    "whole_number",
 ]
 
 _T = TypeVar("_T")
@@ -161,7 +162,7 @@ def commands() -> Mapping[int, Command]:
 
 
 def command(name: str) -> Command:
-    """The remote command of that name (`MovePtp`) or code (`0x001`, `0x1001`, `0xR001`).
+    """The remote command of that name (`MovePtp`) or code (`16#1001`, `0x001`, `0xR001`).
 
     Raises:
         InputError: there is none.
@@ -170,7 +171,7 @@ def command(name: str) -> Command:
     if name.lower() in by_name:
         return by_name[name.lower()]
     try:
-        code = int(name.lower().replace("0xr", "0x0"), 0) & 0x0FFF
+        code = whole_number(name.lower().replace("0xr", "0x0").replace("16#r", "16#0")) & 0x0FFF
     except ValueError:
         code = -1
     if code in commands():
@@ -178,6 +179,17 @@ def command(name: str) -> Command:
     meant = [by_name[key].name for key in get_close_matches(name.lower(), by_name)]
     hint = did_you_mean(meant) or "docs/commands.md lists all names and codes"
     raise InputError(f"no remote command is called {name!r}", hint=hint)
+
+
+def whole_number(text: str) -> int:
+    """Read `16#00FF`, `0x00FF` or `255`.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    if not text.isascii():
+        raise ValueError("foreign digits")
+    return int(text[3:], 16) if text.startswith("16#") and text[3:4].isalnum() else int(text, 0)
 
 
 def _command(groups: Mapping[str, Mapping[str, Any]], /, **entry: Any) -> Command:

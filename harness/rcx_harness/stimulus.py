@@ -205,7 +205,7 @@ def _try(entry: Entry, cell: Cell) -> None:
         if not event.startswith("link_"):
             robot.inject(event, **args)
         elif args:
-            raise InputError(f"{event} takes no arguments")
+            raise InputError(f"event {event!r} takes no arguments", hint=f'write robot = "{event}"')
     for name in entry.hold + entry.release:
         robot.hold(name)
         robot.release(name)

@@ -6,6 +6,7 @@ Words are lists of 16: word k is at byte 2k of the area, word 0 the code or stat
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from difflib import get_close_matches
 from typing import Any, cast
 
 from rcx_harness.errors import InputError
+from rcx_harness.units import format_word
 
 __all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "did_you_mean", "intervals"]
 
@@ -73,6 +75,19 @@ class Field:
         else:
             size = struct.calcsize(_FORMATS[self.type]) * self.count
         return range(self.at // 2, (self.at + size) // 2)
+
+    def unit_among(self, values: Mapping[str, FieldValue]) -> str:
+        """Its unit among all `values` of the telegram, where a selection decides on it."""
+        units = re.split(r", | or ", self.unit)
+        if len(units) == 1:
+            return self.unit
+        if self.by:
+            kinds, selected = list(self.ranges), values[self.by]
+            return next(
+                (unit for kind, unit in zip(kinds, units, strict=True) if kind == selected), ""
+            )
+        selections = (values[name] for name in ("unit", "arch_unit") if name in values)
+        return next((units[int(str(one))] for one in selections), self.unit)
 
     def read(self, words: Sequence[int]) -> FieldValue:
         """Its value in a telegram; numbers as they are on the wire, without scaling."""
@@ -152,9 +167,9 @@ class Field:
         if isinstance(value, str):
             legal = intervals(allowed or (0x20, 0x7E))
             wrong = [c for c in value if not any(low <= ord(c) <= high for low, high in legal)]
-            shown = ", ".join(f"0x{low:02X} to 0x{high:02X}" for low, high in legal)
+            shown = ", ".join(f"16#{low:02X} to 16#{high:02X}" for low, high in legal)
             if "\0" in value:
-                return f"{self.name} has 0x00 before its end; fill it up with one character only"
+                return f"{self.name} has 16#00 before its end; fill it up with one character only"
             return f"{self.name} has the character {wrong[0]!r}, not {shown}" if wrong else ""
         if allowed is None:
             return ""
@@ -196,6 +211,11 @@ class Command:
         """The code as the manual writes it, `0xR001` or `0x0100`."""
         return f"0xR{self.code:03X}" if self.robot else f"0x{self.code:04X}"
 
+    @property
+    def iec(self) -> str:
+        """The code as messages write it, `16#R001` (R is the robot's number) or `16#0100`."""
+        return f"16#{self.shown[2:]}"
+
     def decode(self, words: Sequence[int]) -> dict[str, FieldValue]:
         """The request's fields by name; nothing is checked."""
         return {part.name: part.read(words) for part in self.request}
@@ -207,16 +227,16 @@ class Command:
             InputError: unknown field, value out of its range, or a robot where none is allowed.
         """
         if robot and not (self.robot and 0 < robot <= 4):
-            raise InputError(f"{self.shown} {self.name} cannot designate robot {robot}")
+            raise InputError(f"{self.iec} {self.name} cannot designate robot {robot}")
         preset = {part.name: part.fixed for part in self.request if part.fixed is not None}
         given = {**preset, **values}
         problem = self._given_problem(given)
         if problem:
-            raise InputError(f"{self.shown} {self.name}: {problem}")
+            raise InputError(f"{self.iec} {self.name}: {problem}")
         words = self._fill(self.request, given)
         problem = self.problem(words)
         if problem:
-            raise InputError(f"{self.shown} {self.name}: {problem}")
+            raise InputError(f"{self.iec} {self.name}: {problem}")
         words[0] = self.code | robot << 12
         return tuple(words)
 
@@ -243,7 +263,7 @@ class Command:
             stray = words[k] & ~covered[k]
             if stray and (covered[k] or unused_words):
                 kind = "fixed 0" if covered[k] else "not used"
-                return f"n+{2 * k} has bits 0x{stray:04X} set, which are {kind}"
+                return f"n+{2 * k} has bits {format_word(stray)} set, which are {kind}"
         values = self.decode(words)
         for part in self.request:
             problem = part.problem(values)
@@ -266,11 +286,11 @@ class Command:
             if name not in by_name:
                 meant = did_you_mean(get_close_matches(name, by_name))
                 hint = meant or f"its fields are: {', '.join(by_name) or 'none'}"
-                raise InputError(f"{self.shown} {self.name} has no field {name!r}", hint=hint)
+                raise InputError(f"{self.iec} {self.name} has no field {name!r}", hint=hint)
             try:
                 by_name[name].write(words, value)
             except InputError as error:
-                raise InputError(f"{self.shown} {self.name}: {error}") from None
+                raise InputError(f"{self.iec} {self.name}: {error}") from None
         return words
 
     def _given_problem(self, given: Mapping[str, FieldValue]) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TextIO, TypeVar
 
 from rcx_harness.errors import InputError
+from rcx_harness.output import OutputFile
 
 __all__ = ["FORMAT", "Cycle", "Finding", "Record", "Scan", "Trace", "header_line", "read_trace"]
 
@@ -103,9 +104,9 @@ class Trace:
         self.path = Path(path) if path is not None else None
         self._kept: deque[Record] = deque(maxlen=keep)
         self._listeners: list[Callable[[Record], None]] = []
-        self._file: TextIO | None = None
+        self._file: OutputFile | None = None
         if self.path is not None:
-            self._file = _open_for_writing(self.path)
+            self._file = OutputFile(self.path)
             self._file.write(header_line(header) + "\n")
 
     def listen(self, listener: Callable[[Record], None]) -> None:
@@ -239,11 +240,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _plain(item) for name, item in value.items()}
     return value
-
-
-def _open_for_writing(path: Path) -> TextIO:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("w", encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from None

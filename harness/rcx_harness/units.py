@@ -1,17 +1,21 @@
-"""Durations as people write them (`10ms`, `T#1s500ms`), in whole microseconds."""
+"""Durations (`10ms`, `T#1s500ms`, in whole microseconds) and words, as people write them."""
 
 from __future__ import annotations
 
 import re
 from datetime import timedelta
+from fractions import Fraction
 
 from rcx_harness.errors import InputError
 
-__all__ = ["format_us", "parse_us"]
+__all__ = ["format_us", "format_word", "parse_us"]
 
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
-_PART = re.compile(r"(\d+(?:\.\d+)?)(ms|us|d|h|m|s)")
+_PART = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)")
+#: The longest duration: no run, and no timer of a PLC, takes longer.
+_DIGITS, _SHOWN = 20, 40
+_LONGEST_US = 365 * _UNITS["d"]
 
 
 def parse_us(text: str | int | timedelta) -> int:
@@ -24,28 +28,40 @@ def parse_us(text: str | int | timedelta) -> int:
         Microseconds, at least 0.
 
     Raises:
-        InputError: not a duration, negative, or finer than a microsecond.
+        InputError: not a duration, negative, longer than a year, or finer than a microsecond.
     """
     if isinstance(text, timedelta):
         text = text // timedelta(microseconds=1)
     if isinstance(text, int):
         if text < 0:
             raise InputError(f"a duration cannot be negative: {text} us")
+        if text > _LONGEST_US:
+            raise InputError("a duration is too long", hint="it can be 0s to 365d")
         return text
     plain = re.sub(r"^(t|time)#", "", text.strip().lower()).replace("_", "")
     total, end = 0, 0
     for part in _PART.finditer(plain):
         if part.start() != end:
             break
-        exact = float(part[1]) * _UNITS[part[2]]
-        if abs(exact - round(exact)) > 1e-6:
+        if len(part[1]) > _DIGITS:
+            raise InputError(f"not a duration: {text[:_SHOWN]}...", hint="it can be 0s to 365d")
+        exact = Fraction(part[1]) * _UNITS[part[2]]
+        if exact.denominator != 1:
             raise InputError(f"a duration in whole microseconds is expected, not {text!r}")
-        total, end = total + round(exact), part.end()
+        total, end = total + int(exact), part.end()
     if not plain or end != len(plain):
-        raise InputError(f"not a duration: {text!r}", hint="write it as 10ms, 1.5s or 1m30s")
+        shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+        raise InputError(f"not a duration: {shown!r}", hint="write it as 10ms, 1.5s or 1m30s")
+    if total > _LONGEST_US:
+        raise InputError(f"{text!r} is too long for a duration", hint="it can be 0s to 365d")
     return total
 
 
 def format_us(time_us: int) -> str:
     """Write microseconds as milliseconds, `12.345 ms`, without trailing zeros."""
     return f"{time_us / 1000:.3f}".rstrip("0").rstrip(".") + " ms"
+
+
+def format_word(value: int) -> str:
+    """Write a word as IEC 61131-3 and this library's pages do, `16#8011`."""
+    return f"16#{value:04X}"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TextIO
+from typing import TextIO, cast
 
 from vcd import VCDWriter
 from vcd.writer import Variable
 
-from rcx_harness.errors import InputError
 from rcx_harness.monitor import word
+from rcx_harness.output import OutputFile
 from rcx_harness.spec import Signal, signals
 from rcx_harness.trace import Cycle, Finding, Record, Scan
 
@@ -64,13 +64,11 @@ class Wave:
     """
 
     def __init__(self, path: str | Path, controllers: int = 1) -> None:
-        try:
-            Path(path).parent.mkdir(parents=True, exist_ok=True)
-            self._file: TextIO = open(path, "w", encoding="ascii", newline="\n")  # noqa: SIM115 - close()
-        except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror}", file=path) from None
+        self._file = OutputFile(path, "ascii")
         # No date and no version: the same run gives the same bytes.
-        self._writer = VCDWriter(self._file, timescale="1 us", date="", version="rcx", comment="")
+        self._writer = VCDWriter(
+            cast(TextIO, self._file), timescale="1 us", date="", version="rcx", comment=""
+        )
         table = signals()
         self._plc: list[tuple[_Area, _Area]] = []
         self._robot: list[tuple[_Area, _Area]] = []

@@ -135,9 +135,9 @@ def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedica
     running.go()
     setattr(running, side, True)
     assert running.go(100).state is State.CLEARING
-    assert running.last.reason == "it still holds dedicated inputs, 0x0041"
+    assert running.last.reason == "it still holds dedicated inputs, 16#0041"
     running.area = b"\x01\x00" + bytes(46)
-    assert running.go().reason == "it still holds the remote command 0x0001"
+    assert running.go().reason == "it still holds the remote command 16#0001"
     running.area = _QUIET
     assert running.go().state is State.RUN
     assert running.last.to_robot == _QUIET, "general purpose inputs are the PLC's to keep"

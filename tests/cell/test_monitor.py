@@ -105,7 +105,7 @@ def test_data_that_comes_with_the_code_is_reported(cell: Cell) -> None:
     cell["Main.Code"] = MOVE
     cell.run("20ms")
     assert texts(cell) == [
-        "plc, scan 10: data before code: n+2 changed together with the code 0x0001; "
+        "plc, scan 10: data before code: n+2 changed together with the code 16#0001; "
         "data must be there one scan before"
     ]
 
@@ -122,8 +122,8 @@ def test_a_code_cleared_before_its_end_is_reported_by_both_sides(raw_cell: Build
     cell["Main.Code"] = 0
     cell.run("50ms")
     assert texts(cell) == [
-        "plc, scan 20: command held: the code changed from 0x0101 to 0x0000 while the status read "
-        "was 0x0100; held until 0x0200 or 0x4000 is read"
+        "plc, scan 20: command held: the code changed from 16#0101 to 16#0000 while the status "
+        "read was 16#0100; held until 16#0200 or 16#4000 is read"
     ]
     assert len(found(cell, "robot")) == 1
 
@@ -138,8 +138,8 @@ def test_data_changed_while_the_command_runs_is_reported_by_both_sides(raw_cell:
     cell["Main.Data"] = 1
     cell.run("50ms")
     assert texts(cell) == [
-        "plc, scan 20: command held: n+2 changed with the code 0x0101 out while the status read "
-        "was 0x0100; held until 0x0200 or 0x4000 is read"
+        "plc, scan 20: command held: n+2 changed with the code 16#0101 out while the status "
+        "read was 16#0100; held until 16#0200 or 16#4000 is read"
     ]
     assert len(found(cell, "robot")) == 1
 
@@ -155,7 +155,7 @@ def test_a_code_without_ready_status_is_reported_by_both_sides(cell: Cell) -> No
     cell.run("50ms")
     assert found(cell, "plc") == ["ready before code"]
     assert texts(cell)[0].endswith(
-        "the code 0x0001 went out while the status read was 0x4000; expected 0x0000"
+        "the code 16#0001 went out while the status read was 16#4000; expected 16#0000"
     )
     assert len(found(cell, "robot")) == 1
 

@@ -131,8 +131,8 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         ("set = { 'Main.Go' = true }", "Main of type RawArea has no member Go"),
         ("set = { 'Main.Bits0' = 300 }", "300"),
         ("set = { 'Main.Bits0' = 'on' }", "on"),
-        ("robot = { event = 'alarm', group = 12 }", "event 'alarm' takes group, category"),
-        ("robot = { event = 'link_down', now = 1 }", "link_down takes no arguments"),
+        ("robot = { event = 'alarm', group = 12 }", "event 'alarm' needs category"),
+        ("robot = { event = 'link_down', now = 1 }", "event 'link_down' takes no arguments"),
         ("hold = 'SO99'", "SO99"),
     ],
 )

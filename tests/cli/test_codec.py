@@ -17,14 +17,14 @@ def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) ->
     assert main(["encode", "MovePtp", "speed_mode=2", "speed=50", "point=19"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[:6] == [
-        "n     0x0001",
-        "n+2   0x0004",
-        "n+4   0x0000",
-        "n+6   0x0032",
-        "n+8   0x0013",
-        "then to n+30 0x0000",
+        "n     16#0001",
+        "n+2   16#0004",
+        "n+4   16#0000",
+        "n+6   16#0032",
+        "n+8   16#0013",
+        "then to n+30 16#0000",
     ]
-    assert lines[6].startswith("MovePtp (0xR001)")
+    assert lines[6].startswith("MovePtp (16#R001)")
     assert "  point = 19" in lines
 
 
@@ -32,7 +32,7 @@ def test_the_robot_designation_is_the_upper_digit(capsys: Captured) -> None:
     """Source: guide 4.2.1, R: robot number."""
     assert main(["encode", "0x001", "point=1", "--robot", "2"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("n     0x2001\n")
+    assert out.startswith("n     16#2001\n")
     assert "  robot 2\n" in out
 
 
@@ -50,7 +50,7 @@ def test_a_request_that_the_controller_refuses_is_marked(capsys: Captured) -> No
     assert main(["decode", "0x7001", "0"]) == 0
     assert "  not allowed: robot 7 cannot be designated\n" in capsys.readouterr().out
     assert main(["decode", "0x0001", "0x0008"]) == 0
-    assert "  not allowed: n+2 has bits 0x0008 set" in capsys.readouterr().out
+    assert "  not allowed: n+2 has bits 16#0008 set" in capsys.readouterr().out
 
 
 def test_an_abnormal_end_is_told_with_its_alarm(capsys: Captured) -> None:
@@ -60,7 +60,7 @@ def test_an_abnormal_end_is_told_with_its_alarm(capsys: Captured) -> None:
     """
     assert main(["decode", "--response", "MovePtp", "0x4000", "0x000C", "0x0258"]) == 0
     out = capsys.readouterr().out
-    assert "  status 0x4000: abnormal end\n" in out
+    assert "  status 16#4000: abnormal end\n" in out
     assert "  alarm 12.600" in out
 
 
@@ -84,7 +84,7 @@ def test_a_normal_end_is_told_with_its_response(capsys: Captured) -> None:
         (["encode", "MovePtp", "point=30000"], "point is 30000, not 0 to 29999"),
         (["encode", "MovePtp", "--robot", "5"], "cannot designate robot 5"),
         (["encode", "MovePtp", "point=99999"], "point is 99999, not 0 to 29999\n"),
-        (["encode", "MovePtp", "point=-1"], "0xR001 MovePtp: point is -1, not 0 to 29999\n"),
+        (["encode", "MovePtp", "point=-1"], "16#R001 MovePtp: point is -1, not 0 to 29999\n"),
         (["encode", "MovePtp", "point=1.5"], "point is 1.5, not a whole number\n"),
         (["encode", "MovePtp", "point=1,2"], "no room for (1, 2); it takes 1 number(s)\n"),
         (["encode", "MovePtp", "speed_mode=1.5"], "speed_mode is 1.5, not a whole number\n"),

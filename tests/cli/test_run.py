@@ -105,7 +105,7 @@ def test_the_robot_takes_the_size_of_the_plc_if_its_file_says_none(
         (["--phases", "scan=1h"], "the phase of scan"),
         (["--robot", "/nowhere/robot.toml"], "/nowhere/robot.toml: cannot read it"),
         (["--stimulus", "/nowhere/s.toml"], "/nowhere/s.toml: cannot read it"),
-        (["--lib", "/nowhere/lib"], "/nowhere/lib: no such folder"),
+        (["--lib", "/nowhere/lib"], "--lib /nowhere/lib is no folder"),
         (["--trace", "/dev/null/t.jsonl"], "cannot be written"),
         (["--chart", "/dev/null/c.svg"], "cannot be written"),
         (["--vcd", "/dev/null/w.vcd"], "cannot be written"),

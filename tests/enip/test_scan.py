@@ -61,7 +61,7 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == (
         "RCX3 virtual controller: vendor 636, device type 43, product code 5, revision 1.1, "
-        "serial number 0x00000001"
+        "serial number 16#00000001"
     )
     assert lines[2] == "input only connection, 48 bytes, packets every 10 ms"
     master = lines.index("robot to master (assembly 100, the area from m)")
@@ -70,9 +70,9 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
     assert master < robot < command
     assert "  SO(01) ON   CPU_OK status output" in lines[master:robot]
     assert "  SO(02) off  Servo ON status output" in lines[master:robot]
-    assert "  not 0: SOW(2) = 0x1234, SO(20) = 1" in lines[master:robot]
+    assert "  not 0: SOW(2) = 16#1234, SO(20) = 1" in lines[master:robot]
     assert "  SI(00) ON   Emergency stop input" in lines[robot:command]
-    request = "  ReadPositionPulses (0xR505): Current position reference, pulse units"
+    request = "  ReadPositionPulses (16#R505): Current position reference, pulse units"
     assert lines[command + 1] == request
     assert lines[command + 2] == "  not taken yet"
     assert lines[-1].split(" packets received, ")[0].isdigit()
@@ -117,7 +117,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
     out = capsys.readouterr().out
     assert "exclusive owner connection" in out
     assert "  SI(00) ON   Emergency stop input" in out
-    assert "  not 0: SIW(2) = 0x0005" in out
+    assert "  not 0: SIW(2) = 16#0005" in out
     assert adapter.shared.status().owner is OwnerState.CLOSED
     assert adapter.read_to_robot() == output_image(["SI00=1", "SIW(2)=5"], 48)
 
@@ -212,7 +212,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
         host, port = adapter.address
         options = ["--port", str(port), "--size", "256", "--for", "0s"]
         assert main(["scan", host, *options]) == 0
-    assert "  not 0: SOW(127) = 0xABCD" in capsys.readouterr().out
+    assert "  not 0: SOW(127) = 16#ABCD" in capsys.readouterr().out
 
 
 def test_changes_are_told_with_their_names() -> None:
@@ -223,7 +223,7 @@ def test_changes_are_told_with_their_names() -> None:
     assert list(change_lines(OUTPUTS, bytes(after), "O")) == [
         "SO(01) off  CPU_OK status output",
         "SO(02) ON  Servo ON status output",
-        "SOW(0) = 0x0200",
+        "SOW(0) = 16#0200",
         "SO(37) = 1",
     ]
     assert list(change_lines(OUTPUTS, OUTPUTS, "O")) == []
@@ -243,7 +243,7 @@ def test_the_last_telegram_is_told_in_plain_language() -> None:
     words = ["SIW(0)=1", "SIW(2)=4", "SIW(3)=50", "SIW(4)=19"]
     request = output_image(words, 48)
     assert list(telegram_lines(bytes(48), request)) == [
-        "  MovePtp (0xR001): MOVE, PTP, point designation; axes 4, speed 50 0.01 % or %, point 19",
+        "  MovePtp (16#R001): MOVE, PTP, point designation; axes 4, speed 50, point 19",
         "  not taken yet",
     ]
     answered = b"\x00\x02" + bytes(46)
@@ -251,21 +251,21 @@ def test_the_last_telegram_is_told_in_plain_language() -> None:
     assert list(telegram_lines(bytes(48), bytes(48))) == ["  no command, ready for one"]
     alarm = b"\x00\x40\x0c\x00\x58\x02" + bytes(42)
     (line,) = telegram_lines(alarm, None)
-    assert line.startswith("  remote status 0x4000: abnormal end, alarm 12.600")
+    assert line.startswith("  remote status 16#4000: abnormal end, alarm 12.600")
 
 
 @pytest.mark.parametrize(
     ("status", "words"),
     [
-        ("3000", "status 0x0030: owned by no master, no I/O connection"),
-        ("6100", "status 0x0061: owned by a master, an I/O connection is in run"),
-        ("0000", "status 0x0000: owned by no master"),
+        ("3000", "status 16#0030: owned by no master, no I/O connection"),
+        ("6100", "status 16#0061: owned by a master, an I/O connection is in run"),
+        ("0000", "status 16#0000: owned by no master"),
     ],
 )
 def test_the_identity_is_told_in_words(status: str, words: str) -> None:
     attributes = bytes.fromhex(f"7C02 2B00 0500 0101 {status} 78563412 03") + b"RCX"
     assert list(identity_lines(attributes)) == [
-        "RCX: vendor 636, device type 43, product code 5, revision 1.1, serial number 0x12345678",
+        "RCX: vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678",
         words,
     ]
 

@@ -130,8 +130,8 @@ def test_a_command_code_changed_before_its_end_gets_no_status() -> None:
     master.send()
     master.run(5)
     assert master.texts() == [
-        "hold-command: command 0x0001 was changed before its end status (n 0x0001 to 0x0000, "
-        "n+2 0x0004 to 0x0000, n+6 0x0032 to 0x0000, n+8 0x0013 to 0x0000; status 0x0100); "
+        "hold-command: command 16#0001 was changed before its end status (n 16#0001 to 16#0000, "
+        "n+2 16#0004 to 16#0000, n+6 16#0032 to 16#0000, n+8 16#0013 to 16#0000; status 16#0100); "
         "its status is not reflected any more"
     ]
     assert master.status == 0x0100
@@ -210,8 +210,8 @@ def test_a_command_set_before_the_ready_status_is_not_executed() -> None:
     master.run(100)
     assert master.status == 0x0200
     assert master.texts() == [
-        "ready-first: command 0x0604 is set while the status is 0x0200; "
-        "a command may be set only in status 0x0000; not executed"
+        "ready-first: command 16#0604 is set while the status is 16#0200; "
+        "a command may be set only in status 16#0000; not executed"
     ]
     assert master.robot.commands_executed == 1
 

@@ -178,8 +178,8 @@ def test_the_interval_is_a_knob() -> None:
         (32, 0x80, "n+32 bit 7"),
         (33, 0x02, "n+33 bit 1"),
         (33, 0x08, "n+33 bit 3"),
-        (46, 0x01, "n+46 = 0x01"),
-        (47, 0xFF, "n+47 = 0xFF"),
+        (46, 0x01, "n+46 = 16#01"),
+        (47, 0xFF, "n+47 = 16#FF"),
     ],
 )
 def test_the_reserved_area_is_not_written(at: int, value: int, where: str) -> None:

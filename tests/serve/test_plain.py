@@ -12,23 +12,25 @@ def _words(*first: int) -> tuple[int, ...]:
 
 def test_a_request_names_the_command_its_robot_and_the_fields_that_say_something() -> None:
     assert request_text(_words(0x1001, 0x4000, 0, 0, 19)) == (
-        "MovePtp (0xR001) robot 1: MOVE, PTP, point designation; "
+        "MovePtp (16#R001) robot 1: MOVE, PTP, point designation; "
         "position_pulses 1 (output in pulses), point 19"
     )
 
 
 def test_a_request_without_a_robot_and_without_fields_is_the_command_alone() -> None:
-    assert request_text(_words(0x0604)) == "AlarmReset (0x0604): Alarm reset"
+    assert request_text(_words(0x0604)) == "AlarmReset (16#0604): Alarm reset"
 
 
 def test_a_code_that_the_manual_does_not_have_is_said_to_be_none() -> None:
-    assert request_text(_words(0x0FFF)) == "0x0FFF: no command of the manual"
-    assert request_text(_words(0x0000)) == "0x0000: no command of the manual"
+    assert request_text(_words(0x0FFF)) == "16#0FFF: no command of the manual"
+    assert request_text(_words(0x0000)) == "16#0000: no command of the manual"
 
 
 def test_a_field_that_can_have_one_value_only_is_not_worth_a_word() -> None:
     drive = commands()[0x010].encode({"point": 5, "axes": 1})
-    assert request_text(drive) == ("DrivePoint (0xR010): DRIVE, point designation; axes 1, point 5")
+    assert request_text(drive) == (
+        "DrivePoint (16#R010): DRIVE, point designation; axes 1, point 5"
+    )
 
 
 def test_a_normal_end_shows_what_was_answered() -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from rcx_harness.bridge.registers import words_of
-from rcx_harness.units import format_us
+from rcx_harness.units import format_us, format_word
 
 __all__ = ["Actions", "Bridge", "Limits", "Lost", "PlcSeen", "RobotSeen", "State"]
 
@@ -178,7 +178,10 @@ class Bridge:
             return State.CLEARING, "its program has not run since"
         words = words_of(plc.area)
         if words[_CODE]:
-            return State.CLEARING, f"it still holds the remote command 0x{words[_CODE]:04X}"
+            return State.CLEARING, f"it still holds the remote command {format_word(words[_CODE])}"
         if words[_DEDICATED]:
-            return State.CLEARING, f"it still holds dedicated inputs, 0x{words[_DEDICATED]:04X}"
+            return (
+                State.CLEARING,
+                f"it still holds dedicated inputs, {format_word(words[_DEDICATED])}",
+            )
         return State.RUN, ""

@@ -99,7 +99,7 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
         os.utime(entry)
         return found
     made = make()
-    with suppress(OSError):
+    with suppress(OSError, RecursionError):  # a full disk; more depth than pickle can write
         put(entry, pickle.dumps(made, protocol=5))
     return made
 

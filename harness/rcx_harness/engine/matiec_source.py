@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -86,12 +87,29 @@ def explain(
             line=unit[1],
             hint="choose another name, for instance with a prefix",
         )
+    if error.status < 0:
+        return _crash(error, source)
     lines = [line for line in error.output.splitlines() if line.strip()]
     said = lines[0] if lines else "nothing"
     return InputError(
         f"iec2c failed with status {error.status} and said: {said}",
         file=source.files[0] if len(source.files) == 1 else None,
         hint=f"check the installation of matiec: {matiec.iec2c}",
+    )
+
+
+def _crash(error: TranslationError, source: SourceText) -> InputError:
+    """A signal has ended iec2c: the fault is matiec's own, though something here led to it."""
+    try:
+        name = signal.Signals(-error.status).name
+    except ValueError:
+        name = f"signal {-error.status}"
+    several = f" or one of {len(source.files) - 1} more files" if len(source.files) > 1 else ""
+    return InputError(
+        f"iec2c, the compiler of matiec, crashed on this program{several} ({name})",
+        file=source.files[-1],
+        hint="the front end takes it: run it with --engine builtin; for matiec divide long "
+        "expressions and deep nesting",
     )
 
 

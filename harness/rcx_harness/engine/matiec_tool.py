@@ -7,6 +7,7 @@ import hashlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -79,6 +80,8 @@ class Matiec:
             [*command, source.name], cwd=source.parent, capture_output=True, check=False
         )
         output = (done.stderr + done.stdout).decode("utf-8", "replace")
+        if done.returncode == -signal.SIGINT:  # Ctrl-C goes to it, too
+            raise KeyboardInterrupt
         if done.returncode != 0:
             found = list(_messages(output, source.name))
             raise TranslationError(found, output, done.returncode)

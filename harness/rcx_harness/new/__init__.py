@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rcx_harness.cell_image import check_size
 from rcx_harness.errors import InputError
+from rcx_harness.output import OutputFile
 
 __all__ = ["CI", "new_project"]
 
@@ -82,8 +83,6 @@ def _check_empty(folder: Path) -> None:
 def _write(path: Path, text: str, words: dict[str, str]) -> None:
     for token, word in words.items():
         text = text.replace(token, word)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from None
+    file = OutputFile(path)
+    file.write(text)
+    file.close()

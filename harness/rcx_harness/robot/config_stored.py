@@ -171,7 +171,7 @@ def _check_point(name: str, point: Point) -> None:
 
 def _check_comment(name: str, text: str) -> None:
     right = len(text) <= 16 and all(" " <= character <= "~" for character in text)
-    expect(right, name, text, "up to 16 characters from 0x20 to 0x7E")
+    expect(right, name, text, "up to 16 characters from 16#20 to 16#7E")
 
 
 def _check_pallet(name: str, pallet: Pallet) -> None:

@@ -116,7 +116,7 @@ class DedicatedInputs:
         if bits or any(others):
             where = [f"n+{32 + bit // 8} bit {bit % 8}" for bit in range(16) if bits >> bit & 1]
             pairs = zip(signals().reserved_bytes, others, strict=True)
-            where += [f"n+{at} = 0x{value:02X}" for at, value in pairs if value]
+            where += [f"n+{at} = 16#{value:02X}" for at, value in pairs if value]
             text = f"the master writes to the reserved area: {', '.join(where)}"
             self._findings.add(now_us, "reserved", text)
 

@@ -122,8 +122,20 @@ def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
     takes = [one.name for one in parameters]
     by_default = not args and all(one.default is not one.empty for one in parameters)
     if sorted(args) != sorted(takes) and not by_default:
-        wanted = ", ".join(takes) or "nothing"
-        raise InputError(f"event {event!r} takes {wanted}, not {', '.join(args) or 'nothing'}")
-    if any(isinstance(value, bool) or not isinstance(value, int) for value in args.values()):
-        raise InputError(f"event {event!r} takes whole numbers")
+        raise _wrong_arguments(event, takes, args)
+    for name, value in args.items():
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 0xFFFF:
+            raise InputError(f"{name} = {value!r} of event {event!r} is no number from 0 to 65535")
     action(machine, **args)
+
+
+def _wrong_arguments(event: str, takes: list[str], args: dict[str, Any]) -> InputError:
+    """Which argument is too much or missing, and how to write the event."""
+    if not takes:
+        return InputError(f"event {event!r} takes no arguments", hint=f'write robot = "{event}"')
+    foreign = [name for name in args if name not in takes]
+    missing = [name for name in takes if name not in args]
+    problem = f"has no argument {foreign[0]!r}" if foreign else f"needs {' and '.join(missing)}"
+    example = ", ".join(f"{name} = ..." for name in takes)
+    hint = f'write robot = {{ event = "{event}", {example} }}'
+    return InputError(f"event {event!r} {problem}", hint=hint)

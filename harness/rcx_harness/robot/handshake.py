@@ -13,6 +13,7 @@ from rcx_harness.robot.config_checks import alarm_code
 from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import Command, commands
+from rcx_harness.units import format_word
 
 __all__ = ["Handshake", "Phase", "Words"]
 
@@ -112,8 +113,9 @@ class Handshake:
             return
         self._reported = words[0]
         text = (
-            f"command 0x{words[0]:04X} is set while the status is 0x{self._shown[0]:04X}; "
-            "a command may be set only in status 0x0000; not executed"
+            f"command {format_word(words[0])} is set while the status is "
+            f"{format_word(self._shown[0])}; "
+            "a command may be set only in status 16#0000; not executed"
         )
         self._findings.add(machine.now_us, "ready-first", text)
 
@@ -126,13 +128,13 @@ class Handshake:
             self.phase = Phase.CLEARING
             return
         changes = [
-            f"n{f'+{2 * k}' if k else ''} 0x{old:04X} to 0x{new:04X}"
+            f"n{f'+{2 * k}' if k else ''} {format_word(old)} to {format_word(new)}"
             for k, (old, new) in enumerate(zip(self._taken, words, strict=True))
             if old != new
         ]
         text = (
-            f"command 0x{self._taken[0]:04X} was changed before its end status "
-            f"({', '.join(changes)}; status 0x{self._shown[0]:04X}); "
+            f"command {format_word(self._taken[0])} was changed before its end status "
+            f"({', '.join(changes)}; status {format_word(self._shown[0])}); "
             "its status is not reflected any more"
         )
         self._findings.add(machine.now_us, "hold-command", text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from rcx_harness import spec
+from rcx_harness.units import format_word
 
 __all__ = ["alarm_text", "request_text", "response_text"]
 
@@ -13,17 +14,17 @@ _LONGEST = 160
 
 
 def request_text(words: Sequence[int]) -> str:
-    """What a request asks for: `MovePtp (0xR001) robot 1: MOVE, PTP, ...; axes 0x3, point 19`.
+    """What a request asks for: `MovePtp (16#R001) robot 1: MOVE, PTP, ...; axes 3, point 19`.
 
     Args:
         words: The 16 words from n on.
     """
     command = spec.commands().get(words[0] & 0x0FFF)
     if command is None or not command.code:
-        return f"0x{words[0]:04X}: no command of the manual"
+        return f"{format_word(words[0])}: no command of the manual"
     robot = f" robot {words[0] >> 12}" if command.robot and words[0] >> 12 else ""
     fields = _fields(command.request, command.decode(words))
-    return _cut(f"{command.name} ({command.shown}){robot}: {command.title}{_after(fields)}")
+    return _cut(f"{command.name} ({command.iec}){robot}: {command.title}{_after(fields)}")
 
 
 def response_text(request: int, words: Sequence[int]) -> str:
@@ -38,7 +39,7 @@ def response_text(request: int, words: Sequence[int]) -> str:
         return f"abnormal end, alarm {alarm_text(f'{words[1]}.{words[2]}')}"
     command = spec.commands().get(request & 0x0FFF)
     known = {_RUNNING: "running", _NORMAL: "normal end"}
-    state = known.get(status, f"status 0x{status:04X}")
+    state = known.get(status, f"status {format_word(status)}")
     if command is None or status not in known:
         return state
     return _cut(state + _after(_fields(command.response, command.read_response(words))))
@@ -57,11 +58,11 @@ def _fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldValue])
         value = values[part.name]
         some = any(value) if isinstance(value, tuple) else bool(value)
         if part.fixed is None and some:
-            shown.append(f"{part.name} {_value(part, value)}")
+            shown.append(f"{part.name} {_value(part, value, part.unit_among(values))}")
     return shown
 
 
-def _value(part: spec.Field, value: spec.FieldValue) -> str:
+def _value(part: spec.Field, value: spec.FieldValue, unit: str) -> str:
     if isinstance(value, int) and value in part.values:
         return f"{value} ({part.values[value]})"
     if isinstance(value, str):
@@ -70,7 +71,7 @@ def _value(part: spec.Field, value: spec.FieldValue) -> str:
         text = ", ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in value)
     else:
         text = f"{value:g}" if isinstance(value, float) else str(value)
-    return f"{text} {part.unit}".rstrip()
+    return f"{text} {unit}".rstrip()
 
 
 def _after(fields: Sequence[str]) -> str:

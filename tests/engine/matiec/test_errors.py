@@ -68,13 +68,25 @@ def test_a_name_that_matiec_uses_itself_is_told_at_its_declaration(
     assert error.message == "matiec uses the name POINT inside its own library"
 
 
-def test_a_crash_without_a_message_is_told_with_status_and_output(
+def test_a_crash_is_told_as_one_of_matiec_itself(
     joined: tuple[Project, SourceText], tmp_path: Path
 ) -> None:
     project, source = joined
     failure = TranslationError([], "\ncore dumped\n", -11)
     error = explain(failure, source, project, _matiec(tmp_path))
-    assert error.message == "iec2c failed with status -11 and said: core dumped"
+    assert error.message == (
+        "iec2c, the compiler of matiec, crashed on this program or one of 1 more files (SIGSEGV)"
+    )
+    assert error.file == str(source.files[-1])
+    assert "installation" not in str(error)
+
+
+def test_a_failure_without_a_place_is_told_with_status_and_output(
+    joined: tuple[Project, SourceText], tmp_path: Path
+) -> None:
+    project, source = joined
+    error = explain(TranslationError([], "\nno library\n", 3), source, project, _matiec(tmp_path))
+    assert error.message == "iec2c failed with status 3 and said: no library"
 
 
 def test_what_only_matiec_refuses_comes_with_file_and_line(

@@ -17,8 +17,10 @@ from rcx_harness.engine.builtin.probes import Plan
 from rcx_harness.engine.builtin.runtime import NAMES
 from rcx_harness.engine.builtin.statements import Writer
 from rcx_harness.engine.builtin.storage import Storage
+from rcx_harness.engine.deep import deeply
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.tree import Pou, Symbol
+from rcx_harness.errors import InputError
 
 __all__ = ["Module", "module_of"]
 
@@ -62,8 +64,19 @@ class Module:
         # Bounded, since instances that nobody watches are noted, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
         key = "" if self._collector is not None else project.key
-        self._code = cache.kept("code", key, self._written)
+        self._code = cache.kept("code", key, self._compiled)
         exec(marshal.loads(self._code.body), self.names)
+
+    def _compiled(self) -> _Code:
+        try:
+            return deeply(self._written)
+        except (RecursionError, MemoryError, SyntaxError) as error:
+            file = self.project.files[0] if len(self.project.files) == 1 else None
+            raise InputError(
+                f"the built-in engine cannot compile this: {error}",
+                file=file,
+                hint="statements or expressions lie too deep inside each other; divide them",
+            ) from None
 
     def _written(self) -> _Code:
         project = self.project

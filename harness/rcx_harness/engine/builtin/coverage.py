@@ -26,6 +26,9 @@ from rcx_harness.engine.frontend.project import Project
 
 __all__ = ["Collector", "CountingWriter", "Counts", "environment_collector"]
 
+#: Conditions of a decision that are put together by an operator each.
+_FEW = 50
+
 
 class Seen(dict[int, bool]):
     """The vectors in which a decision has been evaluated, each with its outcome."""
@@ -134,7 +137,9 @@ class _CountingExpressions(Expressions):
             f"{super(_CountingExpressions, self).value(condition).code} << {k}"
             for k, condition in enumerate(self._plan.decisions[number].conditions)
         ]
-        return Value(f"q_{self._pou_name}[{number}][{' | '.join(bits)}]")
+        # A long chain of operators would be too deep for Python; the bits are different ones.
+        vector = " | ".join(bits) if len(bits) < _FEW else f"sum(({', '.join(bits)}))"
+        return Value(f"q_{self._pou_name}[{number}][{vector}]")
 
 
 class CountingWriter(Writer):
@@ -161,15 +166,8 @@ class CountingWriter(Writer):
             self._emit(self._counted(first))
         super()._statement(node)
 
-    def _if(self, node: t.If) -> None:
-        super()._if(node)
-        self._no_branch(node)
-
-    def _case(self, node: t.Case) -> None:
-        super()._case(node)
-        self._no_branch(node)
-
     def _no_branch(self, node: t.If | t.Case) -> None:
+        super()._no_branch(node)
         empty = self._plan.empty.get(id(node))
         if empty is not None:
             self._at = node.at.line

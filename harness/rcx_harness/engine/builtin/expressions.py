@@ -9,6 +9,7 @@ as in matiec's C, until the result is stored or passed.
 from __future__ import annotations
 
 from ctypes import c_float
+from dataclasses import replace
 
 from rcx_harness.engine.builtin.standard import standard_call
 from rcx_harness.engine.builtin.storage import address_slot
@@ -16,11 +17,13 @@ from rcx_harness.engine.builtin.value import Value, of_type, settle, type_name
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.scalars import ANY_REAL, INT_RANGE
-from rcx_harness.engine.types import ArrayType
+from rcx_harness.engine.types import ArrayType, Type
 
 __all__ = ["Expressions"]
 
 _COMPARISONS = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
+#: Python takes 200 pairs of brackets inside each other, some versions fewer in deep expressions.
+_BRACKETS = 60
 _LOCAL = ("VAR_IN_OUT", "VAR_TEMP", "RESULT")
 
 
@@ -35,6 +38,9 @@ class Expressions:
     def __init__(self, project: Project, pou: t.Pou) -> None:
         self._project = project
         self._function = pou.kind == "FUNCTION"
+        self._parts = 0
+        self.parts: list[tuple[str, str]] = []
+        """Name and code of each part that is to be a function of its own."""
 
     # --- variables ---
 
@@ -101,6 +107,23 @@ class Expressions:
 
     def value(self, node: t.Expression) -> Value:
         """Code of an expression, possibly not wrapped or rounded yet."""
+        return self._short(self._value(node), node.type)
+
+    def _short(self, value: Value, kind: Type) -> Value:
+        """The value itself; where its code has more brackets than Python takes, a call of it.
+
+        It is a function inside that of the POU, so that it sees the same variables and is
+        evaluated when the whole is.
+        """
+        if len(value.code) < _BRACKETS or _brackets(value.code) < _BRACKETS:
+            return value
+        self._parts += 1
+        name = f"e{self._parts}"
+        self.parts.append((name, value.code if value.wide else settle(value, kind)))
+        part = of_type(f"{name}()", kind)
+        return replace(part, wide=value.wide)
+
+    def _value(self, node: t.Expression) -> Value:
         if isinstance(node, t.Constant):
             return self._constant(node)
         if isinstance(node, (t.Use, t.Member, t.Index)):
@@ -111,7 +134,15 @@ class Expressions:
             return self._binary(node)
         if isinstance(node, t.CallFunction):
             return self._call(node)
-        return standard_call(node, [self.exact(item) for item in node.arguments])
+        return self._standard(node, [self.exact(item) for item in node.arguments])
+
+    def _standard(self, node: t.Standard, arguments: list[str]) -> Value:
+        if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:
+            # Rounded after each operation, from the left, so that each has brackets of its own.
+            while len(arguments) > 2:
+                first = self._short(standard_call(node, arguments[:2]), node.type)
+                arguments = [first.code, *arguments[2:]]
+        return standard_call(node, arguments)
 
     def _constant(self, node: t.Constant) -> Value:
         name = type_name(node.type)
@@ -212,6 +243,11 @@ class Expressions:
             return Value(f"({left} // {right})", (low, high))
         # The least value divided by -1 is one more than the type holds.
         return Value(f"div({left}, {right})", (low, high + (0 if positive else 1)))
+
+
+def _brackets(code: str) -> int:
+    """How many there are; no more than that are inside each other."""
+    return code.count("(") + code.count("[")
 
 
 def _real(value: float) -> str:

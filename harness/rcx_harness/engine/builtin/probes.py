@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from rcx_harness.engine.builtin.value import type_name
+from rcx_harness.engine.deep import deeply
 from rcx_harness.engine.frontend import tree as t
 
 __all__ = ["Decision", "Plan"]
@@ -42,7 +43,7 @@ class Decision:
     def outcome(self, vector: int) -> bool:
         """What the expression gives where the condition k has the value of bit k."""
         numbers = {id(condition): k for k, condition in enumerate(self.conditions)}
-        return _evaluate(self.root, vector, numbers)
+        return deeply(lambda: _evaluate(self.root, vector, numbers))
 
 
 def _evaluate(node: t.Expression, vector: int, numbers: dict[int, int]) -> bool:
@@ -164,13 +165,13 @@ def _is_logic(node: t.Expression) -> bool:
 
 
 def _conditions(node: t.Expression) -> Iterator[t.Expression]:
-    if isinstance(node, t.Constant):
-        return
-    if not _is_logic(node):
-        yield node
-    else:
-        for part in _parts(node):
-            yield from _conditions(part)
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if _is_logic(one):
+            waiting += reversed(_parts(one))
+        elif not isinstance(one, t.Constant):
+            yield one
 
 
 def _parts(node: t.Expression) -> tuple[t.Expression, ...]:

@@ -68,12 +68,9 @@ def _join(node: t.Standard, arguments: list[str]) -> Value:
         joins = _BOOL_JOINS if name == "BOOL" else _JOINS
         return of_type(f"({f' {joins[node.name]} '.join(arguments)})", node.type)
     if name in ANY_REAL:
-        # Rounded after each operation; folding from the left keeps the order of the arguments.
-        code = arguments[0]
-        for argument in arguments[1:]:
-            code = f"({code} {_JOINS[node.name]} {argument})"
-            code = f"f32({code})" if name == "REAL" else code
-        return Value(code)
+        left, right = arguments
+        code = f"({left} {_JOINS[node.name]} {right})"
+        return Value(f"f32({code})" if name == "REAL" else code)
     return _unbounded(f"({f' {_JOINS[node.name]} '.join(arguments)})")
 
 

@@ -10,6 +10,11 @@ from rcx_harness.engine.frontend.standard import BLOCKS
 
 __all__ = ["Writer"]
 
+#: Condition and statements.
+_Branches = list[tuple[str, tuple[t.Statement, ...]]]
+#: Branches of one Python `if`.
+_BRANCHES = 50
+
 
 class Writer:
     """Writes the function of a POU.
@@ -36,6 +41,7 @@ class Writer:
         self._storage = storage
         self._code = Expressions(project, pou)
         self._at = 0
+        self._prelude = 0
         self._depth = 1
         self._temporaries = 0
 
@@ -57,6 +63,7 @@ class Writer:
             self._emit(
                 f"{symbol.name.upper()} = {self._storage.create(symbol.type, symbol.initial)}"
             )
+        self._prelude = len(self.lines)
         self._statements(pou.body)
         self._emit(self._return())
 
@@ -67,6 +74,10 @@ class Writer:
         return f"return {', '.join(_handed_back(pou.section('VAR_IN_OUT')))}".rstrip()
 
     def _emit(self, line: str) -> None:
+        for name, code in self._code.parts:
+            self.lines.insert(self._prelude, f"    def {name}(): return {code}")
+            self.origins.insert(self._prelude, self._at)
+        self._code.parts.clear()
         self.lines.append("    " * self._depth + line)
         self.origins.append(self._at)
 
@@ -109,25 +120,49 @@ class Writer:
             self._emit(self._return())
 
     def _if(self, node: t.If) -> None:
+        branches = [(self._code.exact(condition), body) for condition, body in node.branches]
+        self._branches(branches, node)
+
+    def _branches(self, branches: _Branches, node: t.If | t.Case) -> None:
+        """One `if`; of many branches several, each entered where none before it was right.
+
+        In Python each branch lies inside the one before it.
+        """
+        if len(branches) <= _BRANCHES:
+            self._chain(branches)
+            self._no_branch(node)
+            return
+        missed = self._temporary("True")
+        for first in range(0, len(branches), _BRANCHES):
+            self._emit(f"if {missed}:")
+            self._depth += 1
+            self._emit(f"{missed} = False")
+            self._chain(branches[first : first + _BRANCHES])
+            self._emit(f"else: {missed} = True")
+            self._depth -= 1
+        self._emit(f"if not {missed}: pass")
+        self._no_branch(node)
+
+    def _chain(self, branches: _Branches) -> None:
         word = "if"
-        for condition, body in node.branches:
-            self._block(f"{word} {self._code.exact(condition)}:", body)
+        for condition, body in branches:
+            self._block(f"{word} {condition}:", body)
             word = "elif"
+
+    def _no_branch(self, node: t.If | t.Case) -> None:
         if node.otherwise:
             self._block("else:", node.otherwise)
 
     def _case(self, node: t.Case) -> None:
         selector = self._temporary(self._code.exact(node.selector))
-        word = "if"
+        branches = []
         for labels, body in node.branches:
             tests = [
                 f"{selector} == {low}" if low == high else f"{low} <= {selector} <= {high}"
                 for low, high in labels
             ]
-            self._block(f"{word} {' or '.join(tests)}:", body)
-            word = "elif"
-        if node.otherwise:
-            self._block("else:", node.otherwise)
+            branches.append((" or ".join(tests), body))
+        self._branches(branches, node)
 
     # A loop is a Python `for` over the rounds it may take: leaving it by `break` skips the
     # `else`, which says that it does not end.

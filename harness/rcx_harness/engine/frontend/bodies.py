@@ -16,6 +16,9 @@ from rcx_harness.errors import InputError
 
 __all__ = ["check_body"]
 
+#: Statements, and among them loops, that may lie inside each other: Python has its own limits.
+_MOST_NESTED, _MOST_LOOPS = 64, 16
+
 
 def check_body(
     scope: Scope, body: Iterable[s.Statement], report: Callable[[InputError], None]
@@ -43,18 +46,31 @@ class _Statements:
         self._report = report
         self._expressions = Expressions(scope)
         self._calls = BlockCalls(self._expressions)
-        self._loops = 0
+        self._loops = self._depth = 0
         self.assigned: set[t.Symbol] = set()
 
     def block(self, statements: Iterable[s.Statement]) -> tuple[t.Statement, ...]:
         """Check a list of statements; those with an error are reported and left out."""
         result = []
+        self._depth += 1
         for statement in statements:
             try:
+                self._check_depth(statement)
                 result.append(self._statement(statement))
             except InputError as error:
                 self._report(error)
+        self._depth -= 1
         return tuple(result)
+
+    def _check_depth(self, node: s.Statement) -> None:
+        hint = "move the inner ones into a function block; ELSIF instead of ELSE IF needs no depth"
+        if self._depth > _MOST_NESTED:
+            message = f"more than {_MOST_NESTED} statements inside each other"
+        elif self._loops > _MOST_LOOPS:
+            message = f"more than {_MOST_LOOPS} loops inside each other"
+        else:
+            return
+        raise self._scope.error(message, node.at, hint)
 
     def _statement(self, node: s.Statement) -> t.Statement:
         if isinstance(node, s.Assign):

@@ -24,6 +24,9 @@ from rcx_harness.engine.types import ElementaryType, EnumType, Type
 
 __all__ = ["adapt", "constant", "integer", "literal", "member"]
 
+#: Characters of a literal that is no text; the longest LREAL and LWORD need far fewer.
+_LONGEST = 200
+
 
 def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constant:
     """Value of one literal; untyped numbers are given as LINT or LREAL and not `typed`.
@@ -36,6 +39,12 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
     Raises:
         InputError: malformed or out of its type's range.
     """
+    if node.kind != "STRING" and len(node.text) > _LONGEST:
+        raise where.error(
+            f"a literal of {len(node.text)} characters: {node.text[:20]}...",
+            node.at,
+            "no type holds such a value",
+        )
     try:
         if node.kind == "BOOLEAN":
             return Constant(node.text.upper() == "TRUE", BOOL, True)

@@ -6,6 +6,7 @@ import difflib
 import math
 from dataclasses import dataclass
 
+from rcx_harness.engine.deep import MOST_OPERATORS
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.calls import Calls
@@ -39,6 +40,8 @@ __all__ = ["Expressions", "Scope"]
 
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _LOGIC = ("AND", "OR", "XOR")
+#: No type holds so much, nor half of it on the way to a smaller result.
+_LARGEST = 1 << 128
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,11 @@ class Expressions:
     def __init__(self, scope: Scope) -> None:
         self.scope = scope
         self._calls = Calls(self)
+        # By `id` of a piece of syntax: long expressions are asked the same at each operator.
+        self._inferred: dict[int, Type | None] = {}
+        self._folded: dict[int, t.Constant | None] = {}
+        self._checked: dict[tuple[int, str], t.Expression] = {}
+        self._depth = 0
 
     # --- variables ---
 
@@ -151,6 +159,11 @@ class Expressions:
 
     def infer(self, node: s.Expression) -> Type | None:
         """The type an expression has by itself; None for untyped numbers."""
+        if id(node) not in self._inferred:
+            self._inferred[id(node)] = self._infer(node)
+        return self._inferred[id(node)]
+
+    def _infer(self, node: s.Expression) -> Type | None:
         if isinstance(node, s.Literal):
             found = literal(node, self.scope.declarations.types, self.scope.where)
             return found.type if found.typed else None
@@ -188,6 +201,24 @@ class Expressions:
         Raises:
             InputError: a type that does not fit, an undeclared name and the like.
         """
+        key = id(node), group(want)
+        known = self._checked.get(key)
+        if known is not None and (want is None or key[1]):
+            return known
+        self._depth += 1
+        try:
+            found = self._checked[key] = self._fitting(node, want)
+        finally:
+            self._depth -= 1
+        return found
+
+    def _fitting(self, node: s.Expression, want: Type | None) -> t.Expression:
+        if self._depth > MOST_OPERATORS:
+            raise self.scope.error(
+                f"an expression of more than {MOST_OPERATORS:,} operators inside each other",
+                node.at,
+                "assign parts of it to variables first",
+            )
         found = self._typed(node, want)
         if isinstance(found.type, BlockType):
             raise self.scope.error(f"a block of type {found.type.name} is no value", node.at)
@@ -235,6 +266,11 @@ class Expressions:
 
     def _fold(self, node: s.Expression) -> t.Constant | None:
         """Value of a literal, or of arithmetic on untyped numbers; None for anything else."""
+        if id(node) not in self._folded:
+            self._folded[id(node)] = self._value(node)
+        return self._folded[id(node)]
+
+    def _value(self, node: s.Expression) -> t.Constant | None:
         if isinstance(node, s.Literal):
             return literal(node, self.scope.declarations.types, self.scope.where)
         if isinstance(node, s.Unary) and node.op == "-":
@@ -247,10 +283,10 @@ class Expressions:
         left, right = self._fold(node.left), self._fold(node.right)
         if left is None or right is None or left.typed or right.typed or left.type != right.type:
             return None
-        return t.Constant(
-            self._calculate(node, left.value, right.value),  # type: ignore[arg-type]
-            left.type,
-        )
+        value = self._calculate(node, left.value, right.value)  # type: ignore[arg-type]
+        if not abs(value) < (_LARGEST if isinstance(value, int) else math.inf):
+            raise self.scope.error("the result of this constant expression is too large", node.at)
+        return t.Constant(value, left.type)
 
     def _calculate(self, node: s.Binary, left: float, right: float) -> int | float:
         if node.op == "+":

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from rcx_harness.engine.collecting import uncollected
+from rcx_harness.engine.deep import deeply
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.bodies import check_body
 from rcx_harness.engine.frontend.configure import add_globals, configure, located
@@ -13,7 +16,7 @@ from rcx_harness.engine.frontend.declare import Declarations
 from rcx_harness.engine.frontend.expressions import Scope
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project, Unit
-from rcx_harness.engine.frontend.registry import Declared, Registry
+from rcx_harness.engine.frontend.registry import Declared, Registry, parts_of
 from rcx_harness.engine.types import Variable
 from rcx_harness.errors import InputError
 
@@ -62,8 +65,37 @@ def check(paths: Sequence[Path]) -> list[InputError]:
     return _analyse(paths)[1]
 
 
-@uncollected()
 def _analyse(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
+    try:
+        return deeply(partial(_analysed, paths))
+    except RecursionError:
+        return None, [_too_deep([parse(path) for path in paths])]
+
+
+def _too_deep(sources: Sequence[s.Source]) -> InputError:
+    """Where the most pieces of syntax lie inside each other."""
+    waiting: list[tuple[int, Path, s.Position, Any]]
+    waiting = [(0, one.file, s.Position(1, 1), one.declarations) for one in sources]
+    deepest = waiting[0]
+    while waiting:
+        depth, file, at, node = waiting.pop()
+        at = getattr(node, "at", at)
+        if depth > deepest[0]:
+            deepest = depth, file, at, node
+        parts = (
+            node if isinstance(node, tuple) else [getattr(node, name) for name in parts_of(node)]
+        )
+        waiting += [(depth + 1, file, at, part) for part in parts]
+    return InputError(
+        "too many operators, brackets or calls inside each other",
+        file=deepest[1],
+        line=deepest[2].line,
+        hint="assign parts of the expression to variables first",
+    )
+
+
+@uncollected()
+def _analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     for path in dict.fromkeys(paths):

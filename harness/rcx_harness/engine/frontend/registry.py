@@ -13,7 +13,10 @@ from rcx_harness.engine.frontend.scalars import ELEMENTARY
 from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, UNSUPPORTED, conversion
 from rcx_harness.errors import InputError
 
-__all__ = ["Declared", "Registry"]
+__all__ = ["Declared", "Registry", "parts_of"]
+
+#: Types and POUs that may use each other in a row.
+_MOST_LEVELS = 100
 
 #: Types of those fields of syntax in which nothing is used.
 _PLAIN = ("Name", "Name | None", "Position", "str", "bool", "int", "tuple[Name, ...]")
@@ -128,23 +131,34 @@ class Registry:
             key=lambda item: ranks[item.node.kind] if isinstance(item.node, s.Pou) else 0,
         )
         done: dict[str, bool] = {}
+        levels: dict[str, int] = {}
+        too_deep: list[Declared] = []
         result: list[Declared] = []
 
         def visit(declared: Declared, path: tuple[str, ...]) -> None:
             key = declared.node.name.key
+            if len(path) > _MOST_LEVELS:
+                too_deep.append(declared)
+                return
             if key in done:
                 if not done[key]:
                     self._report_cycle(declared, (*path[path.index(key) :], key))
                 return
             done[key] = False
-            for name in _used(declared.node):
-                if name in everything:
-                    visit(everything[name], (*path, key))
+            used = [name for name in _used(declared.node) if name in everything]
+            for name in used:
+                visit(everything[name], (*path, key))
             done[key] = True
+            levels[key] = 1 + max((levels.get(name, 0) for name in used), default=0)
+            if levels[key] > _MOST_LEVELS:
+                too_deep.append(declared)
             result.append(declared)
 
         for declared in first:
             visit(declared, ())
+        for declared in too_deep[:1]:
+            message = f"more than {_MOST_LEVELS} types, functions and blocks that use each other"
+            self._report(declared.error(f"{message} in a row", declared.node.name.at))
         if self.configuration is not None:
             result.append(self.configuration)
         return result
@@ -174,12 +188,17 @@ def _used(node: Any) -> Iterator[str]:
             yield one.name.key
         elif kind is s.Call:
             yield one.function.key
-        waiting += [getattr(one, name) for name in _parts(kind)]
+        waiting += [getattr(one, name) for name in parts_of(one)]
+
+
+def parts_of(node: Any) -> tuple[str, ...]:
+    """The fields of a piece of syntax that are syntax too, the last one first."""
+    kind: Any = type(node)
+    return _parts(kind)
 
 
 @lru_cache(maxsize=256)
 def _parts(kind: Any) -> tuple[str, ...]:
-    """The fields of a piece of syntax that are syntax too, the last one first."""
     if not is_dataclass(kind):
         return ()
     return tuple(field.name for field in reversed(fields(kind)) if field.type not in _PLAIN)

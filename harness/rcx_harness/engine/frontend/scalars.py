@@ -192,6 +192,8 @@ def _time(text: str) -> int:
             break
     if not plain or end != len(plain):
         raise LiteralError(f"T#{text} is no duration; write it as T#1500ms or T#1h30m")
+    if total >= 1 << 63:
+        raise LiteralError(f"T#{text} is too large; a TIME holds 106,751 days")
     return sign * int(total)
 
 

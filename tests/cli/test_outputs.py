@@ -1,0 +1,194 @@
+"""What a command writes is whole, or what was there before; Ctrl-C and full disks are one line."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli import main
+from rcx_harness.errors import InputError
+from rcx_harness.output import OutputFile
+
+_FULL = Path("/dev/full")
+_KINDS = ("trace", "vcd", "chart")
+
+
+def _run(repository: Path, tmp_path: Path, *options: str) -> list[str]:
+    program = repository / "tests" / "cell" / "programs" / "RawArea.st"
+    (tmp_path / "lib").mkdir(exist_ok=True)
+    given = ["run", str(program), "--lib", str(tmp_path / "lib"), "--engine", "builtin"]
+    return [*given, "--for", "5s", *options]
+
+
+@pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
+@pytest.mark.parametrize("kind", _KINDS)
+def test_a_full_disk_is_one_line(
+    repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    assert main(_run(repository, tmp_path, f"--{kind}", str(_FULL))) == 2
+    assert capsys.readouterr().err == "rcx: /dev/full: cannot be written: No space left on device\n"
+
+
+@pytest.mark.parametrize("kind", _KINDS)
+def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
+    repository: Path, tmp_path: Path, kind: str
+) -> None:
+    """A limit of 1,000 bytes for each file stands for the full disk."""
+    file = tmp_path / "out" / "old"
+    assert main(_run(repository, tmp_path, f"--{kind}", str(file))) == 0
+    before = file.read_bytes()
+    assert len(before) > 1_000
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    for name in ("old", "new"):
+        there = tmp_path / "out" / name
+        command = _run(repository, tmp_path, f"--{kind}", str(there))
+        done = subprocess.run(
+            [sys.executable, "-m", "rcx_harness", *command],
+            capture_output=True,
+            text=True,
+            check=False,
+            preexec_fn=limit,
+            env={**os.environ, "RCX_CACHE": "off"},
+        )
+        assert (done.returncode, done.stderr) == (
+            2,
+            f"rcx: {there}: cannot be written: File too large\n",
+        )
+    assert file.read_bytes() == before
+    assert [one.name for one in file.parent.iterdir()] == ["old"]
+
+
+def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> None:
+    place, link = tmp_path / "a", tmp_path / "link"
+    place.write_text("old")
+    place.chmod(0o640)
+    link.symlink_to(place)
+    file = OutputFile(link)
+    file.write("new")
+    assert place.read_text() == "old"
+    file.close()
+    assert (place.read_text(), place.stat().st_mode & 0o777) == ("new", 0o640)
+    assert link.is_symlink()
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["a", "link"]
+
+
+def test_after_an_error_nothing_more_is_said(tmp_path: Path) -> None:
+    if not _FULL.exists():
+        pytest.skip("no /dev/full")
+    file = OutputFile(_FULL)
+    file.write("x")
+    with pytest.raises(InputError, match="No space left on device"):
+        file.close()
+    file.write("x")
+    file.close()
+
+
+@pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
+@pytest.mark.parametrize("command", [["eds"], ["encode", "MovePtp"]])
+def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
+    with _FULL.open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "rcx_harness", *command],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (
+        2,
+        "rcx: standard output cannot be written: No space left on device\n",
+    )
+
+
+#: Runs the command, and sends Ctrl-C when a module of this name is looked for or a function begins.
+_INTERRUPTED = """
+import os, signal, sys
+where = sys.argv.pop(1)
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == where:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+def called(frame, event, _):
+    if event == "call" and frame.f_code.co_qualname == where:
+        sys.setprofile(None)
+        os.kill(os.getpid(), signal.SIGINT)
+if where[0].isupper() or not where.startswith(("rcx_harness", "typer", "lark", "vcd")):
+    sys.setprofile(called)
+from rcx_harness.start import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(
+    "moment",
+    [
+        "typer",
+        "rcx_harness.cli",
+        "rcx_harness.cell",
+        "rcx_harness.engine.matiec",
+        "lark",
+        "source_files",
+        "parse_text",
+        "Writer.write",
+        "Cell.build",
+        "Cell.run",
+        "Trace.close",
+        "print_outcome",
+    ],
+)
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
+def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, moment: str) -> None:
+    command = _run(repository, tmp_path, "--trace", str(tmp_path / "t.jsonl"), "--for", "50ms")
+    done = subprocess.run(
+        [sys.executable, "-c", _INTERRUPTED, moment, *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "RCX_CACHE": "off"},
+    )
+    assert (done.returncode, done.stderr.strip()) == (130, "rcx: interrupted")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("99999999999h", "it can be 0s to 365d"),
+        ("366d", "it can be 0s to 365d"),
+        ("9" * 5_000 + "s", "it can be 0s to 365d"),
+        ("\u0661s", "not a duration"),
+        ("nan", "not a duration"),
+        ("1e9s", "not a duration"),
+        ("-1s", "not a duration"),
+    ],
+    ids=range(7),
+)
+def test_a_duration_has_its_range(
+    repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str
+) -> None:
+    for option in ("--for", "--scan", "--rpi", "--jitter", "--timeout"):
+        assert main(_run(repository, tmp_path, f"{option}={text}")) == 2
+        told = capsys.readouterr().err
+        assert said in told or ("can be" in told and "ms" in told)
+        assert len(told) < 300
+
+
+def test_a_library_without_the_block_is_named_not_the_program(
+    repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program = repository / "plc" / "examples" / "01_power_up"
+    for command in ("check", "run"):
+        assert main([command, str(program), "--lib", str(tmp_path)]) == 2
+        said = capsys.readouterr().err
+        assert f"--lib {tmp_path} does not declare it" in said
+        assert "look at the spelling" not in said
