@@ -67,7 +67,8 @@ DATA_RULES: tuple[Rule, ...] = (
         "busy-programs",
         "",
         "A running program is not stepped, skipped, registered or reset: busy_alarm. To run it is "
-        "a normal end without effect. SO(14) comes ON once all programs in a task are reset.",
+        "a normal end without effect. SO(14) comes ON once all programs in a task are reset, and "
+        "goes OFF at a skip, too.",
     ),
     assumed(
         "program-info-details",
@@ -95,8 +96,7 @@ DATA_RULES: tuple[Rule, ...] = (
     manual(
         "absent-robot-zero",
         "guide, 4.7.8",
-        "Speeds and arm of a robot without axes are 0; for all other commands there is no such "
-        "robot.",
+        "Speeds and arm of a robot without axes are 0.",
     ),
     manual(
         "origin-system",
