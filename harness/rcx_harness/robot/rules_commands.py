@@ -40,7 +40,8 @@ COMMAND_RULES: tuple[Rule, ...] = (
     assumed(
         "command-times",
         "command_accept_delay command_delay status_reset_delay skip_run_status",
-        "How long commands take, and when 0x0100 is skipped: short, what takes less than a cycle.",
+        "How long commands take, and when 0x0100 is skipped: short, what takes less than a cycle. "
+        "A command that moves nothing and switches no servo on acts at the end of its time.",
     ),
     assumed(
         "changed-command",
@@ -100,6 +101,6 @@ COMMAND_RULES: tuple[Rule, ...] = (
     assumed(
         "versions",
         "host_version host_revision fpga_version driver_version",
-        "The versions of the manual's example.",
+        "The versions of the manual's example; one driver for each axis, four at most.",
     ),
 )

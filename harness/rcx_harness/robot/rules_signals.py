@@ -321,15 +321,16 @@ SIGNAL_RULES: tuple[Rule, ...] = (
     assumed(
         "program-length",
         "programs",
-        "A program is a duration, or a list of steps in a small part of the robot language; it "
-        "ends or begins again.",
+        "A program is a duration, or a list of steps in a small part of the robot language, of "
+        "which it does 100 in a cycle at most; it ends or begins again.",
     ),
     assumed(
         "tasks",
         "running_shows_all_tasks main_ends_tasks",
         "SO(13) is ON while any task runs. SI(06) and an emergency stop stop all tasks, SI(12) "
         "lets all that were stopped go on, SI(15) resets all; the others outlive the main program. "
-        "The time of a DELAY stands still in a stop, that of OUT does not.",
+        "A suspended task goes on with RESTART only. The time of a DELAY stands still in a stop, "
+        "that of OUT does not.",
     ),
     assumed(
         "outputs-kept",
@@ -394,7 +395,7 @@ SIGNAL_RULES: tuple[Rule, ...] = (
         "pendant-inputs",
         "pendant_blocks_inputs",
         "While the programming box has authority, SI(01), SI(12), SI(14), SI(15) and SI(17) are "
-        "without effect.",
+        "without effect; what runs goes on.",
     ),
     assumed(
         "safety-inputs",
