@@ -32,15 +32,18 @@ def _release(master: Master) -> None:
 
 @pytest.mark.parametrize("first", [(_si00_off, _si00_on), (_press, _release)])
 @pytest.mark.parametrize("again", [(_si00_off, _si00_on), (_press, _release)])
+@pytest.mark.parametrize("stop_delay", [0, 60])
 def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
-    first: tuple[Callable[[Master], None], ...], again: tuple[Callable[[Master], None], ...]
+    stop_delay: int,
+    first: tuple[Callable[[Master], None], ...],
+    again: tuple[Callable[[Master], None], ...],
 ) -> None:
     """SO(00) stays ON, and its release counts from the last one.
 
     Rule: emergency-stop, emergency-release, answers.
     Source: manual chapter 5, 3.1, shift to emergency stop
     """
-    master = Master(emergency_release_delay=200)
+    master = Master(emergency_release_delay=200, emergency_stop_delay=stop_delay)
     master.run(300)
     master.turn("SI00", True)
     master.run(300)
@@ -50,11 +53,13 @@ def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
     first[1](master)
     master.run(150)
     again[0](master)
-    master.run(150)
-    assert master.on("SO00")  # the first release would have been answered
+    for _ in range(30):  # in this time the first release would have been answered
+        master.run(5)
+        assert master.on("SO00")
     again[1](master)
-    master.run(195)
-    assert master.on("SO00")
+    for _ in range(39):
+        master.run(5)
+        assert master.on("SO00")
     master.run(10)
     assert not master.on("SO00")
     assert master.on("SO03")
