@@ -97,6 +97,18 @@ def test_a_power_on_with_the_safety_connector_open_is_an_alarm() -> None:
     assert _numbers(master) == ["12.600"]
 
 
+def test_an_emergency_stop_in_the_boot_is_an_alarm_at_its_end() -> None:
+    """Rule: emergency-terminal-alarm, boot."""
+    master = Master(boot_time=100, booted=False)
+    master.run(50)
+    master.robot.inject("emergency_stop")
+    master.run(45)
+    assert _numbers(master) == []
+    master.run(20)
+    assert _numbers(master) == ["12.600"]
+    assert [alarm.t_us for alarm in master.robot.alarms.history] == [100_000]
+
+
 def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
     """Rule: link-recovery.
 

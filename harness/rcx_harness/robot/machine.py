@@ -188,13 +188,13 @@ class Machine:
 
     def switch_main_power(self, on: bool) -> None:
         """The power of the motors; without it there is no servo ON."""
-        config, lost = self.config, self.main_power and not on
+        config = self.config
         self.main_power = on
-        if not on:
-            self.switch_servos_off(
-                config.servo_off_alarm, stop_programs=config.motor_power_stops_program
-            )
-        if lost and self.booted and config.main_power_alarm:
+        if on:
+            return
+        programs = config.motor_power_stops_program
+        self.switch_servos_off(config.servo_off_alarm, stop_programs=programs)
+        if self.booted and config.main_power_alarm:
             self.raise_alarm(config.main_power_alarm)
 
     def move(
