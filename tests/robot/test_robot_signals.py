@@ -140,6 +140,20 @@ def test_servo_on_with_an_alarm_is_a_knob() -> None:
     assert master.on("SO02")
 
 
+def test_without_so04_the_servo_on_input_has_no_effect_whatever_the_knob() -> None:
+    """Rule: servo-needs-reset, mp-ready-power, serious-alarm.
+
+    Source: manual chapter 5, 2, SO(04): servo ON operation is enabled by the servo ON input signal
+    """
+    master = Master(servo_on_with_alarm=True)
+    master.power_up()
+    master.robot.inject("alarm")
+    master.run(10)
+    assert not master.on("SO04")
+    master.pulse("SI01")
+    assert not master.on("SO02")
+
+
 def _turn_off(master: Master) -> None:
     master.turn_and_wait("SI00", False)
     master.turn_and_wait("SI00", True)

@@ -150,6 +150,42 @@ def test_what_stops_a_program_takes_back_a_start_that_is_not_answered(
     assert master.on("SO13")
 
 
+def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() -> None:
+    """Rule: answers, program-emergency, program-restart.
+
+    Source: manual chapter 5, 3.3, note
+    """
+    master = Master(program_stop_delay=3000)
+    master.servo_on()
+    master.pulse("SI12")
+    master.turn_and_wait("SI06", False)
+    master.turn_and_wait("SI00", False)
+    assert not master.on("SO13")
+    master.turn_and_wait("SI00", True)
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI16")
+    master.pulse("SI01")
+    master.pulse("SI12")
+    for _ in range(80):
+        assert master.on("SO13")
+        master.run(50)
+
+
+@pytest.mark.parametrize("name", ["SI01", "SI12"])
+def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
+    """Also one that leaves the servos as they are.
+
+    Rule: alarm-stops, answers.
+    """
+    delays = {"servo_on_delay": 500, "program_start_delay": 500}
+    master = Master(alarm_stops_servo=False, **delays)
+    master.power_up()
+    master.pulse(name)
+    master.robot.inject("alarm")
+    master.run(1000)
+    assert not master.on("SO02" if name == "SI01" else "SO13")
+
+
 @pytest.mark.parametrize("name", ["SI14", "SI17", "SI12"])
 @pytest.mark.parametrize("stopped", [True, False])
 def test_what_is_started_in_the_stop_status_is_alarm_12_400(name: str, stopped: bool) -> None:
