@@ -321,3 +321,20 @@ def test_a_program_that_starts_before_the_answer_to_its_reset_is_not_reset(
     master.run(500)
     assert master.on("SO13") is runs
     assert master.on("SO14") is not runs
+
+
+@pytest.mark.parametrize("stop", ["SI06", "SI00", "terminal"])
+def test_a_movement_by_command_that_is_stopped_is_one_entry_in_the_history(stop: str) -> None:
+    """An alarm that is active already is not entered again by the command that it ends.
+
+    Rule: history, command-alarms, stop-in-motion.
+    Source: remote command guide chapter 1, 1.2, code 0x4000
+    """
+    master = Master()
+    master.servo_on()
+    master.send(0x0001, 0x0004, 0, 10, 19)
+    master.run(50)
+    _STOPS[stop](master)
+    number = "12.400" if stop == "SI06" else "12.600"
+    assert master.finish()[:3] == (0x4000, 12, int(number[3:]))
+    assert _history(master) == [number]

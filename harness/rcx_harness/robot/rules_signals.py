@@ -107,7 +107,8 @@ SIGNAL_RULES: tuple[Rule, ...] = (
         "link-first-image",
         "recovery_edges",
         "The first image of a connection is taken as it is: levels count, an input that is ON "
-        "there makes no edge, and nothing in it counts as a change by the master.",
+        "there makes no edge, and nothing in it counts as a change by the master; the interval "
+        "counts from no change before it.",
     ),
     assumed(
         "first-image-command",
