@@ -227,3 +227,19 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
     master.run(10)
     assert master.words == READY
     assert _rules(master) == ["hold-command"]
+
+
+def test_what_goes_on_behind_the_ready_status_needs_no_change_of_the_inputs() -> None:
+    """A master whose words stand still is no reason to skip it.
+
+    Rule: changed-command.
+    """
+    master = Master(command_delay=100, changed_command_status="ready")
+    master.power_up()
+    master.send(*POINT_1)
+    master.run(20)
+    master.send()
+    image = bytes(master.si)
+    for k in range(40):
+        master.robot.cycle(master.now_us + k * 5000, image)
+    assert master.robot.points[1].data[0] == 100_000

@@ -120,3 +120,22 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
     master.run(300)
     assert master.on("SO12")
     assert not _TRIES[name][1](master)
+
+
+@pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
+def test_stops_that_a_safety_setting_takes_away_count_as_on_without_a_connection_too(
+    keeps: bool, runs: bool
+) -> None:
+    """Where the loss itself is no serious alarm.
+
+    Rule: safety-inputs, link-lost.
+    """
+    master = Master(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
+    master.servo_on()
+    master.pulse("SI12")
+    master.robot.inject("safety_on")
+    master.run(10)
+    master.connected = False
+    master.run(200)
+    assert master.on("SO00") is not runs
+    assert master.on("SO13") is runs
