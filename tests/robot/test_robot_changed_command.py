@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from robot_master import Master
@@ -13,7 +15,7 @@ CONTINUOUS = (0x0505, 0x0001)
 READY = (0,) * 16
 
 
-def _mover(**config: object) -> Master:
+def _mover(**config: Any) -> Master:
     master = Master(**config)
     master.servo_on()
     assert master.execute(*POINT_1)[0] == 0x0200

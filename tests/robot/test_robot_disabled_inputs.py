@@ -45,13 +45,15 @@ def _pulse(name: str) -> Callable[[Master], None]:
     return lambda master: master.pulse(name)
 
 
+def _press(master: Master) -> None:
+    master.robot.inject("emergency_stop")
+    master.run(20)
+
+
 #: How each is tried, and whether it has had its effect.
 _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI00": (_off("SI00"), lambda master: master.on("SO00")),
-    "terminal": (
-        lambda master: (master.robot.inject("emergency_stop"), master.run(20))[1],
-        lambda master: master.on("SO00"),
-    ),
+    "terminal": (_press, lambda master: master.on("SO00")),
     "SI06": (_off("SI06"), lambda master: not master.on("SO13")),
     "SI01": (_pulse("SI01"), lambda master: master.on("SO02")),
     "SI10": (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from robot_master import Master
@@ -31,7 +33,7 @@ def _lose(master: Master, ms: float = 100) -> None:
 )
 def test_the_status_after_a_loss_of_the_connection(
     words: tuple[int, ...],
-    config: dict[str, float],
+    config: dict[str, Any],
     status: int,
     after: tuple[int, ...] | None,
 ) -> None:
