@@ -239,3 +239,33 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
     assert master.so[34] == 1
     master.run(2000)
     assert master.so[34] == 1
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
+    """Whether SO(13) shows that task or not.
+
+    Rule: program-reset-running, tasks.
+    """
+    master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
+    master.run(500)
+    master.pulse("SI12")
+    master.si[34] |= 1
+    master.run(10)
+    assert _states(master) == ["ended", "running"]
+    master.pulse("SI15")
+    master.si[34] |= 2
+    master.run(600)
+    assert _states(master) == ["ended", "ended"]
+    assert not master.on("SO14")
+
+
+def test_halt_ends_suspended_tasks_too() -> None:
+    """Rule: tasks."""
+    first = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "HALT"), loop=False)
+    master = Master(programs=(first, SECOND))
+    master.power_up()
+    master.pulse("SI12")
+    master.si[34] |= 1
+    master.run(10)
+    assert _states(master) == ["ended", "ended"]
