@@ -297,7 +297,7 @@ def test_an_undefined_code_ends_abnormally(code: int) -> None:
     assert master.execute(code)[:3] == (0x4000, 6, 1)
 
 
-@pytest.mark.parametrize("code", [0x2505, 0x4505, 0x5505, 0xF505])
+@pytest.mark.parametrize("code", [0x2505, 0x4505, 0x5505, 0xF505, 0x550A, 0x550B, 0xF50C])
 def test_a_robot_that_is_not_there_ends_abnormally(code: int) -> None:
     """Rule: other-alarms."""
     master = Master(absent_robot_alarm="6.2")

@@ -206,3 +206,55 @@ def test_general_purpose_inputs_may_change_at_any_time() -> None:
         master.si[at] = 0xFF
         master.run(5)
     assert master.texts() == []
+
+
+def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -> None:
+    """Counted from the last change, not recognised or not.
+
+    Rule: interval-levels, interval-strict.
+    """
+    master = Master(sequence_delay=0)
+    master.power_up()
+    master.turn_and_wait("SI16", True, 50)
+    master.turn_and_wait("SI10", True, 100)
+    assert not master.on("SO12")
+    master.run(5)
+    assert master.on("SO12")
+
+
+def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_on_again() -> None:
+    """To the controller it was ON all the time.
+
+    Rule: interval-levels, interval-strict.
+    """
+    master = Master()
+    master.power_up()
+    master.turn_and_wait("SI16", True, 50)
+    master.turn_and_wait("SI16", False, 50)
+    master.robot.inject("alarm")
+    master.run(50)
+    master.turn_and_wait("SI16", True, 300)
+    assert master.on("SO03")
+    assert len(master.texts()) == 1
+    master.turn_and_wait("SI16", False)
+    master.turn_and_wait("SI16", True)
+    assert not master.on("SO03")
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
+    """At power-on and after a loss.
+
+    Rule: link-first-image.
+    """
+    master = Master()
+    if lost:
+        master.power_up()
+        master.turn_and_wait("SI16", True, 20)
+        master.connected = False
+        master.run(20)
+        master.connected = True
+    master.run(10)
+    master.turn_and_wait("SI10", True, 20)
+    assert master.on("SO12")
+    assert master.texts() == []

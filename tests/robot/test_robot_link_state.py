@@ -97,6 +97,18 @@ def test_a_power_on_with_the_safety_connector_open_is_an_alarm() -> None:
     assert _numbers(master) == ["12.600"]
 
 
+def test_an_emergency_stop_in_the_boot_is_an_alarm_at_its_end() -> None:
+    """Rule: emergency-terminal-alarm, boot."""
+    master = Master(boot_time=100, booted=False)
+    master.run(50)
+    master.robot.inject("emergency_stop")
+    master.run(45)
+    assert _numbers(master) == []
+    master.run(20)
+    assert _numbers(master) == ["12.600"]
+    assert [alarm.t_us for alarm in master.robot.alarms.history] == [100_000]
+
+
 def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
     """Rule: link-recovery.
 
@@ -176,6 +188,38 @@ def test_auto_mode_needs_both_switches_and_its_time() -> None:
     master.robot.inject("auto_input_off")
     master.run(100)
     assert not master.on("SO10")
+
+
+def test_auto_mode_comes_its_time_after_the_last_change() -> None:
+    """Rule: auto-switches, answers."""
+    master = Master(auto_mode=False, auto_mode_delay=100)
+    master.power_up()
+    master.robot.inject("auto_mode")
+    master.run(60)
+    master.robot.inject("manual_lock_on")
+    master.run(20)
+    master.robot.inject("manual_lock_off")
+    master.run(90)
+    assert not master.on("SO10")
+    master.run(15)
+    assert master.on("SO10")
+
+
+def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
+    """Without a connection since power-on Network Status is green; the alarm is 12.551.
+
+    Rule: leds, link-error-at-power-on.
+    Source: manual chapter 1, 3 and 5.3
+    """
+    master = Master()
+    master.power_up()
+    master.connected = False
+    master.run(10)
+    assert _leds(master)[1] is Led.RED_FLASHING
+    master.robot.inject("power_cycle")
+    master.run(500)
+    assert _leds(master)[1] is Led.GREEN_FLASHING
+    assert _numbers(master) == ["12.551"]
 
 
 def test_without_main_power_there_is_no_servo_on() -> None:

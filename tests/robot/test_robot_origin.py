@@ -153,3 +153,25 @@ def test_a_second_input_during_a_return_to_origin_has_no_effect() -> None:
     master.turn_and_wait("SI17", True, 150)
     master.turn_and_wait("SI14", True, 600)
     assert master.robot.positions == [0, 700]
+
+
+@pytest.mark.parametrize("name", ["SI14", "SI17"])
+def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
+    """Neither beside a movement, which goes on, nor beside another return-to-origin.
+
+    Rule: origin-model.
+    """
+    master = Master(origin_time=1000)
+    master.servo_on()
+    master.send(0x0001, 0x0004, 0, 10, 19)  # 10 % to point 19
+    master.run(50)
+    master.pulse(name)
+    assert not master.robot.machine.origin_running
+    assert master.finish()[0] == 0x0200
+    master.send()
+    master.run(10)
+    master.pulse("SI14", 120)
+    master.pulse(name, 120)
+    assert master.robot.machine.origin_running
+    master.run(540)  # 1,000 ms after the first one
+    assert not master.robot.machine.origin_running

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from robot_master import Master
@@ -138,13 +140,51 @@ def test_servo_on_with_an_alarm_is_a_knob() -> None:
     assert master.on("SO02")
 
 
-def test_mp_ready_in_emergency_stop_is_a_knob() -> None:
-    """Rule: mp-ready."""
-    master = Master(mp_ready_in_emergency_stop=False)
-    master.run(300)
+def test_without_so04_the_servo_on_input_has_no_effect_whatever_the_knob() -> None:
+    """Rule: servo-needs-reset, mp-ready-power, serious-alarm.
+
+    Source: manual chapter 5, 2, SO(04): servo ON operation is enabled by the servo ON input signal
+    """
+    master = Master(servo_on_with_alarm=True)
+    master.power_up()
+    master.robot.inject("alarm")
+    master.run(10)
     assert not master.on("SO04")
+    master.pulse("SI01")
+    assert not master.on("SO02")
+
+
+def _turn_off(master: Master) -> None:
+    master.turn_and_wait("SI00", False)
     master.turn_and_wait("SI00", True)
-    assert master.on("SO04")
+
+
+def _lose_link(master: Master) -> None:
+    master.connected = False
+    master.run(50)
+    master.connected = True
+    master.run(50)
+
+
+@pytest.mark.parametrize("stop", [_turn_off, _lose_link])
+@pytest.mark.parametrize(("knob", "ready"), [(True, True), (False, False)])
+def test_mp_ready_in_emergency_stop_is_a_knob(
+    stop: Callable[[Master], None], knob: bool, ready: bool
+) -> None:
+    """Word for word SO(04) is OFF as long as SO(03) is ON, also after the release.
+
+    Rule: mp-ready, link-loss-alarm.
+    Source: manual chapter 5, 2, SO(03) and SO(04); 3.1, shift to emergency stop
+    """
+    master = Master(mp_ready_in_emergency_stop=knob)
+    master.run(300)
+    assert (master.on("SO03"), master.on("SO04")) == (False, ready)
+    master.turn_and_wait("SI00", True)
+    assert (master.on("SO03"), master.on("SO04")) == (False, True)
+    stop(master)
+    assert (master.on("SO00"), master.on("SO03"), master.on("SO04")) == (False, True, ready)
+    master.pulse("SI16")
+    assert (master.on("SO03"), master.on("SO04")) == (False, True)
 
 
 def test_a_serious_error_turns_so03_on_and_so04_off() -> None:

@@ -132,3 +132,171 @@ def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> 
     image = bytes(master.si)
     first, second = (master.robot.cycle(master.now_us + k * 5000, image) for k in (0, 1))
     assert (first[35], second[35]) == (0, 1)
+
+
+def test_tasks_that_so13_does_not_show_are_stopped_and_are_not_reset_while_they_run() -> None:
+    """Rule: tasks, program-stop, program-reset-running, stop-alarm."""
+    master = _running(running_shows_all_tasks=False)
+    master.si[34] |= 1
+    master.run(10)
+    assert (master.on("SO13"), _states(master)) == (False, ["ended", "running"])
+    master.pulse("SI15")
+    assert (master.on("SO14"), _states(master)) == (False, ["ended", "running"])
+    master.turn_and_wait("SI06", False)
+    assert _states(master) == ["ended", "stopped"]
+    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
+    master.pulse("SI15")
+    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
+
+
+#: What a task does beside MAIN, which suspends it when SI(20) comes and lets it go on with SI(21).
+HOLDER = RobotProgram(
+    steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "WAIT SI(21)=1", "RESTART 2", "WAIT SI(27)=1"),
+    loop=False,
+)
+
+
+def test_a_suspended_task_goes_on_with_restart_only() -> None:
+    """Neither a stop nor SI(12) changes it; a program reset does.
+
+    Rule: tasks.
+    """
+    master = Master(programs=(HOLDER, SECOND))
+    master.power_up()
+    master.pulse("SI12")
+    master.si[34] |= 1
+    master.run(10)
+    assert _states(master) == ["running", "suspended"]
+    master.turn_and_wait("SI06", False)
+    assert _states(master) == ["stopped", "suspended"]
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    assert _states(master) == ["running", "suspended"]
+    master.si[34] |= 2
+    master.run(10)
+    assert _states(master) == ["running", "ended"]
+    master.turn_and_wait("SI06", False)
+    master.pulse("SI15")
+    assert _states(master) == ["ready", "ready"]
+
+
+@pytest.mark.parametrize("state", ["running", "stopped", "suspended"])
+def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
+    """START begins what is ready or has ended, RESTART goes on with what is suspended.
+
+    Rule: task-table, tasks.
+    """
+    first = RobotProgram(
+        steps=("START 2", "WAIT SI(20)=1", "START 2", "RESTART 2", "SO(20)=1", "WAIT SI(27)=1"),
+        loop=False,
+    )
+    second = RobotProgram(steps=("WAIT SI(21)=1", "DELAY 10000"), loop=False)
+    master = Master(programs=(first, second))
+    master.power_up()
+    master.pulse("SI12")
+    task = master.robot.program.tasks[1]
+    master.si[34] |= 2
+    master.run(10)
+    assert task.line == 2
+    if state != "running":
+        task.pause(master.now_us, state)
+    master.si[34] |= 1
+    master.run(10)
+    assert master.so[34] == 1
+    assert task.line == 2
+    assert task.state == ("running" if state == "suspended" else state)
+
+
+def test_the_time_of_a_delay_stands_still_in_a_stop_and_that_of_out_does_not() -> None:
+    """Rule: tasks."""
+    steps = ("OUT SO(20),1000", "DELAY 1000", "SO(30)=1", "WAIT SI(27)=1")
+    master = Master(programs=(RobotProgram(steps=steps, loop=False),), program_start_delay=0)
+    master.power_up()
+    master.turn("SI12", True)
+    master.run(500)
+    master.turn("SI12", False)
+    assert (master.so[34], master.so[35]) == (1, 0)
+    master.turn_and_wait("SI06", False, 450)
+    assert master.so[34] == 1
+    master.run(60)
+    assert master.so[34] == 0
+    master.turn_and_wait("SI06", True)
+    master.turn("SI12", True)
+    master.run(490)
+    assert master.so[35] == 0
+    master.run(20)
+    assert master.so[35] == 1
+
+
+def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
+    """Rule: outputs-kept."""
+    steps = ("OUT SO(20),1000", "WAIT SI(27)=1")
+    master = Master(programs=(RobotProgram(steps=steps, loop=False),))
+    master.power_up()
+    master.pulse("SI12")
+    master.turn_and_wait("SI06", False)
+    master.pulse("SI15")
+    assert master.so[34] == 1
+    master.run(2000)
+    assert master.so[34] == 1
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
+    """Whether SO(13) shows that task or not.
+
+    Rule: program-reset-running, tasks.
+    """
+    master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
+    master.run(500)
+    master.pulse("SI12")
+    master.si[34] |= 1
+    master.run(10)
+    assert _states(master) == ["ended", "running"]
+    master.pulse("SI15")
+    master.si[34] |= 2
+    master.run(600)
+    assert _states(master) == ["ended", "ended"]
+    assert not master.on("SO14")
+
+
+def test_halt_ends_suspended_tasks_too() -> None:
+    """Rule: tasks."""
+    first = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "HALT"), loop=False)
+    master = Master(programs=(first, SECOND))
+    master.power_up()
+    master.pulse("SI12")
+    master.si[34] |= 1
+    master.run(10)
+    assert _states(master) == ["ended", "ended"]
+
+
+def test_so14_comes_with_the_reset_of_the_last_program_in_a_task() -> None:
+    """By command, one after the other; the first reset alone is not enough.
+
+    Rule: busy-programs, program-received.
+    Source: remote command guide 4.6.3: SO14 to verify all the programs have been reset
+    """
+    master = _running()
+    master.turn_and_wait("SI06", False)
+    assert _states(master) == ["stopped", "stopped"]
+    assert master.execute(0x0406, 0x0002, 0, 1)[0] == 0x0200
+    master.run(100)
+    assert (master.on("SO14"), _states(master)) == (False, ["ready", "stopped"])
+    assert master.execute(0x0406, 0x0002, 0, 2)[0] == 0x0200
+    master.run(100)
+    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
+
+
+def test_a_second_reset_by_command_does_not_replace_one_that_is_not_answered() -> None:
+    """Rule: busy-programs."""
+    master = _running(program_reset_delay=1000)
+    master.run(1000)
+    master.turn_and_wait("SI06", False)
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    master.turn_and_wait("SI06", False)
+    for task in (1, 2):
+        assert master.execute(0x0406, 0x0002, 0, task)[0] == 0x0200
+    master.run(1200)
+    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])

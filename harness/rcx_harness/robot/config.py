@@ -115,12 +115,20 @@ class RobotConfig:
     min_interval: float = 100.0
     late_levels: bool = True
     recovery_edges: bool = False
+    first_image_commands: bool = True
     power_on_emergency_alarm: bool = False
     mp_ready_in_emergency_stop: bool = True
     reset_in_emergency_stop: bool = False
     pendant_blocks_inputs: bool = True
     safety_keeps_stops: bool = True
     servo_on_with_alarm: bool = False
+    servo_off_brakes_free_axes: bool = True
+    motor_power_stops_program: bool = True
+    manual_mode_stops_program: bool = True
+    start_needs_auto: bool = True
+    restart_begins_anew: bool = False
+    emergency_stops_sequence: bool = False
+    reset_clears_warning: bool = False
     program_needs_servo: bool = False
     reset_while_running: bool = False
     origin_needs_servo: bool = True
@@ -133,6 +141,7 @@ class RobotConfig:
     running_shows_all_tasks: bool = True
     main_ends_tasks: bool = False
     reset_clears_outputs: bool = False
+    power_clears_internal_outputs: bool = True
     loss_clears_inputs: bool = True
     idle_header: str = "loss"  # loss, hold
     program_words_between_commands: bool = True
@@ -144,6 +153,8 @@ class RobotConfig:
     skip_run_status: str = "short"  # never, short, always
     strict_unused_words: bool = True
     changed_command_status: str = "run"  # run, ready
+    data_belong_to_command: bool = True
+    early_command_waits: bool = False
     auto_speed: int = 100  # [%]
     program_speed: int = 100  # [%]
     movei_start_position: str = "keep"  # keep, reset
@@ -185,6 +196,8 @@ class RobotConfig:
     power_restart_alarms: tuple[str, ...] = ("12.762", "12.763", "12.900", "12.904")
     module_fault_alarms: tuple[str, ...] = ("12.762", "12.900", "12.904")
     module_error_alarms: tuple[str, ...] = ("12.763",)
+    cpu_fault_alarms: tuple[str, ...] = ()
+    main_power_alarm: str = ""
     alarm_history_length: int = 500
     format_alarm: str = "4.2"
     undefined_code_alarm: str = "4.2"

@@ -52,7 +52,7 @@ _RANGES = {
 }
 _PROGRAMS = 100
 #: Alarms that need not be.
-_NO_ALARM = ("power_on_alarm", "undefined_data_alarm")
+_NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
 #: Up to this length a hint lists all names [characters].

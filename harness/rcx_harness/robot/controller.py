@@ -234,6 +234,7 @@ class Controller:
             return
         if not state.was_connected:
             regain_link(machine)
+            state.handshake.connect(input_words(si))
             state.was_connected = True
         machine.program.ports.inputs = bytes(si)
         edges = state.inputs.take(state.now_us, si)

@@ -52,7 +52,8 @@ class Handshake:
         self._due_us = 0
         self._execution: Execution | None = None
         self._failure: CommandError | None = None
-        self._blocked = False  # a code stands there that must go back to 0x0000 first
+        self._blocked = 0  # a code that stands there since before the ready status: never executed
+        self._unseen: list[Execution] = []  # what goes on behind the ready status
         self._reported = 0  # the code that was last found to be set too early
 
     @property
@@ -62,19 +63,22 @@ class Handshake:
 
     def next_due_us(self, now_us: int) -> int | None:
         """When it goes on by itself; None if only the master can bring it on."""
-        if self.phase in (Phase.ACCEPTING, Phase.CLEARING):
-            return self._due_us
-        return now_us if self.phase in (Phase.RUNNING, Phase.ABANDONED) else None
+        if self._unseen or self.phase in (Phase.RUNNING, Phase.ABANDONED):
+            return now_us
+        return self._due_us if self.phase in (Phase.ACCEPTING, Phase.CLEARING) else None
 
     def step(self, machine: Machine, words: Words) -> None:
         """One cycle with the words that the master sends."""
+        self._unseen = [one for one in self._unseen if _goes_on(one, machine)]
         if self.phase is Phase.READY:
             self._look_for_command(machine, words)
         elif self.phase is Phase.ENDED:
             self._look_for_reset(machine, words)
-        elif self.phase is Phase.CLEARING:
+        elif self.phase in (Phase.CLEARING, Phase.ABANDONED):
             self._report_early_code(machine, words)
-        elif self.phase is not Phase.ABANDONED and words != self._taken:
+        elif words[0] != self._taken[0] or (
+            words != self._taken and self._config.data_belong_to_command
+        ):
             self._change(machine, words)
 
         if self.phase is Phase.ACCEPTING and machine.now_us >= self._due_us:
@@ -84,17 +88,23 @@ class Handshake:
         if self.phase is Phase.CLEARING and machine.now_us >= self._due_us:
             self._rest(words)
 
+    def connect(self, words: Words) -> None:
+        """The first image of a connection: is a code that stands in it a command?"""
+        if not self._config.first_image_commands:
+            self._blocked = words[0]
+
     def disconnect(self, machine: Machine) -> None:
         """The link is lost: what runs ends abnormally, and that is shown until a reset."""
+        self._unseen.clear()
         if self.phase is Phase.RUNNING and self._execution and not self._execution.stoppable:
             self._end_abnormally(machine, CommandError(self._config.link_loss_alarm))
         elif self.phase not in (Phase.READY, Phase.ENDED):
             self._rest(WORDS_AT_REST)
 
     def _look_for_command(self, machine: Machine, words: Words) -> None:
-        if words[0] == 0:
-            self._blocked = False
-        elif not self._blocked and not machine.inputs_disabled:
+        if words[0] != self._blocked:
+            self._blocked = 0
+        if words[0] and not self._blocked and not machine.inputs_disabled:
             self._taken = words
             self._due_us = machine.now_us + machine.draw_us("command_accept_delay")
             self.phase = Phase.ACCEPTING
@@ -109,13 +119,14 @@ class Handshake:
 
     def _report_early_code(self, machine: Machine, words: Words) -> None:
         """A code while the status is not 0x0000; it is not executed."""
-        if words[0] in (0, self._reported):
+        known, self._reported = self._reported, words[0]
+        if words[0] in (0, known):
             return
-        self._reported = words[0]
+        waits = self._config.early_command_waits and self.phase is not Phase.ENDED
         text = (
             f"command {format_word(words[0])} is set while the status is "
-            f"{format_word(self._shown[0])}; "
-            "a command may be set only in status 16#0000; not executed"
+            f"{format_word(self._shown[0])}; a command may be set only in status 16#0000; "
+            f"{'it waits' if waits else 'not executed'}"
         )
         self._findings.add(machine.now_us, "ready-first", text)
 
@@ -138,13 +149,14 @@ class Handshake:
             "its status is not reflected any more"
         )
         self._findings.add(machine.now_us, "hold-command", text)
-        if self._execution is None or stoppable:
-            self._rest(words)
-            return
-        self.phase = Phase.ABANDONED
-        self._shown = WORDS_AT_REST
-        if self._config.changed_command_status == "run":
-            self._show(RUN, WORDS_AT_REST[1:])
+        if self._execution and not stoppable:
+            if self._config.changed_command_status == "run":
+                self._reported = words[0]  # by the text above
+                self._show(RUN, WORDS_AT_REST[1:])
+                self.phase = Phase.ABANDONED
+                return
+            self._unseen.append(self._execution)
+        self._rest(words)
 
     def _begin(self, machine: Machine) -> None:
         """Execute what was taken; a short command may end in this cycle."""
@@ -204,14 +216,22 @@ class Handshake:
         self.phase = Phase.ENDED
 
     def _rest(self, words: Words) -> None:
-        """Ready again; a code that is there now is not taken before it was 0x0000."""
+        """Ready again; a code that is there now was set too early."""
         self._execution = None
         self._shown = WORDS_AT_REST
-        self._blocked = words[0] != 0
+        self._blocked = 0 if self._config.early_command_waits else words[0]
         self.phase = Phase.READY
 
     def _show(self, status: int, response: Words) -> None:
         self._shown = (status, *response)
+
+
+def _goes_on(execution: Execution, machine: Machine) -> bool:
+    """Let a command go on whose status nobody sees; False once it has ended."""
+    try:
+        return execution.step(machine) is None
+    except CommandError:
+        return False
 
 
 def _command(words: Words) -> Command:

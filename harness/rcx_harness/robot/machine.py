@@ -22,6 +22,11 @@ from rcx_harness.robot.tasks import Programs
 
 __all__ = ["Machine"]
 
+#: Outputs that are memory in the controller; and what need not be lost with its power: these, and
+#: the inputs of the parallel I/O board, which are the surroundings'.
+_INTERNAL = ("MO", "LO", "TO")
+_KEPT = ("DI", *_INTERNAL)
+
 
 class Machine:
     """One robot controller; see RobotConfig for its properties.
@@ -51,6 +56,7 @@ class Machine:
         self.parallel_stop = config.parallel_stop
         self.hard_wired_stop = False
         self.main_power = True
+        self.program = Programs(config, config.program_is_reset)
         self.powered = False
         self.power_on()
         if config.booted:
@@ -69,7 +75,10 @@ class Machine:
         self.link = "none"
         self.auto_mode = self._auto_selected
         self.sequence_running = False
+        banks = self.program.ports.banks
         self.program = Programs(self.config, self.config.program_is_reset)
+        cleared = _INTERNAL if self.config.power_clears_internal_outputs else ()
+        self.program.ports.keep(banks, [kind for kind in _KEPT if kind not in cleared])
         self.motion.forget()
         self.pending: dict[str, int] = {}
         self.schedule("boot_time")
@@ -79,7 +88,7 @@ class Machine:
         if self.powered:
             self.data.observe(self)
         self.powered = self.booted = False
-        self.servos.switch_all(False)
+        self.servos.switch_all_off()
         self.settings.lose_power()
         self.pending.clear()
         self._halt(EMERGENCY_STOP)
@@ -167,6 +176,8 @@ class Machine:
         if self.emergency and not self.config.reset_in_emergency_stop:
             lasting.append(EMERGENCY_STOP)
         self.alarms.reset(lasting)
+        if self.config.reset_clears_warning:
+            self.alarms.warning = False
         return self.alarms.active[0].number if self.alarms.active else ""
 
     def press_emergency_stop(self) -> None:
@@ -177,9 +188,14 @@ class Machine:
 
     def switch_main_power(self, on: bool) -> None:
         """The power of the motors; without it there is no servo ON."""
+        config = self.config
         self.main_power = on
-        if not on:
-            self.switch_servos_off(self.config.servo_off_alarm)
+        if on:
+            return
+        programs = config.motor_power_stops_program
+        self.switch_servos_off(config.servo_off_alarm, stop_programs=programs)
+        if self.booted and config.main_power_alarm:
+            self.raise_alarm(config.main_power_alarm)
 
     def move(
         self, robot: int, path: Path, *, relative: Hashable | None = None, pushing: bool = False
@@ -198,9 +214,11 @@ class Machine:
         self.settings.begin_movement(robot, path.target)
         return movement
 
-    def return_to_origin(self, groups: Iterable[tuple[int, ...]]) -> OriginRun:
+    def return_to_origin(
+        self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False
+    ) -> OriginRun:
         """Start a return-to-origin of these axes, one group after the other."""
-        run = self.origins.begin(groups)
+        run = self.origins.begin(groups, by_command=by_command)
         for index in run.axes:
             self.motion.forget(self.config.axes[index].robot)
         self.schedule("origin_time")
@@ -213,11 +231,19 @@ class Machine:
         if self.origins.moves(axes):
             self._stop_origin(number)
 
-    def switch_servos_off(self, number: str) -> None:
-        """All servos; what runs ends with the alarm `number` as its reason."""
-        self.servos.switch_all(False)
+    def switch_servos_off(
+        self, number: str, *, lock: bool = False, stop_programs: bool = True
+    ) -> None:
+        """All servos; what runs ends with the alarm `number` as its reason.
+
+        Args:
+            number: Of the alarm.
+            lock: All brakes, also of free axes (guide, 4.2.20); else as the configuration says.
+            stop_programs: The robot programs stop, too.
+        """
+        self.servos.switch_all_off(keep_free=not (lock or self.config.servo_off_brakes_free_axes))
         self.pending.pop("servo_on_delay", None)
-        self._halt(number)
+        self._halt(number, stop_programs=stop_programs)
 
     def draw_us(self, key: str) -> int:
         """A delay of the configuration [us], drawn from the seed where it is a range."""
@@ -243,7 +269,9 @@ class Machine:
         if not self._auto_selected:
             self.auto_mode = False
             self.pending.pop("auto_mode_delay", None)
-            self._pause_program()
+            if self.config.manual_mode_stops_program:
+                self._pause_program()
+                self.pending.pop("program_start_delay", None)
         elif self.config.auto_mode_delay == 0:
             self.auto_mode = True
         elif not self.auto_mode:
@@ -279,7 +307,11 @@ class Machine:
     def may_run_program(self) -> bool:
         """Nothing is in the way of a program start."""
         servo = self.servo_on or not self.config.program_needs_servo
-        return self.auto_mode and servo and self.may_move()
+        return self.mode_allows_start() and servo and self.may_move()
+
+    def mode_allows_start(self) -> bool:
+        """The mode is one in which programs are started."""
+        return self.auto_mode or not self.config.start_needs_auto
 
     def _follow_stops(self) -> None:
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
@@ -294,7 +326,8 @@ class Machine:
             self.pending.pop("emergency_release_delay", None)
         if self.stopped:
             self._stop()
-        if self.si10 and self.config.sequence_program:
+        held = self.emergency and self.config.emergency_stops_sequence
+        if self.si10 and self.config.sequence_program and not held:
             if not self.sequence_running:
                 self.schedule("sequence_delay")
         else:
@@ -309,20 +342,21 @@ class Machine:
         self.pending.pop("program_start_delay", None)
         if self.motion.under_way:
             self.motion.stop(self.now_us, self.positions, STOP)
-        if self.origin_running:
-            self._stop_origin(STOP)
+        run = self._stop_origin(STOP)
+        if run and not run.by_command:
             self.raise_alarm(STOP)
 
-    def _stop_origin(self, number: str) -> None:
+    def _stop_origin(self, number: str) -> OriginRun | None:
         self.pending.pop("origin_time", None)
-        self.origins.interrupt(number)
+        return self.origins.interrupt(number)
 
-    def _halt(self, number: str) -> None:
-        """Program, movements and return-to-origin end at once."""
-        self._pause_program()
+    def _halt(self, number: str, *, stop_programs: bool = True) -> None:
+        """Programs, movements and return-to-origin end at once."""
         self.motion.stop(self.now_us, self.positions, number)
         self._stop_origin(number)
-        self.pending.pop("program_start_delay", None)
+        if stop_programs:
+            self._pause_program()
+            self.pending.pop("program_start_delay", None)
 
     def _pause_program(self) -> None:
         self.program.pause(self.now_us)
@@ -351,13 +385,14 @@ class Machine:
 
     def _on_servo_on_delay(self) -> None:
         if self.may_switch_servo_on():
-            self.servos.switch_all(True)
+            self.servos.switch_all_on()
 
     def _on_alarm_reset_delay(self) -> None:
         self.reset_alarms()
 
     def _on_program_reset_delay(self) -> None:
-        self.program.reset()
+        if self.config.reset_while_running or not self.program.resets_running:
+            self.program.reset()
 
     def _on_program_start_delay(self) -> None:
         if self.may_run_program():

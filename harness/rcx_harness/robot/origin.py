@@ -21,9 +21,11 @@ class OriginRun:
         groups: Axes that are on their way; one group after the other, the first is moving.
         done: All have arrived.
         stopped_by: Number of the alarm that stopped it, else empty.
+        by_command: A remote command waits for its end, and tells the alarm that stops it.
     """
 
     groups: list[tuple[int, ...]]
+    by_command: bool = False
     done: bool = False
     stopped_by: str = ""
 
@@ -59,9 +61,9 @@ class Origins:
         """Any of these axes is on its way, or will be."""
         return self._run is not None and not self._run.axes.isdisjoint(axes)
 
-    def begin(self, groups: Iterable[tuple[int, ...]]) -> OriginRun:
+    def begin(self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False) -> OriginRun:
         """Start with the first group."""
-        self._run = OriginRun(list(groups))
+        self._run = OriginRun(list(groups), by_command)
         self._leave(self._run)
         return self._run
 
@@ -82,12 +84,13 @@ class Origins:
         self._run = None
         return False
 
-    def interrupt(self, number: str) -> None:
+    def interrupt(self, number: str) -> OriginRun | None:
         """A stop: what was moving has no origin now, what was to follow does not move."""
-        if self._run:
-            self._mark(self._run.groups[0], False)
-            self._run.stopped_by = number
-            self._run = None
+        run, self._run = self._run, None
+        if run:
+            self._mark(run.groups[0], False)
+            run.stopped_by = number
+        return run
 
     def lose_power(self) -> None:
         """Without power only absolute axes keep their origin."""

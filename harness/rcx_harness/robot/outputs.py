@@ -15,9 +15,10 @@ _MASKS = tuple(OUTPUTS[name] for name in _SHOWN)
 
 def dedicated_outputs(machine: Machine) -> int:
     """Ports SO0() (low byte) and SO1() (manual chapter 5, 1)."""
+    faults = machine.config.cpu_fault_alarms
     states = (
         machine.emergency,  # SO00
-        True,  # SO01
+        not any(map(machine.alarms.has, faults)),  # SO01
         machine.servo_on,  # SO02
         machine.alarms.serious,  # SO03
         machine.mp_ready,  # SO04

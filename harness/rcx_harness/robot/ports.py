@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -116,6 +117,10 @@ class Ports:
         self.banks = {kind: bytearray(count) for kind, count in _BANKS.items()}
         self.inputs = bytes(size)
         self.outputs = bytearray(size)
+
+    def keep(self, banks: Mapping[str, bytearray], kinds: Iterable[str]) -> None:
+        """Take over ports of these kinds as they were in `banks`."""
+        self.banks.update({kind: bytearray(banks[kind]) for kind in kinds})
 
     def forget_inputs(self) -> None:
         """There is no connection: all inputs are OFF or 0."""

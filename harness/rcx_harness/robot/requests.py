@@ -27,7 +27,7 @@ def _program_reset(machine: Machine) -> None:
 
 
 def _program_start(machine: Machine) -> None:
-    if machine.pendant_blocks() or not machine.auto_mode or machine.program.running:
+    if machine.pendant_blocks() or not machine.mode_allows_start() or machine.program.running:
         return
     if machine.stopped and not machine.emergency:
         machine.raise_alarm(STOP)
@@ -38,11 +38,13 @@ def _program_start(machine: Machine) -> None:
 
 def _origin(machine: Machine, name: str) -> None:
     free = not machine.motion.under_way and not machine.origin_running
-    if machine.pendant_blocks() or not free or not machine.may_move():
-        return
     groups = machine.origins.plan(name)
+    if machine.pendant_blocks() or not free or not groups:
+        return
+    if machine.stopped and not machine.emergency:
+        machine.raise_alarm(STOP)
     servo = machine.servos_on(index for group in groups for index in group)
-    if groups and (servo or not machine.config.origin_needs_servo):
+    if machine.may_move() and (servo or not machine.config.origin_needs_servo):
         machine.return_to_origin(groups)
 
 

@@ -40,18 +40,35 @@ COMMAND_RULES: tuple[Rule, ...] = (
     assumed(
         "command-times",
         "command_accept_delay command_delay status_reset_delay skip_run_status",
-        "How long commands take, and when 0x0100 is skipped: short, what takes less than a cycle.",
+        "How long commands take, and when 0x0100 is skipped: short, what takes less than a cycle. "
+        "A command that moves nothing and switches no servo on acts at the end of its time.",
     ),
     assumed(
         "changed-command",
         "changed_command_status",
-        "A movement whose command was changed goes on to its end with status 0x0100, then the "
-        "status is 0x0000; a code that is there then must go back to 0x0000 first.",
+        "A command that was changed goes on to its end with status 0x0100, then the status is "
+        "0x0000. The other reading: the status is 0x0000 at once, and the next command is taken "
+        "beside what goes on. An alarm that ends it is not entered. One that was not begun yet is "
+        "never executed.",
+    ),
+    assumed(
+        "changed-data",
+        "data_belong_to_command",
+        "Data are held as the code is: a changed word of n+2 to n+30 changes the command, also if "
+        "the command does not use it. The other reading: they are taken with the code and are free "
+        "from then on.",
     ),
     assumed(
         "early-command",
+        "early_command_waits",
+        "A code set before the status is 0x0000 is never executed; 0x0000 or another code must "
+        "come first. The other reading: it is executed once the status is 0x0000.",
+    ),
+    assumed(
+        "disabled-while-running",
         "",
-        "A code set before the status is 0x0000 is never executed; 0x0000 must come first.",
+        "A command that runs when the programming box takes authority or a safety setting comes "
+        "goes on to its end.",
     ),
     assumed(
         "format",
@@ -62,7 +79,9 @@ COMMAND_RULES: tuple[Rule, ...] = (
         "other-alarms",
         "undefined_code_alarm absent_robot_alarm no_axis_alarm pendant_alarm servo_off_alarm "
         "undefined_point_alarm busy_alarm",
-        "Where the manual gives no alarm for what a command cannot do, it is 4.2.",
+        "Where the manual gives no alarm for what a command cannot do, it is 4.2. Of several "
+        "reasons the first counts: code, robot, authority, format, then the robot's state. A "
+        "number of a robot without axes is refused, but where absent-robot-zero has an answer.",
     ),
     assumed(
         "command-alarms",
@@ -82,6 +101,6 @@ COMMAND_RULES: tuple[Rule, ...] = (
     assumed(
         "versions",
         "host_version host_revision fpga_version driver_version",
-        "The versions of the manual's example.",
+        "The versions of the manual's example; one driver for each axis, four at most.",
     ),
 )

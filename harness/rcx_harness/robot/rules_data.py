@@ -18,8 +18,9 @@ DATA_RULES: tuple[Rule, ...] = (
         "other-ports",
         "",
         "SO16() to SO27() are kept and read back, but are not in the area; SI16() to SI27() are "
-        "0. SO0() and SO1() read as the dedicated outputs, DO0() and DO1() as 0. An arm lock "
-        "output does not hold its axis, and no timer runs.",
+        "0. SO0() and SO1() read as the dedicated outputs, DO0() and DO1() as 0. DI(06) is the "
+        "stop input of the parallel I/O board, where there is one. An arm lock output does not "
+        "hold its axis, and no timer runs.",
     ),
     # Programs
     manual(
@@ -67,7 +68,8 @@ DATA_RULES: tuple[Rule, ...] = (
         "busy-programs",
         "",
         "A running program is not stepped, skipped, registered or reset: busy_alarm. To run it is "
-        "a normal end without effect. SO(14) comes ON once all programs in a task are reset.",
+        "a normal end without effect. SO(14) comes ON once all programs in a task are reset, and "
+        "goes OFF at a skip, too.",
     ),
     assumed(
         "program-info-details",
@@ -96,8 +98,7 @@ DATA_RULES: tuple[Rule, ...] = (
     manual(
         "absent-robot-zero",
         "guide, 4.7.8",
-        "Speeds and arm of a robot without axes are 0; for all other commands there is no such "
-        "robot.",
+        "Speeds and arm of a robot without axes are 0.",
     ),
     manual(
         "origin-system",
@@ -115,6 +116,7 @@ DATA_RULES: tuple[Rule, ...] = (
         "Continuous positions are new in every cycle, in an alarm, too; they end without an end "
         "status.",
     ),
+    assumed("robot-type", "axes", "The type of a robot is that of its first axis."),
     assumed("position-hand", "position_hand", "0x0506 answers hand system 0, or that of the arm."),
     assumed(
         "torque-model",

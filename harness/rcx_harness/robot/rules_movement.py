@@ -35,8 +35,8 @@ MOVEMENT_RULES: tuple[Rule, ...] = (
     manual(
         "movei-keep",
         "guide, 4.2.2",
-        "An interrupted MOVEI or DRIVEI that is executed again goes on to its old target, or with "
-        "the parameter on Reset starts anew from where the robot is.",
+        "With Keep, the default of its parameter, an interrupted MOVEI or DRIVEI that is executed "
+        "again goes on to its old target.",
     ),
     manual("one-axis", "guide, 4.2.3", "DRIVE, DRIVEI and PUSH move one axis, and name it."),
     manual(
@@ -100,9 +100,9 @@ MOVEMENT_RULES: tuple[Rule, ...] = (
     assumed(
         "movei-start",
         "movei_start_position",
-        'The parameter "MOVEI/DRIVEI start position", which no remote command reaches. It is the '
-        "same command again where code, axes and distances are the same; speed and position output "
-        "may differ.",
+        'The parameter "MOVEI/DRIVEI start position", which no remote command reaches; with Reset '
+        "the movement starts anew from where the robot is. It is the same command again where "
+        "code, axes and distances are the same; speed and position output may differ.",
     ),
     assumed(
         "movet",

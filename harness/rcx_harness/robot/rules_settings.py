@@ -64,7 +64,7 @@ SETTING_RULES: tuple[Rule, ...] = (
     ),
     assumed(
         "servo-off-command",
-        "",
+        "motor_power_stops_program",
         "Servo OFF, servo free and motor power OFF are possible in every state, and end what "
         "moves. Motor power OFF stops the program, too. A free axis stays where it is.",
     ),

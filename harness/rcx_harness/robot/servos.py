@@ -22,10 +22,16 @@ class Servos:
         self.motor_power = False
         self.states = [BRAKE] * axes
 
-    def switch_all(self, on: bool) -> None:
-        """Motor power with all servos ON; or both OFF, with all brakes applied."""
-        self.motor_power = on
-        self.set(range(len(self.states)), SERVO if on else BRAKE)
+    def switch_all_on(self) -> None:
+        """Motor power with all servos ON."""
+        self.motor_power = True
+        self.set(range(len(self.states)), SERVO)
+
+    def switch_all_off(self, *, keep_free: bool = False) -> None:
+        """Motor power and all servos OFF, with all brakes, or all but those of free axes."""
+        self.motor_power = False
+        kept = (FREE,) if keep_free else ()
+        self.states = [state if state in kept else BRAKE for state in self.states]
 
     def set(self, indices: Iterable[int], state: int) -> None:
         """Bring these axes to a state."""

@@ -227,13 +227,22 @@ class Programs:
         either = None in (places, self._to_reset)
         self._to_reset = None if either else (*(self._to_reset or ()), *(places or ()))
 
+    @property
+    def resets_running(self) -> bool:
+        """The next `reset` would reset a task that runs."""
+        places = range(len(self.tasks)) if self._to_reset is None else self._to_reset
+        return any(self.tasks[place].state == "running" for place in places)
+
     def start(self, now_us: int) -> None:
         """Start what was ordered."""
         modes = self._to_start
         if modes is None:
             modes = dict.fromkeys(self._startable(), RUN)
         for place, mode in modes.items():
-            self.tasks[place].go(now_us, mode)
+            task = self.tasks[place]
+            if self._config.restart_begins_anew and task.state == "stopped" and mode == RUN:
+                task.rewind()
+            task.go(now_us, mode)
         self.is_reset = False
 
     def pause(self, now_us: int) -> None:

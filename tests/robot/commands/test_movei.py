@@ -219,3 +219,29 @@ def test_movei_to_a_point_that_is_not_defined(code: int) -> None:
     """Rule: other-alarms."""
     master = _mover(undefined_point_alarm="6.5")
     assert master.execute(code, 0, 0, 0, 77)[:3] == (ABNORMAL, 6, 5)
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -> None:
+    """The next one is taken though the axis still creeps, and a stop now interrupts nothing.
+
+    Rule: arrival, relative-kept, robots-move.
+    """
+    master = Master(end_in_tolerance=True, axes=(Axis(max_acceleration=10_000.0),))
+    master.servo_on()
+    assert master.execute(0x0100, 0, 1, 0, 1000)[0] == 0x0200
+    movei = (0x0009, 0, 0, 0, 1)
+    master.send(*movei)
+    assert master.finish()[0] == 0x0200
+    assert master.robot.positions[0] < 1000
+    if stopped:
+        master.turn_and_wait("SI06", False)
+        master.turn_and_wait("SI06", True)
+    master.send()
+    master.run(5)
+    here = master.robot.positions[0]
+    assert here < 1000
+    assert master.execute(*movei)[0] == 0x0200
+    master.run(1000)
+    crept = master.robot.positions[0] - 1000 - here  # until the next one began: TOLE is 80
+    assert crept == 0 if stopped else 0 < crept <= 80

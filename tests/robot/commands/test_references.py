@@ -61,7 +61,11 @@ def test_the_example_shows_a_yk250x_of_four_axes() -> None:
 
 
 def test_each_robot_has_its_own_configuration() -> None:
-    """Source: remote command guide 4.7.2."""
+    """The type of a robot is that of its first axis.
+
+    Rule: robot-type.
+    Source: remote command guide 4.7.2
+    """
     master = _master(axes=TWO_ROBOTS)
     assert _answer(master, 0x1502) == _data(2000, 0, 2000, 2000)
     assert _answer(master, 0x2502) == _data(5000, 0, 5000, 5001)

@@ -68,6 +68,9 @@ def check_movable(machine: Machine, robot: int, places: Iterable[int] | None = N
         raise CommandError(STOP)
     if not machine.servos_on(indices):
         raise CommandError(config.servo_off_alarm)
+    for alarm in machine.alarms.active:
+        if alarm.serious:
+            raise CommandError(alarm.number)
     program = machine.program.running and not config.motion_during_program
     if program or machine.motion.moving(robot) or machine.origins.moves(every):
         raise CommandError(config.busy_alarm)

@@ -112,7 +112,8 @@ class _Returning:
     stoppable = False
 
     def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
-        self._run: OriginRun | None = machine.return_to_origin(groups) if groups else None
+        run = machine.return_to_origin(groups, by_command=True) if groups else None
+        self._run: OriginRun | None = run
 
     def step(self, machine: Machine) -> Response | None:
         if self._run and self._run.stopped_by:

@@ -144,7 +144,8 @@ def _check_may_run(machine: Machine) -> None:
     for alarm in machine.alarms.active:
         if alarm.serious:
             raise CommandError(alarm.number)
-    _check_auto(machine)
+    if not machine.mode_allows_start():
+        raise CommandError(machine.config.manual_mode_alarm)
     if not machine.may_run_program():
         raise CommandError(machine.config.servo_off_alarm)
 

@@ -38,7 +38,9 @@ def release(machine: Machine, call: Call) -> Response:
 @act(0x041)
 def motor_power_off(machine: Machine, call: Call) -> Response:
     """Motor power and all servos OFF, with all brakes (4.2.20)."""
-    machine.switch_servos_off(machine.config.servo_off_alarm)
+    config = machine.config
+    programs = config.motor_power_stops_program
+    machine.switch_servos_off(config.servo_off_alarm, lock=True, stop_programs=programs)
     return {}
 
 
