@@ -73,6 +73,23 @@ def test_who_asks_over_udp_is_told(wire: socket.socket) -> None:
         assert answer[24:48] == bytes.fromhex("0100 0C00 3900 0100") + address
 
 
+def test_an_adapter_of_all_addresses_tells_the_one_it_was_asked_at(wire: socket.socket) -> None:
+    """Over UDP and over TCP; nobody can connect to 0.0.0.0. Attribute 5 has one of ours, too."""
+    told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
+    with Adapter(host="0.0.0.0") as adapter:
+        port = adapter.address[1]
+        wire.sendto(LIST_IDENTITY, ("127.0.0.1", port))
+        answers = [wire.recvfrom(1500)[0]]
+        with socket.create_connection(("127.0.0.1", port), LONG_S) as tcp:
+            tcp.sendall(LIST_IDENTITY)
+            answers.append(tcp.recv(1500))
+        with Client("127.0.0.1", port) as client:
+            configured = client.get_attribute(0xF5, 1, 5)[:4]
+    for answer in answers:
+        assert answer[32:34] + bytes(2) + answer[36:48] == told
+    assert configured != bytes(4)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
 def test_a_broadcast_reaches_every_adapter_of_the_machine(wire: socket.socket) -> None:
     with Adapter(host="127.0.0.31") as one:

@@ -47,6 +47,7 @@ def test_an_exclusive_owner_is_opened_and_the_cyclic_part_told(bench: Any) -> No
             run_idle=True,
             multicast=False,
             dscp=47,
+            first_packet_us=10_000_000,
         )
     ]
     # Where to send to: AF_INET, port 2222, 192.168.0.2, big endian
@@ -196,13 +197,17 @@ def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
 
 @pytest.mark.parametrize("fields", [INPUT_ONLY, LISTEN_ONLY])
 def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]) -> None:
-    """Eight of a kind, then extended status 0x113; the owner still gets in."""
+    """Seven of a kind, then extended status 0x113; an eighth of others, and the owner, get in."""
     assert bench.ask(forward_open(**INPUT_ONLY, triad="0000 4D00 EFBEADDE"))[2] == 0
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in range(0x10, 0x20)]
     replies = [bench.ask(forward_open(**fields, triad=triad)) for triad in triads]
-    limit = 7 if fields is INPUT_ONLY else 8
+    limit = 6 if fields is INPUT_ONLY else 7
     assert all(reply[2] == 0 for reply in replies[:limit])
     assert replies[limit:] == [refused("1301", triad=triad) for triad in triads[limit:]]
+    eighth = bench.ask(forward_open(**fields, triad=triads[limit]), origin("192.168.0.11"))
+    assert eighth[2] == 0
+    ninth = bench.ask(forward_open(**fields, triad=triads[-1]), origin("192.168.0.12"))
+    assert ninth == refused("1301", triad=triads[-1])
     assert bench.ask(forward_open())[2] == 0
 
 

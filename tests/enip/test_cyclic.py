@@ -198,6 +198,16 @@ def test_gaps_between_packets_are_kept(owned: Device) -> None:
 # The end of connections
 
 
+def test_an_owner_who_never_sends_gives_way_after_ten_seconds(device: Device) -> None:
+    """512 intervals of 3.2 s are 1,638.4 s."""
+    patient = replace(OWNER, o_to_t_api_us=3_200_000, multiplier=7, first_packet_us=10_000_000)
+    device.exchange.add(patient, 0)
+    device.poll(9_999_999)
+    assert device.ended == []
+    device.poll(10_000_000)
+    assert device.ended == [(1, EndReason.TIMED_OUT)]
+
+
 def test_the_first_packet_has_ten_seconds(owned: Device) -> None:
     owned.poll(9_999_999)
     assert owned.ended == []

@@ -121,6 +121,10 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
         (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
         (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
         (
+            ["--first-packet", "9s"],
+            "the first packet cannot be waited for 9000 ms; it can be 10s to 610h",
+        ),
+        (
             ["--port", "2222"],
             "--port and --io-port are both 2222; explicit and cyclic messages need two",
         ),

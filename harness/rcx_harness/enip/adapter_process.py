@@ -24,7 +24,11 @@ from rcx_harness.enip.cyclic_control import CyclicControl
 from rcx_harness.enip.device import Device
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.network_interface import NetworkInterface, find_interface
+from rcx_harness.enip.network_interface import (
+    NetworkInterface,
+    address_toward,
+    find_interface,
+)
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.shared import LinkState, SharedImages
 from rcx_harness.enip.tcp_server import TcpServer
@@ -87,7 +91,7 @@ class _Adapter:
         host = socket.gethostbyname(self._settings["host"])
         if self._settings["cyclic"] is not None:
             self._control = self._start_cyclic(host, self._settings["cyclic"])
-        interface = find_interface(host)
+        interface = find_interface(address_toward(host))
         self._device = device = self._make_device(interface)
         self._tcp = TcpServer(device)
         device.on_reset = self._reset

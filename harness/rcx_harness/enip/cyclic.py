@@ -211,7 +211,8 @@ class Exchange:
     def _consumer(self, parameters: ConnectionParameters, now_us: int) -> Consumer:
         if self._role is Role.TARGET:
             timeout_us = parameters.timeout_us(parameters.o_to_t_api_us)
-            return Consumer(parameters.o_to_t_size, parameters.run_idle, timeout_us, now_us)
+            size, run_idle = parameters.o_to_t_size, parameters.run_idle
+            return Consumer(size, run_idle, timeout_us, now_us, parameters.first_packet_us)
         timeout_us = parameters.timeout_us(parameters.t_to_o_api_us)
         return Consumer(parameters.t_to_o_size, False, timeout_us, now_us)
 
