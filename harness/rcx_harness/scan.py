@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from rcx_harness import spec
 from rcx_harness.enip.client import PORT
 from rcx_harness.enip.connections import ConnectionKind
-from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.scanner import Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import port
@@ -179,6 +179,8 @@ def _interval_hint(extended: tuple[int, ...]) -> str:
 def _first(scanner: Scanner) -> Received:
     deadline = time.monotonic() + _FIRST_S
     while (received := scanner.read()).age_us is None:
+        if failure := scanner.failure:
+            raise ProcessDiedError(failure)
         if time.monotonic() > deadline:
             raise EnipError(
                 f"connected, but no packet came within {_FIRST_S:g} s",
@@ -223,7 +225,8 @@ def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str
             tell(f"  {passed:7.3f} s  {line}")
         image = received.image
         if not received.connected:
-            tell(f"  {passed:7.3f} s  the connection is lost: no packets come any more")
+            reason = scanner.failure or "no packets come any more"
+            tell(f"  {passed:7.3f} s  the connection is lost: {reason}")
             return False
         time.sleep(_LOOK_S)
     return True

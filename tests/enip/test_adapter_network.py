@@ -201,7 +201,7 @@ def test_an_adapter_that_is_cut_off_answers_nobody(adapter: Adapter, state: Link
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="finds the process by /proc")
-def test_a_cyclic_process_that_dies_leaves_no_owner_behind(
+def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     started: list[int] = []
@@ -219,10 +219,9 @@ def test_a_cyclic_process_that_dies_leaves_no_owner_behind(
         children = Path(f"/proc/{started[0]}/task/{started[0]}/children").read_text().split()
         (cyclic,) = [int(pid) for pid in children]
         os.kill(cyclic, signal.SIGKILL)
-        wait_for_owner(adapter, master, OwnerState.TIMED_OUT)
-        assert master.get_attribute(1, 1, 5) == bytes.fromhex("2000")
-        with pytest.raises(CipError) as refusal:
-            open_owner(master)
-        assert refusal.value.extended == (0x113,)
-        assert adapter.alive
-    assert not adapter.alive
+        assert adapter.wait_for_failure() == (
+            "the EtherNet/IP adapter has ended: the process of the cyclic I/O has ended by itself "
+            "(killed by SIGKILL)"
+        )
+        assert adapter.shared.owner is OwnerState.TIMED_OUT
+        assert not adapter.alive

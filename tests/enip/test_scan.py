@@ -11,8 +11,8 @@ from rcx_harness import cli_scan
 from rcx_harness.cli import main
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.errors import CipError, ProcessDiedError
+from rcx_harness.enip.scanner import Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.scan import ScanOptions, output_image
 from rcx_harness.scan import scan as look
@@ -322,6 +322,37 @@ def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
         assert not look(ScanOptions(host, duration_us=60_000_000, port=port), tell)
     assert any("the connection is lost" in line for line in told)
     assert " packets received, " in told[-1]
+
+
+def test_a_process_of_ours_that_dies_is_told_as_such(
+    running: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the way the connection is lost for that reason; before the first packet it is an error."""
+    told: list[str] = []
+    made: list[Scanner] = []
+    open_ = Scanner.open
+
+    def opening(scanner: Scanner) -> None:
+        open_(scanner)
+        made.append(scanner)
+        if len(made) == 2:
+            scanner._control._process.kill()
+
+    def tell(line: str) -> None:
+        told.append(line)
+        if line.startswith("changes in the next"):
+            made[0]._control._process.kill()
+
+    monkeypatch.setattr(Scanner, "open", opening)
+    host, port = running.address
+    options = ScanOptions(host, duration_us=60_000_000, port=port, rpi_us=100_000)
+    assert not look(options, tell)
+    killed = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
+    assert any(line.endswith(f"the connection is lost: {killed}") for line in told)
+    monkeypatch.setattr(Scanner, "read", lambda scanner: Received(bytes(48), None, False))
+    with pytest.raises(ProcessDiedError) as died:
+        look(options, tell)
+    assert died.value.message == killed
 
 
 def test_ctrl_c_ends_it_with_the_count_of_packets(running: Adapter) -> None:

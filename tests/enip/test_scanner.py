@@ -14,7 +14,7 @@ import pytest
 from rcx_harness.enip.adapter import Adapter
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.connections import ConnectionKind, EndReason, OwnerState
-from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.errors import InputError
@@ -261,8 +261,14 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
     with scan(adapter) as scanner:
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
+        assert scanner.failure == ""
         scanner._control._process.kill()
         eventually(adapter, lambda: not scanner.read().connected)
+        killed = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
+        assert scanner.failure == killed
+        with pytest.raises(ProcessDiedError, match="killed by SIGKILL"):
+            scanner.open()
+    assert scanner.failure == ""
 
 
 def test_where_the_usual_port_is_taken_another_one_is_told(adapter: Adapter) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
 import sys
 from pathlib import Path
@@ -102,6 +104,35 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
         served.wait_for("Ctrl-C ends it")
         with watching(served.processes()):
             served.kill()
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+@pytest.mark.parametrize(
+    ("part", "said"),
+    [
+        ("serve.station_process", "its process has ended by itself (killed by SIGKILL)"),
+        (
+            "enip.adapter_process",
+            "the process of the EtherNet/IP adapter has ended by itself (killed by SIGKILL)",
+        ),
+        (
+            "enip.cyclic_process",
+            "the EtherNet/IP adapter has ended: the process of the cyclic I/O has ended by itself "
+            "(killed by SIGKILL)",
+        ),
+    ],
+)
+def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quiet: bool) -> None:
+    first, second = own_addresses(2)
+    options = ["--quiet"] if quiet else []
+    with ServeProcess("--address", first, "--address", second, *options) as served:
+        served.wait_for_port(first, 44818)
+        served.wait_for_port(second, 44818)
+        with watching(served.processes()):
+            os.kill(served.process_of(f"rcx_harness.{part}"), signal.SIGKILL)
+            code, complaint = served.end()
+    assert code == 1
+    assert complaint in {f"rcx: controller {one} is gone: {said}\n" for one in (first, second)}
 
 
 @pytest.mark.parametrize(

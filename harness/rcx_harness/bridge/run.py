@@ -78,8 +78,8 @@ class Running:
         loop: The exchange.
         robot: The robot's side.
         start_s: When it was started, by the monotonic clock.
-        news: Changes of state: monotonic time in seconds, state, reason; `None` when the exchange
-            has ended by itself.
+        news: Changes of state: monotonic time in seconds, state, reason; `None` when one of the
+            threads has ended by itself.
 
     Raises:
         InputError: a side that is not there or refuses, unless `wait`; bad options.
@@ -173,8 +173,12 @@ class Running:
                 self.news.put(None)
 
     def _keep(self) -> None:
-        while not self._stop.wait(_KEEP_EVERY_S):
-            self.robot.keep()
+        try:
+            while not self._stop.wait(_KEEP_EVERY_S):
+                self.robot.keep()
+        finally:
+            if not self._stop.is_set():
+                self.news.put(None)
 
 
 def bridge(options: BridgeOptions) -> int:

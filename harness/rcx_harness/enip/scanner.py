@@ -203,6 +203,11 @@ class Scanner:
         """Does the process that sends and receives still run?"""
         return self._control.alive
 
+    @property
+    def failure(self) -> str:
+        """How that process has ended by itself; empty as long as it runs."""
+        return self._control.failure
+
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
         """Set what is sent from the next packet on.
 

@@ -33,7 +33,7 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
         quiet: Nothing is said but what goes wrong.
 
     Returns:
-        0 after a signal, 1 if a controller has ended by itself.
+        0 after a signal, 1 if a part of a controller has ended by itself; then all end.
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
@@ -57,9 +57,9 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
         shown.cancel()
         with suppress(asyncio.CancelledError):
             await shown
-        dead = [host.name for host in hosts if host.ended.is_set()]
-        for name in dead:
-            print(f"rcx: the process of controller {name} has ended by itself", file=sys.stderr)
+        dead = [host for host in hosts if host.ended.is_set()]
+        for host in dead:
+            print(f"rcx: controller {host.name} is gone: {host.failure}", file=sys.stderr)
         return 1 if dead else 0
     finally:
         if page is not None:
@@ -97,13 +97,8 @@ async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
 
 
 async def _until(stop: asyncio.Event, hosts: Sequence[Host]) -> None:
-    """Wait for the signal, or for the end of all controllers."""
-
-    async def all_ended() -> None:
-        for host in hosts:
-            await host.ended.wait()
-
-    ends = {asyncio.create_task(all_ended()), asyncio.create_task(_wait(stop))}
+    """Wait for the signal, or for the end of a controller: half a line is none."""
+    ends = {asyncio.create_task(_wait(event)) for event in (stop, *(one.ended for one in hosts))}
     await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
     for task in ends:
         task.cancel()
