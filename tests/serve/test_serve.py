@@ -13,6 +13,8 @@ import pytest
 from rcx_harness.cli import main
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.scanner import Scanner
+from rcx_harness.serve.host import Settings
+from rcx_harness.serve.run import warnings
 from serve_process import ServeProcess, own_addresses, watching
 
 pytestmark = pytest.mark.skipif(
@@ -104,6 +106,33 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
         served.wait_for("Ctrl-C ends it")
         with watching(served.processes()):
             served.kill()
+
+
+def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() -> None:
+    """Also where nothing else is said. The web page is on the loopback whatever is asked for."""
+    settings = [
+        Settings(host=host) for host in ("127.0.0.1", "192.168.0.21", "127.9.9.9", "0.0.0.0")
+    ]
+    assert [
+        line.partition(" can be reached from the network: ")[0] for line in warnings(settings)
+    ] == [
+        "warning: 192.168.0.21",
+        "warning: 0.0.0.0",
+    ]
+    ports = ["--port", str(free_port()), "--io-port", str(free_port())]
+    with ServeProcess("--address", "0.0.0.0", *ports, "--quiet") as served:
+        served.wait_for_port("127.0.0.1", int(ports[1]))
+        served.interrupt()
+        code, said = served.end()
+    assert code == 0
+    assert said.startswith("rcx: warning: 0.0.0.0 can be reached from the network: ")
+    assert said.count("\n") == 1
+
+
+def free_port() -> int:
+    """A port that nobody uses at this time."""
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        return int(probe.getsockname()[1])
 
 
 @pytest.mark.parametrize("quiet", [False, True])

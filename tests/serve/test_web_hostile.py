@@ -16,13 +16,14 @@ from rcx_harness.serve.web import WebServer
 from served import ServedHost
 
 _LONG_S = 30.0
+Request = tuple[bytes, bytes, Sequence[bytes], bytes]
 _EVENTS = b"/api/robots/0/events"
 _STOP = b'{"event": "emergency_stop"}'
 _EXPECTED = 'an event is expected: {"event": "emergency_stop"}'
 _DIGITS = b"9" * 5000
 
 
-def ask(*requests: tuple[bytes, bytes, Sequence[bytes], bytes]) -> list[tuple[int, str]]:
+def ask(*requests: Request) -> list[tuple[int, str]]:
     """Status and text of the answer to each method, path, header lines and body."""
 
     async def main() -> list[tuple[int, str]]:
@@ -143,7 +144,9 @@ def test_whatever_is_sent_is_the_senders_fault_and_no_line_in_the_log(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     """Status 2xx or 4xx; a log for each would be another way to fill a disk."""
-    asked = [(method, path, (), b"") for method in _METHODS for path in (_EVENTS, b"/", b"/x")]
+    asked: list[Request] = [
+        (method, path, (), b"") for method in _METHODS for path in (_EVENTS, b"/", b"/x")
+    ]
     asked += [(method, path, (), b"") for method in (b"GET", b"POST") for path in _PATHS]
     asked += [(b"POST", _EVENTS, (header,), b"5\r\nhello\r\nx" + _STOP) for header in _HEADERS]
     with caplog.at_level(logging.WARNING):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import signal
 import sys
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from rcx_harness.serve.terminal import Lines, screen
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
 
-__all__ = ["serve"]
+__all__ = ["serve", "warnings"]
 
 _SHOW_EVERY_S = 0.25
 
@@ -50,6 +51,8 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
             await page.start()
         if stop.is_set():
             return 0
+        for line in warnings(every):
+            print(f"rcx: {line}", file=sys.stderr, flush=True)
         if not quiet:
             _announce(hosts, page)
         shown = asyncio.create_task(_show(hosts, page, quiet))
@@ -65,6 +68,16 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
         if page is not None:
             await page.close()
         await asyncio.gather(*(host.close() for host in hosts))
+
+
+def warnings(every: Sequence[Settings]) -> list[str]:
+    """A line for each controller that others than this computer can reach."""
+    beyond = [one.host for one in every if not ipaddress.IPv4Address(one.host).is_loopback]
+    return [
+        f"warning: {host} can be reached from the network: this simulated controller asks nobody "
+        "for a password, whoever reaches it drives it; let only the PLC's network come there"
+        for host in beyond
+    ]
 
 
 def _page(hosts: Sequence[Host], port: int | None) -> WebServer | None:
