@@ -16,6 +16,7 @@ from rcx_harness.enip.client import Client
 from rcx_harness.enip.connections import ConnectionKind, EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.originator import OpenRequest
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.errors import InputError
 
@@ -82,6 +83,32 @@ def test_both_areas_are_exchanged(adapter: Adapter) -> None:
         eventually(adapter, lambda: adapter.read_to_robot() == TO_ROBOT)
         assert scanner.read().connected
         assert adapter.shared.owner is OwnerState.RUN
+
+
+def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one(
+    adapter: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The triad names a connection everywhere.
+
+    Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7
+    """
+    sent: list[bytes] = []
+    forward_open = OpenRequest.forward_open
+
+    def recording(request: OpenRequest) -> bytes:
+        sent.append(forward_open(request))
+        return sent[-1]
+
+    monkeypatch.setattr(OpenRequest, "forward_open", recording)
+    for _ in range(2):
+        with scan(adapter, kind=ConnectionKind.INPUT_ONLY) as scanner:
+            scanner.open()
+            scanner.open()
+    serials = [message[16:18] for message in sent]
+    originators = [message[20:24] for message in sent]
+    assert serials[0] != serials[1]
+    assert serials[2] != serials[3]
+    assert originators[0] == originators[1] != originators[2] == originators[3]
 
 
 def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:

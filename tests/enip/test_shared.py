@@ -50,6 +50,16 @@ def test_what_is_written_is_read_in_full_by_who_attached_by_name(size: int) -> N
         assert ours.to_robot.read() == bytes([0x5A] * size)
 
 
+def test_the_assemblies_may_have_different_lengths() -> None:
+    with SharedImages.create(5, 700) as ours, SharedImages.attach(ours.name) as theirs:
+        ours.unlink()
+        for _ in range(20):
+            ours.to_master.write(b"\xa5" * 5)
+            theirs.to_robot.write(b"\x5a" * 700)
+        assert theirs.to_master.read() == b"\xa5" * 5
+        assert ours.to_robot.read() == b"\x5a" * 700
+
+
 def test_the_version_counts_the_writes(images: SharedImages) -> None:
     for _ in range(20):
         images.to_master.write(bytes(48))

@@ -9,17 +9,16 @@ from dataclasses import asdict
 from types import TracebackType
 from typing import Any
 
+from rcx_harness.enip.assemblies import areas_of
 from rcx_harness.enip.ended import how_ended, wait_for_code
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.shared import SharedImages
-from rcx_harness.errors import InputError
 
 __all__ = ["Adapter"]
 
 _MODULE = "rcx_harness.enip.adapter_process"
-_SIZES = (48, 256)
 _STOP_S = 5.0
 
 
@@ -61,12 +60,7 @@ class Adapter:
         cyclic: int | None = None,
         options: AdapterOptions | None = None,
     ) -> None:
-        if size not in _SIZES:
-            raise InputError(
-                f"the areas cannot be {size} bytes long",
-                hint="the controller has 48 bytes, or 256 with its word extension",
-            )
-        self.size = size
+        self.size = areas_of(size).input_size
         self._process: subprocess.Popen[str] | None = None
         self._closed = False
         self._failure = ""
