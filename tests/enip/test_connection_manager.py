@@ -134,6 +134,51 @@ def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
     assert len(bench.cyclic.added) == 1
 
 
+@pytest.mark.parametrize(
+    "triad",
+    [
+        pytest.param("0200 4D00 EFBEADDE", id="another connection"),
+        pytest.param("0100 4E00 EFBEADDE", id="another vendor"),
+        pytest.param("0100 4D00 EFBEADDF", id="another device of the vendor"),
+        pytest.param("0100 4D00 F0BEADDE", id="a device with the next serial number"),
+    ],
+)
+def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> None:
+    """What differs in one part alone is another connection: it opens, and closes for itself.
+
+    Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7 (serial number, vendor, originator)
+    """
+    assert bench.ask(forward_open()) == opened()
+    close = forward_close(triad=triad, path="2004 2405 2C03 2C64")
+    assert bench.ask(close) == refused("0701", "CE", triad)
+    assert bench.ask(forward_open(**INPUT_ONLY, triad=triad)) == opened("02000100", triad=triad)
+    assert bench.ask(close) == bytes.fromhex(f"CE00 0000 {triad} 00 00")
+    assert bench.cyclic.removed == [2]
+    assert bench.device.connections.is_owned
+
+
+def test_a_connection_id_comes_again_only_after_its_connection_has_gone(
+    bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ids have come round: there are eight of them here instead of 65,536."""
+    monkeypatch.setattr("rcx_harness.enip.connection_manager._MANY_IDS", 8)
+    class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
+    group = {**INPUT_ONLY, "t_to_o": MULTICAST}
+    triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in (0x11, 0x12, 0x13)]
+    replies = [
+        bench.ask(forward_open(triad=triads[0])),
+        bench.ask(forward_open(**class_3, triad=triads[1])),
+    ]
+    replies += [bench.ask(forward_open(**group, triad=triads[2]))]
+    living = {reply[4:8] for reply in replies} | {replies[2][8:12]}
+    assert len(living) == 4
+    for _ in range(20):
+        reply = bench.ask(forward_open(**INPUT_ONLY))
+        assert reply[2] == 0
+        assert reply[4:8] not in living
+        assert bench.ask(forward_close(path=INPUT_ONLY["path"]))[2] == 0
+
+
 @pytest.mark.parametrize("peer", ["192.168.0.10", "192.168.0.11"])
 def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
     """Extended status 0x106, also for another connection of the same originator."""

@@ -22,6 +22,7 @@ from exchange_bench import (
     packet,
 )
 from rcx_harness.enip.connections import (
+    ConnectionParameters,
     EndReason,
     OwnerState,
 )
@@ -113,6 +114,37 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
     assert status.owner is OwnerState.RUN
     assert (status.peer, status.o_to_t_api_us, status.t_to_o_api_us) == (MASTER, 10_000, 10_000)
     assert status.received == 1
+
+
+@pytest.mark.parametrize("before", [[], [0]])
+def test_who_sees_the_state_run_finds_its_data(
+    owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
+) -> None:
+    """At the moment RUN is published, at first and after idle, the data stands there already."""
+    seen: list[tuple[OwnerState, bytes]] = []
+    set_owner = SharedImages.set_owner
+
+    def watching(
+        images: SharedImages, state: OwnerState, connection: ConnectionParameters | None
+    ) -> None:
+        set_owner(images, state, connection)
+        seen.append((state, images.to_robot.read()))
+
+    monkeypatch.setattr(SharedImages, "set_owner", watching)
+    for number, run in enumerate((*before, 1), 1):
+        owned.exchange.receive(packet(number, 1, run=run), MASTER, 1_000)
+    assert seen[-1] == (OwnerState.RUN, IMAGE)
+
+
+def test_what_is_told_of_an_arrival_is_told_after_its_data(
+    owned: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bytes] = []
+    monkeypatch.setattr(
+        SharedImages, "arrive", lambda images, *_: seen.append(images.to_robot.read())
+    )
+    owned.exchange.receive(packet(1, 1), MASTER, 1_000)
+    assert seen == [IMAGE]
 
 
 def test_before_its_first_packet_the_owner_is_waited_for(owned: Device) -> None:

@@ -18,6 +18,7 @@ from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator import OpenRequest
 from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.shared import SharedImages
 from rcx_harness.errors import InputError
 
 HOST, SECOND = "127.6.0.1", "127.6.0.2"
@@ -109,6 +110,30 @@ def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one
     assert serials[0] != serials[1]
     assert serials[2] != serials[3]
     assert originators[0] == originators[1] != originators[2] == originators[3]
+
+
+def test_data_is_set_before_the_word_that_it_runs_and_read_after_what_is_told_of_it(
+    adapter: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bytes] = []
+    with scan(adapter) as scanner:
+        images = scanner._images
+        monkeypatch.setattr(
+            SharedImages,
+            "run",
+            property(lambda _: True, lambda of, _: seen.append(of.to_robot.read())),
+        )
+        scanner.write(TO_ROBOT)
+        assert seen == [TO_ROBOT]
+
+        def arriving(of: SharedImages) -> OwnerState:
+            """A packet comes while the state is looked at."""
+            of.to_master.write(TO_MASTER)
+            return OwnerState.RUN
+
+        monkeypatch.setattr(SharedImages, "owner", property(arriving))
+        assert images.to_master.read() == bytes(48)
+        assert (scanner.read().connected, scanner.read().image) == (True, TO_MASTER)
 
 
 def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:

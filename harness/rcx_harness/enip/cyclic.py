@@ -132,12 +132,13 @@ class Exchange:
         if arrival is None:
             self._images.count(Counter.DROPPED)
             return True
-        last_us, connection.arrived_us = connection.arrived_us, now_us
-        self._images.arrive(now_us, None if last_us is None else now_us - last_us)
         if arrival.missing:
             self._images.count(Counter.MISSING, arrival.missing)
         if self._is_watched(connection.parameters):
             self._publish(connection.parameters, arrival)
+        # Last, too: a scanner's reader believes the data once something has arrived.
+        last_us, connection.arrived_us = connection.arrived_us, now_us
+        self._images.arrive(now_us, None if last_us is None else now_us - last_us)
         return True
 
     def poll(self, now_us: int, send: Send) -> int | None:

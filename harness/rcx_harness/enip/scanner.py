@@ -225,12 +225,12 @@ class Scanner:
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""
+        # The image last: it is not older than what is said of it.
         arrived_us = self._images.arrived_us
-        return Received(
-            image=self._images.to_master.read(),
-            age_us=max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None,
-            connected=self._control.alive and self._images.owner is OwnerState.RUN,
-        )
+        connected = self._control.alive and self._images.owner is OwnerState.RUN
+        image = self._images.to_master.read()
+        age_us = max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None
+        return Received(image, age_us, connected)
 
     def statistics(self) -> ScannerStatistics:
         """Counters of packets, and the gaps between the last 8,192 that came."""
