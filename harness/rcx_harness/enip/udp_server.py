@@ -15,9 +15,9 @@ from rcx_harness.enip.network_interface import ANY, address_toward
 from rcx_harness.enip.shares import has_room
 from rcx_harness.enip.udp import Datagrams
 
-__all__ = ["UdpServer"]
+__all__ = ["MAX_DELAYED", "MAX_DELAYED_OF_PEER", "UdpServer"]
 
-_MAX_DELAYED, _MAX_DELAYED_OF_PEER = 64, 8
+MAX_DELAYED, MAX_DELAYED_OF_PEER = 64, 8
 
 
 class UdpServer:
@@ -95,7 +95,7 @@ class _Endpoint(asyncio.DatagramProtocol):
         answer = server.datagrams.answer(data, local, self._broadcast)
         if answer is None:
             return
-        room = has_room(server.delayed, addr[0], _MAX_DELAYED, _MAX_DELAYED_OF_PEER)
+        room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
         if answer.delay_s == 0 or not room:
             # Whoever has asked too often waits no more; nobody's question is dropped for it.
             self._send(answer.data, addr)
