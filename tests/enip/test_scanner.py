@@ -133,7 +133,8 @@ def test_data_is_set_before_the_word_that_it_runs_and_read_after_what_is_told_of
 
         monkeypatch.setattr(SharedImages, "owner", property(arriving))
         assert images.to_master.read() == bytes(48)
-        assert (scanner.read().connected, scanner.read().image) == (True, TO_MASTER)
+        received = scanner.read()
+        assert (received.connected, received.image) == (True, TO_MASTER)
 
 
 def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:
