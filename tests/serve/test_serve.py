@@ -119,20 +119,16 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
         "warning: 192.168.0.21",
         "warning: 0.0.0.0",
     ]
-    ports = ["--port", str(free_port()), "--io-port", str(free_port())]
+    # Below the ports that others are given: all addresses of the machine must be free.
+    port = 20_000 + 2 * (os.getpid() % 5_000)
+    ports = ["--port", str(port), "--io-port", str(port + 1)]
     with ServeProcess("--address", "0.0.0.0", *ports, "--quiet") as served:
-        served.wait_for_port("127.0.0.1", int(ports[1]))
+        served.wait_for_port("127.0.0.1", port)
         served.interrupt()
         code, said = served.end()
     assert code == 0
     assert said.startswith("rcx: warning: 0.0.0.0 can be reached from the network: ")
     assert said.count("\n") == 1
-
-
-def free_port() -> int:
-    """A port that nobody uses at this time."""
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        return int(probe.getsockname()[1])
 
 
 @pytest.mark.parametrize("quiet", [False, True])

@@ -144,7 +144,9 @@ class CyclicControl:
             self._process.stdin.write(json.dumps(order) + "\n")
             self._process.stdin.flush()
         except (OSError, ValueError):  # a broken pipe, a closed file
-            raise ProcessDiedError(self.failure or "the cyclic I/O has been closed") from None
+            raise ProcessDiedError(
+                self.failure or "the process of the cyclic I/O has ended"
+            ) from None
 
     def _stop(self) -> None:
         # The end of its standard input is the process's sign to end.
