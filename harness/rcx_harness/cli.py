@@ -217,7 +217,7 @@ def main(args: Sequence[str] | None = None) -> int:
         app(args=args)
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
-        return 2
+        return error.exit_code
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0 if done.code is None else 2
     return 0

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli_option import check_ipv4, check_port, check_size, interval_us
+from rcx_harness.enip.assemblies import Assemblies
 from rcx_harness.enip.client import PORT
 from rcx_harness.enip.connections import ConnectionKind
 from rcx_harness.errors import InputError
@@ -15,6 +16,8 @@ from rcx_harness.scan import scan as look
 from rcx_harness.units import parse_us
 
 __all__ = ["scan"]
+
+_DIGITS = 5
 
 
 def scan(
@@ -39,6 +42,20 @@ def scan(
     heartbeat: Annotated[
         int | None, typer.Option(help="Connection point of a reader's heartbeat, if unusual.")
     ] = None,
+    config_instance: Annotated[
+        str, typer.Option(help="Configuration instance to name: a number, or none.")
+    ] = "none",
+    config_data: Annotated[
+        str, typer.Option(help="Data for the configuration instance, in hexadecimal.")
+    ] = "",
+    input_size: Annotated[
+        int | None, typer.Option(help="Bytes from another adapter, shown as bytes.")
+    ] = None,
+    output_size: Annotated[
+        int | None, typer.Option(help="Bytes to another adapter; written as --write 3=0x12.")
+    ] = None,
+    input_instance: Annotated[int, typer.Option(help="Assembly from the adapter.")] = 100,
+    output_instance: Annotated[int, typer.Option(help="Assembly to the adapter.")] = 150,
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
     address: Annotated[
         str, typer.Option("--from", help="Address of this machine to work from.")
@@ -61,15 +78,23 @@ def scan(
         raise InputError(f"--heartbeat {heartbeat} is no connection point", hint=hint)
     if address:
         check_ipv4("--from", address)
+    asked = Assemblies(
+        size if input_size is None else input_size,
+        size if output_size is None else output_size,
+        input_instance,
+        output_instance,
+        heartbeat,
+        _config_instance(config_instance),
+        _config_data(config_data),
+    )
     kind = ConnectionKind.EXCLUSIVE_OWNER if write else ConnectionKind.INPUT_ONLY
     options = ScanOptions(
         host=host,
-        size=size,
+        assemblies=asked,
         rpi_us=interval_us("--rpi", rpi),
         duration_us=parse_us(duration),
         kind=ConnectionKind.LISTEN_ONLY if listen_only else kind,
         writes=write or (),
-        heartbeat=heartbeat,
         port=port,
         address=address,
     )
@@ -79,3 +104,20 @@ def scan(
         return  # connection and session are closed
     if not held:
         raise typer.Exit(1)
+
+
+def _config_instance(text: str) -> int | None:
+    if text.lower() == "none":
+        return None
+    if not text.isdecimal() or len(text) > _DIGITS:
+        hint = "write it as 151, or none"
+        raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
+    return int(text)
+
+
+def _config_data(text: str) -> bytes:
+    try:
+        return bytes.fromhex(text)
+    except ValueError:
+        hint = "write it in hexadecimal, as 01000A00"
+        raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None

@@ -17,6 +17,7 @@ from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
+from rcx_harness.units import parse_us
 
 __all__ = ["parse_revision", "serve"]
 
@@ -47,6 +48,9 @@ def serve(
     revision: Annotated[str, typer.Option(help="Revision of the identity.")] = "1.1",
     port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = 44818,
     io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = 2222,
+    first_packet: Annotated[
+        str, typer.Option(help="Longest wait for the first packet of a connection, from 10s.")
+    ] = "10s",
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
 ) -> None:
     """Serve virtual controllers over EtherNet/IP in real time, for a real PLC.
@@ -60,7 +64,10 @@ def serve(
     for name, number in (("--port", port), ("--io-port", io_port), ("--web", web or 1)):
         check_port(name, number)
     _check_clashes(addresses, port, io_port, web)
-    options = AdapterOptions(rpi_min_us=interval_us("--rpi-min", rpi_min))
+    options = AdapterOptions(
+        rpi_min_us=interval_us("--rpi-min", rpi_min),
+        first_packet_us=parse_us(first_packet),
+    )
     major, minor = parse_revision(revision)
     every = [
         Settings(

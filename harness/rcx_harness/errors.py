@@ -16,7 +16,12 @@ class InputError(Exception):
         line: Line in that file, from 1.
         column: Column in that line, from 1.
         hint: What to do about it, one sentence without a full stop.
+
+    Attributes:
+        exit_code: Of the command that ends with it.
     """
+
+    exit_code = 2
 
     def __init__(
         self,

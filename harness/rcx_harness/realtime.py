@@ -14,7 +14,7 @@ from typing import Any
 from rcx_harness.clocks import Agenda, Timing
 from rcx_harness.enip.class1_link import Class1Link
 from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.errors import EnipError, ProcessDiedError
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.enip.shared import LinkState
 from rcx_harness.errors import InputError
@@ -164,7 +164,13 @@ class LiveNetwork:
         return self._link.scanner.read().connected
 
     def scanned(self, image: bytes) -> None:
-        """The scan has ended: from now on its outputs are sent."""
+        """The scan has ended: from now on its outputs are sent.
+
+        Raises:
+            ProcessDiedError: a process of the connection has ended by itself.
+        """
+        if failure := self._link.failure:
+            raise ProcessDiedError(failure)
         self._link.scanner_write(image)
 
     def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None:

@@ -3,31 +3,40 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 
 from rcx_harness import spec
+from rcx_harness.enip.assemblies import AREA_SIZES, Assemblies
 from rcx_harness.enip.client import PORT
 from rcx_harness.enip.connections import ConnectionKind
-from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.scanner import Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import port
-from rcx_harness.scan_text import area_lines, change_lines, identity_lines, telegram_lines
+from rcx_harness.scan_text import (
+    area_lines,
+    byte_change_lines,
+    byte_lines,
+    change_lines,
+    identity_lines,
+    telegram_lines,
+)
 from rcx_harness.units import format_us
 
 __all__ = ["ScanOptions", "output_image", "scan"]
 
 _IDENTITY = bytes.fromhex("2001 2401")
 _GET_ATTRIBUTES_ALL = 0x01
-_TO_ROBOT = 150
 _LOOK_S = 0.01
 _WRITE = "write SI00=1, SI(20)=1 or SIW(2)=5"
+_WRITE_BYTES = "write 3=0x12, by the number of the byte"
 _WORDS_HINT = (
     "words are SIW(0) to SIW(15), with --size 256 also SIW(24) to SIW(127); double words SID(2), "
     "SID(4) ..."
 )
 _FIRST_S = 10.0
+_DIGITS = 5
 #: How the interval in a refusal is meant.
 _TOLD = {
     2: "the shortest that it takes",
@@ -42,24 +51,22 @@ class ScanOptions:
 
     Attributes:
         host: Address of the controller.
-        size: Bytes of each area, 48 or 256.
+        assemblies: What to exchange; 48 or 256 bytes are shown as the controller's areas.
         rpi_us: Requested packet interval in microseconds.
         duration_us: How long to look after the first packet, in microseconds.
         kind: An exclusive owner drives the robot; the others send no data.
         writes: What an exclusive owner sends, `NAME=VALUE` each; all else is 0.
-        heartbeat: Connection point of the heartbeat; None for the usual one.
         multiplier: Connection time-out multiplier as coded, 0 to 7.
         port: TCP port of the controller.
         address: Address of this machine to work from; empty for the one that leads there.
     """
 
     host: str
-    size: int = 48
+    assemblies: Assemblies = field(default_factory=Assemblies)
     rpi_us: int = 10_000
     duration_us: int = 5_000_000
     kind: ConnectionKind = ConnectionKind.INPUT_ONLY
     writes: Sequence[str] = ()
-    heartbeat: int | None = None
     multiplier: int = 3
     port: int = PORT
     address: str = ""
@@ -71,6 +78,7 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
     Args:
         writes: `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
             purpose bit, `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command.
+            What is no area of the controller is written by its bytes: `3=0x12`.
         size: Bytes of the area.
 
     Raises:
@@ -84,7 +92,8 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
         except ValueError:
             value = -1
         if not equals or value < 0:
-            raise InputError(f"not a value to write: {entry!r}", hint=_WRITE)
+            hint = _WRITE if size in AREA_SIZES else _WRITE_BYTES
+            raise InputError(f"not a value to write: {entry!r}", hint=hint)
         at, bit, width = _place(name.strip(), size)
         longest = 1 if bit is not None else 8 * width
         if value >> longest:
@@ -110,14 +119,14 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
     Raises:
         InputError: bad options; the controller is not there, refuses, or sends no packet.
     """
-    image = output_image(options.writes, options.size)
+    asked = options.assemblies
+    image = output_image(options.writes, asked.output_size)
     with Scanner(
         options.host,
-        options.size,
+        asked,
         options.rpi_us,
         kind=options.kind,
         multiplier=options.multiplier,
-        heartbeat=options.heartbeat,
         address=options.address,
         port=options.port,
     ) as scanner:
@@ -127,10 +136,10 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         _open(scanner, options)
         assert scanner.connection is not None
         interval = format_us(scanner.connection.t_to_o_api_us)
-        tell(f"{options.kind.value} connection, {options.size} bytes, packets every {interval}")
+        tell(f"{options.kind.value} connection, {asked.input_size} bytes, packets every {interval}")
         first = _first(scanner)
-        written = image if scanner.connection.is_owner else _written(scanner)
-        _tell_areas(first.image, written, tell)
+        written = image if scanner.connection.is_owner else _written(scanner, asked)
+        _tell_areas(asked, first.image, written, tell)
         try:
             held = _watch(scanner, first.image, options.duration_us, tell)
         except KeyboardInterrupt:  # enough seen; what came until then still counts
@@ -148,14 +157,20 @@ def _open(scanner: Scanner, options: ScanOptions) -> None:
 
 
 def _hint(extended: tuple[int, ...], options: ScanOptions) -> str:
-    other = 304 - options.size  # 48 and 256
+    size = options.assemblies.input_size
+    sizes = "its EDS file has the sizes; give them with --input-size and --output-size"
+    if size in AREA_SIZES:
+        sizes = f"try --size {sum(AREA_SIZES) - size}"
     hints = {
         0x106: "it has a master; without --write it is only read",
-        0x109: f"try --size {other}",
+        0x109: sizes,
         0x119: "no other connection is open; leave --listen-only out",
-        0x127: f"try --size {other}",
-        0x128: f"try --size {other}",
+        0x126: "its configuration has another size; give its data with --config-data",
+        0x127: sizes,
+        0x128: sizes,
+        0x129: "its configuration instance is another, or none; name it with --config-instance",
         0x12A: "its heartbeat connection point is another; name it with --heartbeat",
+        0x12B: "its assembly to the master is another; name it with --input-instance",
     }
     if extended[:1] in ((0x111,), (0x112,)):
         return _interval_hint(extended)
@@ -179,6 +194,8 @@ def _interval_hint(extended: tuple[int, ...]) -> str:
 def _first(scanner: Scanner) -> Received:
     deadline = time.monotonic() + _FIRST_S
     while (received := scanner.read()).age_us is None:
+        if failure := scanner.failure:
+            raise ProcessDiedError(failure)
         if time.monotonic() > deadline:
             raise EnipError(
                 f"connected, but no packet came within {_FIRST_S:g} s",
@@ -188,27 +205,44 @@ def _first(scanner: Scanner) -> Received:
     return received
 
 
-def _written(scanner: Scanner) -> bytes | None:
+def _written(scanner: Scanner, asked: Assemblies) -> bytes | None:
     """What the master writes, where the controller lets it be read."""
     try:
-        return scanner.client.get_assembly(_TO_ROBOT)
+        return scanner.client.get_assembly(asked.output_instance)
     except CipError:
         return None
 
 
-def _tell_areas(to_master: bytes, to_robot: bytes | None, tell: Callable[[str], None]) -> None:
+def _tell_areas(
+    asked: Assemblies,
+    to_master: bytes,
+    to_robot: bytes | None,
+    tell: Callable[[str], None],
+) -> None:
     tell("")
-    tell("robot to master (assembly 100, the area from m)")
-    for line in area_lines(to_master, "O"):
+    tell(f"robot to master (assembly {asked.input_instance}{_area_text(to_master, 'm')})")
+    for line in _content(to_master, "O"):
         tell(line)
     tell("")
-    tell("master to robot (assembly 150, the area from n)")
-    for line in ["  cannot be read"] if to_robot is None else area_lines(to_robot, "I"):
+    tell(f"master to robot (assembly {asked.output_instance}{_area_text(to_robot, 'n')})")
+    for line in ["  cannot be read"] if to_robot is None else _content(to_robot, "I"):
         tell(line)
+    if len(to_master) not in AREA_SIZES or len(to_robot or to_master) not in AREA_SIZES:
+        return
     tell("")
     tell("remote command")
     for line in telegram_lines(to_master, to_robot):
         tell(line)
+
+
+def _area_text(area: bytes | None, letter: str) -> str:
+    is_area = area is None or len(area) in AREA_SIZES
+    return f", the area from {letter}" if is_area else ""
+
+
+def _content(area: bytes, letter: str) -> Iterator[str]:
+    """What it says; of an assembly that is none of the controller's areas, its bytes."""
+    return area_lines(area, letter) if len(area) in AREA_SIZES else byte_lines(area)
 
 
 def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str], None]) -> bool:
@@ -219,14 +253,21 @@ def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str
         tell(f"changes in the next {duration_us / 1e6:g} s:")
     while (passed := time.monotonic() - start) * 1e6 < duration_us:
         received = scanner.read()
-        for line in change_lines(image, received.image, "O"):
+        for line in _changes(image, received.image):
             tell(f"  {passed:7.3f} s  {line}")
         image = received.image
         if not received.connected:
-            tell(f"  {passed:7.3f} s  the connection is lost: no packets come any more")
+            reason = scanner.failure or "no packets come any more"
+            tell(f"  {passed:7.3f} s  the connection is lost: {reason}")
             return False
         time.sleep(_LOOK_S)
     return True
+
+
+def _changes(before: bytes, after: bytes) -> Iterator[str]:
+    if len(after) in AREA_SIZES:
+        return change_lines(before, after, "O")
+    return byte_change_lines(before, after)
 
 
 def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
@@ -240,6 +281,10 @@ def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
 
 def _place(name: str, size: int) -> tuple[int, int | None, int]:
     """Byte, bit and width in bytes of an input."""
+    if size not in AREA_SIZES:
+        if not name.isdecimal() or len(name) > _DIGITS or int(name) >= size:
+            raise InputError(f"{name:.40} is none of the {size} bytes", hint=_WRITE_BYTES)
+        return int(name), None, 1
     inputs = spec.signals().input
     for signal in inputs:
         if name in (signal.name, signal.short, signal.signal):

@@ -9,13 +9,21 @@ from rcx_harness import spec
 from rcx_harness.serve.plain import request_text, response_text
 from rcx_harness.units import format_word
 
-__all__ = ["area_lines", "change_lines", "identity_lines", "telegram_lines"]
+__all__ = [
+    "area_lines",
+    "byte_change_lines",
+    "byte_lines",
+    "change_lines",
+    "identity_lines",
+    "telegram_lines",
+]
 
 _WORDS = struct.Struct("<16H")
 _BITS_AT, _FREE_BITS = 32, range(34, 46)
 _EXTENSION_AT = 48
 _IDENTITY = struct.Struct("<HHHBBHI")
 _READY = 0x0000
+_BYTES_A_LINE = 16
 # Identity status word, bits 4 to 7: extended device status.
 _DEVICE_STATES = {
     2: "an I/O connection has timed out",
@@ -60,6 +68,19 @@ def area_lines(area: bytes, letter: str) -> Iterator[str]:
         if value not in ("0", format_word(0))
     ]
     yield f"  not 0: {', '.join(others)}" if others else "  all others 0"
+
+
+def byte_lines(area: bytes) -> Iterator[str]:
+    """Any assembly, 16 bytes a line in hexadecimal, each line with the number of its first."""
+    for at in range(0, len(area), _BYTES_A_LINE):
+        yield f"  {at:>4}  {area[at : at + _BYTES_A_LINE].hex(' ')}"
+
+
+def byte_change_lines(before: bytes, after: bytes) -> Iterator[str]:
+    """Which bytes of any assembly are others."""
+    for at, (old, new) in enumerate(zip(before, after, strict=True)):
+        if old != new:
+            yield f"byte {at} = 0x{new:02X}"
 
 
 def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:

@@ -24,7 +24,7 @@ class FakeScanner:
 
     def __init__(self, refusal: CipError | None = None) -> None:
         self.ended: EndReason | None = None
-        self.alive = True
+        self.failure = ""
         self.connected = False
         self.refusal = refusal
         self.done: list[str] = []
@@ -100,7 +100,8 @@ def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     link = Network(first, second).link
     link.open()
     if end == "process":
-        first.alive = False
+        first.failure = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
+        assert link.read() == Lost(f"robot: {first.failure}; it is started again")
     else:
         first.ended = EndReason.TIMED_OUT
         assert link.read() == Lost("robot: the connection has ended: timed out")

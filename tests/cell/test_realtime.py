@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,8 +12,9 @@ import pytest
 from rcx_harness import Cell, RobotConfig
 from rcx_harness.cli import main
 from rcx_harness.clocks import Kind
+from rcx_harness.enip import ProcessDiedError
 from rcx_harness.errors import InputError
-from rcx_harness.realtime import RealTimeAgenda, multiplier_of
+from rcx_harness.realtime import RealTimeAgenda, RealTimeLink, multiplier_of
 from rcx_harness.trace import Cycle, Scan, read_trace
 
 Build = Callable[..., Cell]
@@ -206,6 +209,24 @@ def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Pat
     cell.run("200ms")
     assert not cell.matched
     assert not cell.connected
+
+
+@pytest.mark.parametrize("part", ["adapter", "its cyclic part", "scanner"])
+def test_a_process_that_dies_ends_the_run_and_is_named(cell: Cell, part: str) -> None:
+    cell.run_until(lambda: cell.connected, within="20s")
+    link = cell._first.link
+    assert isinstance(link, RealTimeLink)
+    assert link.adapter._process is not None
+    adapter = link.adapter._process.pid
+    if part == "scanner":
+        link.scanner._control._process.kill()
+    elif part == "adapter":
+        link.adapter._process.kill()
+    else:
+        (cyclic,) = Path(f"/proc/{adapter}/task/{adapter}/children").read_text().split()
+        os.kill(int(cyclic), signal.SIGKILL)
+    with pytest.raises(ProcessDiedError, match="killed by SIGKILL"):
+        cell.run("20s")
 
 
 def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:

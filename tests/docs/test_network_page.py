@@ -13,6 +13,7 @@ from rcx_harness.enip.connections import ConnectionKind
 from rcx_harness.enip.device import MAX_SESSIONS
 from rcx_harness.enip.encapsulation import MAX_DATA
 from rcx_harness.enip.tcp_server import MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER
+from rcx_harness.enip.udp_server import MAX_DELAYED, MAX_DELAYED_OF_PEER
 
 
 @pytest.fixture
@@ -60,6 +61,11 @@ def test_the_limits_are_the_adapters(page: str) -> None:
     assert row(page, "Class 3 connections") == [
         f"{MAX_EXPLICIT}, of one peer {MAX_EXPLICIT_OF_PEER}"
     ]
+    assert row(page, "Delayed answers to broadcasts")[0].startswith(
+        f"{MAX_DELAYED}, of one peer {MAX_DELAYED_OF_PEER}; "
+    )
+    first_s = AdapterOptions().first_packet_us // 1_000_000
+    assert row(page, "Time-out multiplier")[0].endswith(f"; the first packet has {first_s} s")
     assert row(page, "Data of a frame")[0].startswith(f"{MAX_DATA:,} bytes; ")
     silence = row(page, "Silence on a TCP connection")[0]
     assert silence.startswith(f"{AdapterOptions().inactivity_s} s ")

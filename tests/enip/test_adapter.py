@@ -206,6 +206,23 @@ def test_a_process_that_cannot_start_is_reported(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+@pytest.mark.parametrize(
+    ("number", "how"), [(signal.SIGKILL, "SIGKILL"), (signal.SIGTERM, "SIGTERM")]
+)
+def test_a_process_that_dies_is_told_and_how(
+    processes: list[subprocess.Popen[str]], number: signal.Signals, how: str
+) -> None:
+    with Adapter() as adapter:
+        assert adapter.failure == ""
+        processes[0].send_signal(number)
+        told = f"the process of the EtherNet/IP adapter has ended by itself (killed by {how})"
+        assert adapter.wait_for_failure() == adapter.failure == told
+    with Adapter() as closed:
+        pass
+    assert closed.failure == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]]) -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         processes[0].send_signal(signal.SIGINT)

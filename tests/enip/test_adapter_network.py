@@ -73,6 +73,23 @@ def test_who_asks_over_udp_is_told(wire: socket.socket) -> None:
         assert answer[24:48] == bytes.fromhex("0100 0C00 3900 0100") + address
 
 
+def test_an_adapter_of_all_addresses_tells_the_one_it_was_asked_at(wire: socket.socket) -> None:
+    """Over UDP and over TCP; nobody can connect to 0.0.0.0. Attribute 5 has one of ours, too."""
+    told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
+    with Adapter(host="0.0.0.0") as adapter:
+        port = adapter.address[1]
+        wire.sendto(LIST_IDENTITY, ("127.0.0.1", port))
+        answers = [wire.recvfrom(1500)[0]]
+        with socket.create_connection(("127.0.0.1", port), LONG_S) as tcp:
+            tcp.sendall(LIST_IDENTITY)
+            answers.append(tcp.recv(1500))
+        with Client("127.0.0.1", port) as client:
+            configured = client.get_attribute(0xF5, 1, 5)[:4]
+    for answer in answers:
+        assert answer[32:34] + bytes(2) + answer[36:48] == told
+    assert configured != bytes(4)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
 def test_a_broadcast_reaches_every_adapter_of_the_machine(wire: socket.socket) -> None:
     with Adapter(host="127.0.0.31") as one:
@@ -184,7 +201,7 @@ def test_an_adapter_that_is_cut_off_answers_nobody(adapter: Adapter, state: Link
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="finds the process by /proc")
-def test_a_cyclic_process_that_dies_leaves_no_owner_behind(
+def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     started: list[int] = []
@@ -202,10 +219,9 @@ def test_a_cyclic_process_that_dies_leaves_no_owner_behind(
         children = Path(f"/proc/{started[0]}/task/{started[0]}/children").read_text().split()
         (cyclic,) = [int(pid) for pid in children]
         os.kill(cyclic, signal.SIGKILL)
-        wait_for_owner(adapter, master, OwnerState.TIMED_OUT)
-        assert master.get_attribute(1, 1, 5) == bytes.fromhex("2000")
-        with pytest.raises(CipError) as refusal:
-            open_owner(master)
-        assert refusal.value.extended == (0x113,)
-        assert adapter.alive
-    assert not adapter.alive
+        assert adapter.wait_for_failure() == (
+            "the EtherNet/IP adapter has ended: the process of the cyclic I/O has ended by itself "
+            "(killed by SIGKILL)"
+        )
+        assert adapter.shared.owner is OwnerState.TIMED_OUT
+        assert not adapter.alive

@@ -1,7 +1,7 @@
 """Clients that this project did not write read identity and assemblies.
 
-cpppo's client runs in a process of its own; pycomm3 sends unconnected messages without a route;
-pylogix takes a device without a route for a Micro800.
+cpppo's client runs in a process of its own; pycomm3 sends unconnected messages without a route,
+where a test does not say otherwise; pylogix takes a device without a route for a Micro800.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Pycomm = Callable[..., Any]
 
 TO_MASTER = bytes(range(1, 49))
 TO_ROBOT = bytes(range(101, 149))
-GET_ALL, GET_SINGLE, SET_SINGLE = 0x01, 0x0E, 0x10
+GET_ALL, GET_LIST, GET_SINGLE, SET_SINGLE = 0x01, 0x03, 0x0E, 0x10
 #: Get_Attributes_All of the Identity object: vendor 636 (0x027C), type 43 (0x2B), product 5,
 #: revision 1.1, status 0x0030, serial number 1, product name with its length (0x17).
 IDENTITY = bytes.fromhex("7C02 2B00 0500 0101 3000 01000000 17") + b"RCX3 virtual controller"
@@ -128,6 +128,20 @@ def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adap
         answer = client.generic_message(GET_SINGLE, 4, 100, 3)
         assert client.connected
     assert (answer.error, answer.value) == (None, TO_MASTER)
+
+
+@pytest.mark.parametrize("route", ["", "/bp/0"])
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_pycomm3_reads_with_the_route_that_it_sends_by_default(
+    adapter: Adapter, route: str, wrapped: bool
+) -> None:
+    """It puts the route behind the request as it is, or wraps both into an Unconnected Send."""
+    with pycomm3.CIPDriver(name_of(adapter) + route) as client:
+        ask = partial(client.generic_message, connected=False, unconnected_send=wrapped)
+        read = [ask(GET_SINGLE, 4, 100, 3), ask(GET_ALL, 1, 1)]
+        listed = ask(GET_LIST, 1, 1, request_data=bytes.fromhex("0100 0100"))
+    assert [(one.error, one.value) for one in read] == [(None, TO_MASTER), (None, IDENTITY)]
+    assert (listed.error, listed.value) == (None, bytes.fromhex("0100 0100 0000 7C02"))
 
 
 def test_pycomm3_shows_a_refusal_as_one(pycomm: Pycomm) -> None:

@@ -47,6 +47,7 @@ def test_an_exclusive_owner_is_opened_and_the_cyclic_part_told(bench: Any) -> No
             run_idle=True,
             multicast=False,
             dscp=47,
+            first_packet_us=10_000_000,
         )
     ]
     # Where to send to: AF_INET, port 2222, 192.168.0.2, big endian
@@ -133,6 +134,51 @@ def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
     assert len(bench.cyclic.added) == 1
 
 
+@pytest.mark.parametrize(
+    "triad",
+    [
+        pytest.param("0200 4D00 EFBEADDE", id="another connection"),
+        pytest.param("0100 4E00 EFBEADDE", id="another vendor"),
+        pytest.param("0100 4D00 EFBEADDF", id="another device of the vendor"),
+        pytest.param("0100 4D00 F0BEADDE", id="a device with the next serial number"),
+    ],
+)
+def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> None:
+    """What differs in one part alone is another connection: it opens, and closes for itself.
+
+    Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7 (serial number, vendor, originator)
+    """
+    assert bench.ask(forward_open()) == opened()
+    close = forward_close(triad=triad, path="2004 2405 2C03 2C64")
+    assert bench.ask(close) == refused("0701", "CE", triad)
+    assert bench.ask(forward_open(**INPUT_ONLY, triad=triad)) == opened("02000100", triad=triad)
+    assert bench.ask(close) == bytes.fromhex(f"CE00 0000 {triad} 00 00")
+    assert bench.cyclic.removed == [2]
+    assert bench.device.connections.is_owned
+
+
+def test_a_connection_id_comes_again_only_after_its_connection_has_gone(
+    bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ids have come round: there are eight of them here instead of 65,536."""
+    monkeypatch.setattr("rcx_harness.enip.connection_manager._MANY_IDS", 8)
+    class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
+    group = {**INPUT_ONLY, "t_to_o": MULTICAST}
+    triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in (0x11, 0x12, 0x13)]
+    replies = [
+        bench.ask(forward_open(triad=triads[0])),
+        bench.ask(forward_open(**class_3, triad=triads[1])),
+    ]
+    replies += [bench.ask(forward_open(**group, triad=triads[2]))]
+    living = {reply[4:8] for reply in replies} | {replies[2][8:12]}
+    assert len(living) == 4
+    for _ in range(20):
+        reply = bench.ask(forward_open(**INPUT_ONLY))
+        assert reply[2] == 0
+        assert reply[4:8] not in living
+        assert bench.ask(forward_close(path=INPUT_ONLY["path"]))[2] == 0
+
+
 @pytest.mark.parametrize("peer", ["192.168.0.10", "192.168.0.11"])
 def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
     """Extended status 0x106, also for another connection of the same originator."""
@@ -196,13 +242,17 @@ def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
 
 @pytest.mark.parametrize("fields", [INPUT_ONLY, LISTEN_ONLY])
 def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]) -> None:
-    """Eight of a kind, then extended status 0x113; the owner still gets in."""
+    """Seven of a kind, then extended status 0x113; an eighth of others, and the owner, get in."""
     assert bench.ask(forward_open(**INPUT_ONLY, triad="0000 4D00 EFBEADDE"))[2] == 0
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in range(0x10, 0x20)]
     replies = [bench.ask(forward_open(**fields, triad=triad)) for triad in triads]
-    limit = 7 if fields is INPUT_ONLY else 8
+    limit = 6 if fields is INPUT_ONLY else 7
     assert all(reply[2] == 0 for reply in replies[:limit])
     assert replies[limit:] == [refused("1301", triad=triad) for triad in triads[limit:]]
+    eighth = bench.ask(forward_open(**fields, triad=triads[limit]), origin("192.168.0.11"))
+    assert eighth[2] == 0
+    ninth = bench.ask(forward_open(**fields, triad=triads[-1]), origin("192.168.0.12"))
+    assert ninth == refused("1301", triad=triads[-1])
     assert bench.ask(forward_open())[2] == 0
 
 

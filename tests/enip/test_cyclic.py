@@ -22,6 +22,7 @@ from exchange_bench import (
     packet,
 )
 from rcx_harness.enip.connections import (
+    ConnectionParameters,
     EndReason,
     OwnerState,
 )
@@ -115,6 +116,37 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
     assert status.received == 1
 
 
+@pytest.mark.parametrize("before", [[], [0]])
+def test_who_sees_the_state_run_finds_its_data(
+    owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
+) -> None:
+    """At the moment RUN is published, at first and after idle, the data stands there already."""
+    seen: list[tuple[OwnerState, bytes]] = []
+    set_owner = SharedImages.set_owner
+
+    def watching(
+        images: SharedImages, state: OwnerState, connection: ConnectionParameters | None
+    ) -> None:
+        set_owner(images, state, connection)
+        seen.append((state, images.to_robot.read()))
+
+    monkeypatch.setattr(SharedImages, "set_owner", watching)
+    for number, run in enumerate((*before, 1), 1):
+        owned.exchange.receive(packet(number, 1, run=run), MASTER, 1_000)
+    assert seen[-1] == (OwnerState.RUN, IMAGE)
+
+
+def test_what_is_told_of_an_arrival_is_told_after_its_data(
+    owned: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bytes] = []
+    monkeypatch.setattr(
+        SharedImages, "arrive", lambda images, *_: seen.append(images.to_robot.read())
+    )
+    owned.exchange.receive(packet(1, 1), MASTER, 1_000)
+    assert seen == [IMAGE]
+
+
 def test_before_its_first_packet_the_owner_is_waited_for(owned: Device) -> None:
     assert owned.owner() is OwnerState.WAITING
 
@@ -196,6 +228,16 @@ def test_gaps_between_packets_are_kept(owned: Device) -> None:
 
 
 # The end of connections
+
+
+def test_an_owner_who_never_sends_gives_way_after_ten_seconds(device: Device) -> None:
+    """512 intervals of 3.2 s are 1,638.4 s."""
+    patient = replace(OWNER, o_to_t_api_us=3_200_000, multiplier=7, first_packet_us=10_000_000)
+    device.exchange.add(patient, 0)
+    device.poll(9_999_999)
+    assert device.ended == []
+    device.poll(10_000_000)
+    assert device.ended == [(1, EndReason.TIMED_OUT)]
 
 
 def test_the_first_packet_has_ten_seconds(owned: Device) -> None:

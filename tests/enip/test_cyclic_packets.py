@@ -224,5 +224,13 @@ def test_the_first_packet_has_ten_seconds_the_next_ones_the_time_out() -> None:
     assert into.deadline_us == 10_159_999
 
 
+def test_a_limit_for_the_first_packet_leaves_the_time_out_of_the_next_ones() -> None:
+    """3.2 s times 512 are 1,638.4 s: not before the first packet has come."""
+    into = Consumer(4, True, 1_638_400_000, now_us=0, first_us=10_000_000)
+    assert into.deadline_us == 10_000_000
+    assert into.take(1, hexa("0100 01000000 00000000"), 5) is not None
+    assert into.deadline_us == 1_638_400_005
+
+
 def test_a_time_out_beyond_ten_seconds_holds_for_the_first_packet_too() -> None:
     assert consumer(timeout_us=12_800_000).deadline_us == 12_800_000

@@ -70,9 +70,16 @@ def test_a_scanner_takes_assembly_100_and_is_connected_then(scanner: Device) -> 
     assert scanner.owner() is OwnerState.RUN
 
 
-def test_a_scanner_watches_the_robots_interval(scanner: Device) -> None:
+def test_a_scanner_watches_the_robots_interval_not_its_own(images: SharedImages) -> None:
+    """16 times 2 ms; it sends every 100 ms itself."""
+    scanner = Device(images, Role.ORIGINATOR)
+    one = replace(OWNER, o_to_t_api_us=100_000, t_to_o_api_us=2_000)
+    scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)
     scanner.exchange.receive(from_robot(1), ROBOT, 0)
-    scanner.poll(160_000)
+    assert scanner.poll(0) == 32_000
+    scanner.poll(31_999)
+    assert scanner.owner() is OwnerState.RUN
+    scanner.poll(32_000)
     assert scanner.owner() is OwnerState.TIMED_OUT
     assert scanner.ended == [(1, EndReason.TIMED_OUT)]
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rcx_harness.enip import LockstepLink
+from rcx_harness.enip import LockstepLink, ProcessDiedError
 from rcx_harness.errors import InputError
 from rcx_harness.link import DirectLink, Link
 
@@ -61,6 +61,20 @@ def test_a_new_link_starts_with_zeros() -> None:
 def test_a_wrong_size_is_bad_input() -> None:
     with pytest.raises(InputError, match="64 bytes"):
         LockstepLink(64)
+
+
+@pytest.mark.parametrize("call", ["scanner_read", "scanner_write"])
+def test_an_adapter_that_has_died_is_named_not_the_address(call: str) -> None:
+    """Exit code 1: nobody's input is wrong."""
+    link = LockstepLink()
+    link.robot_write(bytes(48))
+    assert link._adapter._process is not None
+    link._adapter._process.kill()
+    with pytest.raises(ProcessDiedError) as died:
+        link.scanner_read() if call == "scanner_read" else link.scanner_write(bytes(48))
+    link.close()
+    assert "adapter has ended by itself (killed by SIGKILL)" in died.value.message
+    assert died.value.exit_code == 1
 
 
 def test_closing_twice_does_no_harm() -> None:

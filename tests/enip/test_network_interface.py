@@ -4,7 +4,12 @@ import sys
 
 import pytest
 
-from rcx_harness.enip.network_interface import NetworkInterface, find_interface
+from rcx_harness.enip.network_interface import (
+    ANY,
+    NetworkInterface,
+    address_toward,
+    find_interface,
+)
 
 
 @pytest.mark.parametrize(
@@ -24,6 +29,17 @@ def test_broadcasts_come_to_the_network_and_off_the_loopback_to_all(
 @pytest.mark.parametrize("address", ["127.0.0.1", "127.1.2.3"])
 def test_the_loopback_has_all_its_addresses(address: str) -> None:
     assert find_interface(address) == NetworkInterface(address, "255.0.0.0", bytes(6))
+
+
+def test_an_adapter_of_all_addresses_has_for_each_peer_the_one_that_leads_there() -> None:
+    assert address_toward(ANY, "127.0.0.9") == "127.0.0.1"
+    assert address_toward("127.0.0.2", "127.0.0.9") == "127.0.0.2"
+    assert address_toward(ANY) != ANY
+
+
+def test_where_there_is_no_way_it_is_the_loopback() -> None:
+    """A broadcast address is not asked for a way without leave."""
+    assert address_toward(ANY, "255.255.255.255") == "127.0.0.1"
 
 
 def test_an_address_of_nobody_gets_a_guess() -> None:

@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 
+from forward_open_bytes import forward_close, forward_open
 from rcx_harness.enip import AdapterOptions
+from rcx_harness.enip.origin import Origin
 
 TCP_IP = {
     1: "01000000",  # status: configured
@@ -136,6 +138,28 @@ def test_a_refused_request_changes_nothing(bench: Any, request_: str, status: in
     assert bench.ask(request_) == bytes([service | 0x80, 0, status, 0])
     assert bench.ask("0E03 20F5 2401 300D") == bytes.fromhex("8E00 0000 7800")
     assert bench.ask("0E03 2048 2401 3004") == bytes.fromhex("8E00 0000 37")
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("20F5 2401 300D", "0100"),  # TCP connections are closed after a second of silence
+        ("20F5 2401 3003", "00000000"),
+        ("2048 2401 3005", "00"),  # the code point of cyclic packets
+        ("2048 2401 3008", "00"),
+        ("2004 2496 3003", "00" * 48),
+    ],
+)
+def test_while_a_master_owns_the_outputs_nothing_is_set(bench: Any, path: str, value: str) -> None:
+    """Status 0x0C, object state conflict, whoever asks; once it has gone it can be set."""
+    before = bench.ask(f"0E03 {path}")
+    bench.ask(forward_open())
+    for peer in ("192.168.0.10", "192.168.0.99"):
+        asked = bench.ask(f"1003 {path} {value}", Origin(peer, "192.168.0.2", 1))
+        assert asked == bytes.fromhex("9000 0C00")
+    assert bench.ask(f"0E03 {path}") == before
+    bench.ask(forward_close())
+    assert bench.ask(f"1003 {path} {value}") == bytes.fromhex("9000 0000")
 
 
 def test_a_code_point_once_set_is_the_one_of_new_connections(bench: Any) -> None:

@@ -21,6 +21,7 @@ from rcx_harness.errors import InputError
         ({"configurations": (1, 65536)}, "1 to 65535"),
         ({"inactivity_s": -1}, "0 to 3600"),
         ({"inactivity_s": 3601}, "0 to 3600"),
+        ({"first_packet_us": 9_999_999}, "cannot be waited for .*; it can be 10s to 610h"),
     ],
 )
 def test_what_cannot_be_served_is_refused(wrong: dict[str, Any], message: str) -> None:

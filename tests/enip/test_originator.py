@@ -48,6 +48,15 @@ def test_a_configuration_instance_is_named_in_front_of_the_connection_points() -
     )
 
 
+def test_configuration_data_follow_the_connection_points_in_a_data_segment() -> None:
+    """0x80, number of words, data.
+
+    Source: CIP volume 1, appendix C, simple data segment
+    """
+    request = replace(REQUEST, configuration=151, configuration_data=hexa("01020304"))
+    assert request.path() == hexa("2004 2497 2C96 2C64 8002 01020304")
+
+
 def test_an_instance_above_255_takes_a_wide_segment() -> None:
     request = replace(REQUEST, consuming=0x0301)
     assert request.forward_open() == hexa(

@@ -10,13 +10,20 @@ import pytest
 from rcx_harness import cli_scan
 from rcx_harness.cli import main
 from rcx_harness.enip import Adapter
+from rcx_harness.enip.assemblies import Assemblies
 from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.errors import CipError, ProcessDiedError
+from rcx_harness.enip.scanner import Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.scan import ScanOptions, output_image
 from rcx_harness.scan import scan as look
-from rcx_harness.scan_text import area_lines, change_lines, identity_lines, telegram_lines
+from rcx_harness.scan_text import (
+    area_lines,
+    byte_change_lines,
+    change_lines,
+    identity_lines,
+    telegram_lines,
+)
 
 Captured = pytest.CaptureFixture[str]
 Run = Callable[..., int]
@@ -130,6 +137,10 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
         (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
+        (["--config-instance", "77"], "0x0129, there is no such configuration instance"),
+        (["--config-instance", "77"], "or none; name it with --config-instance"),
+        (["--config-instance", "1", "--config-data", "0102"], "give its data with --config-data"),
+        (["--input-size", "64"], "; its EDS file has the sizes; give them with --input-size"),
         (["--listen-only"], "no other connection is open; leave --listen-only out"),
         (["--size", "64"], "the areas cannot be 64 bytes long"),
         (["--write", "SO00=1"], "SO00"),
@@ -187,6 +198,20 @@ def test_a_refused_interval_comes_with_one_to_try(
         (["--rpi", "5s"], "--rpi 5s is no packet interval; it can be 1ms to 3200ms"),
         (["--rpi", "10us"], "--rpi 10us is no packet interval; it can be 1ms to 3200ms"),
         (["--heartbeat", "65536"], "--heartbeat 65536 is no connection point; they are 1 to 65535"),
+        (["--input-size", "0"], "an assembly of 0 bytes cannot be exchanged"),
+        (["--output-size", "1401"], "an assembly of 1401 bytes cannot be exchanged"),
+        (["--input-instance", "0"], "0 is no instance of an assembly"),
+        (
+            ["--config-instance", "x"],
+            "--config-instance x is no instance; write it as 151, or none",
+        ),
+        (["--config-instance", "65536"], "65536 is no instance of an assembly"),
+        (["--config-data", "01"], "configuration data need the instance that they are for"),
+        (
+            ["--config-instance", "1", "--config-data", "01"],
+            "configuration data are an even number",
+        ),
+        (["--config-instance", "1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
         (["--from", "here"], "--from 'here' is no IPv4 address; write it as 192.168.0.10"),
         (["--size", "-5"], "the areas cannot be -5 bytes long; choose 48 or 256"),
     ],
@@ -196,7 +221,9 @@ def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
 ) -> None:
     monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("it was asked"))
     assert main(["scan", "127.0.0.1", *options]) == 2
-    assert capsys.readouterr().err == f"rcx: {message}\n"
+    error = capsys.readouterr().err
+    assert error.startswith(f"rcx: {message}")
+    assert error.count("\n") == 1
 
 
 def test_where_there_is_no_controller_one_line_says_so(capsys: Captured) -> None:
@@ -213,6 +240,60 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
         options = ["--port", str(port), "--size", "256", "--for", "0s"]
         assert main(["scan", host, *options]) == 0
     assert "  not 0: SOW(127) = 16#ABCD" in capsys.readouterr().out
+
+
+@pytest.fixture
+def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
+    """An adapter of somebody else: 600 bytes each way."""
+    monkeypatch.setattr("rcx_harness.enip.adapter.areas_of", lambda size: Assemblies(size, size))
+    with Adapter(600, cyclic=0) as made:
+        made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")
+        yield made
+
+
+def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Captured) -> None:
+    """Larger than 511 bytes: by Large Forward Open."""
+    host, port = other.address
+    options = ["--port", str(port), "--input-size", "600", "--for", "0s"]
+    assert main(["scan", host, *options]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2] == "input only connection, 600 bytes, packets every 10 ms"
+    at = lines.index("robot to master (assembly 100)")
+    assert lines[at + 1] == "     0  12 34" + " 00" * 14
+    assert lines[at + 38] == "   592  00 00 00 00 00 00 00 ff"
+    assert lines[lines.index("master to robot (assembly 150)") + 1] == "     0 " + " 00" * 16
+    assert "remote command" not in lines
+
+
+def test_bytes_of_another_size_are_written_by_their_number(
+    other: Adapter, capsys: Captured
+) -> None:
+    host, port = other.address
+    sizes = ["--input-size", "600", "--output-size", "600"]
+    writes = ["--write", "0=0x12", "--write", "599=255"]
+    assert main(["scan", host, "--port", str(port), *sizes, *writes, "--for", "200ms"]) == 0
+    assert other.read_to_robot() == b"\x12" + bytes(598) + b"\xff"
+    assert main(["scan", host, "--port", str(port), *sizes, "--write", "600=1"]) == 2
+    assert "600 is none of the 600 bytes; write 3=0x12" in capsys.readouterr().err
+
+
+def test_changed_bytes_are_told_by_their_number() -> None:
+    assert list(byte_change_lines(bytes(3), b"\x00\x0a\xff")) == ["byte 1 = 0x0A", "byte 2 = 0xFF"]
+
+
+@pytest.mark.parametrize("instance", ["none", "None", "1", "5", "151"])
+def test_a_configuration_instance_may_be_named(scan: Run, instance: str) -> None:
+    assert scan("--config-instance", instance) == 0
+
+
+def test_the_connection_points_can_be_named(scan: Run, adapter: Adapter, capsys: Captured) -> None:
+    assert scan("--input-instance", "100", "--output-instance", "150", "--write", "SI00=1") == 0
+    assert scan("--input-instance", "101") == 2
+    error = capsys.readouterr().err
+    assert "0x012B" in error
+    assert "name it with --input-instance" in error
+    assert scan("--output-instance", "151", "--write", "SI00=1") == 2
+    assert "0x012A" in capsys.readouterr().err
 
 
 def test_changes_are_told_with_their_names() -> None:
@@ -322,6 +403,37 @@ def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
         assert not look(ScanOptions(host, duration_us=60_000_000, port=port), tell)
     assert any("the connection is lost" in line for line in told)
     assert " packets received, " in told[-1]
+
+
+def test_a_process_of_ours_that_dies_is_told_as_such(
+    running: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the way the connection is lost for that reason; before the first packet it is an error."""
+    told: list[str] = []
+    made: list[Scanner] = []
+    open_ = Scanner.open
+
+    def opening(scanner: Scanner) -> None:
+        open_(scanner)
+        made.append(scanner)
+        if len(made) == 2:
+            scanner._control._process.kill()
+
+    def tell(line: str) -> None:
+        told.append(line)
+        if line.startswith("changes in the next"):
+            made[0]._control._process.kill()
+
+    monkeypatch.setattr(Scanner, "open", opening)
+    host, port = running.address
+    options = ScanOptions(host, duration_us=60_000_000, port=port, rpi_us=100_000)
+    assert not look(options, tell)
+    killed = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
+    assert any(line.endswith(f"the connection is lost: {killed}") for line in told)
+    monkeypatch.setattr(Scanner, "read", lambda scanner: Received(bytes(48), None, False))
+    with pytest.raises(ProcessDiedError) as died:
+        look(options, tell)
+    assert died.value.message == killed
 
 
 def test_ctrl_c_ends_it_with_the_count_of_packets(running: Adapter) -> None:

@@ -14,9 +14,11 @@ import pytest
 from rcx_harness.enip.adapter import Adapter
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.connections import ConnectionKind, EndReason, OwnerState
-from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.originator import OpenRequest
 from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.shared import SharedImages
 from rcx_harness.errors import InputError
 
 HOST, SECOND = "127.6.0.1", "127.6.0.2"
@@ -82,6 +84,57 @@ def test_both_areas_are_exchanged(adapter: Adapter) -> None:
         eventually(adapter, lambda: adapter.read_to_robot() == TO_ROBOT)
         assert scanner.read().connected
         assert adapter.shared.owner is OwnerState.RUN
+
+
+def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one(
+    adapter: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The triad names a connection everywhere.
+
+    Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7
+    """
+    sent: list[bytes] = []
+    forward_open = OpenRequest.forward_open
+
+    def recording(request: OpenRequest) -> bytes:
+        sent.append(forward_open(request))
+        return sent[-1]
+
+    monkeypatch.setattr(OpenRequest, "forward_open", recording)
+    for _ in range(2):
+        with scan(adapter, kind=ConnectionKind.INPUT_ONLY) as scanner:
+            scanner.open()
+            scanner.open()
+    serials = [message[16:18] for message in sent]
+    originators = [message[20:24] for message in sent]
+    assert serials[0] != serials[1]
+    assert serials[2] != serials[3]
+    assert originators[0] == originators[1] != originators[2] == originators[3]
+
+
+def test_data_is_set_before_the_word_that_it_runs_and_read_after_what_is_told_of_it(
+    adapter: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bytes] = []
+    with scan(adapter) as scanner:
+        images = scanner._images
+        monkeypatch.setattr(
+            SharedImages,
+            "run",
+            property(lambda _: True, lambda of, _: seen.append(of.to_robot.read())),
+        )
+        scanner.write(TO_ROBOT)
+        assert seen == [TO_ROBOT]
+
+        def arriving(of: SharedImages) -> OwnerState:
+            """A packet comes while the state is looked at."""
+            of.to_master.write(TO_MASTER)
+            return OwnerState.RUN
+
+        monkeypatch.setattr(SharedImages, "owner", property(arriving))
+        assert images.to_master.read() == bytes(48)
+        received = scanner.read()
+        assert (received.connected, received.image) == (True, TO_MASTER)
 
 
 def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:
@@ -261,8 +314,14 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
     with scan(adapter) as scanner:
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
+        assert scanner.failure == ""
         scanner._control._process.kill()
         eventually(adapter, lambda: not scanner.read().connected)
+        killed = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
+        assert scanner.failure == killed
+        with pytest.raises(ProcessDiedError, match="killed by SIGKILL"):
+            scanner.open()
+    assert scanner.failure == ""
 
 
 def test_where_the_usual_port_is_taken_another_one_is_told(adapter: Adapter) -> None:

@@ -262,15 +262,15 @@ def test_ten_seconds_are_for_each_frame(bench: Any, registered: Session) -> None
         assert registered.receive(GET_SIZE[3:]) == SIZE_IS_48
 
 
-def test_the_49th_session_is_refused_until_another_ends(bench: Any) -> None:
+def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
     """Encapsulation status 0x02, insufficient memory."""
-    sessions = [bench.connect() for _ in range(49)]
+    sessions = [bench.connect() for _ in range(65)]
     answers = [session.receive(REGISTER) for session in sessions]
-    assert {answer[8:12] for answer in answers[:48]} == {bytes(4)}
-    assert len({answer[4:8] for answer in answers[:48]}) == 48
-    assert answers[48] == frame("6500", "0100 0000", session=0, status=2)
+    assert {answer[8:12] for answer in answers[:64]} == {bytes(4)}
+    assert len({answer[4:8] for answer in answers[:64]}) == 64
+    assert answers[64] == frame("6500", "0100 0000", session=0, status=2)
     sessions[5].close()
-    assert sessions[48].receive(REGISTER)[8:12] == bytes(4)
+    assert sessions[64].receive(REGISTER)[8:12] == bytes(4)
 
 
 def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:

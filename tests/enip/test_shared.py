@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -48,6 +48,16 @@ def test_what_is_written_is_read_in_full_by_who_attached_by_name(size: int) -> N
         assert theirs.size == size
         assert theirs.to_master.read() == bytes([0xA5] * size)
         assert ours.to_robot.read() == bytes([0x5A] * size)
+
+
+def test_the_assemblies_may_have_different_lengths() -> None:
+    with SharedImages.create(5, 700) as ours, SharedImages.attach(ours.name) as theirs:
+        ours.unlink()
+        for _ in range(20):
+            ours.to_master.write(b"\xa5" * 5)
+            theirs.to_robot.write(b"\x5a" * 700)
+        assert theirs.to_master.read() == b"\xa5" * 5
+        assert ours.to_robot.read() == b"\x5a" * 700
 
 
 def test_the_version_counts_the_writes(images: SharedImages) -> None:
@@ -144,6 +154,44 @@ def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages)
     status = images.status()
     assert (status.owner, status.generation, status.peer) == (OwnerState.CLOSED, 3, "")
     assert (status.o_to_t_api_us, status.t_to_o_api_us) == (0, 0)
+
+
+class Recorder:
+    """Stands for memory and notes where it is written, and what `look` sees then."""
+
+    def __init__(self, look: Callable[[], int] = lambda: 0) -> None:
+        self.written: list[object] = []
+        self.seen: list[int] = []
+        self._look = look
+
+    def __getitem__(self, at: object) -> int:
+        return 0
+
+    def __setitem__(self, at: object, value: object) -> None:
+        self.written.append(at)
+        self.seen.append(self._look())
+
+
+def test_an_image_is_published_after_it_is_whole() -> None:
+    """As long as it is written a reader sees the one before."""
+    image = SharedImage(memoryview(bytearray(SharedImage.needs(4))), 4)
+    image.write(b"one.")
+    slots = [Recorder(lambda: image.version) for _ in range(8)]
+    image._slots = slots  # type: ignore[assignment]
+    image.write(b"two.")
+    assert [slot.seen for slot in slots if slot.seen] == [[1]]
+    assert image.version == 2
+
+
+def test_a_state_is_published_after_all_that_belongs_to_it(
+    images: SharedImages, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = Recorder()
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(images, "_words", words)
+        images.set_owner(OwnerState.RUN, OWNER)
+    assert words.written[-1] is Counter.OWNER
+    assert set(words.written[:-1]) == {Counter.PEER, Counter.O_TO_T_API, Counter.T_TO_O_API}
 
 
 def test_the_status_counts_packets_and_connections(images: SharedImages) -> None:

@@ -80,6 +80,27 @@ def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
     serve(bench, talk)
 
 
+def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> None:
+    """The last 8 of 64 are for addresses that have none yet; each gets connection and session."""
+
+    async def talk(tcp: TcpServer, port: int) -> None:
+        async def connect(host: str) -> Streams:
+            return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
+
+        taken = []
+        for host in ("127.0.0.5", "127.0.0.6"):
+            for _ in range(64):
+                streams = await connect(host)
+                with suppress(asyncio.IncompleteReadError, ConnectionError):
+                    await say(streams, REGISTER, 28)
+                    taken.append(streams)
+        assert len(taken) == 56
+        for host in ("127.0.0.7", "127.0.0.8"):
+            assert (await say(await connect(host), REGISTER, 28))[8:12] == bytes(4)
+
+    serve(bench, talk)
+
+
 def test_the_overdue_are_closed_and_the_others_stay(bench: Any) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
         silent, slow, busy = [await asyncio.open_connection("127.0.0.1", port) for _ in range(3)]

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+import socket
+import sys
 from typing import Any
 
 import pytest
 
 from rcx_harness.enip.udp import Datagrams, Delayed
+from rcx_harness.enip.udp_server import UdpServer
 
 LOCAL = ("192.168.0.2", 44818)
 CONTEXT = "0000A3A4A5A6A7A8"
@@ -96,3 +100,41 @@ def test_anything_else_is_discarded(
     datagrams: Datagrams, why: str, datagram: bytes, broadcast: bool
 ) -> None:
     assert datagrams.answer(datagram, LOCAL, broadcast) is None, why
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
+def test_eighty_broadcasts_of_one_machine_leave_nobody_without_an_answer(bench: Any) -> None:
+    """Context FFFF: up to 65.5 s may pass. Eight of them wait; the others are answered at once."""
+    draws = iter([1.0] * 80)
+    datagrams = Datagrams(bench.device.listing, lambda: next(draws, 0.0001))
+    patient, hasty = (
+        frame("6300", context="FFFF000000000000"),
+        frame("6300", context="01" + "00" * 7),
+    )
+
+    async def main() -> None:
+        with udp("127.0.0.3") as free:
+            port = free.getsockname()[1]
+        server = UdpServer(datagrams, ("127.0.0.3", port), ["127.255.255.255"])
+        await server.start()
+        to_all = ("127.255.255.255", port)
+        loop = asyncio.get_running_loop()
+        with udp("127.0.0.5") as noisy, udp("127.0.0.6") as other:
+            for _ in range(80):
+                noisy.sendto(patient, to_all)
+            for _ in range(72):
+                assert (await asyncio.wait_for(loop.sock_recv(noisy, 1500), 30))[:2] == b"\x63\x00"
+            assert server.delayed == ["127.0.0.5"] * 8
+            for asking in (other, noisy):
+                asking.sendto(hasty, to_all)
+                answer = await asyncio.wait_for(loop.sock_recv(asking, 1500), 30)
+                assert answer[12:14] == b"\x01\x00"
+
+    def udp(host: str) -> socket.socket:
+        wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        wire.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        wire.setblocking(False)
+        wire.bind((host, 0))
+        return wire
+
+    asyncio.run(main())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
 import sys
 from pathlib import Path
@@ -11,6 +13,8 @@ import pytest
 from rcx_harness.cli import main
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.scanner import Scanner
+from rcx_harness.serve.host import Settings
+from rcx_harness.serve.run import warnings
 from serve_process import ServeProcess, own_addresses, watching
 
 pytestmark = pytest.mark.skipif(
@@ -104,6 +108,58 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
             served.kill()
 
 
+def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() -> None:
+    """Also where nothing else is said. The web page is on the loopback whatever is asked for."""
+    settings = [
+        Settings(host=host) for host in ("127.0.0.1", "192.168.0.21", "127.9.9.9", "0.0.0.0")
+    ]
+    assert [
+        line.partition(" can be reached from the network: ")[0] for line in warnings(settings)
+    ] == [
+        "warning: 192.168.0.21",
+        "warning: 0.0.0.0",
+    ]
+    # Below the ports that others are given: all addresses of the machine must be free.
+    port = 20_000 + 2 * (os.getpid() % 5_000)
+    ports = ["--port", str(port), "--io-port", str(port + 1)]
+    with ServeProcess("--address", "0.0.0.0", *ports, "--quiet") as served:
+        served.wait_for_port("127.0.0.1", port)
+        served.interrupt()
+        code, said = served.end()
+    assert code == 0
+    assert said.startswith("rcx: warning: 0.0.0.0 can be reached from the network: ")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+@pytest.mark.parametrize(
+    ("part", "said"),
+    [
+        ("serve.station_process", "its process has ended by itself (killed by SIGKILL)"),
+        (
+            "enip.adapter_process",
+            "the process of the EtherNet/IP adapter has ended by itself (killed by SIGKILL)",
+        ),
+        (
+            "enip.cyclic_process",
+            "the EtherNet/IP adapter has ended: the process of the cyclic I/O has ended by itself "
+            "(killed by SIGKILL)",
+        ),
+    ],
+)
+def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quiet: bool) -> None:
+    first, second = own_addresses(2)
+    options = ["--quiet"] if quiet else []
+    with ServeProcess("--address", first, "--address", second, *options) as served:
+        served.wait_for_port(first, 44818)
+        served.wait_for_port(second, 44818)
+        with watching(served.processes()):
+            os.kill(served.process_of(f"rcx_harness.{part}"), signal.SIGKILL)
+            code, complaint = served.end()
+    assert code == 1
+    assert complaint in {f"rcx: controller {one} is gone: {said}\n" for one in (first, second)}
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -120,6 +176,10 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
         (["--rpi-min", "fast"], "not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s"),
         (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
         (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
+        (
+            ["--first-packet", "9s"],
+            "the first packet cannot be waited for 9000 ms; it can be 10s to 610h",
+        ),
         (
             ["--port", "2222"],
             "--port and --io-port are both 2222; explicit and cyclic messages need two",

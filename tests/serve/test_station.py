@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.shared import LinkState
+from rcx_harness.enip.shared import LinkState, Status
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec import signals
@@ -39,6 +39,22 @@ def link_of(served: ServedHost) -> LinkState:
 def served() -> ServedHost:
     """A controller that has just been switched on, without a master."""
     return ServedHost()
+
+
+def test_the_data_is_read_after_the_state_that_it_belongs_to(
+    served: ServedHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A first packet that arrives between the two readings is not taken for zeros in RUN."""
+    served.run(150)
+    network, status = served.network, served.network.status
+
+    def arriving() -> Status:
+        network.send(image(_SI00 | _SI06))
+        return status()
+
+    monkeypatch.setattr(network, "status", arriving)
+    served.station.step(served.now_us + 5000)
+    assert served.station._si == image(_SI00 | _SI06)
 
 
 @pytest.fixture

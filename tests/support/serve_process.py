@@ -95,6 +95,14 @@ class ServeProcess:
                 return found
             found = more
 
+    def process_of(self, module: str) -> int:
+        """The first of its processes that runs this module."""
+        return min(
+            pid
+            for pid in self.processes()
+            if module in Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+        )
+
     def kill(self) -> None:
         """End it without a chance to tidy up."""
         self._process.kill()
@@ -107,8 +115,8 @@ class ServeProcess:
     def end(self) -> tuple[int, str]:
         """Wait for its end; exit code and what it said on stderr."""
         assert self._process.stderr is not None
-        said = self._process.stderr.read()
-        return self._process.wait(_LIMIT_S), said
+        code = self._process.wait(_LIMIT_S)  # what it says on stderr fits into the pipe
+        return code, self._process.stderr.read()
 
     def __enter__(self) -> ServeProcess:
         """It has been started."""

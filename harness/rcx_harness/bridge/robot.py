@@ -23,7 +23,7 @@ class MasterLink(Protocol):
     ended: EndReason | None
 
     @property
-    def alive(self) -> bool: ...  # noqa: D102
+    def failure(self) -> str: ...  # noqa: D102
 
     def open(self) -> None: ...  # noqa: D102
 
@@ -80,7 +80,7 @@ class RobotLink:
     def keep(self) -> None:
         """Open anew what has been lost; without a loss nothing happens."""
         scanner = self._scanner
-        if scanner is not None and scanner.ended is None and scanner.alive:
+        if scanner is not None and scanner.ended is None and not scanner.failure:
             return
         try:
             self.open()
@@ -93,10 +93,12 @@ class RobotLink:
             if self._scanner is None:
                 return Lost(self._reason)
             received = self._scanner.read()
-            ended = self._scanner.ended
+            ended, failure = self._scanner.ended, self._scanner.failure
         if received.connected:
             return RobotSeen(received.image)
         reason = _WAITS if ended is None else f"the connection has ended: {ended.value}"
+        if failure:
+            reason = f"{failure}; it is started again"
         return Lost(f"{self.name}: {reason}")
 
     def write(self, image: bytes, valid_us: int | None) -> None:

@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 
@@ -25,6 +25,7 @@ from rcx_harness.enip.client import PORT
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.realtime import multiplier_of
+from rcx_harness.throttle import Throttle
 
 __all__ = ["BridgeOptions", "Running", "bridge"]
 
@@ -78,8 +79,8 @@ class Running:
         loop: The exchange.
         robot: The robot's side.
         start_s: When it was started, by the monotonic clock.
-        news: Changes of state: monotonic time in seconds, state, reason; `None` when the exchange
-            has ended by itself.
+        news: Changes of state: monotonic time in seconds, state, reason; `None` when one of the
+            threads has ended by itself.
 
     Raises:
         InputError: a side that is not there or refuses, unless `wait`; bad options.
@@ -173,8 +174,12 @@ class Running:
                 self.news.put(None)
 
     def _keep(self) -> None:
-        while not self._stop.wait(_KEEP_EVERY_S):
-            self.robot.keep()
+        try:
+            while not self._stop.wait(_KEEP_EVERY_S):
+                self.robot.keep()
+        finally:
+            if not self._stop.is_set():
+                self.news.put(None)
 
 
 def bridge(options: BridgeOptions) -> int:
@@ -226,21 +231,17 @@ def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bo
     console = Console()
     start_s = shown_s = running.start_s
     live = console.is_terminal and not options.quiet
+    throttle = Throttle()
     with Live(console=console, auto_refresh=False) if live else nullcontext() as screen:
         while not stop.wait(_SHOW_EVERY_S):
             now_s = time.monotonic()
+            news = []
             while not running.news.empty():
-                news = running.news.get()
-                if news is None:
+                if (one := running.news.get()) is None:
                     return True
-                happened_s, state, reason = news
-                if not options.quiet or state not in (State.RUN, State.CLEARING):
-                    console.print(
-                        f"{happened_s - start_s:10.3f} s  {state_text(state, reason)}",
-                        markup=False,
-                        highlight=False,
-                        soft_wrap=True,
-                    )
+                news.append(one)
+            for line in _news_lines(news, start_s, now_s, throttle, quiet=options.quiet):
+                console.print(line, markup=False, highlight=False, soft_wrap=True)
             rate, look = running.loop.figures.look(now_us()), running.robot.look()
             if screen is not None:
                 style = _STYLES.get(running.loop.state, "bold red")
@@ -251,3 +252,21 @@ def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bo
                 shown_s = now_s
                 print(f"{now_s - start_s:10.3f} s  {figures_text(rate, look)}", flush=True)
     return False
+
+
+def _news_lines(
+    news: Sequence[tuple[float, State, str]],
+    start_s: float,
+    now_s: float,
+    throttle: Throttle,
+    *,
+    quiet: bool,
+) -> list[str]:
+    """Changes of state with their times; of a flood only some, with the time of the look."""
+    shown = [one for one in news if not quiet or one[1] not in (State.RUN, State.CLEARING)]
+    lines = []
+    for happened_s, state, reason in shown:
+        texts = throttle.let_pass("state", [state_text(state, reason)], round(happened_s * 1e6))
+        lines += [f"{happened_s - start_s:10.3f} s  {text}" for text in texts]
+    rest = throttle.let_pass("state", (), round(now_s * 1e6))
+    return lines + [f"{now_s - start_s:10.3f} s  {text}" for text in rest]

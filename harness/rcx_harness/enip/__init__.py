@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from rcx_harness.enip.adapter import Adapter
 from rcx_harness.enip.client import Client
-from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.lockstep import LockstepLink
 from rcx_harness.enip.options import AdapterOptions
@@ -20,4 +20,5 @@ __all__ = [
     "EnipError",
     "Identity",
     "LockstepLink",
+    "ProcessDiedError",
 ]

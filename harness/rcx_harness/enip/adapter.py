@@ -9,16 +9,16 @@ from dataclasses import asdict
 from types import TracebackType
 from typing import Any
 
-from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.assemblies import areas_of
+from rcx_harness.enip.ended import how_ended, wait_for_code
+from rcx_harness.enip.errors import EnipError, ProcessDiedError
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.shared import SharedImages
-from rcx_harness.errors import InputError
 
 __all__ = ["Adapter"]
 
 _MODULE = "rcx_harness.enip.adapter_process"
-_SIZES = (48, 256)
 _STOP_S = 5.0
 
 
@@ -60,13 +60,10 @@ class Adapter:
         cyclic: int | None = None,
         options: AdapterOptions | None = None,
     ) -> None:
-        if size not in _SIZES:
-            raise InputError(
-                f"the areas cannot be {size} bytes long",
-                hint="the controller has 48 bytes, or 256 with its word extension",
-            )
-        self.size = size
+        self.size = areas_of(size).input_size
         self._process: subprocess.Popen[str] | None = None
+        self._closed = False
+        self._failure = ""
         self.shared = SharedImages.create(size)
         try:
             settings = {
@@ -92,6 +89,13 @@ class Adapter:
         """Does its process run? If it does not, `shared` says what was, not what is."""
         return self._process is not None and self._process.poll() is None
 
+    @property
+    def failure(self) -> str:
+        """Which part has ended by itself, and how; empty as long as all run, and after `close`."""
+        if not self._failure and not self._closed and not self.alive:
+            self._failure = self._find_failure()
+        return self._failure
+
     def read_to_robot(self) -> bytes:
         """What the master has written last: assembly 150."""
         return self.shared.to_robot.read()
@@ -102,6 +106,7 @@ class Adapter:
 
     def close(self) -> None:
         """Stop the process and free the memory; more than once does no harm."""
+        self._closed = True
         if self._process is not None:
             # The end of its standard input is the process's sign to end.
             for pipe in (self._process.stdin, self._process.stdout):
@@ -127,6 +132,20 @@ class Adapter:
         """Stop it."""
         self.close()
 
+    def wait_for_failure(self) -> str:
+        """`failure`, for who has seen its connections end a moment before it has ended itself."""
+        if self._process is not None and not self._closed:
+            wait_for_code(self._process)
+        return self.failure
+
+    def _find_failure(self) -> str:
+        assert self._process is not None
+        assert self._process.stdout is not None
+        if last := self._process.stdout.readline():
+            return f"the EtherNet/IP adapter has ended: {json.loads(last)['died']}"
+        how = how_ended(self._process.returncode)
+        return f"the process of the EtherNet/IP adapter has ended by itself ({how})"
+
     def _start(self, settings: dict[str, Any]) -> dict[str, Any]:
         """Start the process and wait until it listens; return its ports."""
         self._process = subprocess.Popen(
@@ -138,8 +157,8 @@ class Adapter:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            code = self._process.wait()
-            raise EnipError(f"the EtherNet/IP adapter's process ended at once, exit code {code}")
+            how = how_ended(self._process.wait())
+            raise ProcessDiedError(f"the EtherNet/IP adapter's process ended at once, {how}")
         started: dict[str, Any] = json.loads(line)
         if "refused" in started:
             raise EnipError(started["refused"])

@@ -24,7 +24,11 @@ from rcx_harness.enip.cyclic_control import CyclicControl
 from rcx_harness.enip.device import Device
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.network_interface import NetworkInterface, find_interface
+from rcx_harness.enip.network_interface import (
+    NetworkInterface,
+    address_toward,
+    find_interface,
+)
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.shared import LinkState, SharedImages
 from rcx_harness.enip.tcp_server import TcpServer
@@ -59,9 +63,10 @@ class _Adapter:
         self._shared = shared
         self._control: CyclicControl | None = None
         self._device: Device | None = None
+        self._failure = ""
 
     async def run(self) -> None:
-        """Serve until the parent has gone."""
+        """Serve until the parent has gone, or the cyclic part has ended by itself."""
         self._loop = asyncio.get_running_loop()
         try:
             await self._start()
@@ -73,6 +78,9 @@ class _Adapter:
             await self._until_parent_gone()
             self._server.close()
             self._tcp.close_all()
+            if self._failure:
+                _tell({"died": self._failure})
+                sys.exit(1)
         finally:
             if self._control is not None:
                 self._control.close()
@@ -87,7 +95,7 @@ class _Adapter:
         host = socket.gethostbyname(self._settings["host"])
         if self._settings["cyclic"] is not None:
             self._control = self._start_cyclic(host, self._settings["cyclic"])
-        interface = find_interface(host)
+        interface = find_interface(address_toward(host))
         self._device = device = self._make_device(interface)
         self._tcp = TcpServer(device)
         device.on_reset = self._reset
@@ -152,8 +160,12 @@ class _Adapter:
 
         # A thread, because not every platform's event loop can wait for a pipe.
         threading.Thread(target=wait_for_parent, daemon=True).start()
+        waiting = asyncio.create_task(parent_gone.wait())
         looking = asyncio.create_task(self._look())
-        await parent_gone.wait()
+        await asyncio.wait((waiting, looking), return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        if looking.done():
+            looking.result()  # what has gone wrong there goes on
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:
@@ -163,7 +175,7 @@ class _Adapter:
             self._shared.set_owner(OwnerState.TIMED_OUT, None)
 
     async def _look(self) -> None:
-        """Follow the link's state at once, and time-outs by the second."""
+        """Follow the link's state at once, and time-outs by the second; until a part has died."""
         assert self._device is not None
         for turn in itertools.count():
             link = self._shared.link
@@ -173,8 +185,10 @@ class _Adapter:
             if turn % _LOOKS_PER_CHECK == 0:
                 self._tcp.close_overdue()
                 self._device.connections.expire()
-                if self._control is not None and not self._control.alive:
-                    self._lose_cyclic_part(self._device)
+            if self._control is not None and not self._control.alive:
+                self._failure = self._control.failure
+                self._lose_cyclic_part(self._device)
+                return
             await asyncio.sleep(_LOOK_S)
 
 

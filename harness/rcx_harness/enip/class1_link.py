@@ -57,6 +57,11 @@ class Class1Link:
             self.adapter.close()
             raise
 
+    @property
+    def failure(self) -> str:
+        """Which of its processes has ended by itself, and how; empty as long as all run."""
+        return self.adapter.failure or self.scanner.failure
+
     def scanner_write(self, image: bytes) -> None:
         """Set what the master's next packets carry; its program runs."""
         self.scanner.write(image)

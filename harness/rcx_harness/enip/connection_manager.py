@@ -41,6 +41,7 @@ from rcx_harness.enip.forward_open import ConnectionType, ForwardOpen, Triad
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.origin import Origin
+from rcx_harness.enip.shares import has_room
 
 __all__ = ["MAX_CYCLIC", "MAX_EXPLICIT", "ConnectionManager", "CyclicPart"]
 
@@ -50,6 +51,7 @@ MAX_CYCLIC = {
     ConnectionKind.LISTEN_ONLY: 8,
 }
 MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER = 32, 16
+MAX_CYCLIC_OF_PEER = 8
 
 _HEADER_SIZES = 6  # sequence count and run/idle header
 _MANY_IDS = 0x10000
@@ -204,8 +206,8 @@ class ConnectionManager:
 
     def _open_explicit(self, request: ForwardOpen, path: ConnectionPath, origin: Origin) -> bytes:
         check_explicit(request, path)
-        of_peer = sum(1 for other in self._explicit.values() if other.peer == origin.peer)
-        if len(self._explicit) >= MAX_EXPLICIT or of_peer >= MAX_EXPLICIT_OF_PEER:
+        taken = (other.peer for other in self._explicit.values())
+        if not has_room(taken, origin.peer, MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER):
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
         connection = ExplicitConnection(
             request, self._new_id(), origin.session, origin.peer, self._clock()
@@ -227,7 +229,7 @@ class ConnectionManager:
         kind = check_cyclic(request, path, self._size, self._options, produced)
         if self._cyclic is None:
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
-        self._check_room(kind)
+        self._check_room(kind, origin.peer)
         t_to_o_id = request.t_to_o_id
         if multicast:
             t_to_o_id = shared[0].t_to_o_id if shared else self._new_id()
@@ -249,6 +251,7 @@ class ConnectionManager:
             run_idle=not heartbeat or request.o_to_t.size == _HEADER_SIZES,
             multicast=multicast,
             dscp=self._dscp(request.t_to_o.priority),
+            first_packet_us=self._options.first_packet_us,
         )
         try:
             self._cyclic.add(parameters)
@@ -269,13 +272,14 @@ class ConnectionManager:
             parameters.t_to_o_api_us,
         )
 
-    def _check_room(self, kind: ConnectionKind) -> None:
+    def _check_room(self, kind: ConnectionKind, peer: str) -> None:
         if kind is ConnectionKind.EXCLUSIVE_OWNER and self.is_owned:
             raise refused(ExtendedStatus.OWNERSHIP_CONFLICT)
         listeners = self._count(ConnectionKind.LISTEN_ONLY)
         if kind is ConnectionKind.LISTEN_ONLY and len(self._class1) == listeners:
             raise refused(ExtendedStatus.ONLY_LISTENERS)
-        if self._count(kind) >= MAX_CYCLIC[kind]:
+        taken = (other.peer for other in self._class1.values() if other.kind is kind)
+        if not has_room(taken, peer, MAX_CYCLIC[kind], MAX_CYCLIC_OF_PEER):
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
 
     @staticmethod

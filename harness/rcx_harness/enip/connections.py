@@ -15,6 +15,7 @@ from typing import Any
 __all__ = [
     "FIRST_PACKET_US",
     "IO_PORT",
+    "LONGEST_TIMEOUT_US",
     "ConnectionKind",
     "ConnectionParameters",
     "EndReason",
@@ -27,6 +28,9 @@ IO_PORT = 2222
 
 FIRST_PACKET_US = 10_000_000
 """The first packet of a connection has at least 10 s (CIP volume 1, chapter 3)."""
+
+LONGEST_TIMEOUT_US = 0xFFFFFFFF * 512
+"""The greatest interval that can be asked for, times the greatest multiplier."""
 
 _RUN_IDLE_SIZE, _SEQUENCE_SIZE = 4, 2
 _MULTICAST_BASE = int(ipaddress.IPv4Address("239.192.1.0"))
@@ -97,6 +101,8 @@ class ConnectionParameters:
         join: At the originator of a multicast connection, the group to listen to.
         join_port: The group's UDP port.
         dscp: Differentiated services code point of our packets, 0 to 63.
+        first_packet_us: Longest wait for the first packet, at least `FIRST_PACKET_US`; the
+            connection's time-out counts where it is shorter.
     """
 
     number: int
@@ -116,6 +122,7 @@ class ConnectionParameters:
     join: str = ""
     join_port: int = IO_PORT
     dscp: int = 0
+    first_packet_us: int = LONGEST_TIMEOUT_US
 
     @property
     def is_owner(self) -> bool:

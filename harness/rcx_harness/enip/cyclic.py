@@ -132,12 +132,13 @@ class Exchange:
         if arrival is None:
             self._images.count(Counter.DROPPED)
             return True
-        last_us, connection.arrived_us = connection.arrived_us, now_us
-        self._images.arrive(now_us, None if last_us is None else now_us - last_us)
         if arrival.missing:
             self._images.count(Counter.MISSING, arrival.missing)
         if self._is_watched(connection.parameters):
             self._publish(connection.parameters, arrival)
+        # Last, too: a scanner's reader believes the data once something has arrived.
+        last_us, connection.arrived_us = connection.arrived_us, now_us
+        self._images.arrive(now_us, None if last_us is None else now_us - last_us)
         return True
 
     def poll(self, now_us: int, send: Send) -> int | None:
@@ -211,7 +212,8 @@ class Exchange:
     def _consumer(self, parameters: ConnectionParameters, now_us: int) -> Consumer:
         if self._role is Role.TARGET:
             timeout_us = parameters.timeout_us(parameters.o_to_t_api_us)
-            return Consumer(parameters.o_to_t_size, parameters.run_idle, timeout_us, now_us)
+            size, run_idle = parameters.o_to_t_size, parameters.run_idle
+            return Consumer(size, run_idle, timeout_us, now_us, parameters.first_packet_us)
         timeout_us = parameters.timeout_us(parameters.t_to_o_api_us)
         return Consumer(parameters.t_to_o_size, False, timeout_us, now_us)
 

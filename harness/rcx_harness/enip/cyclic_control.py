@@ -13,7 +13,8 @@ from typing import Any
 
 from rcx_harness.enip.connections import IO_PORT, ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic import Role
-from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.ended import how_ended, wait_for_code
+from rcx_harness.enip.errors import EnipError, ProcessDiedError
 
 __all__ = ["CyclicControl"]
 
@@ -57,6 +58,7 @@ class CyclicControl:
             text=True,
         )
         self._on_ended = on_ended
+        self._closed = False
         try:
             self.port = self._started(host, port)
         except BaseException:
@@ -69,6 +71,14 @@ class CyclicControl:
     def alive(self) -> bool:
         """Does the process still run?"""
         return self._reader.is_alive()
+
+    @property
+    def failure(self) -> str:
+        """How the process has ended by itself; empty as long as it runs, and after `close`."""
+        if self._closed or self.alive:
+            return ""
+        how = how_ended(wait_for_code(self._process))
+        return f"the process of the cyclic I/O has ended by itself ({how})"
 
     def add(self, parameters: ConnectionParameters) -> None:
         """Open a connection: packets flow from now on.
@@ -88,6 +98,7 @@ class CyclicControl:
 
     def close(self) -> None:
         """Stop the process; more than once does no harm."""
+        self._closed = True
         if self._process.poll() is None or self._reader.is_alive():
             self._stop()
             self._reader.join()
@@ -111,8 +122,8 @@ class CyclicControl:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            code = self._process.wait()
-            raise EnipError(f"the process of the cyclic I/O ended at once, exit code {code}")
+            how = how_ended(self._process.wait())
+            raise ProcessDiedError(f"the process of the cyclic I/O ended at once, {how}")
         started = json.loads(line)
         if "port" not in started:
             raise EnipError(
@@ -133,7 +144,9 @@ class CyclicControl:
             self._process.stdin.write(json.dumps(order) + "\n")
             self._process.stdin.flush()
         except (OSError, ValueError):  # a broken pipe, a closed file
-            raise EnipError("the process of the cyclic I/O has ended") from None
+            raise ProcessDiedError(
+                self.failure or "the process of the cyclic I/O has ended"
+            ) from None
 
     def _stop(self) -> None:
         # The end of its standard input is the process's sign to end.

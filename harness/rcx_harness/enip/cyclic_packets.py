@@ -11,7 +11,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from rcx_harness.enip.connections import FIRST_PACKET_US
+from rcx_harness.enip.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
 
 __all__ = ["Arrival", "Consumer", "Packet", "Producer", "decode_packet"]
 
@@ -135,13 +135,21 @@ class Consumer:
         run_idle: The packets carry the run/idle header.
         timeout_us: Longest silence; the first packet has at least 10 s.
         now_us: The connection is opened now.
+        first_us: Longest wait for the first packet, where the time-out is longer.
 
     Attributes:
         deadline_us: The connection is lost at this time if no packet comes.
     """
 
-    def __init__(self, size: int, run_idle: bool, timeout_us: int, now_us: int) -> None:
-        self.deadline_us = now_us + max(timeout_us, FIRST_PACKET_US)
+    def __init__(
+        self,
+        size: int,
+        run_idle: bool,
+        timeout_us: int,
+        now_us: int,
+        first_us: int = LONGEST_TIMEOUT_US,
+    ) -> None:
+        self.deadline_us = now_us + min(max(timeout_us, FIRST_PACKET_US), first_us)
         self._size = size
         self._run_idle = run_idle
         self._timeout_us = timeout_us

@@ -17,8 +17,8 @@ from rcx_harness.enip.session import Session
 
 __all__ = ["MAX_SESSIONS", "Device"]
 
-MAX_SESSIONS = 48
-"""More than one machine can take with its connections (`tcp_server`)."""
+MAX_SESSIONS = 64
+"""One for each connection there can be (`tcp_server`): who has a connection gets a session."""
 
 # Identity object, status word: bit 0, and bits 4 to 7 (volume 1, chapter 5, 2.2.1.5)
 _OWNED = 0x0001

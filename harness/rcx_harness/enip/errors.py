@@ -5,11 +5,17 @@ from __future__ import annotations
 from rcx_harness.enip.cip import Status, extended_text, status_text
 from rcx_harness.errors import InputError
 
-__all__ = ["CipError", "EnipError"]
+__all__ = ["CipError", "EnipError", "ProcessDiedError"]
 
 
 class EnipError(InputError):
     """The EtherNet/IP exchange failed: no connection, no answer in time, or not an answer."""
+
+
+class ProcessDiedError(EnipError):
+    """A process of ours has ended by itself: nobody's input is wrong."""
+
+    exit_code = 1
 
 
 class CipError(EnipError):

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from rcx_harness.enip.adapter import Adapter
 from rcx_harness.enip.client import Client
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 
 __all__ = ["LockstepLink"]
 
@@ -22,6 +26,7 @@ class LockstepLink:
 
     Raises:
         InputError: another size, or the adapter did not start.
+        ProcessDiedError: from every call of the scanner's: the adapter's process has ended.
     """
 
     name = "enip"
@@ -37,11 +42,13 @@ class LockstepLink:
 
     def scanner_write(self, image: bytes) -> None:
         """Set assembly 150 by Set_Attribute_Single."""
-        self._client.set_assembly(_TO_ROBOT, image)
+        with self._telling_of_its_end():
+            self._client.set_assembly(_TO_ROBOT, image)
 
     def scanner_read(self) -> bytes:
         """Return assembly 100 by Get_Attribute_Single."""
-        return self._client.get_assembly(_TO_MASTER)
+        with self._telling_of_its_end():
+            return self._client.get_assembly(_TO_MASTER)
 
     def robot_read(self) -> bytes:
         """Return assembly 150 from the adapter's memory."""
@@ -55,3 +62,15 @@ class LockstepLink:
         """End the session and the adapter's process; more than once does no harm."""
         self._client.close()
         self._adapter.close()
+
+    @contextmanager
+    def _telling_of_its_end(self) -> Iterator[None]:
+        """That the adapter's process has died says more than that it does not answer."""
+        try:
+            yield
+        except CipError:
+            raise
+        except EnipError:
+            if failure := self._adapter.wait_for_failure():
+                raise ProcessDiedError(failure) from None
+            raise

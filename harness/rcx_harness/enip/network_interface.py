@@ -12,10 +12,15 @@ import struct
 import sys
 from dataclasses import dataclass
 
-__all__ = ["NetworkInterface", "find_interface"]
+__all__ = ["ANY", "NetworkInterface", "address_toward", "find_interface"]
 
 _GET_ADDRESS, _GET_NETMASK, _GET_HARDWARE_ADDRESS = 0x8915, 0x891B, 0x8927
 _NO_HARDWARE_ADDRESS = bytes(6)
+# Of the addresses for documentation (RFC 5737): somewhere beyond the own network.
+_ELSEWHERE = "192.0.2.1"
+
+ANY = "0.0.0.0"
+"""Listens on all addresses of this machine, and is none of them."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,18 @@ class NetworkInterface:
         if network.is_loopback or directed == "255.255.255.255":
             return (directed,)
         return directed, "255.255.255.255"
+
+
+def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
+    """Our address as this peer knows it: `local`, or the one that leads there if it is `ANY`."""
+    if local != ANY:
+        return local
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((peer, 9))  # finds the way, and sends nothing
+        except OSError:  # no way there
+            return "127.0.0.1"
+        return str(probe.getsockname()[0])
 
 
 def find_interface(address: str) -> NetworkInterface:

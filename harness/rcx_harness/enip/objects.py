@@ -134,13 +134,12 @@ class ObjectModel:
         self._inactivity_s = inactivity_s
         self._dscp = dict(DSCP)
         self._is_owned = is_owned
-        self._to_robot = to_robot
         device.lookup_reset()
         _add(_Identity, 1, 1, _identity_attributes(identity, status))
         _add(_MessageRouter, 1, 1, {})
         for instance, image, write in (
             (TO_MASTER, to_master, None),
-            (TO_ROBOT, to_robot, self._write_to_robot),
+            (TO_ROBOT, to_robot, to_robot.write),
         ):
             size = struct.pack("<H", len(image.read()))
             data = _Value("Data", image.read, write)
@@ -194,7 +193,8 @@ class ObjectModel:
 
         Raises:
             Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long,
-                0x09 not a value it may have, 0x0C owned by a connection.
+                0x09 not a value it may have, 0x0C a connection owns the device: nobody else
+                changes anything then.
         """
         attribute = self._attribute(path.class_id, path.instance, path.attribute)
         if getattr(attribute, "write", None) is None:
@@ -204,6 +204,8 @@ class ObjectModel:
             raise Refusal(Status.NOT_ENOUGH_DATA)
         if len(data) > length:
             raise Refusal(Status.TOO_MUCH_DATA)
+        if self._is_owned():
+            raise Refusal(Status.OBJECT_STATE_CONFLICT)
         attribute.write(data)
 
     def perform(self, service: int, path: Path) -> bytes:
@@ -240,11 +242,6 @@ class ObjectModel:
             if found is not None:
                 self._found[path] = found
         return found
-
-    def _write_to_robot(self, data: bytes) -> None:
-        if self._is_owned():
-            raise Refusal(Status.OBJECT_STATE_CONFLICT)
-        self._to_robot.write(data)
 
     def _keep_control(self, data: bytes) -> None:
         if any(data):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rcx_harness.enip.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import format_us
 
@@ -26,6 +27,9 @@ class AdapterOptions:
         configurations: Configuration instances that a connection may name; it may also name none.
         older_status: Refuse with the fewer extended status codes of earlier editions of CIP.
         inactivity_s: Seconds of silence after which a TCP connection is closed; 0 for never.
+        first_packet_us: Longest wait for the first packet of a cyclic connection, in microseconds,
+            where its own time-out is longer. Assumed: 10 s, the least that CIP gives it; by the
+            letter of CIP a master that never sends holds its connection for up to 512 intervals.
     """
 
     rpi_min_us: int = 2_000
@@ -35,13 +39,15 @@ class AdapterOptions:
     configurations: tuple[int, ...] = (1, 5, 151)
     older_status: bool = False
     inactivity_s: int = 120
+    first_packet_us: int = FIRST_PACKET_US
 
     def __post_init__(self) -> None:
         """Refuse what cannot be served.
 
         Raises:
             InputError: an interval below 1 ms or none left, instances out of range or used twice,
-                or an inactivity that attribute 13 of the TCP/IP Interface object cannot hold.
+                an inactivity that attribute 13 of the TCP/IP Interface object cannot hold, or less
+                than 10 s for the first packet.
         """
         if not 1_000 <= self.rpi_min_us <= self.rpi_max_us <= 0xFFFFFFFF:
             least, greatest = format_us(self.rpi_min_us), format_us(self.rpi_max_us)
@@ -56,3 +62,8 @@ class AdapterOptions:
             raise InputError("connection points and configuration instances must be 1 to 65535")
         if not 0 <= self.inactivity_s <= 3600:
             raise InputError("the inactivity of TCP connections must be 0 to 3600 s")
+        if not FIRST_PACKET_US <= self.first_packet_us <= LONGEST_TIMEOUT_US:
+            shown = format_us(self.first_packet_us)
+            raise InputError(
+                f"the first packet cannot be waited for {shown}", hint="it can be 10s to 610h"
+            )

@@ -18,6 +18,7 @@ _PATIENCE = struct.pack("<BB", 0x0A, 0x0E)
 _CLASS_1_CYCLIC = 0x01
 _POINT_TO_POINT, _MULTICAST = 2, 1
 _SCHEDULED = 2
+_DATA = 0x80  # simple data segment
 _REPLY = struct.Struct("<IIHHIII")
 
 
@@ -38,6 +39,7 @@ class OpenRequest:
         consuming: The adapter's connection point to send to, or the one of the heartbeat.
         producing: The adapter's connection point to receive from.
         configuration: Configuration instance, if one is to be named.
+        configuration_data: Data for it, an even number of bytes.
         large: Ask by Large Forward Open.
     """
 
@@ -53,14 +55,18 @@ class OpenRequest:
     consuming: int
     producing: int
     configuration: int | None = None
+    configuration_data: bytes = b""
     large: bool = False
 
     def path(self) -> bytes:
-        """The application path: configuration, consuming and producing connection point."""
+        """The application path: configuration, consuming and producing connection point, data."""
         path = bytes.fromhex("2004")
         if self.configuration is not None:
             path += _segment(0x24, self.configuration)
-        return path + _segment(0x2C, self.consuming) + _segment(0x2C, self.producing)
+        path += _segment(0x2C, self.consuming) + _segment(0x2C, self.producing)
+        if data := self.configuration_data:
+            path += struct.pack("<BB", _DATA, len(data) // 2) + data
+        return path
 
     def forward_open(self) -> bytes:
         """The whole CIP request."""

@@ -6,6 +6,7 @@ does meanwhile disturbs no interval.
 
 from __future__ import annotations
 
+import itertools
 import random
 import statistics
 import time
@@ -13,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from types import TracebackType
 
+from rcx_harness.enip.assemblies import Assemblies, areas_of
 from rcx_harness.enip.cip import ConnectionService
 from rcx_harness.enip.client import PORT, Client
 from rcx_harness.enip.connections import (
@@ -33,13 +35,12 @@ from rcx_harness.errors import InputError
 
 __all__ = ["Received", "Scanner", "ScannerStatistics"]
 
-_SIZES = (48, 256)
-_TO_MASTER, _TO_ROBOT = 100, 150
 _HEARTBEATS = {
     ConnectionKind.INPUT_ONLY: AdapterOptions.input_only,
     ConnectionKind.LISTEN_ONLY: AdapterOptions.listen_only,
 }
 _COUNT, _RUN_IDLE = 2, 4  # bytes of sequence count and run/idle header
+_LARGEST_PLAIN = 0x1FF  # of a connection that needs no Large Forward Open
 _SCHEDULED_DSCP = 47
 _NAMES = {
     ConnectionService.FORWARD_OPEN: "the connection (Forward Open)",
@@ -82,17 +83,15 @@ class Scanner:
 
     Args:
         host: Name or address of the adapter.
-        size: Bytes of each assembly, 48 or 256.
+        size: Bytes of each of the controller's areas, 48 or 256; or any other `Assemblies`.
         rpi_us: Requested packet interval in microseconds.
         kind: Application type; only an exclusive owner sends data, the others a heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
         multicast: The adapter is to send to its multicast group.
-        configuration: Configuration instance to name, if any.
-        heartbeat: The adapter's connection point of the heartbeat; None for the usual one.
         address: IPv4 address of this machine to work from; empty for the one that leads there.
         io_port: UDP port of ours; None for 2222 or, where that is taken, any.
         port: The adapter's TCP port.
-        large: Open by Large Forward Open.
+        large: Open by Large Forward Open, also where the sizes do not need it.
         timeout_s: Longest wait for each explicit answer, in seconds.
 
     Attributes:
@@ -109,34 +108,35 @@ class Scanner:
     def __init__(
         self,
         host: str,
-        size: int = 48,
+        size: int | Assemblies = 48,
         rpi_us: int = 10_000,
         *,
         kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
         multiplier: int = 2,
         multicast: bool = False,
-        configuration: int | None = None,
-        heartbeat: int | None = None,
         address: str = "",
         io_port: int | None = None,
         port: int = PORT,
         large: bool = False,
         timeout_s: float = 5.0,
     ) -> None:
-        _check(size, rpi_us, multiplier)
-        self._kind, self._size, self._rpi_us = kind, size, rpi_us
+        _check(rpi_us, multiplier)
+        self._asked = asked = areas_of(size) if isinstance(size, int) else size
+        self._kind, self._rpi_us = kind, rpi_us
         self._multiplier, self._multicast, self._large = multiplier, multicast, large
-        self._configuration = configuration
-        self._heartbeat = _HEARTBEATS.get(kind, 0) if heartbeat is None else heartbeat
+        usual = _HEARTBEATS.get(kind, 0)
+        self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
         self._originator = random.getrandbits(32)
+        # Each opening has a number of its own: the adapter may not have noticed the last one's end.
+        self._serials = itertools.count(random.getrandbits(16))
         self._request: OpenRequest | None = None
         self._number = 0
         self.connection: ConnectionParameters | None = None
         self.ended: EndReason | None = None
         self.client = Client(*self._adapter)
         self._host = self.client.remote_host
-        self._images = SharedImages.create(size)
+        self._images = SharedImages.create(asked.input_size, asked.output_size)
         try:
             self._control = self._start(self.client.local_host, io_port)
         except BaseException:
@@ -184,8 +184,8 @@ class Scanner:
             t_to_o_id=agreed.t_to_o_id,
             o_to_t_api_us=agreed.o_to_t_api_us,
             t_to_o_api_us=agreed.t_to_o_api_us,
-            o_to_t_size=self._size if is_owner else 0,
-            t_to_o_size=self._size,
+            o_to_t_size=self._asked.output_size if is_owner else 0,
+            t_to_o_size=self._asked.input_size,
             multiplier=self._multiplier,
             peer=self._host,
             destination=self._host,
@@ -203,11 +203,16 @@ class Scanner:
         """Does the process that sends and receives still run?"""
         return self._control.alive
 
+    @property
+    def failure(self) -> str:
+        """How that process has ended by itself; empty as long as it runs."""
+        return self._control.failure
+
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
         """Set what is sent from the next packet on.
 
         Args:
-            image: Assembly 150, exactly `size` bytes.
+            image: Assembly 150, all of it.
             run: The program runs; False sends the idle state, which makes the data void.
             valid_us: No packet goes out any more this many microseconds from now, unless `write`
                 has been called again: who has stopped writing is not to be believed for ever.
@@ -220,12 +225,12 @@ class Scanner:
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""
+        # The image last: it is not older than what is said of it.
         arrived_us = self._images.arrived_us
-        return Received(
-            image=self._images.to_master.read(),
-            age_us=max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None,
-            connected=self._control.alive and self._images.owner is OwnerState.RUN,
-        )
+        connected = self._control.alive and self._images.owner is OwnerState.RUN
+        image = self._images.to_master.read()
+        age_us = max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None
+        return Received(image, age_us, connected)
 
     def statistics(self) -> ScannerStatistics:
         """Counters of packets, and the gaps between the last 8,192 that came."""
@@ -321,30 +326,28 @@ class Scanner:
             self.ended = reason
 
     def _new_request(self) -> OpenRequest:
-        is_owner = self._kind is ConnectionKind.EXCLUSIVE_OWNER
+        is_owner, asked = self._kind is ConnectionKind.EXCLUSIVE_OWNER, self._asked
+        o_to_t = _COUNT + _RUN_IDLE + asked.output_size if is_owner else _COUNT
+        t_to_o = _COUNT + asked.input_size
         return OpenRequest(
-            serial=random.getrandbits(16),
+            serial=next(self._serials) & 0xFFFF,
             vendor=0,
             originator=self._originator,
             t_to_o_id=random.getrandbits(32),
             rpi_us=self._rpi_us,
-            o_to_t_length=_COUNT + _RUN_IDLE + self._size if is_owner else _COUNT,
-            t_to_o_length=_COUNT + self._size,
+            o_to_t_length=o_to_t,
+            t_to_o_length=t_to_o,
             multiplier=self._multiplier,
             multicast=self._multicast,
-            consuming=_TO_ROBOT if is_owner else self._heartbeat,
-            producing=_TO_MASTER,
-            configuration=self._configuration,
-            large=self._large,
+            consuming=asked.output_instance if is_owner else self._heartbeat,
+            producing=asked.input_instance,
+            configuration=asked.configuration,
+            configuration_data=asked.configuration_data,
+            large=self._large or max(o_to_t, t_to_o) > _LARGEST_PLAIN,
         )
 
 
-def _check(size: int, rpi_us: int, multiplier: int) -> None:
-    if size not in _SIZES:
-        raise InputError(
-            f"the areas cannot be {size} bytes long",
-            hint="the controller has 48 bytes, or 256 with its word extension",
-        )
+def _check(rpi_us: int, multiplier: int) -> None:
     if not 1_000 <= rpi_us <= 0xFFFFFFFF:
         raise InputError(f"a packet interval of {rpi_us} us cannot be asked for; at least 1 ms")
     if not 0 <= multiplier <= 7:

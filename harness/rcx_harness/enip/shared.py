@@ -40,7 +40,7 @@ class LinkState(IntEnum):
 
 
 class Counter(IntEnum):
-    """Words of the status block; written by the process of the cyclic part, but for four."""
+    """Words of the status block; written by the process of the cyclic part, but for five."""
 
     SIZE = 0  # once, by the creator
     LINK = 1  # by the parent
@@ -60,6 +60,7 @@ class Counter(IntEnum):
     ARRIVED = 15  # monotonic clock in microseconds
     GAPS = 16  # how many have been kept
     SENDING_ENDS = 17  # monotonic clock in microseconds, 0 for never; by the scanner
+    TO_ROBOT_SIZE = 18  # once, by the creator
 
 
 _WORDS = len(Counter)
@@ -159,7 +160,7 @@ class SharedImages:
 
     Attributes:
         name: By which another process attaches.
-        size: Bytes of each assembly.
+        size: Bytes of assembly 100; as a rule, of each.
         to_master: Assembly 100, written by the robot.
         to_robot: Assembly 150, written by the master.
     """
@@ -174,17 +175,25 @@ class SharedImages:
         at = _WORDS * _WORD
         self._gaps = self._buffer[at : at + GAPS * 4].cast("I")
         at += GAPS * 4
-        needs = SharedImage.needs(size)
-        self.to_master = SharedImage(self._buffer[at : at + needs], size)
-        self.to_robot = SharedImage(self._buffer[at + needs : at + 2 * needs], size)
+        end = at + SharedImage.needs(size)
+        self.to_master = SharedImage(self._buffer[at:end], size)
+        other = self._words[Counter.TO_ROBOT_SIZE]
+        self.to_robot = SharedImage(self._buffer[end : end + SharedImage.needs(other)], other)
 
     @classmethod
-    def create(cls, size: int) -> SharedImages:
-        """New memory, all zero, for assemblies of `size` bytes; its creator must `unlink` it."""
-        needs = _WORDS * _WORD + GAPS * 4 + 2 * SharedImage.needs(size)
+    def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
+        """New memory, all zero, for assemblies of `size` bytes; its creator must `unlink` it.
+
+        Args:
+            size: Bytes of assembly 100.
+            to_robot_size: Bytes of assembly 150; None for the same.
+        """
+        other = size if to_robot_size is None else to_robot_size
+        needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
         memory = SharedMemory(create=True, size=needs)
         assert memory.buf is not None
         struct.pack_into("=Q", memory.buf, Counter.SIZE * _WORD, size)
+        struct.pack_into("=Q", memory.buf, Counter.TO_ROBOT_SIZE * _WORD, other)
         return cls(memory)
 
     @classmethod

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections import Counter
 
 from rcx_harness.enip.device import Device
 from rcx_harness.enip.session import Session
+from rcx_harness.enip.shares import has_room
 
 __all__ = ["MAX_CONNECTIONS", "MAX_CONNECTIONS_OF_PEER", "TcpServer"]
 
@@ -36,9 +36,8 @@ class TcpServer:
 
     def has_room(self, peer: str) -> bool:
         """May one more connection come from this address?"""
-        of_peer = Counter(each.peer for each in self._connections)[peer]
-        room = len(self._connections) < MAX_CONNECTIONS and of_peer < MAX_CONNECTIONS_OF_PEER
-        return self.accepts and room
+        taken = (each.peer for each in self._connections)
+        return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
 
     def add(self, connection: _Connection) -> None:
         """A connection has come."""

@@ -11,11 +11,13 @@ import socket
 from collections.abc import Iterable
 from typing import cast
 
+from rcx_harness.enip.network_interface import ANY, address_toward
+from rcx_harness.enip.shares import has_room
 from rcx_harness.enip.udp import Datagrams
 
-__all__ = ["UdpServer"]
+__all__ = ["MAX_DELAYED", "MAX_DELAYED_OF_PEER", "UdpServer"]
 
-_MAX_DELAYED = 64
+MAX_DELAYED, MAX_DELAYED_OF_PEER = 64, 8
 
 
 class UdpServer:
@@ -23,12 +25,14 @@ class UdpServer:
 
     Args:
         datagrams: Answers them.
-        local: Host and port, as answers show them; the socket is bound to it.
+        local: Host and port; the socket is bound to it. With `ANY` a broadcast cannot be told from
+            a question to us alone, and is answered at once.
         broadcasts: Broadcast addresses to listen at; those the machine does not allow are left.
         dscp: Code point of the answers.
 
     Attributes:
         answers: Does the device answer at all?
+        delayed: Who waits for an answer that comes after a delay.
 
     Raises:
         OSError: the port is taken.
@@ -44,11 +48,12 @@ class UdpServer:
         self.answers = True
         self.datagrams = datagrams
         self.local = local
-        self.delayed = 0
+        self.delayed: list[str] = []
         self._unicast = _bound(local, shared=False)
         self._unicast.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, dscp << 2)
         self._broadcast = []
-        for address in broadcasts:
+        # A socket of all addresses hears broadcasts, too.
+        for address in () if local[0] == ANY else broadcasts:
             try:
                 self._broadcast.append(_bound((address, local[1]), shared=True))
             except OSError:
@@ -85,18 +90,22 @@ class _Endpoint(asyncio.DatagramProtocol):
         server = self._server
         if not server.answers:
             return
-        answer = server.datagrams.answer(data, server.local, self._broadcast)
+        host, port = server.local
+        local = address_toward(host, addr[0]), port
+        answer = server.datagrams.answer(data, local, self._broadcast)
         if answer is None:
             return
-        if answer.delay_s == 0:
+        room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
+        if answer.delay_s == 0 or not room:
+            # Whoever has asked too often waits no more; nobody's question is dropped for it.
             self._send(answer.data, addr)
-        elif server.delayed < _MAX_DELAYED:
-            server.delayed += 1
+        else:
+            server.delayed.append(addr[0])
             loop = asyncio.get_running_loop()
             loop.call_later(answer.delay_s, self._send_delayed, answer.data, addr)
 
     def _send_delayed(self, data: bytes, addr: tuple[str, int]) -> None:
-        self._server.delayed -= 1
+        self._server.delayed.remove(addr[0])
         if self._server.answers:
             self._send(data, addr)
 

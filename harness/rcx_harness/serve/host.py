@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from rcx_harness.enip.ended import how_ended
+from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
@@ -61,6 +63,7 @@ class Host:
         history: Its last seconds.
         size: Bytes of its areas, once it has started.
         ended: It has ended, unexpectedly or not.
+        failure: Which part has ended by itself, and how; empty as long as all run.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -69,6 +72,7 @@ class Host:
         self.history = History()
         self.size = 0
         self.ended = asyncio.Event()
+        self.failure = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
         self._numbers = itertools.count(1)
@@ -98,8 +102,8 @@ class Host:
         )
         first = await self._read_line()
         if first is None:
-            code = await self._process.wait()
-            raise InputError(f"the process of controller {self.name} ended, exit code {code}")
+            how = how_ended(await self._process.wait())
+            raise ProcessDiedError(f"the process of controller {self.name} ended at once, {how}")
         if "error" in first:
             await self.close()
             raise InputError(first["error"])
@@ -149,14 +153,23 @@ class Host:
         self.ended.set()
 
     async def _read(self) -> None:
-        while (message := await self._read_line()) is not None:
-            if "answer" in message:
-                waiting = self._waiting.get(message["answer"])
-                if waiting is not None and not waiting.done():
-                    waiting.set_result(message["error"])
-            else:
-                self.take(Status.from_table(message))
-        self.ended.set()
+        assert self._process is not None
+        try:
+            while (message := await self._read_line()) is not None:
+                if "answer" in message:
+                    waiting = self._waiting.get(message["answer"])
+                    if waiting is not None and not waiting.done():
+                        waiting.set_result(message["error"])
+                elif "died" in message:
+                    self.failure = message["died"]
+                else:
+                    self.take(Status.from_table(message))
+            how = how_ended(await self._process.wait())
+            self.failure = self.failure or f"its process has ended by itself ({how})"
+        except (ValueError, TypeError, LookupError) as error:  # a line too long, or not of ours
+            self.failure = f"its process says what nobody understands ({error})"
+        finally:
+            self.ended.set()
 
     def take(self, status: Status) -> None:
         """Take what the controller tells."""

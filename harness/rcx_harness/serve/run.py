@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import signal
 import sys
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from rcx_harness.serve.terminal import Lines, screen
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
 
-__all__ = ["serve"]
+__all__ = ["serve", "warnings"]
 
 _SHOW_EVERY_S = 0.25
 
@@ -33,7 +34,7 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
         quiet: Nothing is said but what goes wrong.
 
     Returns:
-        0 after a signal, 1 if a controller has ended by itself.
+        0 after a signal, 1 if a part of a controller has ended by itself; then all end.
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
@@ -50,6 +51,8 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
             await page.start()
         if stop.is_set():
             return 0
+        for line in warnings(every):
+            print(f"rcx: {line}", file=sys.stderr, flush=True)
         if not quiet:
             _announce(hosts, page)
         shown = asyncio.create_task(_show(hosts, page, quiet))
@@ -57,14 +60,24 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
         shown.cancel()
         with suppress(asyncio.CancelledError):
             await shown
-        dead = [host.name for host in hosts if host.ended.is_set()]
-        for name in dead:
-            print(f"rcx: the process of controller {name} has ended by itself", file=sys.stderr)
+        dead = [host for host in hosts if host.ended.is_set()]
+        for host in dead:
+            print(f"rcx: controller {host.name} is gone: {host.failure}", file=sys.stderr)
         return 1 if dead else 0
     finally:
         if page is not None:
             await page.close()
         await asyncio.gather(*(host.close() for host in hosts))
+
+
+def warnings(every: Sequence[Settings]) -> list[str]:
+    """A line for each controller that others than this computer can reach."""
+    beyond = [one.host for one in every if not ipaddress.IPv4Address(one.host).is_loopback]
+    return [
+        f"warning: {host} can be reached from the network: this simulated controller asks nobody "
+        "for a password, whoever reaches it drives it; let only the PLC's network come there"
+        for host in beyond
+    ]
 
 
 def _page(hosts: Sequence[Host], port: int | None) -> WebServer | None:
@@ -97,13 +110,8 @@ async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
 
 
 async def _until(stop: asyncio.Event, hosts: Sequence[Host]) -> None:
-    """Wait for the signal, or for the end of all controllers."""
-
-    async def all_ended() -> None:
-        for host in hosts:
-            await host.ended.wait()
-
-    ends = {asyncio.create_task(all_ended()), asyncio.create_task(_wait(stop))}
+    """Wait for the signal, or for the end of a controller: half a line is none."""
+    ends = {asyncio.create_task(_wait(event)) for event in (stop, *(one.ended for one in hosts))}
     await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
     for task in ends:
         task.cancel()

@@ -2,7 +2,8 @@
 
 Started by `rcx_harness.serve.host` with its settings as JSON. Standard input takes events, a line
 each; standard output tells whether it listens, and then how the controller is, ten times a second.
-The process ends when its standard input does, that is with its parent at the latest.
+The process ends when its standard input does, that is with its parent at the latest, or when a part
+of it has ended by itself, which it tells.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import queue
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -33,6 +35,8 @@ __all__ = ["REPORT_CYCLES", "Channel", "main", "run"]
 REPORT_CYCLES = 20
 
 _WAITING_LINES = 50
+_NO_MORE = ""
+_LAST_LINE_S = 2.0
 _PRIORITY = 1
 
 
@@ -46,12 +50,13 @@ class Channel:
     def __init__(self, lines: queue.Queue[str] | None = None) -> None:
         self._out = lines if lines is not None else queue.Queue(_WAITING_LINES)
         self._in: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+        self._writer = threading.Thread(target=self._write, daemon=True)
         self.ended = threading.Event()
 
     def start(self) -> None:
         """Read and write from now on."""
         threading.Thread(target=self._read, daemon=True).start()
-        threading.Thread(target=self._write, daemon=True).start()
+        self._writer.start()
 
     @property
     def has_room(self) -> bool:
@@ -64,6 +69,13 @@ class Channel:
             self._out.put_nowait(line)
         except queue.Full:
             return
+
+    def finish(self, line: str) -> None:
+        """Send a last line, and wait until the parent has it, unless it does not read."""
+        with suppress(queue.Full):
+            self._out.put(line, timeout=_LAST_LINE_S)
+            self._out.put(_NO_MORE, timeout=_LAST_LINE_S)
+            self._writer.join(_LAST_LINE_S)
 
     def take(self) -> dict[str, Any] | None:
         """The next message of the parent."""
@@ -83,8 +95,8 @@ class Channel:
 
     def _write(self) -> None:
         try:
-            while True:
-                print(self._out.get(), flush=True)
+            while (line := self._out.get()) != _NO_MORE:
+                print(line, flush=True)
         except OSError:
             self.ended.set()
 
@@ -94,14 +106,19 @@ def run(
     channel: Channel,
     clock_us: Callable[[], int],
     sleep_us: Callable[[int], None],
-) -> None:
-    """Let the controller live until the channel has ended.
+    failure: Callable[[], str] = lambda: "",
+) -> str:
+    """Let the controller live until the channel has ended, or a part of it.
 
     Args:
         station: The controller on its network.
         channel: The parent.
         clock_us: A monotonic clock [us].
         sleep_us: Waits so many microseconds, or somewhat longer.
+        failure: Tells which part has ended by itself, and how; looked at with each report.
+
+    Returns:
+        What `failure` told; empty if the channel has ended.
     """
     pace = Pace(clock_us(), CYCLE_US)
     while not channel.ended.is_set():
@@ -115,8 +132,12 @@ def run(
         before = pace.skipped
         now_us = pace.take(clock_us())
         station.step(now_us, skipped=pace.skipped - before)
-        if pace.cycles % REPORT_CYCLES == 1 and channel.has_room:
-            channel.tell(station.report().to_json())
+        if pace.cycles % REPORT_CYCLES == 1:
+            if reason := failure():
+                return reason
+            if channel.has_room:
+                channel.tell(station.report().to_json())
+    return ""
 
 
 def main(argument: str) -> None:
@@ -139,9 +160,19 @@ def main(argument: str) -> None:
         channel.tell(json.dumps({"port": adapter.address[1], "size": adapter.size}))
         _be_punctual()
         channel.start()
-        run(station, channel, lambda: time.monotonic_ns() // 1000, lambda us: time.sleep(us / 1e6))
+        try:
+            reason = run(
+                *(station, channel, lambda: time.monotonic_ns() // 1000),
+                sleep_us=lambda us: time.sleep(us / 1e6),
+                failure=lambda: adapter.failure,
+            )
+        except Exception as error:  # a mistake of ours: the parent must hear of it
+            traceback.print_exc()
+            reason = f"the controller has ended by itself ({type(error).__name__}: {error})"
+        if reason:
+            channel.finish(json.dumps({"died": reason}))
     # A thread still reads standard input, and at the end the interpreter would wait for it.
-    os._exit(0)
+    os._exit(1 if reason else 0)
 
 
 def _be_punctual() -> None:

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
+from rcx_harness.throttle import Throttle
 
 __all__ = ["Lines", "screen"]
 
@@ -21,7 +22,7 @@ _COMMANDS = 3
 
 
 class Lines:
-    """What has happened since the last look, a plain line each.
+    """What has happened since the last look, a plain line each; of a flood only some (`Throttle`).
 
     Args:
         hosts: The controllers.
@@ -30,6 +31,7 @@ class Lines:
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._before: list[dict[str, Any]] = [{} for _ in hosts]
+        self._throttles = [Throttle() for _ in hosts]
 
     def new(self) -> list[str]:
         """Connections, LEDs, alarms, commands at their end, broken rules, skipped cycles."""
@@ -37,8 +39,11 @@ class Lines:
         for number, host in enumerate(self._hosts):
             before, now = self._before[number], _told(number, host)
             self._before[number] = now
-            time = f"{host.status.t_us / 1e6:10.3f} s"
-            lines += [f"{host.name} {time}  {text}" for text in _changes(before, now)]
+            now_us = host.status.t_us
+            head = f"{host.name} {now_us / 1e6:10.3f} s"
+            throttle = self._throttles[number]
+            for kind, texts in _changes(before, now).items():
+                lines += [f"{head}  {text}" for text in throttle.let_pass(kind, texts, now_us)]
         return lines
 
 
@@ -62,20 +67,22 @@ def _told(number: int, host: Host) -> dict[str, Any]:
     }
 
 
-def _changes(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
-    lines = [now[key] for key in ("connection", "leds") if now[key] != before.get(key)]
+def _changes(before: dict[str, Any], now: dict[str, Any]) -> dict[str, list[str]]:
+    """What is new, by its kind."""
+    lines = {key: [now[key]] * (now[key] != before.get(key)) for key in ("connection", "leds")}
     known = before.get("alarms", [])
-    lines += [f"alarm {text}" for text in now["alarms"] if text not in known]
-    lines += [f"no longer: alarm {text}" for text in known if text not in now["alarms"]]
+    lines["alarms"] = [
+        *(f"alarm {text}" for text in now["alarms"] if text not in known),
+        *(f"no longer: alarm {text}" for text in known if text not in now["alarms"]),
+    ]
     for key, word in (("commands", "command"), ("violations", "rule broken")):
         old = before.get(key, [])
-        lines += [f"{word}: {one[1]}" for one in now[key] if one not in old]
+        lines[key] = [f"{word}: {one[1]}" for one in now[key] if one not in old]
     skipped = now["skipped"] - before.get("skipped", 0)
-    if skipped:
-        cycles = "1 cycle" if skipped == 1 else f"{skipped} cycles"
-        lines.append(f"{cycles} of 5 ms skipped: this computer was busy")
-    if not now["running"] and before.get("running", True):
-        lines.append("the controller's process has ended")
+    cycles = "1 cycle" if skipped == 1 else f"{skipped} cycles"
+    lines["skipped"] = [f"{cycles} of 5 ms skipped: this computer was busy"] * bool(skipped)
+    ended = not now["running"] and before.get("running", True)
+    lines["running"] = ["the controller's process has ended"] * ended
     return lines
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import logging
 from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from aiohttp import web
+from aiohttp.http_exceptions import HttpProcessingError
 
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Host
@@ -27,6 +30,7 @@ _FILES = {
     "/monitor.js": ("monitor.js", "text/javascript"),
 }
 _OWN_NAMES = ("127.0.0.1", "localhost")
+_CHARSETS = ("utf-8", "utf8", "us-ascii")
 _SECONDS = (1.0, 60.0)
 _LARGEST_REQUEST = 4096
 _HEADERS = {
@@ -40,6 +44,10 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
 }
 _HOSTS: web.AppKey[Sequence[Host]] = web.AppKey("hosts", Sequence)
+#: What a sender does wrong is answered; only mistakes of this program belong in the log.
+_SENDERS_FAULTS = (HttpProcessingError, web.RequestPayloadError, ConnectionError)
+_LOG = logging.getLogger(__name__)
+_LOG.addFilter(lambda record: not isinstance((record.exc_info or (0, 0))[1], _SENDERS_FAULTS))
 _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
@@ -65,7 +73,9 @@ class WebServer:
     """
 
     def __init__(self, hosts: Sequence[Host], port: int) -> None:
-        self._runner = web.AppRunner(application(hosts), access_log=None)
+        self._runner = web.AppRunner(
+            application(hosts), access_log=None, logger=_LOG, auto_decompress=False
+        )
         self.port = port
 
     @property
@@ -110,6 +120,8 @@ async def _guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
             response = await handler(request)
         except InputError as error:
             response = _error(400, str(error))
+        except web.RequestPayloadError:
+            response = _error(400, "the request does not come whole, or not as it says")
         except web.HTTPException as error:
             response = _error(error.status, error.reason)
     response.headers.update(_HEADERS)
@@ -146,7 +158,7 @@ async def _chart(request: web.Request) -> web.Response:
     except ValueError:
         seconds = -1.0
     if not _SECONDS[0] <= seconds <= _SECONDS[1]:
-        raise InputError(f"seconds={text} is not {_SECONDS[0]:g} to {_SECONDS[1]:g}")
+        raise InputError(f"seconds={text:.20} is not {_SECONDS[0]:g} to {_SECONDS[1]:g}")
     svg = live_chart(history.lanes(), history.now_us, seconds)
     return web.Response(text=svg, content_type="image/svg+xml")
 
@@ -154,9 +166,14 @@ async def _chart(request: web.Request) -> web.Response:
 async def _event(request: web.Request) -> web.Response:
     """`{"event": "alarm", "args": {"group": 12, "category": 600}}`."""
     _, host = _host(request)
+    charset = request.charset or "utf-8"
+    if charset.lower() not in _CHARSETS:
+        raise InputError(f"the charset {charset[:20]!r} is not taken", hint="send UTF-8")
+    if request.headers.get("Content-Encoding", "identity") != "identity":
+        raise InputError("a packed request is not taken", hint="send it as it is")
     try:
-        message: Any = await request.json()
-    except ValueError:
+        message: Any = json.loads(await request.read())
+    except (ValueError, RecursionError):
         message = None
     if not isinstance(message, dict) or not isinstance(message.get("event"), str):
         raise InputError('an event is expected: {"event": "emergency_stop"}')
@@ -170,6 +187,7 @@ async def _event(request: web.Request) -> web.Response:
 def _host(request: web.Request) -> tuple[int, Host]:
     hosts = request.app[_HOSTS]
     text = request.match_info["id"]
-    if not text.isdecimal() or int(text) >= len(hosts):
-        raise web.HTTPNotFound(reason=f"there is no controller {text!r:.20}")
-    return int(text), hosts[int(text)]
+    for number, host in enumerate(hosts):
+        if text == str(number):
+            return number, host
+    raise web.HTTPNotFound(reason=f"there is no controller {text!r:.20}")

@@ -6,7 +6,6 @@ import hashlib
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple, TypeGuard
 
@@ -26,6 +25,7 @@ from rcx_harness.verify.campaign.seeded import SEEDED, find
 from rcx_harness.verify.campaign.shrink import shrink
 from rcx_harness.verify.campaign.station import Compiled
 from rcx_harness.verify.results import FOLDER, write_result
+from rcx_harness.verify.workers import results
 
 __all__ = ["main"]
 
@@ -88,12 +88,11 @@ def _results(jobs: list[_Job], workers: int, console: Console) -> Iterator[_Resu
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
         task = progress.add_task("campaign", total=len(jobs))
-        with get_context("spawn").Pool(workers) as pool:
-            for done, result in enumerate(pool.imap_unordered(_run, jobs), 1):
-                progress.advance(task)
-                if not console.is_terminal and done % 20 == 0:
-                    console.print(f"{done} of {len(jobs)}")
-                yield result
+        for done, result in enumerate(results(_run, jobs, workers), 1):
+            progress.advance(task)
+            if not console.is_terminal and done % 20 == 0:
+                console.print(f"{done} of {len(jobs)}")
+            yield result
 
 
 def _explain(seed: int, options: Namespace, console: Console) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Iterator
-from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +19,7 @@ from rcx_harness.verify.metamorphic.programs import Subject, subjects
 from rcx_harness.verify.metamorphic.relations import RELATIONS
 from rcx_harness.verify.metamorphic.seeded import SEEDED, find
 from rcx_harness.verify.results import write_result
+from rcx_harness.verify.workers import results
 
 __all__ = ["main"]
 
@@ -75,12 +75,11 @@ def _results(jobs: list[_Job], workers: int, console: Console) -> Iterator[_Resu
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
         task = progress.add_task("metamorphic", total=len(jobs))
-        with get_context("spawn").Pool(workers) as pool:
-            for done, result in enumerate(pool.imap_unordered(_run, jobs), 1):
-                progress.advance(task)
-                if not console.is_terminal and done % 20 == 0:
-                    console.print(f"{done} of {len(jobs)}")
-                yield result
+        for done, result in enumerate(results(_run, jobs, workers), 1):
+            progress.advance(task)
+            if not console.is_terminal and done % 20 == 0:
+                console.print(f"{done} of {len(jobs)}")
+            yield result
 
 
 def _options(arguments: list[str] | None) -> Namespace:

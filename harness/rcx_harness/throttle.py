@@ -1,0 +1,62 @@
+"""Lines for a log that runs for days: a flood is counted instead of written down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["BURST", "EVERY_US", "Throttle"]
+
+BURST = 30
+"""So many lines of a kind pass at once."""
+
+EVERY_US = 5_000_000
+"""After that one line of the kind passes in this time."""
+
+
+@dataclass
+class _Kind:
+    room: float = BURST
+    looked_us: int = 0
+    held: int = 0
+    last: str = ""
+    alike: bool = True
+
+
+class Throttle:
+    """Lets lines pass as long as they are few; no clock of its own."""
+
+    def __init__(self) -> None:
+        self._kinds: dict[str, _Kind] = {}
+
+    def let_pass(self, kind: str, lines: Sequence[str], now_us: int) -> list[str]:
+        """What to write now of lines that have come, and of those that were held before.
+
+        Args:
+            kind: Each kind has room of its own: noise of one hides nothing of another.
+            lines: In their order; none only asks for those that were held.
+            now_us: Any time that does not go back.
+        """
+        one = self._kinds.setdefault(kind, _Kind())
+        one.room = min(BURST, one.room + (now_us - one.looked_us) / EVERY_US)
+        one.looked_us = now_us
+        passed = []
+        if one.held and one.room >= 1:
+            passed.append(_summary(one))
+            one.held, one.room = 0, one.room - 1
+        for line in lines:
+            if one.room >= 1:
+                passed.append(line)
+                one.room -= 1
+            else:
+                one.alike = not one.held or (one.alike and line == one.last)
+                one.held, one.last = one.held + 1, line
+        return passed
+
+
+def _summary(one: _Kind) -> str:
+    if one.held == 1:
+        return one.last
+    if one.alike:
+        return f"{one.last} (repeated {one.held} times)"
+    return f"{one.last} (the latest of {one.held}, the others are not shown)"

@@ -1,0 +1,192 @@
+"""The web page's server under requests that no browser sends: an answer, and nothing in the log."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from rcx_harness.robot import EVENTS
+from rcx_harness.serve.web import WebServer
+from served import ServedHost
+
+_LONG_S = 30.0
+Request = tuple[bytes, bytes, Sequence[bytes], bytes]
+_EVENTS = b"/api/robots/0/events"
+_STOP = b'{"event": "emergency_stop"}'
+_EXPECTED = 'an event is expected: {"event": "emergency_stop"}'
+_DIGITS = b"9" * 5000
+
+
+def ask(*requests: Request) -> list[tuple[int, str]]:
+    """Status and text of the answer to each method, path, header lines and body."""
+
+    async def main() -> list[tuple[int, str]]:
+        server = WebServer([ServedHost(), ServedHost(address="127.0.0.2")], 0)
+        await server.start()
+        try:
+            return [await one(server.port, *request) for request in requests]
+        finally:
+            await server.close()
+
+    async def one(
+        port: int, method: bytes, path: bytes, headers: Sequence[bytes], body: bytes
+    ) -> tuple[int, str]:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        own = b"127.0.0.1:%d" % port
+        lines = [b"Connection: close", *headers]
+        if not any(line.startswith(b"Host") for line in headers):
+            lines += [b"Host: " + own, b"Origin: http://" + own]
+        if not any(line.startswith((b"Content-Length", b"Transfer")) for line in headers):
+            lines.append(b"Content-Length: %d" % len(body))
+        head = b"\r\n".join([method + b" " + path + b" HTTP/1.1", *lines])
+        writer.write(head + b"\r\n\r\n" + body)
+        answer = await asyncio.wait_for(reader.read(), _LONG_S)
+        writer.close()
+        head, _, text = answer.partition(b"\r\n\r\n")
+        return int(head.split(b" ")[1]), text.decode()
+
+    return asyncio.run(main())
+
+
+def said(text: str) -> str:
+    """The message of a refusal."""
+    message: str = json.loads(text)["error"]
+    return message
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "message"),
+    [
+        (b"[" * 4000, 400, _EXPECTED),
+        (b'{"a":' * 800, 400, _EXPECTED),
+        (_DIGITS[:4096], 400, _EXPECTED),
+        (b'{"event": "alarm", "args": {"group": ' + _DIGITS[:4000] + b"}}", 400, ""),
+        (b"\xff\xfe", 400, _EXPECTED),
+        (b'"\\ud800"', 400, _EXPECTED),
+        (b"NaN", 400, _EXPECTED),
+        (_DIGITS, 413, ""),
+    ],
+)
+def test_a_body_that_is_no_event_is_refused_in_one_message(
+    body: bytes, status: int, message: str
+) -> None:
+    ((answered, text),) = ask((b"POST", _EVENTS, (), body))
+    assert answered == status
+    assert said(text).startswith(message)
+    assert said(text)
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("Content-Type: application/json; charset=nonsense", "the charset 'nonsense' is not taken"),
+        ("Content-Type: text/plain; charset=rot13", "the charset 'rot13' is not taken"),
+        ("Content-Type: text/plain; charset=hex", "the charset 'hex' is not taken"),
+        ("Content-Type: text/plain; charset=utf-16", "the charset 'utf-16' is not taken"),
+        ("Content-Type: text/plain; charset=" + "x" * 3000, "the charset 'xxxxxxxxxxxxxxxxxxxx'"),
+        ("Content-Encoding: gzip", "a packed request is not taken"),
+        ("Content-Encoding: deflate", "a packed request is not taken"),
+        ("Content-Encoding: foo", "a packed request is not taken"),
+    ],
+)
+def test_what_is_written_in_another_way_is_refused(header: str, message: str) -> None:
+    ((status, text),) = ask((b"POST", _EVENTS, (header.encode(),), _STOP))
+    assert status == 400
+    assert said(text).startswith(message)
+
+
+@pytest.mark.parametrize("kind", ["", "Content-Type: application/json; charset=UTF-8"])
+def test_an_event_in_utf_8_is_taken(kind: str) -> None:
+    assert ask((b"POST", _EVENTS, (kind.encode(),) if kind else (), _STOP))[0][0] == 200
+
+
+@pytest.mark.parametrize("name", ["9" * 5000, "0" * 5000, "00", "%D9%A0", "%C2%B2", "%00", "%0a"])
+def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
+    """Also where its number has 5,000 digits, or digits of another script."""
+    for path in (f"/api/robots/{name}", f"/api/robots/{name}/chart.svg"):
+        ((status, text),) = ask((b"GET", path.encode(), (), b""))
+        assert status == 404
+        assert said(text).startswith("there is no controller ")
+
+
+@pytest.mark.parametrize("seconds", ["9" * 5000, "%ff", "inf", "-1", "1e400"])
+def test_a_chart_of_another_length_is_refused(seconds: str) -> None:
+    ((status, text),) = ask(
+        (b"GET", f"/api/robots/0/chart.svg?seconds={seconds}".encode(), (), b"")
+    )
+    assert status == 400
+    assert said(text).endswith(" is not 1 to 60")
+    assert len(said(text)) < 60
+
+
+_METHODS = [b"HEAD", b"PUT", b"OPTIONS", b"TRACE", b"CONNECT", b"FOO", b"get", b"\xff", b"A" * 9000]
+_PATHS = [
+    *(b"//", b"//page.css", b"/page%2Ecss", b"/a/../page.css", b"*", b"", b"page.css", b"/ /"),
+    *(b"http://127.0.0.1/page.css", b"http://[/", b"http://127.0.0.1:x/", b"/api/robots/\xff"),
+    *(b"/" + b"a" * 9000, b"/?" + b"a" * 9000, b"/api/robots/{id}", b"//evil/page.css"),
+]
+_HEADERS = [
+    *(b"Content-Length: -1", b"Content-Length: x", b"Content-Length: " + _DIGITS),
+    *(b"Transfer-Encoding: foo", b"Transfer-Encoding: chunked", b"Expect: foo", b"Range: x"),
+    *(b'Cookie: \xff="\\', b"X" * 9000 + b": 1", b"Origin: \xff", b"Content-Type: \xff"),
+    *(b"Host: ", b"Host: [", b"Host: [::1", b"Host: 127.0.0.1:x", b"Host: a b", b"Host: \xff"),
+    *(b"Host: 127.0.0.1:" + _DIGITS, b"Content-Type: ;;;", b"If-Modified-Since: x"),
+]
+
+
+def test_whatever_is_sent_is_the_senders_fault_and_no_line_in_the_log(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Status 2xx or 4xx; a log for each would be another way to fill a disk."""
+    asked: list[Request] = [
+        (method, path, (), b"") for method in _METHODS for path in (_EVENTS, b"/", b"/x")
+    ]
+    asked += [(method, path, (), b"") for method in (b"GET", b"POST") for path in _PATHS]
+    asked += [(b"POST", _EVENTS, (header,), b"5\r\nhello\r\nx" + _STOP) for header in _HEADERS]
+    with caplog.at_level(logging.WARNING):
+        answers = ask(*asked)
+    wrong = [
+        (request, status)
+        for request, (status, _) in zip(asked, answers, strict=True)
+        if status // 100 not in (2, 4)
+    ]
+    assert wrong == []
+    assert caplog.messages == []
+
+
+def test_every_event_with_arguments_that_it_may_not_take_is_answered() -> None:
+    odd: list[dict[str, int]] = [
+        *({}, {"group": -1, "category": -1}, {"group": 10**50, "category": 10**50}),
+        *({"port": 10**30, "on": 1}, {"port": -1, "on": 2}, {"machine": 1}, {"args": 1}, {"": 1}),
+    ]
+    asked = [
+        (b"POST", _EVENTS, (), json.dumps({"event": name, "args": args}).encode())
+        for name in (*EVENTS, "link_down", "x" * 3000)
+        for args in odd
+    ]
+    assert {status for status, _ in ask(*asked)} == {200, 400}
+
+
+_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    method=st.sampled_from([b"POST", b"GET"]),
+    path=st.binary(max_size=60).map(lambda tail: _EVENTS + tail.replace(b"\n", b""))
+    | st.just(_EVENTS),
+    body=st.binary() | _JSON.map(lambda value: json.dumps(value).encode()),
+)
+@example(method=b"POST", path=_EVENTS, body=b"[" * 4000)
+def test_no_request_is_a_mistake_of_the_server(method: bytes, path: bytes, body: bytes) -> None:
+    ((status, _),) = ask((method, path, (), body))
+    assert status // 100 in (2, 4)
