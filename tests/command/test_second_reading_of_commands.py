@@ -107,7 +107,8 @@ class _Beside:
         self.bench.program.write_bytes("Main.InputArea", bytes(self.bench.so))
         self.bench.program.scan(now * 1000)
         view, link = self.view, self.up["link"]
-        view.now, view.connected, view.cpu_ok = now, link, link and self.up["cpu"]
+        view.last, view.now = view.now, now
+        view.connected, view.cpu_ok = link, link and self.up["cpu"]
         view.status, view.alarm = (self.status, alarm) if link else (0, (0, 0))
         view.out, view.running = self.head.phase == "PHASE_COMMAND_RUN", self.head.running
         view.asking = None

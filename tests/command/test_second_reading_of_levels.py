@@ -182,7 +182,8 @@ class _Beside:
         self.program.write_bytes("Main.InputArea", area)
         self.program.scan(now * 1000)
         link = on["Connected"]
-        view.now, view.connected, view.cpu_ok = now, link, link and on["SO01"]
+        view.last, view.now = view.now, now
+        view.connected, view.cpu_ok = link, link and on["SO01"]
         view.status = self.status if link else 0
         view.response = self.response if link else [0] * 15
         view.alarm = (view.response[0], view.response[1])

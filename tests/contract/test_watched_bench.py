@@ -30,9 +30,9 @@ def test_a_right_block_passes() -> None:
 
 
 def test_a_broken_block_is_found_wherever_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = "IF NOT Busy AND (NOT Execute OR NOT WasExecute) THEN"
+    right = "ELSIF NOT Execute OR NOT WasExecute THEN"
     with broken_library(
-        "sequence/FB_Job.st", right, "IF NOT Busy AND Execute AND NOT WasExecute THEN"
+        "sequence/FB_Job.st", right, "ELSIF Execute AND NOT WasExecute THEN"
     ) as lib:
         monkeypatch.setattr(plc_bench, "LIBRARY", sorted(lib.rglob("*.st")))
         plc = _bench()

@@ -12,7 +12,7 @@ from fault_run import FAULTS, Rig
 from plc_bench import ROOT
 
 _JOB, _SERVO = "sequence/FB_Job.st", "sequence/FB_ServoOn.st"
-_IDLE, _REQUEST = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n", "Robot.Request.SI01_ServoOn"
+_IDLE, _REQUEST = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n", "Robot.Request"
 
 
 def _first_failure(lib: Path, block: str, fault: str) -> str:
@@ -37,8 +37,8 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
         ),
         (
             _JOB,
-            "IF NOT Busy AND (NOT Execute OR NOT WasExecute) THEN",
-            "IF NOT Busy AND Execute AND NOT WasExecute THEN",
+            "ELSIF NOT Execute OR NOT WasExecute THEN",
+            "ELSIF Execute AND NOT WasExecute THEN",
             "none",
             "the outputs stay although Execute is FALSE and the end was shown",
         ),
@@ -52,7 +52,8 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
         (
             _SERVO,
             _IDLE,
-            f"  {_REQUEST} := {_REQUEST} OR (Robot.SI.SI01_ServoOn AND Robot.SO.SO02_ServoOn);\n"
+            f"  IF Robot.SI.SI01_ServoOn AND Robot.SO.SO02_ServoOn THEN\n"
+            f"    {_REQUEST} := {_REQUEST} OR WORD#16#0002;\n  END_IF;\n"
             + _IDLE,
             "none",
             "the requests are withdrawn",

@@ -21,6 +21,7 @@ class RobotView:
 
     Attributes:
         now: Time of the scan.
+        last: Time of the scan before.
         connected: The link is up.
         cpu_ok: SO(01).
         status: The remote status.
@@ -32,6 +33,7 @@ class RobotView:
     """
 
     now: int = 0
+    last: int = 0
     connected: bool = True
     cpu_ok: bool = True
     status: int = 0
@@ -62,48 +64,53 @@ class CommandRule:
     ended: bool = False
     _was: bool = False
     _armed: bool = False
-    _ticket: int = 0
+    _ticket: int | None = None
+    _called: int = 0
     _limit: int = 0
     _since: int | None = None
 
     def scan(self, view: RobotView) -> None:
         """One call."""
-        channel = view.channel
         started = self.execute and not self._was and not self.busy
         self._was, self.ended = self.execute, False
+        skipped = self.busy and self._called != view.last
+        self._called = view.now
         if started:
-            self._ticket, self._limit = channel.next_ticket, self.timeout
-            channel.next_ticket = (channel.next_ticket + 1) % _TICKETS
+            self._ticket, self._limit = None, self.timeout
             self._armed, self.busy, self._since = False, True, None
         if started or not (self.busy or self.execute):
             self.done, self.number, self.alarm = False, 0, (0, 0)
         if self.busy:
-            self._work(view, started)
+            self._work(view, started, skipped)
 
-    def _work(self, view: RobotView, started: bool) -> None:
+    def _work(self, view: RobotView, started: bool, skipped: bool) -> None:
         channel = view.channel
-        ahead = (self._ticket - channel.serving) % _TICKETS
-        passed = ahead > _TICKETS // 2 - 1
-        lost = passed or (self.active and (ahead != 0 or channel.orphan))
-        if ahead == 0 and not lost:
+        if skipped:
+            self.active = False
+        elif self._ticket is None and not self.refused:
+            self._ticket = channel.next_ticket
+            channel.next_ticket = (channel.next_ticket + 1) % _TICKETS
+        if self._ticket == channel.serving and not skipped:
             if not self.active:
                 self._since = view.now
-            self.active = channel.alive = True
+            self.active = True
             self._armed = self._armed or not view.out
         if not (self.active or channel.orphan):
             self._since = None
         elif self._since is None:
             self._since = view.now
         if not started:
-            number = self._ends(view, lost)
+            number = self._ends(view, skipped)
             if number is not None:
-                self._end(view, number, lost)
+                self._end(view, number)
                 return
+        if self._ticket is not None:
+            channel.see(self._ticket)
         offline = not view.connected or not view.cpu_ok or self.refused
         if self.active and self._armed and not offline and not view.out:
             view.asking = self
 
-    def _ends(self, view: RobotView, lost: bool) -> int | None:
+    def _ends(self, view: RobotView, skipped: bool) -> int | None:
         """The ErrorID with which the work ends now; 0 = Done, None = it goes on."""
         late = self._limit > 0 and self._since is not None
         late = late and view.now - (self._since or 0) >= self._limit
@@ -111,7 +118,7 @@ class CommandRule:
         answer = {0x0200: 0, 0x4000: 0x8020}.get(view.status, 0x8014 if fallen else None)
         mine = self.active and self._armed and view.out
         ends = (
-            (lost, 0x8013),
+            (skipped, 0x8013),
             (not view.connected, 0x8001),
             (not view.cpu_ok, 0x8002),
             (self.refused != 0, self.refused),
@@ -121,15 +128,15 @@ class CommandRule:
         )
         return next((number for over, number in ends if over), None)
 
-    def _end(self, view: RobotView, number: int, lost: bool) -> None:
+    def _end(self, view: RobotView, number: int) -> None:
         channel = view.channel
-        if self.active and not lost:
+        if self.active:
             answered = view.status in (0x0200, 0x4000) or (view.status == 0 and view.running)
             there = view.connected and view.cpu_ok  # else the code is withdrawn in this scan
             if view.out and there and not (self._armed and answered):
                 channel.orphan = True
             else:
-                channel.pass_on()
+                channel.give_back()
         self.busy = self.active = False
         self.ended, self.number, self.done = True, number, not number
         self.alarm = view.alarm if number == 0x8020 else (0, 0)

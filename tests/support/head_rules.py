@@ -79,6 +79,15 @@ class Channel:
         """Who has the turn was not seen in this scan."""
         return self.serving != self.lowest
 
+    def see(self, ticket: int) -> None:
+        """The work behind this ticket is alive in this scan."""
+        ahead = [(one - self.serving) % 65536 for one in (ticket, self.lowest)]
+        self.lowest = (self.serving + min(ahead)) % 65536
+
+    def give_back(self) -> None:
+        """Who has the turn has done with it."""
+        self.serving, self.holder = (self.serving + 1) % 65536, 0
+
     def pass_on(self) -> None:
         """It is the turn of the first that was seen, or of nobody."""
         self.serving, self.holder, self.orphan = self.lowest, 0, False

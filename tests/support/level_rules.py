@@ -95,6 +95,9 @@ class JogRule(LevelRule):
         self._clear()
         self._locked = self._locked and self.enable
         self._halt = job.busy and (self._halt or not self.enable)
+        lost = 0x8001 if not view.connected else 0x8002 if not view.cpu_ok else 0
+        if self.enable and lost and (self._halt or self._recovering):
+            self._locked, self.number = True, lost
         still_off = view.connected and view.stop_ok and not view.released
         self._recovering = self._recovering and still_off
         wanted = self.enable and not (self._halt or self._locked or self._recovering)
