@@ -29,6 +29,7 @@ __all__ = [
     "commands",
     "folder",
     "load_toml",
+    "parse_toml",
     "signals",
     "whole_number",
 ]
@@ -109,14 +110,25 @@ def load_toml(path: Path) -> dict[str, Any]:
         InputError: it cannot be read, or is not TOML (with the line).
     """
     try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise InputError(f"cannot read it: {reason}", file=path) from error
+    return parse_toml(text, path)
+
+
+def parse_toml(text: str, path: Path) -> dict[str, Any]:
+    """The content of a TOML text; `path` is where it comes from.
+
+    Raises:
+        InputError: it is not TOML (with the line).
+    """
+    try:
         toml: Any = importlib.import_module("tomllib")
     except ModuleNotFoundError:  # Python 3.10
         toml = importlib.import_module("tomli")
     try:
-        content: dict[str, Any] = toml.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise InputError(f"cannot read it: {reason}", file=path) from error
+        content: dict[str, Any] = toml.loads(text)
     except toml.TOMLDecodeError as error:
         raise InputError(f"not valid TOML: {error}", file=path) from error
     return content

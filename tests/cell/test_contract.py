@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -11,6 +12,7 @@ from rcx_harness import Cell
 from rcx_harness.cell_build import source_files
 from rcx_harness.contract import ContractMonitor
 from rcx_harness.contract_source import steady_instances
+from rcx_harness.engine.types import BlockType, ElementaryType, Variable
 
 Build = Callable[..., Cell]
 
@@ -231,3 +233,37 @@ def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
     cell = build_cell(list(files.own))
     monitor = ContractMonitor(cell.program, steady_instances(files.own, files.lib))
     assert "Main.ServoOn.Job" in monitor.paths
+
+
+def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
+    """What was judged after the snapshot counts no more, not even that the pins were at rest."""
+
+    class Pins:
+        values = (False, False, False, False)
+
+        def instances(self) -> dict[str, BlockType]:
+            kind = ElementaryType("BOOL")
+            names = ("Execute", "Busy", "Done", "Error")
+            job = BlockType("FB_Job", tuple(Variable(name, kind, "VAR_INPUT") for name in names))
+            return {"Main": BlockType("Main", (Variable("Job", job, "VAR"),))}
+
+        def reader(self, paths: list[str]) -> Callable[[], tuple[bool, ...]]:
+            assert [path.rpartition(".")[2] for path in paths] == [
+                *("Execute", "Busy", "Done", "Error")
+            ]
+            return lambda: self.values
+
+    pins = Pins()
+    monitor = ContractMonitor(cast(Any, pins), {"MAIN.JOB"})
+
+    def scan(*values: bool) -> list[str]:
+        pins.values = cast(Any, values)
+        return [one.text.rpartition(": ")[2] for one in monitor.scan(0, 0)]
+
+    assert scan(True, False, True, False) == []
+    assert scan(False, False, True, False) == []
+    kept: Any = monitor.snapshot()
+    assert scan(False, False, False, False) == []
+    monitor.restore(kept)
+    found = ["Done is shown for more than one scan after Execute has fallen"]
+    assert scan(False, False, True, False) == found

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from rcx_harness import Cell, RobotConfig
+from rcx_harness.monitor import WireMonitor
 
 Build = Callable[..., Cell]
 
@@ -201,3 +202,21 @@ def test_what_is_written_without_a_link_is_not_judged(cell: Cell) -> None:
     cell.inject("link_up")
     cell.run("200ms")
     assert not cell.violations
+
+
+def test_a_code_from_before_the_loss_of_the_link_is_not_judged_after_it() -> None:
+    """Whether the controller has seen it, and what came of it, nobody knows."""
+    ready, rest = bytearray(48), bytes(48)
+    ready[32] = 0x02  # SO(01)
+    move = MOVE.to_bytes(2, "little") + bytes(46)
+    monitor = WireMonitor()
+    scans = [(rest, True), (move, True), (move, False), (move, True), (rest, True)]
+    found = [
+        monitor.scan(10_000 * scan, scan, bytes(ready), area, connected)
+        for scan, (area, connected) in enumerate(scans)
+    ]
+    assert found == [[]] * len(scans)
+    assert [one.rule for one in monitor.scan(60_000, 6, bytes(ready), move, True)] == []
+    assert [one.rule for one in monitor.scan(70_000, 7, bytes(ready), rest, True)] == [
+        "command held"
+    ]

@@ -100,13 +100,14 @@ def test_an_axis_that_the_robot_does_not_have_is_refused(code: int) -> None:
     assert _states(master) == [1, 1, 1, 1]
 
 
-def test_an_axis_moves_only_with_its_servo_on() -> None:
-    """Axis 2 is off: axis 1 alone still moves, all axes together do not.
+@pytest.mark.parametrize("code", [OFF, FREE])
+def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
+    """Axis 2 is off or free: axis 1 alone still moves, all axes together do not.
 
     Source: remote command guide 4.2.13
     """
     master = _master(servo_off_alarm="1.5")
-    master.execute(OFF, 0, 0x0002)
+    master.execute(code, 0, 0x0002)
     assert master.execute(0x0001, 0, 0, 0, 19) == abnormal_end("1.5")
     assert master.execute(0x0001, 0x0001, 0x0001, 0, 19)[0] == 0x0200
     assert master.robot.positions == [120_000, 0, 0, 0]

@@ -108,6 +108,20 @@ def test_servo_on_count_and_time_and_moving_distance_are_accumulated_per_motor()
     assert first[1] == second[1] == other[1]
 
 
+def test_a_servo_that_stays_on_is_not_counted_again() -> None:
+    """Axis 1 stays ON while axis 2 goes OFF and ON.
+
+    Source: remote command guide 4.8.4, servo ON count
+    """
+    master = Master()
+    master.servo_on()
+    counts = master.robot.machine.data.accumulated.servo_on_counts
+    assert counts == [1, 1, 1, 1]
+    master.execute(0x0035, 0, 0x0002)
+    master.execute(0x0034, 0, 0x0002)
+    assert counts == [1, 2, 1, 1]
+
+
 def test_power_on_motor_power_on_and_operating_time_are_accumulated() -> None:
     """They survive a power cycle, and time without power does not count.
 

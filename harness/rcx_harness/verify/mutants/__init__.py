@@ -1,4 +1,6 @@
-"""Mutation testing of the library: small mistakes are made in it on purpose, and tests must fail.
+"""Mutation testing: small mistakes are made on purpose, in the library and in what judges it.
+
+For each of them a test must fail.
 
 `python -m rcx_harness.verify.mutants` says how; docs/verification.md says what came of it.
 """

@@ -34,9 +34,10 @@ class Baseline:
             found = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        if found.get("library") != library:
+        if found.get("library") != library or "names" not in found:
             return None
-        ran = {node: frozenset(pous) for node, pous in found["ran"].items()}
+        names = found["names"]
+        ran = {node: frozenset(names[k] for k in pous) for node, pous in found["ran"].items()}
         failed, builders = tuple(found["failed"]), tuple(found["builders"])
         return cls(ran, found["seconds"], failed, builders, found["states"])
 
@@ -46,9 +47,12 @@ class Baseline:
 
     def write(self, file: Path, library: str) -> None:
         """Keep it."""
+        names = sorted(frozenset().union(*self.ran.values()))
+        places = {name: place for place, name in enumerate(names)}
         content = {
             "library": library,
-            "ran": {node: sorted(pous) for node, pous in self.ran.items()},
+            "names": names,
+            "ran": {node: sorted(places[one] for one in pous) for node, pous in self.ran.items()},
             "seconds": self.seconds,
             "failed": self.failed,
             "builders": self.builders,

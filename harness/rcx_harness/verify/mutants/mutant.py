@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from itertools import islice, zip_longest
 from pathlib import Path
 from random import Random
+from typing import TypeVar
 
 from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend import syntax as s
@@ -16,10 +17,12 @@ from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.engine import Checked, load_checked, pou_of, python_of, rechecked
 from rcx_harness.verify.mutants.operators import Change, changes
-from rcx_harness.verify.mutants.text import Edit, SourceText, Span, edited
+from rcx_harness.verify.mutants.text import Edit, SourceText, Span, edited, whole_lines
 from rcx_harness.verify.mutants.walk import Body
 
-__all__ = ["Counted", "Mutant", "Mutants"]
+__all__ = ["Counted", "Mutant", "Mutants", "in_rounds", "mutant_of"]
+
+_Found = TypeVar("_Found")
 
 _NO_PROGRAM = "PROGRAM NoProgram\n  VAR\n    x : BOOL;\n  END_VAR\n  x := TRUE;\nEND_PROGRAM\n"
 
@@ -93,13 +96,7 @@ class Mutants:
         chance = Random(f"{seed}:{file.name}")
 
         def drawn(found: Iterable[Change]) -> list[Change]:
-            kinds: dict[str, list[Change]] = {}
-            for change in found:
-                kinds.setdefault(change.operator, []).append(change)
-            for one in kinds.values():
-                chance.shuffle(one)
-            rounds = zip_longest(*kinds.values())
-            return [change for each in rounds for change in each if change is not None]
+            return in_rounds(found, lambda change: change.operator, chance)
 
         return sorted(islice(self._of(file, drawn), most), key=lambda mutant: mutant.line)
 
@@ -133,7 +130,8 @@ class Mutants:
                 self.counted.equal += 1
                 continue
             seen.add(code)
-            yield self._mutant(file, node, source, change, after, statements)
+            path = file.relative_to(self._root).as_posix()
+            yield mutant_of(path, node.name.text, change.operator, text, change.edits, statements)
 
     def _initial(self, name: str, text: str, file: Path) -> str:
         """The initial values that the declarations of a POU give."""
@@ -150,34 +148,6 @@ class Mutants:
                     )
                     found.append(f"{declaration.names[0].text} = {value!r}")
         return "\n".join(found)
-
-    def _mutant(
-        self,
-        file: Path,
-        node: s.Pou,
-        source: SourceText,
-        change: Change,
-        text: str,
-        body: tuple[s.Statement, ...] | None,
-    ) -> Mutant:
-        start = min(edit.span.start for edit in change.edits)
-        end = max(edit.span.end for edit in change.edits)
-        lines = source.lines(Span(start, end))
-        tail = len(source.text) - lines.end
-        before = source.text[lines.start : lines.end]
-        after = text[lines.start : len(text) - tail]
-        if not after.strip():
-            text = text[: lines.start] + text[len(text) - tail :]
-        return Mutant(
-            file=file.relative_to(self._root).as_posix(),
-            pou=node.name.text,
-            operator=change.operator,
-            line=source.line(start),
-            before=_plain(before),
-            after=_plain(after),
-            text=text,
-            body=body,
-        )
 
 
 class _Checker:
@@ -226,6 +196,47 @@ class _Checker:
     def _code(self, index: int, statements: tuple[s.Statement, ...]) -> str:
         pou = rechecked(self._checked, self._node.name.key, statements)
         return f"{index}: {python_of(self._checked.project, pou, Storage())}"
+
+
+def in_rounds(
+    found: Iterable[_Found], operator: Callable[[_Found], str], chance: Random
+) -> list[_Found]:
+    """Shuffled: of each operator one, then of each another one, and so on."""
+    kinds: dict[str, list[_Found]] = {}
+    for one in found:
+        kinds.setdefault(operator(one), []).append(one)
+    for one_kind in kinds.values():
+        chance.shuffle(one_kind)
+    return [one for each in zip_longest(*kinds.values()) for one in each if one is not None]
+
+
+def mutant_of(
+    file: str,
+    pou: str,
+    operator: str,
+    text: str,
+    edits: tuple[Edit, ...],
+    body: tuple[s.Statement, ...] | None = None,
+) -> Mutant:
+    """The mutant that some edits make of the text of a file; the rest as in Mutant."""
+    start = min(edit.span.start for edit in edits)
+    end = max(edit.span.end for edit in edits)
+    lines = whole_lines(text, Span(start, end))
+    changed = edited(text, edits)
+    stop = len(changed) - (len(text) - lines.end)
+    after = changed[lines.start : stop]
+    if not after.strip():
+        changed = changed[: lines.start] + changed[stop:]
+    return Mutant(
+        file=file,
+        pou=pou,
+        operator=operator,
+        line=text.count("\n", 0, start) + 1,
+        before=_plain(text[lines.start : lines.end]),
+        after=_plain(after),
+        text=changed,
+        body=body,
+    )
 
 
 def _plain(text: str) -> str:

@@ -8,20 +8,18 @@ import os
 import resource
 import shutil
 import signal
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 
-from rcx_harness.verify.mutants.engine import Workshop
+from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.mutant import Mutant
-from rcx_harness.verify.mutants.suite import Suite, private_folder
 
-__all__ = ["Outcome", "Task", "remove_folders", "run_tasks"]
+__all__ = ["PATIENCE_S", "Outcome", "Task", "remove_folders", "run_tasks"]
 
-#: What a child may take: so often the time of its tests, and so much besides [s].
-_SLOWER, _BESIDES = 4.0, 15.0
+#: What a child may take: so often the processor time of its tests, and so much besides [s].
+_SLOWER, PATIENCE_S = 4.0, 15.0
 #: Real time after which a child counts as hanging [s]; the machine may have other work.
 _HANGS = 600
 
@@ -48,12 +46,14 @@ class Outcome:
 
 class _Pool:
     def __init__(
-        self, root: Path, suite: Suite, workshop: Workshop, order: Callable[[Task], Sequence[str]]
+        self,
+        run: Callable[[Task], str | None],
+        ended: Callable[[int], None],
+        patience_s: float,
     ) -> None:
-        self._root = root
-        self._suite = suite
-        self._workshop = workshop
-        self._order = order
+        self._run = run
+        self._patience_s = patience_s
+        self._told = ended
         self._running: dict[int, tuple[Task, int]] = {}
 
     def __len__(self) -> int:
@@ -76,24 +76,19 @@ class _Pool:
         nothing = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(nothing, stream)
-        limit = int(task.seconds * _SLOWER + _BESIDES)
+        limit = int(task.seconds * _SLOWER + self._patience_s)
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(_HANGS)
-        config = next(iter(self._suite.items.values())).config
-        private_folder(config, f"mutant{os.getpid()}")
-        mutant = task.mutant
-        self._workshop.put_in(
-            self._root / mutant.file, mutant.text, mutant.pou.upper(), mutant.body
-        )
-        found = self._suite.run(self._order(task))
-        os.write(writing, json.dumps({"by": found}).encode())
+        os.write(writing, json.dumps({"by": self._run(task)}).encode())
         os._exit(0)
 
     def ended(self) -> Outcome:
         """Wait for the next child to end."""
         pid, status, usage = os.wait4(-1, 0)
         task, reading = self._running.pop(pid)
+        self._told(pid)
         answer = os.read(reading, 65536)
         os.close(reading)
         seconds = usage.ru_utime + usage.ru_stime
@@ -104,29 +99,27 @@ class _Pool:
             name = signal.Signals(os.WTERMSIG(status)).name
             slow = name in ("SIGXCPU", "SIGALRM", "SIGKILL")
             return Outcome(task, True, "a test does not end" if slow else name, seconds)
-        raise RuntimeError(f"the tests could not be run with {task.mutant.after!r}")
+        text = f"the tests of {task.mutant.file} could not be run with {task.mutant.after!r}"
+        raise InputError(text, hint="look for room on the disk, and run it again")
 
 
 def run_tasks(
     tasks: Iterable[Task],
-    *,
-    root: Path,
-    suite: Suite,
-    workshop: Workshop,
-    order: Callable[[Task], Sequence[str]],
+    run: Callable[[Task], str | None],
     jobs: int,
+    ended: Callable[[int], None] = lambda pid: None,
+    patience_s: float = PATIENCE_S,
 ) -> Iterator[Outcome]:
     """Run mutants, so many at a time; yield what became of each, as it ends.
 
     Args:
         tasks: The mutants with their tests.
-        root: The repository.
-        suite: The collected tests.
-        workshop: Where this process gets its programs from.
-        order: The tests of a task in the order in which they run.
+        run: What a child does: run the tests with the mutant, and say what has found it.
         jobs: How many run at a time.
+        ended: Is told the process number of each child that has ended.
+        patience_s: How long a child may take beyond its tests; then it counts as killed.
     """
-    pool = _Pool(root, suite, workshop, order)
+    pool = _Pool(run, ended, patience_s)
     gc.collect()
     gc.freeze()
     waiting = iter(tasks)

@@ -81,12 +81,18 @@ def figures(judged: Sequence[Judged], reasons: Reasons) -> dict[str, Any]:
     ]
     return {
         **_score(judged),
-        "score_by_folder": _grouped(judged, lambda one: one.mutant.file.split("/")[2]),
+        "score_by_folder": _grouped(judged, _folder),
         "score_by_operator": _grouped(judged, lambda one: one.mutant.operator),
         "survivors_with_a_reason": sum(bool(row["reason"]) for row in rows),
         "rows_without_a_survivor": reasons.idle([one.mutant for one in judged if one.killed]),
         "survivors": rows,
     }
+
+
+def _folder(one: Judged) -> str:
+    """`area` of plc/lib/area/FB_ReadArea.st, `robot` of harness/rcx_harness/robot/machine.py."""
+    parts = one.mutant.file.split("/")
+    return parts[min(2, len(parts) - 1)]
 
 
 def _score(judged: Sequence[Judged]) -> dict[str, Any]:
@@ -102,10 +108,12 @@ def _grouped(judged: Sequence[Judged], key: Any) -> dict[str, dict[str, Any]]:
     return {name: _score(groups[name]) for name in sorted(groups)}
 
 
-def print_report(console: Console, found: Mapping[str, Any], *, show: int) -> None:
-    """Print the table, and at most `show` survivors without a reason."""
+def print_report(
+    console: Console, found: Mapping[str, Any], *, show: int, kind: str, table_of: str
+) -> None:
+    """Print the figures of a kind, and at most `show` survivors without a reason."""
     for title in ("score_by_folder", "score_by_operator"):
-        table = Table(title=title.replace("_", " "))
+        table = Table(title=f"{kind}: {title.replace('_', ' ')}")
         for column in ("", "mutants", "killed", "score"):
             table.add_column(column, justify="left" if not column else "right")
         for name, row in found[title].items():
@@ -123,14 +131,14 @@ def print_report(console: Console, found: Mapping[str, Any], *, show: int) -> No
         most = ", ".join(f"{name} {count}" for name, count in blocks.most_common(12))
         console.print(f"without a reason by block: {most}", highlight=False)
     for row in found["rows_without_a_survivor"]:
-        console.print(f"survivors.toml: a test finds it now: {row}", markup=False)
+        console.print(f"{table_of}: a test finds it now: {row}", markup=False)
     console.print(
-        f"{found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
+        f"{kind}: {found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
         f" ({found['survivors_with_a_reason']} survivors with a reason)"
     )
 
 
-def write_rows(file: Path, found: Mapping[str, Any]) -> None:
+def write_rows(file: Path, survivors: Sequence[Mapping[str, Any]]) -> None:
     """Write the survivors without a reason as rows for survivors.toml, each once."""
     rows = [
         "\n".join(
@@ -143,7 +151,7 @@ def write_rows(file: Path, found: Mapping[str, Any]) -> None:
                 "",
             )
         )
-        for row in found["survivors"]
+        for row in survivors
         if not row["reason"]
     ]
     file.write_text("\n".join(dict.fromkeys(rows)), encoding="utf-8")

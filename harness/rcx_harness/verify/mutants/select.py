@@ -31,10 +31,11 @@ class TestStates:
         self._hashes: dict[str, str] = {}
 
     def of(self, file: str) -> str:
-        """A hash of a file of tests and of the modules of tests/support that it uses."""
+        """A hash of a file of tests, of what it uses of tests/support, and of its tables."""
         if file not in self._hashes:
             digest = hashlib.sha256()
-            for one in sorted(self._with_support(self._root / file)):
+            tables = (self._root / file).parent.rglob("*.toml")
+            for one in sorted([*self._with_support(self._root / file), *tables]):
                 digest.update(one.read_bytes())
             self._hashes[file] = digest.hexdigest()[:16]
         return self._hashes[file]

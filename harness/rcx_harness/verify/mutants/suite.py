@@ -15,7 +15,16 @@ from typing import Any, cast
 import pytest
 from _pytest.runner import runtestprotocol
 
-__all__ = ["FOLDERS", "Suite", "forget_benches", "in_suite", "private_folder", "spread"]
+__all__ = [
+    "FOLDERS",
+    "Suite",
+    "forget_benches",
+    "in_suite",
+    "private_folder",
+    "pytest_options",
+    "settle_hypothesis",
+    "spread",
+]
 
 #: Folders whose tests run blocks of the library.
 FOLDERS = (
@@ -76,10 +85,7 @@ class Suite:
         self._body = body
         tests = [str(self.root / "tests" / folder) for folder in FOLDERS]
         there = [folder for folder in tests if Path(folder).is_dir()]
-        options = ["-s", "-p", "no:cacheprovider", "-p", "no:terminal", "-p", "no:xdist"]
-        options += ["--rootdir", str(self.root), "-c", str(self.root / "pyproject.toml")]
-        options += ["-o", "addopts=--strict-markers --import-mode=importlib"]
-        return int(pytest.main([*options, *there], plugins=[_Plugin(self)]))
+        return int(pytest.main([*pytest_options(self.root), *there], plugins=[_Plugin(self)]))
 
     def run(self, nodes: Iterable[str]) -> str | None:
         """Run tests one after the other up to the first that fails; return that one."""
@@ -102,6 +108,26 @@ class Suite:
         return passed, time.process_time() - start
 
 
+def pytest_options(root: Path) -> list[str]:
+    """How the tests of a repository are run here: quietly, and nothing is kept."""
+    return [
+        *("-s", "-p", "no:cacheprovider", "-p", "no:terminal", "-p", "no:xdist"),
+        *("--rootdir", str(root), "-c", str(root / "pyproject.toml")),
+        *("-o", "addopts=--strict-markers --import-mode=importlib"),
+    ]
+
+
+def settle_hypothesis() -> None:
+    """From now on hypothesis tries the same examples in every run, and keeps none."""
+    from hypothesis import Phase, settings  # only where the tests are
+
+    phases = (Phase.explicit, Phase.generate)
+    settings.register_profile(
+        "mutants", database=None, derandomize=True, deadline=None, phases=phases
+    )
+    settings.load_profile("mutants")
+
+
 class _Plugin:
     """Hands the collected tests over, and makes reports without text."""
 
@@ -110,13 +136,7 @@ class _Plugin:
 
     def pytest_configure(self, config: pytest.Config) -> None:
         del config
-        from hypothesis import Phase, settings  # only where the tests are
-
-        phases = (Phase.explicit, Phase.generate)
-        settings.register_profile(
-            "mutants", database=None, derandomize=True, deadline=None, phases=phases
-        )
-        settings.load_profile("mutants")
+        settle_hypothesis()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:

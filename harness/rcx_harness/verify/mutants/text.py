@@ -13,7 +13,7 @@ from lark import Token
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 
-__all__ = ["Edit", "SourceText", "Span", "children", "edited"]
+__all__ = ["Edit", "SourceText", "Span", "children", "edited", "whole_lines"]
 
 _OPENING = {"IF": "END_IF", "CASE": "END_CASE", "WHILE": "END_WHILE"}
 
@@ -39,6 +39,13 @@ def edited(text: str, edits: tuple[Edit, ...]) -> str:
     for edit in sorted(edits, key=lambda edit: edit.span.start, reverse=True):
         text = text[: edit.span.start] + edit.text + text[edit.span.end :]
     return text
+
+
+def whole_lines(text: str, span: Span) -> Span:
+    """The whole lines that a span touches."""
+    start = text.rfind("\n", 0, span.start) + 1
+    end = text.find("\n", span.end)
+    return Span(start, len(text) if end < 0 else end + 1)
 
 
 def children(node: Any) -> Iterator[Any]:
@@ -110,16 +117,6 @@ class SourceText:
         """The operand with the parentheses around it."""
         first, last = self._range(node)
         return self._span(first + 1, last)
-
-    def line(self, offset: int) -> int:
-        """Number of the line that an offset is in, from 1."""
-        return self.text.count("\n", 0, offset) + 1
-
-    def lines(self, span: Span) -> Span:
-        """The whole lines that a span touches."""
-        start = self.text.rfind("\n", 0, span.start) + 1
-        end = self.text.find("\n", span.end)
-        return Span(start, len(self.text) if end < 0 else end + 1)
 
     def offset(self, at: s.Position) -> int:
         """Offset of a position."""

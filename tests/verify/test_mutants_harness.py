@@ -1,0 +1,457 @@
+"""Mutants of what is not the library: what is made of Python and of tables, and what finds it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from rcx_harness.verify.checks import CHECKS
+from rcx_harness.verify.mutants import __main__ as command
+from rcx_harness.verify.mutants.copies import Copies
+from rcx_harness.verify.mutants.mutant import in_rounds
+from rcx_harness.verify.mutants.pool import Task, run_tasks
+from rcx_harness.verify.mutants.python import (
+    PYTHON_OPERATORS,
+    function_at,
+    functions,
+    python_changes,
+    python_meaning,
+)
+from rcx_harness.verify.mutants.sample import sampled
+from rcx_harness.verify.mutants.seeded import Bug, bugs
+from rcx_harness.verify.mutants.tables import (
+    TABLE_OPERATORS,
+    marks_of,
+    table_changes,
+    table_meaning,
+)
+from rcx_harness.verify.mutants.text import edited
+
+_MODULE = '''"""A robot that has it all."""
+
+__all__ = ["Robot"]
+_BITS = 0x0200
+
+
+class Robot:
+    """One."""
+
+    slow: float = 0.5
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        self.on = False
+
+    def take(self, bits: int, names: set[str]) -> int:
+        """Take the inputs."""
+        if bits & _BITS and not self.on:
+            self.on = True
+            names.add("SI12")
+        if bits < 3 or "SI14" in names:
+            raise Refused(self.config.busy_alarm)
+        if bits == 7:
+            raise InputError("7 is no input", hint="give 8")
+        self.count += min(bits, 4)
+        return self.count if self.on else bits - 1
+
+    def refuse(self) -> str:
+        return self.config.mode_alarm if self.phase is Phase.READY else Phase.RUN.name
+'''
+_TABLE = """# 12 is no number here
+
+[[enumeration]]
+name = "RCX_HAND"
+section = "guide 4.2.1"
+members = [
+  ["HAND_NONE", 0, "none, 4 of them"],
+  ["HAND_LEFT", 2, "left"],
+]
+
+[[enumeration]]
+name = "RCX_ARM"
+members = [
+  ["ARM_RIGHT", 0, "right"],
+]
+
+[[block]]
+name = "FB_Move"
+commands = ["MovePtp", "MoveArch"]
+timeout = "T#60s"
+robot = true
+inputs = [
+  { pin = "Hand", type = "RCX_HAND", bits = [3, 4], default = "HAND_NONE", error = "16#8041" },
+  { pin = "Speed", values = { 0 = "slow", 1 = "fast" }, default = "5", comment = "1 to 9" },
+]
+"""
+
+
+def test_every_operator_of_python_makes_its_mistake() -> None:
+    found = {
+        (change.operator, change.pou, edited(_MODULE, change.edits).splitlines()[line - 1].strip())
+        for change in python_changes(_MODULE, "harness/rcx_harness/robot/robot.py")
+        for line in [_MODULE.count("\n", 0, change.edits[0].span.start) + 1]
+    }
+    take, head = "robot/robot.py:Robot.take", "robot/robot.py"
+    expected = {
+        ("mask", head, "_BITS = 0x0400"),
+        ("constant", head, "slow: float = 1.0"),
+        ("constant", "robot/robot.py:Robot.__init__", "self.on = True"),
+        ("boolean", take, "if (bits & _BITS or not self.on):"),
+        ("operand", take, "if (bits & _BITS):"),
+        ("arithmetic", take, "if (bits | _BITS) and not self.on:"),
+        ("negation", take, "if bits & _BITS and self.on:"),
+        ("condition", take, "if (not (bits & _BITS and (not self.on))):"),
+        ("dropped statement", take, "pass"),
+        ("relational", take, 'if (bits <= 3) or "SI14" in names:'),
+        ("off-by-one", take, 'if bits < 4 or "SI14" in names:'),
+        ("dropped exit", take, "pass"),
+        ("neighbour", take, "names.add('SI14')"),
+        ("neighbour", take, "raise Refused(self.config.mode_alarm)"),
+        ("swapped", take, "self.count += max(bits, 4)"),
+        ("arithmetic", take, "self.count -= min(bits, 4)"),
+        ("swapped", take, "return (bits - 1 if self.on else self.count)"),
+        (
+            "neighbour",
+            "robot/robot.py:Robot.refuse",
+            "return self.config.mode_alarm if self.phase is Phase.RUN else Phase.RUN.name",
+        ),
+    }
+    assert expected - found == set()
+    assert {operator for operator, _, _ in found} == set(PYTHON_OPERATORS)
+    told = [line for _, _, line in found if "InputError" in line or "__all__" in line]
+    assert told == []  # what only people read
+
+
+def test_functions_are_known_by_where_their_code_begins() -> None:
+    text = "class A:\n    @property\n    def b(self):\n        def c(): ...\n\n\nd = 1\n"
+    assert functions(text) == {2: "A.b", 4: "A.b.c"}
+    path = "harness/rcx_harness/robot/a.py"
+    assert function_at(text, text.index("c()"), path) == "robot/a.py:A.b"
+    assert function_at(text, text.index("d ="), path) == "robot/a.py"
+
+
+def test_every_operator_of_tables_makes_its_mistake() -> None:
+    found = {
+        (change.operator, change.pou, table_meaning(edited(_TABLE, change.edits)))
+        for change in table_changes(_TABLE)
+    }
+    changed = {
+        ("swapped values", "RCX_HAND"): [('NONE", 0', 'NONE", 2'), ('LEFT", 2', 'LEFT", 0')],
+        ("number", "RCX_HAND"): [('LEFT", 2', 'LEFT", 3')],
+        ("number", "FB_Move"): [("bits = [3, 4]", "bits = [3, 5]")],
+        ("swapped values", "FB_Move"): [('"MovePtp", "MoveArch"', '"MoveArch", "MovePtp"')],
+        ("constant", "FB_Move"): [("true", "false")],
+        ("default", "FB_Move"): [('"5"', '"6"')],
+        ("swapped names", "RCX_HAND"): [("X_HAND", "?"), ("X_ARM", "X_HAND"), ("?", "X_ARM")],
+    }  # fmt: skip
+    for (operator, entry), edits in changed.items():
+        text = _TABLE.replace('type = "RCX_HAND"', 'type = "kept"')
+        for before, after in edits:
+            text = text.replace(before, after, 1)
+        text = text.replace('type = "kept"', 'type = "RCX_HAND"')
+        assert (operator, entry, table_meaning(text)) in found, (operator, entry)
+    more = ("T#120s", "16#8042", "HAND_LEFT'}", "{'0': 'fast', '1': 'slow'}")
+    assert [one for one in more if not any(one in text for _, _, text in found)] == ["HAND_LEFT'}"]
+    assert {operator for operator, _, _ in found} == set(TABLE_OPERATORS)
+    texts = ("13 is no", "guide 5", "5 of them", "1 to 10")
+    assert not any(text in content for text in texts for _, _, content in found)
+
+
+def test_tests_are_about_an_entry_and_about_what_names_it(tmp_path: Path) -> None:
+    file = tmp_path / "blocks.toml"
+    file.write_text(_TABLE, encoding="utf-8")
+    assert marks_of("RCX_HAND", [file]) == ("Move", "MoveArch", "MovePtp", "RCX_HAND")
+    assert marks_of("MoveArch", [file]) == ("Move", "MoveArch", "MovePtp")
+    assert marks_of("RCX_ARM", [file]) == ("RCX_ARM",)
+    assert marks_of("SI12_Start", [file]) == ("SI12",)
+
+
+def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:
+    file = tmp_path / "harness" / "robot.py"
+    file.parent.mkdir()
+    file.write_text(_MODULE.replace("bits < 3", "bits < 3 and bits < 3"), encoding="utf-8")
+    found = python_changes(file.read_text("utf-8"), "harness/robot.py")
+
+    def drawn(one_of: int, seed: int) -> list[str]:
+        mutants = sampled(tmp_path, file, found, python_meaning, one_of=one_of, seed=seed)
+        return [one.identity for one in mutants]
+
+    assert drawn(4, 1) == drawn(4, 1) != drawn(4, 2)
+    assert len(drawn(4, 1)) == -(-len(found) // 4)
+    every = drawn(1, 1)
+    assert len(set(every)) == len(every) < len(found)  # either of two equal parts left out: one
+    first = in_rounds(found, lambda change: change.operator, Random(1))[: len(PYTHON_OPERATORS)]
+    assert {change.operator for change in first} == set(PYTHON_OPERATORS)
+
+
+# --- a run ---
+
+_LATCH = '''"""A latch, for tests of mutants."""
+
+
+class Latch:
+    def __init__(self) -> None:
+        self.on = False
+
+    def take(self, value: int) -> None:
+        if value >= 10:
+            self.on = True
+
+    def lose_power(self) -> None:
+        self.on = False
+
+
+def filled(to: int) -> int:
+    level = 0
+    while level < to:
+        level += 1
+    return level
+'''
+#: Finds all but mistakes about the limit of 10.
+_TEST = """from pathlib import Path
+
+from rcx_harness.robot.latch import Latch, filled
+
+
+def test_the_latch():
+    latch = Latch()
+    latch.take(5)
+    assert not latch.on
+    latch.take(20)
+    assert latch.on
+    latch.lose_power()
+    assert not latch.on
+
+
+def test_filled():
+    assert (filled(0), filled(3)) == (0, 3)
+
+
+def test_the_generated_block():
+    block = Path(__file__).parents[2] / "plc/lib/command/FB_MovePtp.st"
+    assert "T#60s" in block.read_text(encoding="utf-8")
+"""
+_SEEDED = """[[bug]]
+file = "harness/rcx_harness/robot/latch.py"
+what = "the latch holds over a power cycle"
+before = "    def lose_power(self) -> None:\\n        self.on = False"
+after = "    def lose_power(self) -> None:\\n        pass"
+tests = ["tests/robot"]
+
+[[bug]]
+file = "harness/rcx_harness/robot/latch.py"
+what = "the limit is one too high"
+before = ">= 10"
+after = ">= 11"
+tests = ["tests/robot/test_latch.py"]
+
+[[bug]]
+file = "spec/blocks.toml"
+what = "a movement may take 61 s"
+before = '''commands = ["MovePtp"]
+done = "the robot has reached it"
+timeout = "T#60s"'''
+after = '''commands = ["MovePtp"]
+done = "the robot has reached it"
+timeout = "T#61s"'''
+tests = ["tests/robot"]
+"""
+
+
+@pytest.fixture
+def house(tmp_path: Path, repository: Path) -> Path:
+    """The harness with one module more, its test, and one generated block of the library."""
+    house = tmp_path / "house"
+    for folder in ("harness", "spec"):
+        shutil.copytree(repository / folder, house / folder)
+    block = "plc/lib/command/FB_MovePtp.st"
+    files = {
+        "harness/rcx_harness/robot/latch.py": _LATCH,
+        "tests/robot/test_latch.py": _TEST,
+        "tests/verify/seeded.toml": _SEEDED,
+        "tests/support/nothing.py": "",
+        "pyproject.toml": "[tool.pytest.ini_options]\n",
+        block: (repository / block).read_text(encoding="utf-8"),
+    }
+    for path, text in files.items():
+        (house / path).parent.mkdir(parents=True, exist_ok=True)
+        (house / path).write_text(text, encoding="utf-8")
+    return house
+
+
+def _run(house: Path) -> tuple[int, str, list[dict[str, object]]]:
+    command = [sys.executable, "-m", "rcx_harness.verify.mutants", "--root", str(house), "--all"]
+    done = subprocess.run(
+        [*command, "--kinds", "controller,seeded", "--patience", "3", "latch.py", "blocks.toml"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=house,
+    )
+    outcomes = (house / "out/verification/mutants.jsonl").read_text(encoding="utf-8")
+    return done.returncode, done.stdout + done.stderr, list(map(json.loads, outcomes.splitlines()))
+
+
+def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree_alone(
+    house: Path,
+) -> None:
+    before = _content(house)
+    code, told, outcomes = _run(house)
+    by = {(one["operator"], one["after"]): (one["killed"], one["by"]) for one in outcomes}
+    survivors = {after for (_, after), (killed, _) in by.items() if not killed}
+    limits = {"if (value > 10):", "if value >= 11:", "if value >= 9:"}
+    assert survivors == limits, told
+    latch = "tests/robot/test_latch.py::test_"
+    assert (True, "a test does not end") in by.values()
+    assert by["constant", "self.on = False"] == (True, f"{latch}the_latch")
+    seeded = [one for one in outcomes if one["operator"] == "seeded"]
+    assert [one["killed"] for one in seeded].count(False) == 1
+    slow = next(one for one in seeded if "T#61s" in str(one["after"]))
+    assert slow["by"] == f"{latch}the_generated_block"  # that of the generated text
+    assert code == 1
+    assert "seeded: 2 of 3 mutants killed" in told
+    assert _content(house) == before
+
+    rows = house / "out/verification/mutants-without-reason-harness.toml"
+    text = rows.read_text(encoding="utf-8")
+    assert text.count('block = "robot/latch.py:Latch.take"') == 3
+    table = house / "tests/verify/survivors_harness.toml"
+    table.write_text(text.replace('reason = ""', 'reason = "nobody minds"'), encoding="utf-8")
+    _, told, again = _run(house)
+    assert len(again) == len(outcomes), told  # nothing was run anew
+    assert "(3 survivors with a reason)" in told
+
+
+def _content(house: Path) -> dict[str, bytes]:
+    files = (file for file in house.rglob("*") if file.is_file())
+    return {
+        str(file): file.read_bytes()
+        for file in files
+        if not {"__pycache__", "out"} & set(file.relative_to(house).parts)
+    }
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("before = 'nothing of the kind'", "`before` stands 0 times in pyproject.toml"),
+        ("before = 'p'", "`before` stands 2 times in pyproject.toml"),
+        ("after = '[tool.'", "`before` stands 1 times in pyproject.toml"),
+        ("file = 'gone.py'", "`before` stands 0 times in gone.py"),
+        ("tests = ['tests/gone']", "there is no tests/gone"),
+        ("tests = []", "and some tests"),
+        ("tets = []", "it needs file, what, before, after, tests"),
+        ("tests =", "not valid TOML"),
+    ],
+)
+def test_a_seeded_bug_that_cannot_be_put_in_is_told_in_one_message(
+    line: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    row = {
+        "file": "file = 'pyproject.toml'",
+        "what": "what = 'w'",
+        "before": "before = '[tool.'",
+        "after": "after = '['",
+        "tests": "tests = ['.']",
+    }
+    lines = (row | {line.partition(" ")[0]: line}).values()
+    table = tmp_path / "tests/verify/seeded.toml"
+    table.parent.mkdir(parents=True)
+    table.write_text("\n".join(["[[bug]]", *lines]), encoding="utf-8")
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n", encoding="utf-8")
+    assert command.main(["--root", str(tmp_path), "--kinds", "seeded"]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+
+
+def test_a_full_disk_is_told_in_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    table = tmp_path / "tests/verify/seeded.toml"
+    table.parent.mkdir(parents=True)
+    table.write_text(_SEEDED.split("\n\n")[0], encoding="utf-8")
+    (tmp_path / "tests/robot").mkdir()
+    latch = tmp_path / "harness/rcx_harness/robot/latch.py"
+    latch.parent.mkdir(parents=True)
+    latch.write_text(_LATCH, encoding="utf-8")
+    monkeypatch.setattr(shutil, "copytree", full)
+    assert command.main(["--root", str(tmp_path), "--kinds", "seeded"]) == 2
+    told = capsys.readouterr().err
+    assert "cannot be copied" in told
+    assert "No space left on device; make room there, or set TMPDIR" in " ".join(told.split())
+    assert told.count("\n") == 1
+
+
+def test_an_unknown_kind_is_refused_with_those_that_there_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        command.main(["--kinds", "monitor"])
+    assert exit_.value.code == 2
+    assert "there is no kind 'monitor'; kinds are controller, monitors" in capsys.readouterr().err
+
+
+def test_the_page_tells_the_figures_of_each_kind() -> None:
+    rows = dict(next(check for check in CHECKS if check.name == "mutants").rows)
+    one: dict[str, object] = {"mutants": 1250, "killed": 1200, "score": 96.0}
+    one |= {"survivors": [{}] * 50, "survivors_with_a_reason": 49}
+    figures = {"kinds": {"tables": one, "seeded": {"mutants": 79, "killed": 78}}}
+    told = "1,200 of 1,250 killed, 96.0 %; survivors 50, 49 with a reason"
+    assert rows["mutants of the tables"](figures) == told
+    assert rows["seeded bugs found"](figures) == "78 of 79"
+
+
+# --- the bugs of this repository ---
+
+_BUGS = bugs(Path(__file__).with_name("seeded.toml"))
+#: Some whose file of tests is quick.
+_FEW = {
+    "MOD takes the sign of the divisor": "tests/engine/builtin/test_arithmetic.py",
+    "exactly 100 ms count as too short": "tests/cell/test_monitor.py",
+    "semi-absolute axes keep their origin without power": "tests/robot/test_robot_origin.py",
+}
+
+
+@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.what)
+def test_each_seeded_bug_can_be_put_in(bug: Bug, repository: Path) -> None:
+    assert bug.mutant(repository).text != (repository / bug.file).read_text(encoding="utf-8")
+
+
+def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
+    files = [bug.file for bug in _BUGS]
+    assert len({bug.what for bug in _BUGS}) == len(_BUGS) >= 30
+    for part in ("spec/", "/robot/", "/monitor.py", "/contract.py", "/engine/"):
+        assert sum(part in file for file in files) >= 3, part
+
+
+def test_some_seeded_bugs_are_found(repository: Path) -> None:
+    """All are put in by `make mutants`."""
+    tasks = [
+        Task(bug.mutant(repository), (_FEW[bug.what],), 60.0, bug.what)
+        for bug in _BUGS
+        if bug.what in _FEW
+    ]
+    copies = Copies(repository)
+
+    def run(task: Task) -> str | None:
+        changed = {task.mutant.file: task.mutant.text}
+        return copies.first_failure(changed, task.tests)
+
+    try:
+        found = {
+            one.task.key: one.by.partition("::")[0]
+            for one in run_tasks(tasks, run, jobs=2, ended=copies.discard)
+        }
+    finally:
+        copies.close()
+    assert found == _FEW
