@@ -243,12 +243,12 @@ def test_each_data_byte_must_be_there_a_scan_before_the_code(byte: int) -> None:
     data = {byte: 1}
     assert judge(Scan(0), Scan(10, data=data), Scan(20, code=1, data=data)) == []
     assert judge(Scan(0), Scan(10, code=1, data=data)) == [
-        f"10 data before code: n+{byte & ~1} changed together with the code 0x0001; "
+        f"10 data before code: n+{byte & ~1} changed together with the code 16#0001; "
         "data must be there one scan before"
     ]
 
 
-HELD = "held until 0x0200 or 0x4000 is read"
+HELD = "held until 16#0200 or 16#4000 is read"
 
 
 @pytest.mark.parametrize("status", [READY, RUN])
@@ -257,18 +257,18 @@ def test_code_and_data_are_held_until_the_end(status: int) -> None:
     out = (Scan(0, data={4: 7}), Scan(10, code=0x0101, data={4: 7}))
     under = (*out, Scan(20, code=0x0101, data={4: 7}, status=status))
     gone = Scan(30, code=0, data={4: 7}, status=status)
-    shown = f"while the status read was 0x{status:04X}; {HELD}"
+    shown = f"while the status read was 16#{status:04X}; {HELD}"
     assert judge(*under, gone) == [
-        f"30 command held: the code changed from 0x0101 to 0x0000 {shown}"
+        f"30 command held: the code changed from 16#0101 to 16#0000 {shown}"
     ]
     assert judge(*under, gone._replace(code=0x0101, data={4: 8})) == [
-        f"30 command held: n+4 changed with the code 0x0101 out {shown}"
+        f"30 command held: n+4 changed with the code 16#0101 out {shown}"
     ]
     assert judge(*under, gone._replace(code=0x0101, data={4: 7, 31: 1})) == [
-        f"30 command held: n+30 changed with the code 0x0101 out {shown}"
+        f"30 command held: n+30 changed with the code 16#0101 out {shown}"
     ]
     assert judge(*under, gone._replace(code=0x0102)) == [
-        f"30 command held: the code changed from 0x0101 to 0x0102 {shown}"
+        f"30 command held: the code changed from 16#0101 to 16#0102 {shown}"
     ]
 
 
@@ -293,8 +293,8 @@ def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> No
     before = (Scan(0), Scan(10, code=0x0101), Scan(15, code=0x0101, status=status))
     after = (*before, Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
     assert judge(*after, Scan(50)) == [
-        f"50 command held: the code changed from 0x0102 to 0x0000 while the status read was "
-        f"0x0000; {HELD}"
+        f"50 command held: the code changed from 16#0102 to 16#0000 while the status read was "
+        f"16#0000; {HELD}"
     ]
 
 
@@ -327,7 +327,7 @@ def test_only_a_continuous_output_under_way_may_be_ended_by_the_status_reset(cod
 @pytest.mark.parametrize("status", [RUN, END, FAILED])
 def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
     """Source: guide chapter 1, 1.2, code 0x0000."""
-    text = f"the code 0x0001 went out while the status read was 0x{status:04X}; expected 0x0000"
+    text = f"the code 16#0001 went out while the status read was 16#{status:04X}; expected 16#0000"
     assert judge(Scan(0), Scan(10, code=1)) == []
     assert judge(Scan(0), Scan(10, code=1, status=status)) == [f"10 ready before code: {text}"]
 
@@ -335,7 +335,7 @@ def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
 def test_a_code_that_follows_another_without_the_reset_is_not_ready() -> None:
     """Source: guide chapter 2, steps 5 and 6."""
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=END))
-    text = "the code 0x0102 went out while the status read was 0x0200; expected 0x0000"
+    text = "the code 16#0102 went out while the status read was 16#0200; expected 16#0000"
     assert judge(*out, Scan(30, code=0x0102, status=END)) == [f"30 ready before code: {text}"]
 
 

@@ -112,7 +112,7 @@ def test_variables_of_functions_begin_with_their_values_at_each_call(
 ) -> None:
     """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
     begin = files["command/FC_CharCode.st"].partition(" *)\n")[2].splitlines()[:3]
-    assert begin == ["  FC_CharCode := WORD#16#0;", "  Place := 0;", "  Char := '';"]
+    assert begin == ["  FC_CharCode := WORD#16#0;", "  Place := 0;", "  Letter := '';"]
     block = files["area/FB_ReadAreaWords.st"].partition(" *)\n")[2]
     assert block.startswith("  ErrorID := FC_AreaError("), "a block keeps its variables"
 

@@ -179,8 +179,8 @@ def test_a_code_that_comes_too_early_is_found_in_every_phase(phase: str, waits: 
     assert master.status == status
     end = "it waits" if waits else "not executed"
     assert master.texts() == [
-        f"ready-first: command 0x0505 is set while the status is 0x{status:04X}; "
-        f"a command may be set only in status 0x0000; {end}"
+        f"ready-first: command 16#0505 is set while the status is 16#{status:04X}; "
+        f"a command may be set only in status 16#0000; {end}"
     ]
     master.run(2000)
     assert master.status == (0x0200 if waits else 0)

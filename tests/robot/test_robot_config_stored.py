@@ -90,7 +90,7 @@ def test_the_reference_commands_answer_the_preset_data(tmp_path: Path) -> None:
         ("\n[comments]\n1 = 2", 2, "'comments.1' must be a text", "WAIT ORG"),
         ('[comments]\n30000 = ""', 1, "'comments.30000' is not a comment", "29999"),
         ('[comments]\n1 = "12345678901234567"', 1, "'comments.1' cannot be", "16 characters"),
-        ('[comments]\n1 = "\u00e4"', 1, "'comments.1' cannot be", "0x7E"),
+        ('[comments]\n1 = "\u00e4"', 1, "'comments.1' cannot be", "16#7E"),
         ("pallets = 3", 1, "'pallets' must be tables", "[pallets.10]"),
         ("[pallets.40]", 1, "'pallets.40' is not a pallet", "39"),
         ("[pallets.x]", 1, "'pallets.x' is not a pallet", "39"),

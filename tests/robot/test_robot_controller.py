@@ -94,11 +94,11 @@ def test_an_unknown_output_is_refused_with_near_names() -> None:
     ("event", "args", "message"),
     [
         ("emergencystop", {}, "did you mean emergency_stop"),
-        ("alarm", {"group": 12}, "takes group, category, not group"),
-        ("parallel_input", {}, "takes port, on, not nothing"),
-        ("alarm", {"group": 12, "category": "x"}, "takes whole numbers"),
-        ("alarm", {"group": 12, "category": 70000}, "cannot be '12.70000'"),
-        ("warning", {"group": 1}, "takes nothing, not group"),
+        ("alarm", {"group": 12}, "needs category; write"),
+        ("parallel_input", {}, "needs port and on; write"),
+        ("alarm", {"group": 12, "category": "x"}, "category = 'x' of event 'alarm' is no number"),
+        ("alarm", {"group": 12, "category": 70000}, "category = 70000 of event 'alarm' is no number from 0 to 65535"),
+        ("warning", {"group": 1}, "takes no arguments"),
     ],
 )
 def test_a_wrong_event_is_refused(event: str, args: dict[str, Any], message: str) -> None:
@@ -135,7 +135,7 @@ def test_violations_are_drained_once_and_kept() -> None:
     master.run(300)
     master.si[46] = 1
     master.run(10)
-    text = "the master writes to the reserved area: n+46 = 0x01"
+    text = "the master writes to the reserved area: n+46 = 16#01"
     assert master.robot.drain_violations() == [Violation(300_000, "reserved", text)]
     assert master.robot.drain_violations() == []
     assert len(master.robot.violations) == 1

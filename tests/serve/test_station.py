@@ -169,7 +169,7 @@ def test_an_event_happens_before_the_next_cycle(running: ServedHost) -> None:
     [
         ("emergency_stopp", {}, "unknown event 'emergency_stopp'; there are emergency_stop, "),
         ("link_down", {"port": 1}, "event 'link_down' takes nothing"),
-        ("alarm", {"group": 1}, "event 'alarm' takes group, category, not group"),
+        ("alarm", {"group": 1}, "event 'alarm' needs category"),
     ],
 )
 def test_a_wrong_event_is_refused_in_one_message(
@@ -184,14 +184,14 @@ def test_a_remote_command_is_told_as_it_runs_and_as_it_ends(running: ServedHost)
     running.run(150)
     running.network.send(image(_SI00 | _SI06, 0x0505))
     note = running.run(5).commands[-1]
-    assert note.request == "ReadPositionPulses (0xR505): Current position reference, pulse units"
+    assert note.request == "ReadPositionPulses (16#R505): Current position reference, pulse units"
     assert note.result == ""
     running.run(50)
     assert running.status.commands[-1].result == "normal end"
     running.network.send(image(_SI00 | _SI06))
     running.run(20)
     running.network.send(image(_SI00 | _SI06, 0x0FFF))
-    assert running.run(50).commands[-1].request == "0x0FFF: no command of the manual"
+    assert running.run(50).commands[-1].request == "16#0FFF: no command of the manual"
     assert running.status.commands[-1].result.startswith("abnormal end, alarm 4.2")
     assert [one.t_us for one in running.status.commands] == sorted(
         {one.t_us for one in running.status.commands}

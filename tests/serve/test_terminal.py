@@ -113,9 +113,9 @@ def test_the_terminal_shows_the_last_command_alarms_and_broken_rules(served: Ser
     served.station.happen("alarm", {"group": 12, "category": 762})
     served.run(5)
     text = _text(served, 40)
-    assert "ReadPositionPulses (0xR505): Current position reference, pulse units: normal" in text
+    assert "ReadPositionPulses (16#R505): Current position reference, pulse units: normal" in text
     assert "12.762" in text
-    assert "may be set only in status 0x0000; not executed" in text
+    assert "may be set only in status 16#0000; not executed" in text
 
 
 def test_plain_lines_tell_each_change_once(served: ServedHost) -> None:
@@ -147,9 +147,9 @@ def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedH
     served.run(10)
     texts = [line.partition(" s  ")[2] for line in lines.new()]
     assert texts == [
-        "command: ReadPositionPulses (0xR505): Current position reference, pulse units: normal end",
-        "rule broken: command 0x0FFF is set while the status is 0x0200; a command may be set only "
-        "in status 0x0000; not executed",
+        "command: ReadPositionPulses (16#R505): Current position reference, pulse units: normal end",
+        "rule broken: command 16#0FFF is set while the status is 16#0200; a command may be set only "
+        "in status 16#0000; not executed",
     ]
 
 
