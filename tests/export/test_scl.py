@@ -125,7 +125,6 @@ def test_pins_have_the_types_and_defaults_of_the_sources(text: str) -> None:
     assert "      SPEED_PERCENT : INT := 2;" in block
     assert "SPEED_DIRECT" not in _block(text, "FB_ServoOn")
     assert '      SO : "RCX_SO";' in _block(text, "RCX_REF")
-    assert '      "Char" : STRING;' in _block(text, "FC_CharCode"), "a word of SCL"
 
 
 def test_temporary_variables_begin_at_each_call_with_their_values(text: str) -> None:
@@ -163,3 +162,15 @@ def test_what_is_not_carried_is_named(tmp_path: Path) -> None:
 
 def test_it_is_the_same_every_time(text: str) -> None:
     assert export("scl", program=[EXAMPLES[0].folder]).files[""] == text
+
+
+def test_a_variable_whose_name_is_a_word_of_scl_is_declared_in_quotes(tmp_path: Path) -> None:
+    (tmp_path / "mine.st").write_text(
+        "FUNCTION FC_Mine : INT\n  VAR_INPUT\n    Text : STRING;\n  END_VAR\n  VAR\n"
+        "    Char : STRING;\n  END_VAR\n  Char := Text;\n  FC_Mine := LEN(IN := Char);\n"
+        "END_FUNCTION\n",
+        encoding="utf-8",
+    )
+    written = _block(export("scl", program=[tmp_path]).files[""], "FC_Mine")
+    assert '      "Char" : STRING;' in written
+    assert '#"Char" := #Text;' in written
