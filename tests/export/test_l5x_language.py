@@ -110,7 +110,7 @@ END_TYPE
 def test_a_statement_is_said_in_the_words_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
-    """Source: 1756-PM007, Structured Text; 1756-RM003, COP, FLL and TONR."""
+    """Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR."""
     assert _lines(tmp_path, variables, statement, _FEW) == wanted
 
 
@@ -316,13 +316,17 @@ def test_a_wrong_value_would_be_seen(
 @pytest.mark.parametrize(
     ("variables", "statement", "said"),
     [
-        ("i : DINT;", "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;", "a FOR loop, in line"),
-        ("l : LREAL;", "l := 1.0;", "the type LREAL has no counterpart"),
+        ("i : DINT;", "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;", "Mine.st:5: a FOR loop"),
+        ("l : LREAL;", "l := 1.0;", "Mine.st:3: the type LREAL has no counterpart"),
         ("t : TIME;", "t := T#1ms / 2;", "a part of a TIME"),
         ("d : UDINT;", "d := UDINT#4000000000;", "does not fit a DINT"),
-        ("c : CTU;", "c(CU := TRUE);", "CTU has no counterpart"),
+        (
+            "c : CTU;",
+            "c(CU := TRUE);",
+            "Mine.st:3: Structured Text of Logix has no CTU; count with R_TRIG and an addition",
+        ),
         (f"{'n' * 41} : BOOL;", f"{'n' * 41} := TRUE;", "longer than 40 characters"),
-        ("i : INT;", "i := MIN(i, 3);", "MIN has no counterpart"),
+        ("i : INT;", "i := MIN(i, 3);", "Mine.st:5: Structured Text of Logix has no MIN; write IF"),
         ("s : STRING;", f"s := '{'x' * 83}';", "longer than 82 characters"),
         ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is no IF"),
         ("x : DWORD; i : INT;", "x := SHL(x, i);", "a shift of a DWORD by a variable"),
@@ -352,6 +356,14 @@ def test_what_is_not_carried_is_named(
         ("RCX_TON(slow);", "RCX_TON(slow, far);", "takes a tag of its type"),
         ("RCX_TON(slow);", "RCX_TON(edge);", "takes a tag of its type"),
         ("RCX_TON(slow);", "JSR(Other);", "JSR is not read"),
+        ("RCX_TON(slow);", "FLL(0, InputArea[0], 512);", "has none; write COP from a tag that"),
+        ("RCX_TON(slow);", "TON(slow);", "has none; write TONR"),
+        (
+            "RCX_TON(slow);",
+            "IF S:FS THEN\n n := 1;\nEND_IF;",
+            "write the instruction RCX",
+        ),
+        ("far := u > 32767;", "far := MIN(u, 2) > 1;", "MIN is not read"),
         ("RCX_TON(slow);", "slow := twice;", "is copied by COP"),
         ("RCX_TON(slow);", "Nothing := 1;", "there is no tag Nothing"),
         ("RCX_TON(slow);", "slow.PV := 1;", "slow has no member PV"),

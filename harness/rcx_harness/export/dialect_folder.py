@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.export.body import Scope
 from rcx_harness.export.dialect import Dialect, Names
 from rcx_harness.export.dialect_body import dialect_body
 from rcx_harness.export.output import NOTICE, Output
 from rcx_harness.export.parts import Part, Sources, comment
+from rcx_harness.export.words import unwritten
 
 __all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
 
@@ -79,6 +80,7 @@ def tabbed(lines: Iterable[tuple[str, ...]]) -> str:
 class _Writer:
     def __init__(self, sources: Sources, tool: Tool) -> None:
         self._names = Names(sources, tool.dialect)
+        self._sources = sources
         self._tool = tool
         self.renamed: dict[str, str] = {}
         self.left_out: list[str] = []
@@ -87,18 +89,21 @@ class _Writer:
     def _choose(self, sources: Sources) -> Iterator[Part]:
         """The parts that the tool can have; why it cannot have the others."""
         known = {part.name.upper() for part in sources.parts} | set(BLOCKS)
-        barred: dict[str, str] = {}
+        reasons = {
+            part.name.upper(): self._names.trouble(part, known) or _outside(part)
+            for part in sources.parts
+        }
+        barred = unwritten(
+            sources.parts,
+            self._tool.dialect.words_of,
+            {name: why for name, why in reasons.items() if why},
+        )
         for part in sources.parts:
-            why = self._names.trouble(part, known) or _outside(part)
-            needed = next((one for one in _used(part) if one in barred), "")
-            if not why and needed:
-                why = f"needs {barred[needed]}, which is not carried"
-            if not why:
-                if _written(part, self._tool.dialect):
-                    yield part
-                continue
-            barred[part.name.upper()] = part.name
-            self.left_out.append(f"{part.kind} {part.name}: {why}")
+            why = barred.get(part.name.upper())
+            if why is not None:
+                self.left_out.append(f"{part.kind} {part.name}: {why}")
+            elif _written(part, self._tool.dialect):
+                yield part
 
     def files(self, part: Part) -> Iterator[tuple[str, str]]:
         """Path and text of a declaration's files."""
@@ -126,15 +131,7 @@ class _Writer:
     def _body(self, part: Part, node: s.Pou) -> str:
         result = f" : {self._names.spec(node.result)}" if node.result is not None else ""
         head = comment(f"{part.kind} {part.name}{result}\n\n{part.header}".strip())
-        variables = {
-            name.key: one.spec
-            for section in node.sections
-            for one in section.variables
-            for name in one.names
-        }
-        if node.result is not None:
-            variables[node.name.key] = node.result
-        body = dialect_body(part.body, variables, self._names)
+        body = dialect_body(part.body, Scope.of(part, self._sources), self._names)
         return "\n".join([head, *self._cleared(node), body, ""])
 
     def _cleared(self, node: s.Pou) -> Iterator[str]:
@@ -202,8 +199,3 @@ def _outside(part: Part) -> str:
         for section in part.node.sections
     )
     return _PROGRAM if reaches else ""
-
-
-def _used(part: Part) -> Iterator[str]:
-    for text in (part.head, part.body):
-        yield from (one.upper() for one in tokens(text, part.file) if one.type == "IDENT")

@@ -6,6 +6,7 @@ one, an instruction that needs the whole library. docs/export.md says what is tr
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 from rcx_harness.engine.frontend import syntax as s
@@ -18,11 +19,29 @@ from rcx_harness.export.l5x_model import Aoi, Data, NotCarriedError, Tag
 from rcx_harness.export.l5x_xml import aoi_element, data_type, document, program_element
 from rcx_harness.export.output import NOTICE, Output
 from rcx_harness.export.parts import Part, Sources
+from rcx_harness.export.words import unwritten, words
 
 __all__ = ["LIBRARY", "to_l5x"]
 
 #: The instruction that stands for the library in a file without a program.
 LIBRARY = "RCX_Library"
+
+_ASIDE = re.compile(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)")
+_CALLED = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\s*\(")
+_KEYWORDS = (
+    "IF",
+    "ELSIF",
+    "WHILE",
+    "UNTIL",
+    "CASE",
+    "NOT",
+    "AND",
+    "OR",
+    "XOR",
+    "MOD",
+    "OF",
+    "THEN",
+)
 
 _ABOUT = (
     "RCX_Library: brings all instructions of the library with it when it is imported. It does "
@@ -37,10 +56,14 @@ def to_l5x(sources: Sources) -> Output:
     types = _types(sources, project, left_out)
     aois = {aoi.name: aoi for aoi in standard_blocks()}
     programs: list[Aoi] = []
+    barred = unwritten(sources.parts, words("logix"))
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
         try:
+            if part.name.upper() in barred:
+                raise NotCarriedError(barred[part.name.upper()])
             made = translated(part, project.pous[part.name.upper()], project.pous)
             _check_needed(made, aois, types)
+            _check_words(made, aois)
         except NotCarriedError as error:
             left_out.append(f"{part.kind} {part.name}: {error}")
             continue
@@ -95,3 +118,14 @@ def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> Non
     for name in (*made.types, *made.blocks):
         if name not in types and name not in aois:
             raise NotCarriedError(f"needs {name}, which is not carried")
+
+
+def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
+    """Whatever its lines call must be on the list of what Structured Text of Logix has."""
+    listed = words("logix")
+    functions = {one.name for one in listed.functions.values() if not one.is_operator}
+    known = {*_KEYWORDS, *functions, *listed.instructions, *aois}
+    for line in (*made.logic, *made.prescan):
+        for name in _CALLED.findall(_ASIDE.sub(" ", line)):
+            if name not in known:
+                raise NotCarriedError(f"{listed.tool} has no {name}: {line.strip()}")

@@ -6,12 +6,14 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.types import BlockType, StructType, Type
+from rcx_harness.engine.types import BlockType, Type
 from rcx_harness.export.l5x_expressions import Expressions, fold
 from rcx_harness.export.l5x_model import (
+    FIRST_SCAN,
     IMAGES,
     RESULT,
     STANDARD_BLOCKS,
+    UNWRITTEN,
     Aoi,
     Data,
     NotCarriedError,
@@ -53,14 +55,30 @@ class _Writer:
         self._part, self._pou, self._pous = part, pou, pous
         self._expressions = Expressions(pous)
         self._comments = _comments(part)
+        self._zeros: dict[str, Data] = {}
+        self._line = 0
         self._aoi = Aoi(check_name(pou.name), part.header)
 
     def aoi(self) -> Aoi:
+        try:
+            return self._aoi_of_pou()
+        except NotCarriedError as error:
+            if not self._line:
+                raise
+            raise NotCarriedError(f"{self._part.file}:{self._line}: {error}") from None
+
+    def _aoi_of_pou(self) -> Aoi:
         for symbol in self._symbols():
             self._declare(symbol)
         body = self._returned(self._pou.body, "")
         aoi = self._aoi
         aoi.logic = [*self._cleared(), *body]
+        self._line = 0
+        aoi.prescan = [] if self._pou.kind == "FUNCTION" else list(self._initialised())
+        if self._pou.kind == "PROGRAM" and aoi.prescan:
+            self._first_scan()
+        for name, zeros in self._zeros.items():
+            aoi.locals.append(Tag(name, zeros, "Local", None, UNWRITTEN))
         for name, instance in self._expressions.instances.items():
             aoi.locals.append(Tag(check_name(instance), Data(name), "Local", is_block=True))
             aoi.blocks[name] = None
@@ -70,8 +88,16 @@ class _Writer:
         names = [tag.name.upper() for tag in (*aoi.parameters, *aoi.locals)]
         if len(set(names)) != len(names):
             raise NotCarriedError("one of its names is needed for a tag of the translation")
-        aoi.prescan = [] if self._pou.kind == "FUNCTION" else list(self._initialised())
         return aoi
+
+    def _first_scan(self) -> None:
+        """A program has no Prescan routine: an instruction that has one tells the first scan."""
+        aoi = self._aoi
+        aoi.locals.append(Tag(f"{FIRST_SCAN}_1", Data(FIRST_SCAN), "Local", is_block=True))
+        aoi.blocks[FIRST_SCAN] = None
+        lines = (f"  {line}" for line in aoi.prescan)
+        call = f"{FIRST_SCAN}({FIRST_SCAN}_1);"
+        aoi.logic = [call, f"IF {FIRST_SCAN}_1.Q THEN", *lines, "END_IF;", *aoi.logic]
 
     def _symbols(self) -> list[t.Symbol]:
         result = [] if self._pou.result is None else [self._pou.result]
@@ -80,6 +106,7 @@ class _Writer:
     # --- declarations ---------------------------------------------------------------------
 
     def _declare(self, symbol: t.Symbol) -> None:
+        self._line = symbol.at.line
         if symbol.address or symbol.section in ("VAR_EXTERNAL", "VAR_GLOBAL"):
             raise NotCarriedError("it has global or located variables")
         inside = symbol.section == "VAR" and data_of(symbol.type) == Data("STRING")
@@ -152,7 +179,7 @@ class _Writer:
             if isinstance(symbol.type, BlockType):
                 for pin in passed(symbol.type.variables):
                     if pin.section != "VAR_IN_OUT":
-                        yield _emptied(companion(symbol.name, pin.name), pin.type)
+                        yield self._emptied(companion(symbol.name, pin.name), pin.type)
                 if own is None:
                     yield from self._inputs(symbol.name, symbol.type)
 
@@ -167,9 +194,18 @@ class _Writer:
     def _initial(self, symbol: t.Symbol) -> str:
         name = RESULT if symbol.section == "RESULT" else symbol.name
         if is_whole(symbol.type) and is_zero(symbol.initial):
-            return _emptied(name, symbol.type)
+            return self._emptied(name, symbol.type)
         initial = 0 if symbol.initial is None else symbol.initial
         return f"{name} := {value_text(initial, symbol.type)};"
+
+    def _emptied(self, name: str, kind: Type) -> str:
+        """All of it 0: copied from a tag that nothing writes, for FLL is for ladder only."""
+        data = data_of(kind)
+        if data == Data("STRING"):
+            return f"{name} := '';"
+        zeros = check_name(f"Zero_{data.type}{f'_{data.size}' if data.size else ''}")
+        self._zeros[zeros] = data
+        return _copy(zeros, name, kind)
 
     # --- statements -----------------------------------------------------------------------
 
@@ -180,6 +216,7 @@ class _Writer:
             if _returns(one):
                 assert isinstance(one, t.If)
                 self._expressions.begin()
+                self._line = one.at.line
                 lines += self._noted(one, indent)
                 asked = one.branches[0][0]
                 inverted = isinstance(asked, t.Unary)
@@ -208,6 +245,7 @@ class _Writer:
 
     def _statement(self, one: t.Statement, indent: str) -> list[str]:
         self._expressions.begin()
+        self._line = one.at.line
         lines = self._noted(one, indent)
         if isinstance(one, t.Assign):
             return lines + self._assign(one.target, one.value, indent)
@@ -234,7 +272,7 @@ class _Writer:
         if isinstance(one, t.Exit):
             return [*lines, f"{indent}EXIT;"]
         what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is no IF of its own"
-        raise NotCarriedError(f"{what}, in line {one.at.line}")
+        raise NotCarriedError(what)
 
     def _assign(self, target: t.Variable, value: t.Expression, indent: str) -> list[str]:
         place = self._expressions.variable(target)
@@ -344,13 +382,6 @@ def _copy(source: str, target: str, kind: Type) -> str:
     if size:
         return f"COP({source}[0], {target}[0], {size});"
     return f"COP({source}, {target}, 1);"
-
-
-def _emptied(name: str, kind: Type) -> str:
-    size = data_of(kind).size
-    if size:
-        return f"FLL(0, {name}[0], {size});"
-    return f"FLL(0, {name}, 1);" if isinstance(kind, StructType) else f"{name} := '';"
 
 
 def _comments(part: Part) -> list[tuple[int, str]]:

@@ -23,9 +23,11 @@ from rcx_harness.engine.types import (
 )
 
 __all__ = [
+    "FIRST_SCAN",
     "IMAGES",
     "RESULT",
     "STANDARD_BLOCKS",
+    "UNWRITTEN",
     "Aoi",
     "Data",
     "NotCarriedError",
@@ -47,6 +49,12 @@ RESULT = "FcResult"
 
 #: Standard blocks, and the instructions that stand for them (`l5x_blocks`).
 STANDARD_BLOCKS = {"TON": "RCX_TON", "R_TRIG": "RCX_R_TRIG"}
+
+#: The instruction that tells a program its first scan.
+FIRST_SCAN = "RCX_FirstScan"
+
+#: What is said of a tag that all others are cleared from.
+UNWRITTEN = "all 0: nothing may write it"
 
 _NUMBERS = ("SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD", "DWORD", "TIME")
 _NANOSECONDS_PER_MS = 1_000_000

@@ -7,8 +7,10 @@ from collections.abc import Iterable
 from uuid import UUID, uuid5
 from xml.sax.saxutils import escape, quoteattr
 
+from rcx_harness.export.body import Body, Scope
 from rcx_harness.export.output import NOTICE, Output
 from rcx_harness.export.parts import Part, Sources, comment
+from rcx_harness.export.words import unwritten, words
 
 __all__ = ["to_twincat"]
 
@@ -71,14 +73,18 @@ def to_twincat(sources: Sources) -> Output:
     programs by their type's name.
     """
     files, left_out = {}, []
+    barred = unwritten(sources.parts, words("twincat"))
     for part in sources.parts:
         if part.kind == "CONFIGURATION":
             left_out.append(
                 f"CONFIGURATION {part.name}: make a task in the project and let it call the program"
             )
             continue
+        if part.name.upper() in barred:
+            left_out.append(f"{part.kind} {part.name}: {barred[part.name.upper()]}")
+            continue
         ending = "TcDUT" if part.kind == "TYPE" else "TcPOU"
-        element = _dut(part) if part.kind == "TYPE" else _pou(part)
+        element = _dut(part) if part.kind == "TYPE" else _pou(part, sources)
         files[f"{_ROOT}/{part.folder}/{part.name}.{ending}"] = _OBJECT.format(element=element)
     project = _PROJECT.format(
         notice=NOTICE,
@@ -89,13 +95,13 @@ def to_twincat(sources: Sources) -> Output:
     return Output({f"{_ROOT}.plcproj": project, **files}, tuple(left_out), newline="\r\n")
 
 
-def _pou(part: Part) -> str:
+def _pou(part: Part, sources: Sources) -> str:
     declaration = f"{comment(part.header)}\n{part.head}" if part.header else part.head
     return _POU.format(
         name=quoteattr(part.name),
         id=_identifier(part),
         declaration=_data(declaration),
-        body=_data(part.body),
+        body=_data(Body(part.body, Scope.of(part, sources), words("twincat")).all()),
     )
 
 
