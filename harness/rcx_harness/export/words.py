@@ -92,7 +92,7 @@ class Form:
         if self.name in _COMPARED and len(operands) > 2:
             pairs = (operands[at : at + 2] for at in range(len(operands) - 1))
             return f"({' AND '.join(map(self._operation, pairs))})"
-        return f"({f' {self.name} '.join(operands)})"
+        return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
 
     def takes(self, key: str, count: int) -> bool:
         """Whether so many arguments can be written."""
@@ -138,10 +138,10 @@ class Words:
             return ""
         for what, name, at in _used(part.node, functions):
             if not self._has(what, name):
-                said = f"{part.file}:{at.line}: {self.tool} has no {name.partition('/')[0]}"
-                if what == "function" and name.partition("/")[0] in self.functions:
-                    said += f" of {name.partition('/')[2]} arguments"
-                return f"{said}; {self._otherwise(what, name.partition('/')[0])}"
+                key, _, count = name.partition("/")
+                of = f" of {count} arguments" if key in self.functions else ""
+                said = f"{key}{of} is not on the list for {self.tool}"
+                return f"{part.file}:{at.line}: {said}; {self._otherwise(what, key)}"
         return ""
 
     def _has(self, what: str, name: str) -> bool:
@@ -155,7 +155,9 @@ class Words:
         return name in known[what]
 
     def _otherwise(self, what: str, name: str) -> str:
-        if name in _OTHERWISE and not (name == "**" and "EXPT" not in self.functions):
+        if name == "**" and "EXPT" not in self.functions:
+            return _OTHERWISE["EXPT"]
+        if name in _OTHERWISE:
             return _OTHERWISE[name]
         types = conversion(name)
         if types is not None and "STRING" in types:
