@@ -11,7 +11,7 @@ from rcx_harness.cell_build import source_files
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
-from rcx_harness.export import export
+from rcx_harness.export import export, l5x_body
 from rcx_harness.export.l5x_reader import read_l5x
 from rcx_harness.export.output import Output, write
 
@@ -380,6 +380,18 @@ def test_the_reader_refuses_what_logix_would(
     with pytest.raises(InputError) as refused:
         read_l5x(file)
     assert said in str(refused.value)
+
+
+def test_an_instruction_that_is_not_on_the_list_is_never_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Should the translation forget it. Source: Studio 5000 help, FLL: for ladder only."""
+    monkeypatch.setattr(l5x_body, "_copy", lambda source, target, kind: f"FLL(0, {target}, 1);")
+    body = "  VAR\n    a, b : PAIR;\n  END_VAR\n  (* MOV(a) *)\n  a := b;\n"
+    output = _exported(tmp_path, f"{_FEW}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n")
+    said = "FUNCTION_BLOCK FB_Mine: Structured Text of Logix has no FLL: FLL(0, a, 1);"
+    assert output.left_out == (said,)
+    assert "FLL" not in output.files[""]
 
 
 def test_a_second_program_and_a_default_of_a_structure_are_named(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from ctypes import c_float
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from rcx_harness.export.words import words
 __all__ = ["Scope", "iec_statements", "iec_type", "single"]
 
 _STORED = {"SINT": "BYTE", "INT": "WORD", "FBD_TIMER": "RCX_TONR"}
+_COMMENT = re.compile(r"\(\*.*?\*\)")
 _LIST = words("logix")
 _FUNCTIONS = ("ABS", "SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN")
 _BOOL, _DINT, _REAL, _STRING = "BOOL", "DINT", "REAL", "STRING"
@@ -58,7 +60,7 @@ def iec_statements(text: str, scope: Scope) -> list[str]:
         InputError: something that this reader does not know, or that Logix would refuse.
     """
     for place, line in enumerate(text.splitlines(), 1):
-        if "S:FS" in line:
+        if "S:FS" in _COMMENT.sub(" ", line):
             raise InputError(f"{scope.name}, line {place}: {_refusal('S:FS')}")
     wrapped = f"FUNCTION_BLOCK It\n{text}\nEND_FUNCTION_BLOCK\n"
     (pou,) = parse_text(wrapped, Path(scope.name)).declarations
