@@ -134,7 +134,7 @@ class Words:
             part: A declaration.
             functions: Functions of the sources, in upper case.
         """
-        if not isinstance(part.node, s.Pou):
+        if isinstance(part.node, s.Configuration):
             return ""
         for what, name, at in _used(part.node, functions):
             if not self._has(what, name):
@@ -230,7 +230,7 @@ def unwritten(
 
 def blocks_of(part: Part) -> set[str]:
     """The standard blocks that a part has instances of."""
-    used = _used(part.node, ()) if isinstance(part.node, s.Pou) else ()
+    used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
     return {name for what, name, _ in used if what == "block"}
 
 
@@ -241,8 +241,10 @@ def _mentioned(part: Part) -> Iterator[str]:
             yield node.key
 
 
-def _used(node: s.Pou, functions: Collection[str]) -> Iterator[tuple[str, str, s.Position]]:
-    """Kind and name of each standard thing that a POU uses; a function with how many arguments."""
+def _used(
+    node: s.Pou | s.TypeDecl, functions: Collection[str]
+) -> Iterator[tuple[str, str, s.Position]]:
+    """Kind and name of each standard thing that is used; a function with how many arguments."""
     for one in _nodes(node):
         if isinstance(one, s.Call) and one.function.key not in functions:
             key = one.function.key
