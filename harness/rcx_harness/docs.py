@@ -20,6 +20,7 @@ from rcx_harness import docs_blocks, docs_examples, spec
 from rcx_harness.docs_blocks.panel import panel_page
 from rcx_harness.docs_commands import commands_page
 from rcx_harness.docs_diagnosis import diagnosis_page
+from rcx_harness.docs_words import words_page
 from rcx_harness.library import files as library_files
 from rcx_harness.library.alarm_texts import text_files
 from rcx_harness.process_charts import process_chart, processes
@@ -228,6 +229,9 @@ def pages() -> dict[str, Callable[[], str]]:
         ),
         "docs/diagnosis.md": diagnosis_page,
         "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
+        "docs/export-words.md": lambda: _page(
+            "What each tool's Structured Text has", "harness/rcx_harness/export/words", words_page()
+        ),
         "docs/fidelity.md": fidelity.fidelity_page,
         "docs/panel.html": panel_page,
         "docs/processes.md": lambda: _page(

@@ -134,7 +134,7 @@ def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
 def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
     """docs/export.md; that its pins and arguments are right is tests/export/test_l5x.py."""
     page = (_ROOT / "docs/export.md").read_text(encoding="utf-8")
-    code = page.partition("```\nIF S:FS THEN")[2].partition("```")[0]
+    code = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]
     calls = re.findall(r"^(FB_\w+)\((\w+), ", code, re.MULTILINE)
     assert len(calls) == 4
     for block, tag in calls:

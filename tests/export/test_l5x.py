@@ -59,7 +59,7 @@ def test_all_of_the_library_is_carried(library: Output) -> None:
     declared = [one.attrib["Name"] for one in root.iter("AddOnInstructionDefinition")]
     blocks = [part.name for part in sources.of("FUNCTION", "FUNCTION_BLOCK")]
     assert library.left_out == ()
-    assert declared == ["RCX_TON", "RCX_R_TRIG", *blocks, "RCX_Library"]
+    assert declared == ["RCX_TON", "RCX_R_TRIG", "RCX_FirstScan", *blocks, "RCX_Library"]
     for place, aoi in enumerate(root.iter("AddOnInstructionDefinition")):
         used = aoi.findall("Dependencies/Dependency[@Type='AddOnInstructionDefinition']")
         assert {one.attrib["Name"] for one in used} <= set(declared[:place])
@@ -126,6 +126,7 @@ def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Pat
     ("old", "new"),
     [
         ("Pace.PT := Interval;", "Pace.PT := 0;"),
+        ("IF RCX_FirstScan_1.Q THEN", "IF NOT RCX_FirstScan_1.Q THEN"),
         ("COP(Data[0], Robot.Data[0], 16);", "COP(Robot.Data[0], Data[0], 16);"),
         ("(Temp_D2 * 256)", "(Temp_D2 * 128)"),
     ],
@@ -165,7 +166,7 @@ def test_what_begins_anew_when_the_controller_starts(cell: Path) -> None:
             kept = tag.attrib.get("Usage") in ("Input", "InOut")
             system = tag.attrib["Name"] == "EnableOut"
             inside = tag.attrib["DataType"].startswith(("FB_", "FC_", "RCX_TON", "RCX_R_TRIG"))
-            temporary = tag.attrib["Name"].startswith("Temp_")
+            temporary = tag.attrib["Name"].startswith(("Temp_", "Zero_"))
             if not (kept or system or inside or temporary):
                 assert tag.attrib["Name"] in cleared, f"{name}.{tag.attrib['Name']}"
 
@@ -177,10 +178,10 @@ def test_in_a_program_only_what_it_writes_begins_anew(cell: Path) -> None:
     assert routine is not None
     lines = [(line.text or "").strip() for line in routine.iter("Line")]
     first = lines[: lines.index("END_IF;")]
-    assert first[0] == "IF S:FS THEN"
+    assert first[:2] == ["RCX_FirstScan(RCX_FirstScan_1);", "IF RCX_FirstScan_1.Q THEN"]
     assert "Stage := 0(*STAGE_IDLE*);" in first
-    assert "FLL(0, Robot, 1);" in first
-    assert "FLL(0, OutputArea[0], 512);" in first
+    assert "COP(Zero_RCX_REF, Robot, 1);" in first
+    assert "COP(Zero_SINT_512[0], OutputArea[0], 512);" in first
     assert not [line for line in first if "InputArea" in line or "Connected" in line]
 
 
@@ -225,7 +226,7 @@ def test_it_is_the_same_every_time(cell: Path) -> None:
 def test_started_again_in_the_middle_of_its_work_all_begins_anew(
     cell: Path, tmp_path: Path
 ) -> None:
-    """What the Prescan routines and `IF S:FS` leave is what a new controller has.
+    """What the Prescan routines and the first scan leave is what a new controller has.
 
     A controller prescans every instruction, behind a condition that is FALSE, too; what the reader
     has made does it with its first call, so what an idle block does not call is still to come.
@@ -243,8 +244,8 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(
     assert worked.read("Main.Robot.SI.SI01_ServoOn")
     worked.write("Main.Start", False)
     for path, _ in worked.walk():
-        if path.endswith(("Rcx_Prescanned", "Rcx_FirstScan")):
-            worked.write(path, path.endswith("Rcx_FirstScan"))
+        if path.endswith("Rcx_Prescanned"):
+            worked.write(path, False)
     _drive(worked)
     worked.scan(1_000_000)
     _drive(new)
@@ -273,6 +274,8 @@ def _drive(program: Program) -> None:
 
 
 _TAGS = {
+    "FirstScan": "RCX_FirstScan",
+    "NoRobot": "RCX_REF",
     "Robot": "RCX_REF",
     "RobotIn": "SINT 512",
     "RobotOut": "SINT 512",
@@ -291,8 +294,8 @@ _TAGS = {
 def test_the_calls_in_the_docs_are_right(cell: Path, tmp_path: Path) -> None:
     """docs/export.md: arguments in their order, pins by their names; GSV and CPS aside."""
     page = (ROOT / "docs/export.md").read_text(encoding="utf-8")
-    shown = page.partition("```\nIF S:FS")[2].partition("```")[0]
-    lines = [line.partition("//")[0].rstrip() for line in f"IF S:FS{shown}".splitlines()]
+    shown = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]
+    lines = [line.partition("//")[0].rstrip() for line in f"RCX_FirstScan({shown}".splitlines()]
     kept = [line for line in lines if not line.startswith(("GSV(", "CPS("))]
     assert len(lines) - len(kept) == 3
     tree = ET.fromstring(cell.read_text())

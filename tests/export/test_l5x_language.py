@@ -11,7 +11,7 @@ from rcx_harness.cell_build import source_files
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
-from rcx_harness.export import export
+from rcx_harness.export import export, l5x_body
 from rcx_harness.export.l5x_reader import read_l5x
 from rcx_harness.export.output import Output, write
 
@@ -110,7 +110,7 @@ END_TYPE
 def test_a_statement_is_said_in_the_words_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
-    """Source: 1756-PM007, Structured Text; 1756-RM003, COP, FLL and TONR."""
+    """Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR."""
     assert _lines(tmp_path, variables, statement, _FEW) == wanted
 
 
@@ -316,13 +316,30 @@ def test_a_wrong_value_would_be_seen(
 @pytest.mark.parametrize(
     ("variables", "statement", "said"),
     [
-        ("i : DINT;", "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;", "a FOR loop, in line"),
-        ("l : LREAL;", "l := 1.0;", "the type LREAL has no counterpart"),
+        (
+            "i : DINT;",
+            "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;",
+            "Mine.st:5: FUNCTION_BLOCK FB_Mine: a FOR loop",
+        ),
+        (
+            "l : LREAL;",
+            "l := 1.0;",
+            "Mine.st:3: FUNCTION_BLOCK FB_Mine: the type LREAL has no counterpart",
+        ),
         ("t : TIME;", "t := T#1ms / 2;", "a part of a TIME"),
         ("d : UDINT;", "d := UDINT#4000000000;", "does not fit a DINT"),
-        ("c : CTU;", "c(CU := TRUE);", "CTU has no counterpart"),
+        (
+            "c : CTU;",
+            "c(CU := TRUE);",
+            "Mine.st:3: FUNCTION_BLOCK FB_Mine: CTU is not on the list for Structured Text of "
+            "Logix; count",
+        ),
         (f"{'n' * 41} : BOOL;", f"{'n' * 41} := TRUE;", "longer than 40 characters"),
-        ("i : INT;", "i := MIN(i, 3);", "MIN has no counterpart"),
+        (
+            "i : INT;",
+            "i := MIN(i, 3);",
+            "Mine.st:5: FUNCTION_BLOCK FB_Mine: MIN is not on the list for",
+        ),
         ("s : STRING;", f"s := '{'x' * 83}';", "longer than 82 characters"),
         ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is no IF"),
         ("x : DWORD; i : INT;", "x := SHL(x, i);", "a shift of a DWORD by a variable"),
@@ -339,7 +356,7 @@ def test_what_is_not_carried_is_named(
     user = "PROGRAM Mine\n  VAR\n    It : FB_Mine;\n  END_VAR\n  It();\nEND_PROGRAM"
     output = _exported(tmp_path, f"{block}\n{user}\n")
     assert output.left_out[0].startswith("FUNCTION_BLOCK FB_Mine: ")
-    assert said in output.left_out[0]
+    assert said in str(output.missing[0])
     assert output.left_out[1] == "PROGRAM Mine: needs FB_Mine, which is not carried"
     assert "FB_Mine" not in output.files[""]
 
@@ -352,6 +369,14 @@ def test_what_is_not_carried_is_named(
         ("RCX_TON(slow);", "RCX_TON(slow, far);", "takes a tag of its type"),
         ("RCX_TON(slow);", "RCX_TON(edge);", "takes a tag of its type"),
         ("RCX_TON(slow);", "JSR(Other);", "JSR is not read"),
+        ("RCX_TON(slow);", "FLL(0, InputArea[0], 512);", "has none; write COP from a tag that"),
+        ("RCX_TON(slow);", "TON(slow);", "has none; write TONR"),
+        (
+            "RCX_TON(slow);",
+            "IF S:FS THEN\n n := 1;\nEND_IF;",
+            "write the instruction RCX",
+        ),
+        ("far := u > 32767;", "far := MIN(u, 2) > 1;", "MIN is not read"),
         ("RCX_TON(slow);", "slow := twice;", "is copied by COP"),
         ("RCX_TON(slow);", "Nothing := 1;", "there is no tag Nothing"),
         ("RCX_TON(slow);", "slow.PV := 1;", "slow has no member PV"),
@@ -368,6 +393,18 @@ def test_the_reader_refuses_what_logix_would(
     with pytest.raises(InputError) as refused:
         read_l5x(file)
     assert said in str(refused.value)
+
+
+def test_an_instruction_that_is_not_on_the_list_is_never_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Should the translation forget it. Source: Studio 5000 help, FLL: for ladder only."""
+    monkeypatch.setattr(l5x_body, "_copy", lambda source, target, kind: f"FLL(0, {target}, 1);")
+    body = "  VAR\n    a, b : PAIR;\n  END_VAR\n  (* MOV(a) *)\n  a := b;\n"
+    output = _exported(tmp_path, f"{_FEW}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n")
+    said = "FUNCTION_BLOCK FB_Mine: Structured Text of Logix has no FLL: FLL(0, a, 1);"
+    assert output.left_out == (said,)
+    assert "FLL" not in output.files[""]
 
 
 def test_a_second_program_is_named_and_a_structure_begins_with_its_values(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from exported import shape
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse_text
 from rcx_harness.export import export
+from rcx_harness.export.body import Scope
 from rcx_harness.export.parts import Part, Sources, sources_of
 from rcx_harness.export.scl_body import Names, scl_body
 
@@ -139,9 +140,13 @@ def test_enumerations_are_listed_with_their_numbers(text: str) -> None:
 
 
 def test_functions_get_the_arguments_that_are_left_out_and_shifts_their_names() -> None:
-    names = Names({"A", "B", "CHAR"}, {"FC_IT": {"First": "1", "Second": "2"}})
+    names = Names((), {"FC_IT": {"FIRST": "1", "SECOND": "2"}})
+    at = s.Position(1, 1)
+    kind = s.NamedSpec(s.Name("INT", at), at)
+    variables = dict.fromkeys(("A", "B", "CHAR"), kind)
+    scope = Scope(variables, {}, {"FC_IT": ("First", "Second")}, {"FC_IT"})
     body = "A := FC_It(First := SHL(B, A + 1)) + LEN(IN := B); (* SHL(a, b) *) Char.Label := 'A';"
-    assert scl_body(body, names) == (
+    assert scl_body(body, scope, names) == (
         '#A := "FC_It"(First := SHL(IN := #B, N := #A + 1), Second := 2) + LEN(#B);'
         ' (* SHL(a, b) *) #"Char"."Label" := \'A\';'
     )

@@ -12,8 +12,9 @@ from example_runs import EXAMPLES, changes, recorded_trace
 from rcx_harness.docs_examples import Example
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.engine.frontend.standard import FUNCTIONS
 
-__all__ = ["EXPORTED", "comments", "recorded", "shape", "shapes", "trace_of"]
+__all__ = ["EXPORTED", "by_position", "comments", "recorded", "shape", "shapes", "trace_of"]
 
 #: Examples with what an export can lose: arrays of structures, words, texts, a block of the user's.
 EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", "12")]
@@ -63,6 +64,18 @@ def shape(node: Any) -> Any:
         values = [shape(getattr(node, field.name)) for field in fields(node)]
         return (type(node).__name__, *values)
     return node
+
+
+def by_position(node: Any) -> Any:
+    """A shape in which calls of standard functions have lost the names of their arguments."""
+    if isinstance(node, dict):
+        return {name: by_position(one) for name, one in node.items()}
+    if isinstance(node, list):
+        return [by_position(one) for one in node]
+    if isinstance(node, tuple) and node and node[0] == "Call" and node[1][1] in FUNCTIONS:
+        given = [("Argument", None, by_position(one[2]), *one[3:]) for one in node[2]]
+        return ("Call", node[1], given, *node[3:])
+    return tuple(map(by_position, node)) if isinstance(node, tuple) else node
 
 
 def _single(item: Any) -> list[Any]:

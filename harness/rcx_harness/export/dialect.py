@@ -10,8 +10,9 @@ from typing import Any
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.export.expressions import expression_text, init_text
-from rcx_harness.export.initial import literal, zero
+from rcx_harness.export.initial import is_scalar, literal, zero
 from rcx_harness.export.parts import Part, Sources
+from rcx_harness.export.words import Words, words
 
 __all__ = ["BYTES", "Dialect", "Function", "Names"]
 
@@ -31,6 +32,7 @@ class Dialect:
 
     Attributes:
         tool: Its name.
+        listed: Of its functions and blocks, in the folder `words`.
         types: What its tables call an elementary type; one that is missing it does not have.
         array: How its tables write an array of `{element}` from `{bounds}`.
         words: Types that its statements call otherwise, in typed literals and conversions.
@@ -39,10 +41,10 @@ class Dialect:
         refused: Names of variables that it refuses.
         arguments: Conversion of each argument of a standard function; "" for none.
         results: Conversion of a standard function's result.
-        pins: Pins of standard blocks that it calls otherwise, by block and pin.
     """
 
     tool: str
+    listed: str
     types: Mapping[str, str]
     array: str
     refused: re.Pattern[str]
@@ -51,7 +53,11 @@ class Dialect:
     bytes: bool = False
     arguments: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     results: Mapping[str, str] = field(default_factory=dict)
-    pins: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+    @property
+    def words_of(self) -> Words:
+        """Its list of functions and blocks."""
+        return words(self.listed)
 
     def name(self, text: str) -> str:
         """A variable's, pin's or field's name here."""
@@ -208,6 +214,7 @@ class Names:
             if section.kind == "VAR_INPUT"
             for one in section.variables
             for name in one.names
+            if is_scalar(symbols[name.key].type)
         }
 
     def _literal(self, init: s.Init) -> str:

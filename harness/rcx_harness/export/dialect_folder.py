@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.tree import Symbol
 from rcx_harness.engine.types import BlockType, StructType, Type
+from rcx_harness.export.body import Scope
 from rcx_harness.export.dialect import BYTES, Dialect, Names
 from rcx_harness.export.dialect_body import dialect_body
 from rcx_harness.export.initial import is_scalar, zero
-from rcx_harness.export.losses import lost_configuration, missing, reaching_out, sections
+from rcx_harness.export.losses import lost_configuration, reaching_out, sections
 from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources, comment
 from rcx_harness.export.starts import Starts
+from rcx_harness.export.words import mentioned, unwritten
 
 __all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
 
@@ -90,6 +91,7 @@ def tabbed(lines: Iterable[tuple[str, ...]]) -> str:
 class _Writer:
     def __init__(self, sources: Sources, tool: Tool) -> None:
         self._names = Names(sources, tool.dialect)
+        self._sources = sources
         self._tool = tool
         self._starts = Starts(
             sources.project,
@@ -101,31 +103,27 @@ class _Writer:
             kept=self._is_kept,
         )
         self.renamed: dict[str, str] = {}
-        self._spelt = {part.name.upper(): part.name for part in sources.parts}
         self.missing: list[Missing] = []
         self.carried = list(self._choose(sources))
 
     def _choose(self, sources: Sources) -> Iterator[Part]:
         """The parts that the tool can have; why it cannot have the others."""
         known = {part.name.upper() for part in sources.parts} | set(BLOCKS)
-        barred: dict[str, str] = {}
-        for part in sources.parts:
-            needed = next((one for one in _used(part) if one in barred), "")
-            why = self._names.trouble(part, known) or self._outside(part)
-            if not why and needed:
-                why = f"needs {self._spelt[needed]}, which is not carried"
-            if why:
-                barred[part.name.upper()] = why
+        reasons = {
+            part.name.upper(): self._names.trouble(part, known) or self._outside(part)
+            for part in sources.parts
+        }
+        barred = unwritten(sources.parts, self._tool.dialect.words_of, reasons)
         replaced: set[str] = set()
         for part in sources.parts:
             lost = barred.get(part.name.upper())
             if isinstance(part.node, s.Configuration):
                 self.missing.append(lost_configuration(part, _CONFIGURATION))
             elif lost is not None:
-                words = lost == BYTES or not replaced.isdisjoint(_used(part))
+                words = lost.why == BYTES or not replaced.isdisjoint(mentioned(part))
                 if words and part.folder != "program":
                     replaced.add(part.name.upper())
-                self.missing.append(missing(part, lost, replaced=part.name.upper() in replaced))
+                self.missing.append(replace(lost, replaced=part.name.upper() in replaced))
             elif _written(part, self._tool.dialect):
                 yield part
 
@@ -164,15 +162,7 @@ class _Writer:
     def _body(self, part: Part, node: s.Pou) -> str:
         result = f" : {self._names.spec(node.result)}" if node.result is not None else ""
         head = comment(f"{part.kind} {part.name}{result}\n\n{part.header}".strip())
-        variables = {
-            name.key: one.spec
-            for section in node.sections
-            for one in section.variables
-            for name in one.names
-        }
-        if node.result is not None:
-            variables[node.name.key] = node.result
-        body = dialect_body(part.body, variables, self._names)
+        body = dialect_body(part.body, Scope.of(part, self._sources), self._names)
         return "\n".join([head, *self._started(node), body, ""])
 
     def _started(self, node: s.Pou) -> Iterator[str]:
@@ -234,8 +224,3 @@ def _written(part: Part, dialect: Dialect) -> bool:
         return True
     spec = part.node.spec
     return isinstance(spec, s.StructSpec) or (isinstance(spec, s.EnumSpec) and dialect.enumerations)
-
-
-def _used(part: Part) -> Iterator[str]:
-    for text in (part.head, part.body):
-        yield from (one.upper() for one in tokens(text, part.file) if one.type == "IDENT")

@@ -14,6 +14,7 @@ __all__ = ["KEYENCE", "to_keyence"]
 
 KEYENCE = Dialect(
     tool="KV STUDIO",
+    listed="keyence",
     types={
         **{one: one for one in ("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME")},
         "BYTE": "UINT",

@@ -6,6 +6,7 @@ one, an instruction that needs the whole library. docs/export.md says what is tr
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 
 from rcx_harness.engine.frontend import syntax as s
@@ -13,16 +14,34 @@ from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.types import BlockType, StructType
 from rcx_harness.export.l5x_blocks import standard_blocks
 from rcx_harness.export.l5x_body import translated
-from rcx_harness.export.l5x_model import Aoi, Data, NotCarriedError, Tag
+from rcx_harness.export.l5x_model import Aoi, Data, NotCarriedError, Tag, data_of
 from rcx_harness.export.l5x_xml import aoi_element, data_type, document, program_element
-from rcx_harness.export.losses import lost_configuration, missing, sections
+from rcx_harness.export.losses import lost_configuration, missing, reaching_out, sections
 from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources
+from rcx_harness.export.words import unwritten, words
 
 __all__ = ["LIBRARY", "to_l5x"]
 
 #: The instruction that stands for the library in a file without a program.
 LIBRARY = "RCX_Library"
+
+_ASIDE = re.compile(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)")
+_CALLED = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\s*\(")
+_KEYWORDS = (
+    "IF",
+    "ELSIF",
+    "WHILE",
+    "UNTIL",
+    "CASE",
+    "NOT",
+    "AND",
+    "OR",
+    "XOR",
+    "MOD",
+    "OF",
+    "THEN",
+)
 
 _ABOUT = (
     "RCX_Library: brings all instructions of the library with it when it is imported. It does "
@@ -37,12 +56,22 @@ def to_l5x(sources: Sources) -> Output:
     types = _types(sources, project, lost)
     aois = {aoi.name: aoi for aoi in standard_blocks()}
     programs: list[Aoi] = []
+    reasons = {
+        part.name.upper(): reaching_out(part.node, "Studio 5000 Logix Designer")
+        for part in sources.parts
+        if isinstance(part.node, s.Pou)
+    }
+    barred = unwritten(sources.parts, words("logix"), reasons)
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
+        if part.name.upper() in barred:
+            lost.append(barred[part.name.upper()])
+            continue
         try:
             made = translated(part, project.pous[part.name.upper()], project.pous)
             _check_needed(made, aois, types)
+            _check_words(made, aois)
         except NotCarriedError as error:
-            lost.append(missing(part, str(error)))
+            lost.append(missing(part, str(error), at=error.at))
             continue
         if part.kind != "PROGRAM":
             aois[made.name] = made
@@ -74,12 +103,17 @@ def _document(types: Iterable[str], aois: dict[str, Aoi], programs: list[Aoi]) -
 def _types(sources: Sources, project: Project, lost: list[Missing]) -> dict[str, str]:
     """The structures; other types are written out where they are used."""
     found: dict[str, str] = {}
+    gone: set[str] = set()
     for part in sources.of("TYPE"):
         kind = project.types[part.name.upper()]
         if isinstance(kind, StructType):
             try:
+                for _, inner in kind.fields:
+                    if data_of(inner).type in gone:
+                        raise NotCarriedError(f"needs {data_of(inner).type}, which is not carried")
                 found[kind.name] = data_type(kind, part.header, part.notes)
             except NotCarriedError as error:
+                gone.add(kind.name)
                 lost.append(missing(part, str(error)))
     return found
 
@@ -98,3 +132,14 @@ def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> Non
     for name in (*made.types, *made.blocks):
         if name not in types and name not in aois:
             raise NotCarriedError(f"needs {name}, which is not carried")
+
+
+def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
+    """Whatever its lines call must be on the list of what Structured Text of Logix has."""
+    listed = words("logix")
+    functions = {one.name for one in listed.functions.values() if not one.is_operator}
+    known = {*_KEYWORDS, *functions, *listed.instructions, *aois}
+    for line in (*made.logic, *made.prescan):
+        for name in _CALLED.findall(_ASIDE.sub(" ", line)):
+            if name not in known:
+                raise NotCarriedError(f"{listed.tool} has no {name}: {line.strip()}")

@@ -1,8 +1,8 @@
-"""Instructions that stand for the standard blocks TON and R_TRIG."""
+"""Instructions for the standard blocks TON and R_TRIG, and for the first scan of a program."""
 
 from __future__ import annotations
 
-from rcx_harness.export.l5x_model import Aoi, Data, Tag
+from rcx_harness.export.l5x_model import FIRST_SCAN, Aoi, Data, Tag
 
 __all__ = ["FBD_TIMER", "standard_blocks"]
 
@@ -26,8 +26,8 @@ _BOOL, _DINT = Data("BOOL"), Data("DINT")
 
 
 def standard_blocks() -> list[Aoi]:
-    """RCX_TON and RCX_R_TRIG."""
-    return [_ton(), _r_trig()]
+    """RCX_TON, RCX_R_TRIG and RCX_FirstScan."""
+    return [_ton(), _r_trig(), _first_scan()]
 
 
 def _ton() -> Aoi:
@@ -73,4 +73,19 @@ def _r_trig() -> Aoi:
         [Tag("WasOn", _BOOL, "Local", "0")],
         ["Q := CLK AND NOT WasOn;", "WasOn := CLK;"],
         ["Q := 0;", "WasOn := 0;"],
+    )
+
+
+def _first_scan() -> Aoi:
+    """The Prescan routine runs when the controller starts (1756-PM010).
+
+    The flag S:FS is not for Structured Text: the vendor's help names it for XIC and XIO only.
+    """
+    return Aoi(
+        FIRST_SCAN,
+        "RCX_FirstScan: TRUE in the first scan after the controller has started.",
+        [Tag("Q", _BOOL, "Output", "0", "TRUE in the first call after the start")],
+        [Tag("HasRun", _BOOL, "Local", "0")],
+        ["Q := NOT HasRun;", "HasRun := 1;"],
+        ["Q := 0;", "HasRun := 0;"],
     )

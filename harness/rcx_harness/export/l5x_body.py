@@ -7,13 +7,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.syntax import Position
 from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
 from rcx_harness.export.initial import differing, zero
 from rcx_harness.export.l5x_expressions import Expressions, fold
 from rcx_harness.export.l5x_model import (
+    FIRST_SCAN,
     IMAGES,
     RESULT,
     STANDARD_BLOCKS,
+    UNWRITTEN,
     Aoi,
     Data,
     NotCarriedError,
@@ -56,14 +59,29 @@ class _Writer:
         self._part, self._pou, self._pous = part, pou, pous
         self._expressions = Expressions(pous)
         self._comments = _comments(part)
+        self._zeros: dict[str, Data] = {}
+        self._at: Position | None = None
         self._aoi = Aoi(check_name(pou.name), part.header)
 
     def aoi(self) -> Aoi:
+        try:
+            return self._aoi_of_pou()
+        except NotCarriedError as error:
+            error.at = self._at
+            raise
+
+    def _aoi_of_pou(self) -> Aoi:
         for symbol in self._symbols():
             self._declare(symbol)
         body = self._returned(self._pou.body, "")
         aoi = self._aoi
         aoi.logic = [*self._cleared(), *body]
+        aoi.prescan = [] if self._pou.kind == "FUNCTION" else list(self._initialised())
+        self._at = None
+        if self._pou.kind == "PROGRAM" and aoi.prescan:
+            self._first_scan()
+        for name, zeros in self._zeros.items():
+            aoi.locals.append(Tag(name, zeros, "Local", None, UNWRITTEN))
         for name, instance in self._expressions.instances.items():
             aoi.locals.append(Tag(check_name(instance), Data(name), "Local", is_block=True))
             aoi.blocks[name] = None
@@ -73,8 +91,16 @@ class _Writer:
         names = [tag.name.upper() for tag in (*aoi.parameters, *aoi.locals)]
         if len(set(names)) != len(names):
             raise NotCarriedError("one of its names is needed for a tag of the translation")
-        aoi.prescan = [] if self._pou.kind == "FUNCTION" else list(self._initialised())
         return aoi
+
+    def _first_scan(self) -> None:
+        """A program has no Prescan routine: an instruction that has one tells the first scan."""
+        aoi = self._aoi
+        aoi.locals.append(Tag(f"{FIRST_SCAN}_1", Data(FIRST_SCAN), "Local", is_block=True))
+        aoi.blocks[FIRST_SCAN] = None
+        lines = (f"  {line}" for line in aoi.prescan)
+        call = f"{FIRST_SCAN}({FIRST_SCAN}_1);"
+        aoi.logic = [call, f"IF {FIRST_SCAN}_1.Q THEN", *lines, "END_IF;", *aoi.logic]
 
     def _symbols(self) -> list[t.Symbol]:
         result = [] if self._pou.result is None else [self._pou.result]
@@ -83,8 +109,7 @@ class _Writer:
     # --- declarations ---------------------------------------------------------------------
 
     def _declare(self, symbol: t.Symbol) -> None:
-        if symbol.address or symbol.section in ("VAR_EXTERNAL", "VAR_GLOBAL"):
-            raise NotCarriedError("it has global or located variables")
+        self._at = symbol.at
         inside = symbol.section == "VAR" and data_of(symbol.type) == Data("STRING")
         if is_whole(symbol.type) and not is_zero(symbol.initial) and not inside:
             self._check_set(symbol)
@@ -134,6 +159,7 @@ class _Writer:
         first = self._pou.body[0] if self._pou.body else None
         at_once = first.target if isinstance(first, t.Assign) else None
         for symbol in self._symbols():
+            self._at = symbol.at
             inside = symbol.section in ("VAR", "RESULT") and function
             soon = isinstance(at_once, t.Use) and at_once.symbol is symbol
             soon = soon and symbol.section == "RESULT"
@@ -148,6 +174,7 @@ class _Writer:
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
         retained = retain(self._part)
         for symbol in self._pou.symbols.values():
+            self._at = symbol.at
             kept = symbol.section in ("VAR_IN_OUT", "VAR_INPUT", "VAR_TEMP")
             kept = kept or symbol.name.upper() in retained
             passed_out = symbol.section == "VAR_OUTPUT" and is_whole(symbol.type)
@@ -158,13 +185,14 @@ class _Writer:
             if isinstance(symbol.type, BlockType):
                 for pin in passed(symbol.type.variables):
                     if pin.section != "VAR_IN_OUT":
-                        yield _emptied(companion(symbol.name, pin.name), pin.type)
+                        yield self._emptied(companion(symbol.name, pin.name), pin.type)
                 if own is None:
                     yield from self._inputs(symbol.name, symbol.type)
 
     def _check_set(self, symbol: t.Symbol) -> None:
         """Refuse what statements at the start cannot set: a pin, what is kept, an image."""
-        pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT")
+        given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
+        pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given
         kept = symbol.name.upper() in retain(self._part) and symbol.section == "VAR"
         image = isinstance(symbol.type, ArrayType) and symbol.type.name.upper() in IMAGES
         if pin or kept or image:
@@ -190,9 +218,18 @@ class _Writer:
     def _initial(self, symbol: t.Symbol) -> str:
         name = RESULT if symbol.section == "RESULT" else symbol.name
         if is_whole(symbol.type) and is_zero(symbol.initial):
-            return _emptied(name, symbol.type)
+            return self._emptied(name, symbol.type)
         initial = 0 if symbol.initial is None else symbol.initial
         return f"{name} := {value_text(initial, symbol.type)};"
+
+    def _emptied(self, name: str, kind: Type) -> str:
+        """All of it 0: copied from a tag that nothing writes, for FLL is for ladder only."""
+        data = data_of(kind)
+        if data == Data("STRING"):
+            return f"{name} := '';"
+        zeros = check_name(f"Zero_{data.type}{f'_{data.size}' if data.size else ''}")
+        self._zeros[zeros] = data
+        return _copy(zeros, name, kind)
 
     # --- statements -----------------------------------------------------------------------
 
@@ -203,6 +240,7 @@ class _Writer:
             if _returns(one):
                 assert isinstance(one, t.If)
                 self._expressions.begin()
+                self._at = one.at
                 lines += self._noted(one, indent)
                 asked = one.branches[0][0]
                 inverted = isinstance(asked, t.Unary)
@@ -231,6 +269,7 @@ class _Writer:
 
     def _statement(self, one: t.Statement, indent: str) -> list[str]:
         self._expressions.begin()
+        self._at = one.at
         lines = self._noted(one, indent)
         if isinstance(one, t.Assign):
             return lines + self._assign(one.target, one.value, indent)
@@ -257,7 +296,7 @@ class _Writer:
         if isinstance(one, t.Exit):
             return [*lines, f"{indent}EXIT;"]
         what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is no IF of its own"
-        raise NotCarriedError(f"{what}, in line {one.at.line}")
+        raise NotCarriedError(what)
 
     def _assign(self, target: t.Variable, value: t.Expression, indent: str) -> list[str]:
         place = self._expressions.variable(target)
@@ -367,13 +406,6 @@ def _copy(source: str, target: str, kind: Type) -> str:
     if size:
         return f"COP({source}[0], {target}[0], {size});"
     return f"COP({source}, {target}, 1);"
-
-
-def _emptied(name: str, kind: Type) -> str:
-    size = data_of(kind).size
-    if size:
-        return f"FLL(0, {name}[0], {size});"
-    return f"FLL(0, {name}, 1);" if isinstance(kind, StructType) else f"{name} := '';"
 
 
 def _comments(part: Part) -> list[tuple[int, str]]:

@@ -27,6 +27,7 @@ from rcx_harness.export.l5x_model import (
 __all__ = ["Expressions", "fold", "wrapped"]
 
 _SAME = ("ABS", "SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "TRUNC")
+_CHAINS = {"ADD": "+", "MUL": "*", "AND": "AND", "OR": "OR", "XOR": "XOR"}
 _SIMPLE = re.compile(r"(?:16#[0-9A-F]+|[\w.\[\]']+(?:\(\*\w+\*\))?)")
 _LETTERS = {"BOOL": "B", "DINT": "D", "REAL": "R", "STRING": "S"}
 
@@ -173,6 +174,11 @@ class Expressions:
 
     def _standard(self, node: t.Standard) -> str:
         name, arguments = node.name, node.arguments
+        if name in _CHAINS:
+            chain: t.Expression = arguments[0]
+            for one in arguments[1:]:
+                chain = t.Binary(_CHAINS[name], chain, one, node.type)
+            return self.text(chain)
         if name in ("SHL", "SHR"):
             return self._shift(name, *arguments, kind=node.type)
         if name == "LEN":

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.syntax import Position
 from rcx_harness.engine.types import (
     ArrayType,
     BlockType,
@@ -23,9 +24,11 @@ from rcx_harness.engine.types import (
 )
 
 __all__ = [
+    "FIRST_SCAN",
     "IMAGES",
     "RESULT",
     "STANDARD_BLOCKS",
+    "UNWRITTEN",
     "Aoi",
     "Data",
     "NotCarriedError",
@@ -48,6 +51,12 @@ RESULT = "FcResult"
 #: Standard blocks, and the instructions that stand for them (`l5x_blocks`).
 STANDARD_BLOCKS = {"TON": "RCX_TON", "R_TRIG": "RCX_R_TRIG"}
 
+#: The instruction that tells a program its first scan.
+FIRST_SCAN = "RCX_FirstScan"
+
+#: What is said of a tag that all others are cleared from.
+UNWRITTEN = "all 0: nothing may write it"
+
 _NUMBERS = ("SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD", "DWORD", "TIME")
 _NANOSECONDS_PER_MS = 1_000_000
 _LONGEST_NAME = 40
@@ -55,7 +64,13 @@ _LONGEST_STRING = 82
 
 
 class NotCarriedError(Exception):
-    """Something that a Logix controller has no counterpart for; the message says what."""
+    """Something that a Logix controller has no counterpart for; the message says what.
+
+    Attributes:
+        at: Where it is; None for the whole declaration.
+    """
+
+    at: Position | None = None
 
 
 @dataclass(frozen=True)

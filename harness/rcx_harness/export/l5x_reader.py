@@ -15,12 +15,10 @@ from rcx_harness.errors import InputError
 from rcx_harness.export.l5x_blocks import FBD_TIMER
 from rcx_harness.export.l5x_model import Data
 from rcx_harness.export.l5x_reader_body import (
-    FIRST_SCAN,
     Scope,
     iec_statements,
     iec_type,
     single,
-    zero,
 )
 from rcx_harness.export.l5x_structure import faults
 from rcx_harness.export.output import Output
@@ -171,23 +169,16 @@ class _Reader:
             if one.get("Name") not in ("EnableIn", "EnableOut"):
                 section = _SECTIONS.get(one.get("Usage", ""), "VAR")
                 yield f"  {section}\n    {self._declared(one)}\n  END_VAR"
-        tags[FIRST_SCAN.upper()] = Data("BOOL")
         scope = Scope(name, tags, self._members, self._calls)
         routines = {
             one.get("Name"): iec_statements(_lines(one), scope) for one in element.iter("Routine")
         }
-        flag = FIRST_SCAN if kind == "PROGRAM" else _PRESCANNED
-        yield "  VAR"
-        for data in dict.fromkeys(data for data in tags.values() if data.is_aggregate):
-            if data.type not in self._aois and data.type != "FBD_TIMER":
-                yield f"    {zero(data)} : {iec_type(data)};"
-        yield f"    {flag} : BOOL := {'TRUE' if kind == 'PROGRAM' else 'FALSE'};\n  END_VAR"
         if "Prescan" in routines:
-            yield f"  IF NOT {flag} THEN"
+            yield f"  VAR\n    {_PRESCANNED} : BOOL;\n  END_VAR\n  IF NOT {_PRESCANNED} THEN"
             yield from routines["Prescan"]
-            yield f"    {flag} := TRUE;\n  END_IF;"
+            yield f"    {_PRESCANNED} := TRUE;\n  END_IF;"
         yield from routines.get("Logic", routines.get("Main", []))
-        yield f"  {flag} := {'FALSE' if kind == 'PROGRAM' else 'TRUE'};\nEND_{kind}"
+        yield f"END_{kind}"
 
     def _declared(self, one: ET.Element) -> str:
         data = self._data(one)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from ctypes import c_float
 from dataclasses import dataclass
@@ -12,13 +13,13 @@ from rcx_harness.engine.frontend.parser import parse_text
 from rcx_harness.engine.frontend.scalars import number
 from rcx_harness.errors import InputError
 from rcx_harness.export.l5x_model import Data
+from rcx_harness.export.words import words
 
-__all__ = ["FIRST_SCAN", "Scope", "iec_statements", "iec_type", "single", "zero"]
-
-#: What stands for the flag S:FS.
-FIRST_SCAN = "Rcx_FirstScan"
+__all__ = ["Scope", "iec_statements", "iec_type", "single"]
 
 _STORED = {"SINT": "BYTE", "INT": "WORD", "FBD_TIMER": "RCX_TONR"}
+_COMMENT = re.compile(r"\(\*.*?\*\)")
+_LIST = words("logix")
 _FUNCTIONS = ("ABS", "SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN")
 _BOOL, _DINT, _REAL, _STRING = "BOOL", "DINT", "REAL", "STRING"
 
@@ -47,11 +48,6 @@ def iec_type(data: Data) -> str:
     return _STORED.get(data.type, data.type)
 
 
-def zero(data: Data) -> str:
-    """The tag of this type that is never written."""
-    return f"Rcx_No{iec_type(data)}".replace("_", "")
-
-
 def single(text: str) -> str:
     """The REAL of single precision that a literal stands for."""
     return repr(c_float(float(text)).value)
@@ -63,10 +59,11 @@ def iec_statements(text: str, scope: Scope) -> list[str]:
     Raises:
         InputError: something that this reader does not know, or that Logix would refuse.
     """
-    plain = text.replace("S:FS", FIRST_SCAN)
-    place = Path(scope.name)
-    wrapped = f"FUNCTION_BLOCK It\n{plain}\nEND_FUNCTION_BLOCK\n"
-    (pou,) = parse_text(wrapped, place).declarations
+    for place, line in enumerate(text.splitlines(), 1):
+        if "S:FS" in _COMMENT.sub(" ", line):
+            raise InputError(f"{scope.name}, line {place}: {_refusal('S:FS')}")
+    wrapped = f"FUNCTION_BLOCK It\n{text}\nEND_FUNCTION_BLOCK\n"
+    (pou,) = parse_text(wrapped, Path(scope.name)).declarations
     assert isinstance(pou, s.Pou)
     return _Translation(scope).block(pou.body, "  ")
 
@@ -150,10 +147,12 @@ class _Translation:
             raise self._error("arguments have no names here", one.at)
         if name in self._scope.calls:
             return self._instruction(name, given, one.at)
+        if name not in _LIST.instructions:
+            raise self._error(_refusal(name), one.at)
         if name == "TONR" and len(given) == 1:
             return f"{self._tag(given[0])[0]}();"
-        if name in ("COP", "FLL") and len(given) == 3:
-            return self._copied(name, given, one.at)
+        if name == "COP" and len(given) == 3:
+            return self._copied(given, one.at)
         if name == "MID" and len(given) == 4:
             text, length, place = self._string(given[0]), *map(self._number, given[1:3])
             return f"{self._tag(given[3])[0]} := MID(IN := {text}, L := {length}, P := {place});"
@@ -174,14 +173,10 @@ class _Translation:
         arguments = (f"{pin} := {tag}" for pin, tag in zip(pins, tags, strict=True))
         return f"{instance}({', '.join(arguments)});"
 
-    def _copied(self, name: str, given: list[s.Expression], at: s.Position) -> str:
-        """COP or FLL of a whole tag, or of one structure."""
+    def _copied(self, given: list[s.Expression], at: s.Position) -> str:
+        """COP of a whole tag, or of one structure."""
         count = self._number(given[2])
         target, data = self._whole(given[1], count)
-        if name == "FLL":
-            if self._number(given[0]) != "0":
-                raise self._error("only 0 is filled in", at)
-            return f"{target} := {zero(data)};"
         source, other = self._whole(given[0], count)
         if other != data:
             raise self._error(f"{source} and {target} are of different types", at)
@@ -269,7 +264,7 @@ class _Translation:
         if name in _FUNCTIONS and len(node.arguments) == 1:
             text, kind = self._value(node.arguments[0].value)
             return f"{name}({text})", kind
-        raise self._error(f"{node.function.text} is no function of an expression", node.at)
+        raise self._error(f"{_refusal(name)}; it is no function of an expression", node.at)
 
     def _literal(self, node: s.Literal) -> tuple[str, str]:
         if node.kind == "INTEGER":
@@ -300,11 +295,19 @@ class _Translation:
                 return f"({left} {node.op} {right})", _BOOL
             if kinds == {_DINT, _REAL}:
                 return f"({self._real(node.left)} {node.op} {self._real(node.right)})", _BOOL
+        elif node.op == "**" and first == _REAL and second in (_REAL, _DINT):
+            return f"({left} ** {right})", _REAL
         elif kinds == {_DINT} and node.op != "**":
             return f"({left} {node.op} {right})", _DINT
         elif kinds <= {_DINT, _REAL} and node.op not in ("MOD", "**"):
             return f"({self._real(node.left)} {node.op} {self._real(node.right)})", _REAL
         raise self._error(f"{first} {node.op} {second}", node.at)
+
+
+def _refusal(name: str) -> str:
+    """That something is not on the list of Structured Text, and what to write."""
+    instead = _LIST.instead.get(name)
+    return f"{name} is not read: {_LIST.tool} has none{f'; write {instead}' if instead else ''}"
 
 
 def _bits(text: str) -> str:

@@ -118,9 +118,8 @@ def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) ->
 
 
 def program_element(program: Aoi, blocks: Mapping[str, Aoi]) -> str:
-    """A program with its tags and its one routine, which begins with the initial values."""
+    """A program with its tags and its one routine."""
     tags = [line for tag in program.locals for line in _tag("Tag", tag, blocks)]
-    first = ["IF S:FS THEN", *(f"  {line}" for line in program.prescan), "END_IF;"]
     return "\n".join(
         [
             '<Programs Use="Context">',
@@ -138,7 +137,7 @@ def program_element(program: Aoi, blocks: Mapping[str, Aoi]) -> str:
             *tags,
             "</Tags>",
             "<Routines>",
-            *_routine("Main", [*first, *program.logic]),
+            *_routine("Main", program.logic),
             "</Routines>",
             "</Program>",
             "</Programs>",

@@ -31,6 +31,7 @@ _INSTRUCTIONS = (
 
 MITSUBISHI = Dialect(
     tool="GX Works3",
+    listed="mitsubishi",
     types={
         "BOOL": "Bit",
         "BYTE": _WORD,
@@ -48,7 +49,6 @@ MITSUBISHI = Dialect(
     array="{element}({bounds})",
     refused=re.compile(rf"{_DEVICES}|{'|'.join(_INSTRUCTIONS)}"),
     words={"UINT": "WORD", "UDINT": "DWORD"},
-    pins={"R_TRIG": {"CLK": "_CLK"}, "F_TRIG": {"CLK": "_CLK"}},
 )
 
 _TITLES = ("Label Name", "Data Type", "Class", "Initial Value", "Constant", "Comment")

@@ -22,6 +22,7 @@ _INSTRUCTIONS = (
 
 OMRON = Dialect(
     tool="Sysmac Studio",
+    listed="omron",
     types={
         **{
             one: one

@@ -7,10 +7,12 @@ from importlib.metadata import version
 from xml.etree import ElementTree as ET
 
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.export.body import Body, Scope
 from rcx_harness.export.expressions import expression_text, init_text
 from rcx_harness.export.output import NOTICE, Output
 from rcx_harness.export.parts import Part, Sources
 from rcx_harness.export.plcopen_names import ELEMENTARY, NAMESPACE, POU_KINDS, SECTIONS, XHTML
+from rcx_harness.export.words import words
 
 __all__ = ["to_plcopen"]
 
@@ -24,8 +26,9 @@ def to_plcopen(sources: Sources) -> Output:
     """One project with all types, POUs and configurations.
 
     The interfaces are elements, with the comments as documentation; bodies are the source's own
-    text. The comments of an enumeration's members, for which the schema has no place, stand in
-    the documentation of the type.
+    text, with the arguments of standard functions by position, for tools name them otherwise.
+    The comments of an enumeration's members, for which the schema has no place, stand in the
+    documentation of the type.
     """
     root = ET.Element("project", xmlns=NAMESPACE)
     root.set("xmlns:xhtml", XHTML)
@@ -36,7 +39,7 @@ def to_plcopen(sources: Sources) -> Output:
         _data_type(data_types, part)
     pous = ET.SubElement(types, "pous")
     for part in sources.of(*POU_KINDS):
-        _pou(pous, part)
+        _pou(pous, part, sources)
     configurations = ET.SubElement(ET.SubElement(root, "instances"), "configurations")
     for part in sources.of("CONFIGURATION"):
         _configuration(configurations, part)
@@ -137,7 +140,7 @@ def _value(parent: ET.Element, init: s.Init) -> None:
         ET.SubElement(parent, "simpleValue", value=init_text(init))
 
 
-def _pou(parent: ET.Element, part: Part) -> None:
+def _pou(parent: ET.Element, part: Part, sources: Sources) -> None:
     node = part.node
     assert isinstance(node, s.Pou)
     element = ET.SubElement(parent, "pou", name=part.name, pouType=POU_KINDS[part.kind])
@@ -146,7 +149,8 @@ def _pou(parent: ET.Element, part: Part) -> None:
         _type(ET.SubElement(interface, "returnType"), node.result, part)
     for section in node.sections:
         _section(interface, section, part)
-    ET.SubElement(ET.SubElement(ET.SubElement(element, "body"), "ST"), "xhtml:p").text = part.body
+    body = Body(part.body, Scope.of(part, sources), words("iec")).all()
+    ET.SubElement(ET.SubElement(ET.SubElement(element, "body"), "ST"), "xhtml:p").text = body
     _document(element, _said(part))
 
 

@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.tree import Symbol
 from rcx_harness.engine.frontend.values import array_length
 from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from rcx_harness.export.body import Scope
 from rcx_harness.export.expressions import expression_text, init_text
 from rcx_harness.export.initial import is_scalar, literal, runs, zero
-from rcx_harness.export.losses import lost_configuration, missing, reaching_out, sections
+from rcx_harness.export.losses import lost_configuration, reaching_out, sections
 from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources
 from rcx_harness.export.scl_body import Names, quoted, scl_body
 from rcx_harness.export.starts import Starts, each_call
+from rcx_harness.export.words import blocks_of, unwritten, words
 
 __all__ = ["to_scl"]
 
-_STANDARD = {"TON": "TON_TIME", "TOF": "TOF_TIME", "TP": "TP_TIME"}
 _ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRING": "''"}
 _ORDER = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR", "VAR_TEMP")
+
+#: The flip-flops, which SCL has not: the statements of IEC 61131-3, tables 34.1 and 34.2.
+_FLIP_FLOPS = {
+    "SR": ("S1", "R", "#S1 OR (NOT #R AND #Q1)"),
+    "RS": ("S", "R1", "NOT #R1 AND (#S OR #Q1)"),
+}
 
 _PROGRAM = "written as FUNCTION_BLOCK; call an instance of it in a cyclic OB"
 _CONFIGURATION = "set the cycle of the OB that calls the program"
@@ -38,35 +44,29 @@ def to_scl(sources: Sources) -> Output:
     writer = _Writer(sources)
     texts, notes = [f"{_lines(NOTICE)}{writer.enumerations()}"], []
     lost: list[Missing] = []
-    barred: dict[str, str] = {}
+    reasons = {
+        part.name.upper(): reaching_out(part.node, "TIA Portal")
+        for part in sources.parts
+        if isinstance(part.node, s.Pou)
+    }
+    barred = unwritten(sources.parts, words("scl"), reasons)
+    texts += writer.flip_flops(one for one in sources.parts if one.name.upper() not in barred)
     for part in sources.parts:
         node = part.node
-        if isinstance(node, s.TypeDecl):
-            if isinstance(node.spec, s.StructSpec):
-                texts.append("\n".join(writer.structure(part, node.spec)))
-            continue
         if isinstance(node, s.Configuration):
             lost.append(lost_configuration(part, _CONFIGURATION))
-            continue
-        needed = next((one for one in _used(part) if one in barred), "")
-        why = reaching_out(node, "TIA Portal")
-        if needed and not why:
-            why = f"needs {barred[needed]}, which is not carried"
-        if why:
-            barred[part.name.upper()] = part.name
-            lost.append(missing(part, why))
-            continue
-        if part.kind == "PROGRAM":
-            notes.append(f"PROGRAM {part.name}: {_PROGRAM}")
-        texts.append("\n".join(writer.pou(part, node)))
-        lost += writer.starts.lost(part, node)
+        elif part.name.upper() in barred:
+            lost.append(barred[part.name.upper()])
+        elif isinstance(node, s.TypeDecl):
+            if isinstance(node.spec, s.StructSpec):
+                texts.append("\n".join(writer.structure(part, node.spec)))
+        else:
+            if part.kind == "PROGRAM":
+                notes.append(f"PROGRAM {part.name}: {_PROGRAM}")
+            texts.append("\n".join(writer.pou(part, node)))
+            lost += writer.starts.lost(part, node)
     text = "\n\n".join(texts) + "\n"
     return Output({"": text}, tuple(lost), newline="\r\n", notes=tuple(notes))
-
-
-def _used(part: Part) -> Iterator[str]:
-    for text in (part.head, part.body):
-        yield from (one.upper() for one in tokens(text, part.file) if one.type == "IDENT")
 
 
 def _in_declaration(kind: Type) -> bool:
@@ -87,6 +87,7 @@ class _Writer:
     """Knows the types and functions of the sources."""
 
     def __init__(self, sources: Sources) -> None:
+        self._sources = sources
         self._project = sources.project
         self.starts = Starts(
             sources.project,
@@ -129,6 +130,23 @@ class _Writer:
             text.append(f"  {part.name}: {', '.join(members)}")
         return _lines("\n".join(text)) if self._enums else ""
 
+    def flip_flops(self, parts: Iterable[Part]) -> Iterator[str]:
+        """The flip-flops that the parts use, as function blocks."""
+        used = {key for part in parts for key in blocks_of(part)}
+        for key, (first, second, value) in _FLIP_FLOPS.items():
+            if key in used:
+                name = words("scl").blocks[key].name
+                yield "\n".join(
+                    [
+                        f'FUNCTION_BLOCK "{name}"',
+                        "{ S7_Optimized_Access := 'TRUE' }\nVERSION : 0.1",
+                        f"// {name}: the flip-flop {key} of IEC 61131-3, which SCL has not.",
+                        f"   VAR_INPUT\n      {first} : BOOL;\n      {second} : BOOL;\n   END_VAR",
+                        "   VAR_OUTPUT\n      Q1 : BOOL;\n   END_VAR",
+                        f"BEGIN\n  #Q1 := {value};\nEND_FUNCTION_BLOCK",
+                    ]
+                )
+
     def structure(self, part: Part, spec: s.StructSpec) -> Iterator[str]:
         """A PLC data type."""
         yield f'TYPE "{part.name}"\nVERSION : 0.1\n{_lines(part.header)}   STRUCT'
@@ -157,8 +175,8 @@ class _Writer:
             yield f"   VAR{' RETAIN' if kept else ''}"
             yield f"      {flag} : BOOL;   // TRUE once the initial values are set"
             yield "   END_VAR"
-        names = Names(self._local(node), self._functions)
-        body = scl_body(part.body, names)
+        names = Names(self._members, self._functions)
+        body = scl_body(part.body, Scope.of(part, self._sources), names)
         constants = list(self._constants(part, node, body))
         if constants:
             yield "\n".join(["   VAR CONSTANT", *constants, "   END_VAR"])
@@ -167,12 +185,6 @@ class _Writer:
     def _section(self, section: s.Section, node: s.Pou) -> str:
         """A function's variables are temporary."""
         return "VAR_TEMP" if node.kind == "FUNCTION" and section.kind == "VAR" else section.kind
-
-    def _local(self, node: s.Pou) -> set[str]:
-        declared = {
-            name.key for part in node.sections for one in part.variables for name in one.names
-        }
-        return declared | {node.name.key} | self._members.keys()
 
     def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:
         """A section without the constants that are single values; they come last."""
@@ -247,7 +259,10 @@ class _Writer:
             return self._spec(declared.spec)
         if declared is not None or spec.name.key in self._blocks:
             return f'"{spec.name.text}"'
-        return _STANDARD.get(spec.name.key, spec.name.text)
+        standard = words("scl").blocks.get(spec.name.key)
+        if standard is None:
+            return spec.name.text
+        return f'"{standard.name}"' if spec.name.key in _FLIP_FLOPS else standard.name
 
     def _constants(self, part: Part, node: s.Pou, body: str) -> Iterator[str]:
         """The block's own constants and the members of enumerations that it uses."""
@@ -284,9 +299,9 @@ class _Writer:
         return _ZEROS.get(self._spec(spec).upper(), "0")
 
     def _defaults(self, node: s.Pou) -> Mapping[str, str]:
-        """What stands for the arguments of a function that are left out, by parameter."""
+        """What stands for each argument of a function that is left out."""
         return {
-            name.text: self._start(one, self.starts.symbol(node, name))
+            name.key: self._start(one, self.starts.symbol(node, name))
             for section, one, name in sections(node)
-            if section.kind == "VAR_INPUT"
+            if section.kind == "VAR_INPUT" and is_scalar(self.starts.symbol(node, name).type)
         }

@@ -88,7 +88,8 @@ class Starts:
             if section.qualifier == "RETAIN" and keeps and not self.kept(section, symbol):
                 why = "RETAIN: it begins anew when power was off"
                 yield missing(part, why, of=of, at=name.at)
-            if isinstance(kind, BlockType) or section.kind == "VAR_IN_OUT":
+            given = node.kind == "FUNCTION" and section.kind == "VAR_INPUT"
+            if isinstance(kind, BlockType) or section.kind == "VAR_IN_OUT" or given:
                 continue
             always = each_call(node, section)
             pins = node.kind == "FUNCTION" and not always

@@ -9,9 +9,11 @@ from xml.sax.saxutils import escape, quoteattr
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
+from rcx_harness.export.body import Body, Scope
 from rcx_harness.export.losses import lost_configuration
 from rcx_harness.export.output import NOTICE, Missing, Output
 from rcx_harness.export.parts import Part, Sources, comment
+from rcx_harness.export.words import unwritten, words
 
 __all__ = ["to_twincat"]
 
@@ -79,6 +81,7 @@ def to_twincat(sources: Sources) -> Output:
     project that call programs by their type's name.
     """
     files, lost = {}, list[Missing]()
+    barred = unwritten(sources.parts, words("twincat"))
     for part in sources.parts:
         if part.kind == "CONFIGURATION":
             todo = "make a task in the project and let it call the program"
@@ -87,8 +90,11 @@ def to_twincat(sources: Sources) -> Output:
                 path = f"{_ROOT}/{part.folder}/{part.name}.TcGVL"
                 files[path] = _OBJECT.format(element=globals_)
             continue
+        if part.name.upper() in barred:
+            lost.append(barred[part.name.upper()])
+            continue
         ending = "TcDUT" if part.kind == "TYPE" else "TcPOU"
-        element = _dut(part) if part.kind == "TYPE" else _pou(part)
+        element = _dut(part) if part.kind == "TYPE" else _pou(part, sources)
         files[f"{_ROOT}/{part.folder}/{part.name}.{ending}"] = _OBJECT.format(element=element)
     project = _PROJECT.format(
         notice=NOTICE,
@@ -125,14 +131,14 @@ def _retained(text: str, part: Part) -> str:
     return text
 
 
-def _pou(part: Part) -> str:
+def _pou(part: Part, sources: Sources) -> str:
     head = _retained(part.head, part)
     declaration = f"{comment(part.header)}\n{head}" if part.header else head
     return _POU.format(
         name=quoteattr(part.name),
         id=_identifier(part),
         declaration=_data(declaration),
-        body=_data(part.body),
+        body=_data(Body(part.body, Scope.of(part, sources), words("twincat")).all()),
     )
 
 

@@ -1,0 +1,66 @@
+"""The page of what each tool's Structured Text has, from the lists of the exporters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rcx_harness.export.words import Form, Words, words
+
+__all__ = ["words_page"]
+
+_ABOUT = """\
+What `rcx export` writes for a function, a block or an operator of IEC 61131-3, and what says that
+the tool has it. What is not here for a target is refused when it is written, with file and line.
+*Not confirmed* means that no public list could be read. See [export.md](export.md).
+
+A parameter that ends in `:=` is written by name, others stand by position; `...` goes on like the
+one before it; a sign stands between the operands."""
+
+_LISTS = {
+    "logix": "`l5x`: Rockwell Studio 5000",
+    "scl": "`scl`: Siemens TIA Portal",
+    "twincat": "`twincat`: TwinCAT 3",
+    "omron": "`omron`: Omron Sysmac Studio",
+    "mitsubishi": "`mitsubishi`: Mitsubishi GX Works3",
+    "keyence": "`keyence`: Keyence KV STUDIO",
+    "iec": "`st` and `plcopen`: IEC 61131-3",
+}
+
+
+def words_page() -> Iterator[str]:
+    """Its lines."""
+    yield _ABOUT
+    for name, title in _LISTS.items():
+        yield f"\n## {title}\n"
+        yield from _list(words(name))
+
+
+def _list(found: Words) -> Iterator[str]:
+    letters = {source: chr(ord("a") + at) for at, source in enumerate(_in_order(found))}
+    yield "| IEC 61131-3 | written as | source |"
+    yield "|---|---|---|"
+    for forms in (found.functions, found.blocks):
+        for key, form in forms.items():
+            yield f"| {key} | `{_form(form)}` | {letters[form.source]} |"
+    for form in found.instructions.values():
+        yield f"| (instruction) | `{_form(form)}` | {letters[form.source]} |"
+    for what, listed in (
+        ("`X_TO_Y` among", found.conversions),
+        ("operators", found.operators),
+        ("statements", found.statements),
+    ):
+        section = {"`X_TO_Y` among": "conversions"}.get(what, what)
+        letter = letters[found.sources[f"language.{section}"]]
+        yield f"| {what} | {' '.join(f'`{one}`' for one in listed)} | {letter} |"
+    for key, instead in found.instead.items():
+        yield f"| not there: {key} | write {instead} | |"
+    yield ""
+    yield from (f"- {letter}: {source}" for source, letter in letters.items())
+
+
+def _in_order(found: Words) -> list[str]:
+    return list(dict.fromkeys(found.sources.values()))
+
+
+def _form(form: Form) -> str:
+    return f"{form.name}({', '.join(form.parameters)})" if form.parameters else form.name

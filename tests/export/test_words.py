@@ -1,0 +1,350 @@
+"""What each target writes is on the list of what its tool has, and nothing else is written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from itertools import product
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from example_runs import EXAMPLES
+from rcx_harness.docs_examples import Example
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.frontend.scalars import ELEMENTARY
+from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS
+from rcx_harness.engine.load import build
+from rcx_harness.export import TARGETS, export
+from rcx_harness.export.parts import sources_of
+from rcx_harness.export.words import FOLDER, unwritten, words
+
+#: The list of each target.
+_LISTS = {
+    **{one: one for one in ("twincat", "scl", "omron", "mitsubishi", "keyence")},
+    "st": "iec",
+    "plcopen": "iec",
+    "l5x": "logix",
+}
+_VARIABLES = "b, c : BOOL; i, j : INT; w : WORD; x : REAL; t : TIME; a : STRING;"
+_ARGUMENTS = {"BOOL": "b", "STRING": "a", "TIME": "t", "ANY_INT": "j", "ANY_NUM": "j"}
+
+
+def _argument(kind: str, group: tuple[str, ...]) -> str:
+    if kind != "T":
+        return _ARGUMENTS[kind]
+    found = {"INT": "i", "REAL": "x", "WORD": "w", "TIME": "t", "STRING": "a"}
+    return next(name for one, name in found.items() if one in group)
+
+
+def _function(key: str) -> str:
+    signature = FUNCTIONS[key]
+    given = [_argument(kind, signature.group) for _, kind in signature.pins]
+    own = _argument("T", signature.group) if signature.group else "t"
+    target = {"T": own, "BOOL": "b", "ANY_INT": "i", "STRING": "a", "TIME": "t"}[signature.result]
+    return _block(key, "", f"{target} := {key}({', '.join(given)});")
+
+
+def _block(name: str, variables: str, statements: str) -> str:
+    return (
+        f"FUNCTION_BLOCK FB_{name}\n  VAR\n    {_VARIABLES} {variables}\n  END_VAR\n"
+        f"  {statements}\nEND_FUNCTION_BLOCK\n"
+    )
+
+
+def _instance(key: str) -> str:
+    (first, *_) = (pin for pin in BLOCKS[key].variables if pin.section == "VAR_INPUT")
+    return _block(key, f"One : {key};", f"One({first.name} := b);")
+
+
+def _exported(target: str, folder: Path, text: str) -> tuple[Mapping[str, str], tuple[str, ...]]:
+    source = folder / "All.st"
+    source.write_text(text)
+    output = export(target, program=[source], only_needed=True)
+    return output.files, tuple(map(str, output.missing))
+
+
+def _body(target: str, files: Mapping[str, str], name: str) -> str:
+    """The statements of a block as a target has written them; empty if it has not."""
+    if target in ("st", "scl", "plcopen", "l5x"):
+        text = files[""]
+    else:
+        endings = (f"/{name}.st", f"/{name}.TcPOU")
+        text = next((text for path, text in files.items() if path.endswith(endings)), "")
+    if target == "st":
+        found = re.search(
+            rf"^FUNCTION(?:_BLOCK)? {name}\b(.*?)END_FUNCTION", text, re.DOTALL | re.M
+        )
+        return found[1] if found else ""
+    if target == "scl":
+        found = re.search(rf'N(?:_BLOCK)? "{name}".*?\nBEGIN\n(.*?)END_FUNCTION', text, re.DOTALL)
+        return found[1] if found else ""
+    if target == "plcopen":
+        (pou,) = (one for one in _pous(text) if one.get("name") == name)
+        return pou.findtext(".//{*}ST/{*}p") or ""
+    if target == "l5x":
+        path = f".//AddOnInstructionDefinition[@Name='{name}']/Routines/Routine[@Name='Logic']"
+        lines = ET.fromstring(text).iterfind(f"{path}/STContent/Line")
+        return "\n".join((one.text or "").strip() for one in lines)
+    if target == "twincat":
+        return ET.fromstring(text.encode()).findtext("POU/Implementation/ST") or "" if text else ""
+    return text.partition(" *)\n")[2]
+
+
+@cache
+def _pous(text: str) -> list[ET.Element]:
+    return [one for one in ET.fromstring(text).iter() if one.get("pouType")]
+
+
+def _called(body: str) -> set[str]:
+    """What stands before a parenthesis, but for variables and words of statements."""
+    plain = re.sub(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)", " ", body, flags=re.DOTALL)
+    names = re.findall(r'(?<![\w.#"])([A-Za-z_]\w*)\s*\(', plain)
+    conversions = tuple(f"{one}_TO_" for one in ELEMENTARY)
+    return {name for name in names if name not in _KEYWORDS and not name.startswith(conversions)}
+
+
+_KEYWORDS = ("IF", "ELSIF", "WHILE", "UNTIL", "CASE", "NOT", "AND", "OR", "XOR", "MOD", "TO", "OF")
+
+
+@cache
+def _listed(target: str) -> set[str]:
+    """Names that may stand before a parenthesis."""
+    found = words(_LISTS[target])
+    forms = (*found.functions.values(), *found.instructions.values())
+    return {one.name for one in forms if not one.is_operator}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_each_standard_function_and_block_is_on_the_list_or_refused_by_name(
+    target: str, tmp_path: Path
+) -> None:
+    """Refused with file, line, name and what to do."""
+    texts = {
+        **{key: _function(key) for key in FUNCTIONS},
+        **{key: _instance(key) for key in BLOCKS},
+    }
+    files, left_out = _exported(target, tmp_path, "".join(texts.values()))
+    refused = {line.split()[2].removeprefix("FB_").rstrip(":"): line for line in left_out}
+    found = words(_LISTS[target])
+    for place, key in enumerate(texts):
+        known = key in found.functions or key in found.blocks
+        body = _body(target, files, f"FB_{key}") if known else ""
+        if key in refused:
+            assert not known, key
+            at = 6 * place + (5 if key in FUNCTIONS else 3)
+            said = f"{tmp_path / 'All.st'}:{at}: FUNCTION_BLOCK FB_{key}: {key} is not on the list "
+            assert re.fullmatch(rf"{re.escape(said)}for .+; .+", refused[key]), refused[key]
+        else:
+            assert known, key
+            assert body.strip(), key
+            instances = {"One", *(one.name for one in found.blocks.values())}
+            assert _called(body) <= _listed(target) | instances, key
+
+
+@pytest.mark.parametrize("name", sorted(file.stem for file in FOLDER.glob("*.toml")))
+def test_every_entry_of_a_list_has_a_source(name: str) -> None:
+    """And each form is one of a name with parameters, or an operator."""
+    found = words(name)
+    assert len(found.sources) >= len(found.functions) + len(found.blocks) + 3
+    for entry, source in found.sources.items():
+        assert len(source) > 10, entry
+    for key, form in found.functions.items():
+        assert form.parameters or re.fullmatch(r"\W+|AND|OR|XOR|MOD|\.LEN", form.name), key
+    for key, form in found.blocks.items():
+        assert len(form.parameters) == len(BLOCKS[key].variables), key
+
+
+def test_the_standard_has_all_that_the_compiler_takes() -> None:
+    """Source: IEC 61131-3, edition 2, tables 22 to 37."""
+    assert set(words("iec").functions) == set(FUNCTIONS)
+    assert set(words("iec").blocks) == set(BLOCKS)
+
+
+@pytest.mark.parametrize("name", [file.stem for file in sorted(FOLDER.glob("*.toml"))])
+def test_all_of_the_library_is_on_each_list(name: str) -> None:
+    assert unwritten(sources_of().parts, words(name)) == {}
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.folder.name)
+def test_each_example_is_on_each_list(example: Example) -> None:
+    parts = sources_of(program=[example.folder], only_needed=True).parts
+    located = example.folder.name.startswith("09")  # that Logix has not: left out there anyway
+    for name in set(_LISTS.values()) - ({"logix"} if located else set()):
+        assert unwritten(parts, words(name)) == {}, name
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_what_the_library_calls_is_on_the_list(target: str) -> None:
+    """Read from what is written, not from the sources."""
+    sources = sources_of(program=[EXAMPLES[0].folder], only_needed=True)
+    files = TARGETS[target].write(sources).files
+    own = {part.name for part in sources.parts} | {"RCX_TON", "RCX_R_TRIG", "RCX_FirstScan"}
+    parts = sources.of("FUNCTION", "FUNCTION_BLOCK")
+    bodies = {part.name: _body(target, files, part.name) for part in parts}
+    assert sum(map(bool, bodies.values())) > 10
+    instances = set(
+        re.findall(r"(\w+)\s*:\s*\"?(?:FB_\w+|TON|R_TRIG)", " ".join(p.head for p in parts))
+    )
+    for name, body in bodies.items():
+        called = {one.removesuffix("_X") for one in _called(body)}
+        assert called <= _listed(target) | own | instances, name
+
+
+@pytest.mark.parametrize(
+    ("target", "statement", "wanted"),
+    [
+        ("scl", "i := SEL(b, i, j);", "#i := SEL(G := #b, IN0 := #i, IN1 := #j);"),
+        ("scl", "i := LIMIT(0, j, 9);", "#i := LIMIT(MN := 0, IN := #j, MX := 9);"),
+        ("scl", "i := LIMIT(MX := 9, MN := 0, IN := j);", "LIMIT(MN := 0, IN := #j, MX := 9)"),
+        ("scl", "i := MAX(i, j, 3);", "#i := MAX(IN1 := #i, IN2 := #j, IN3 := 3);"),
+        ("scl", "i := MUX(j, 5, 6, 7);", "#i := MUX(K := #j, IN0 := 5, IN1 := 6, IN2 := 7);"),
+        ("scl", "a := LEFT(a, 3);", "#a := LEFT(IN := #a, L := 3);"),
+        ("scl", "a := MID(a, 3, j);", "#a := MID(IN := #a, L := 3, P := #j);"),
+        ("scl", "a := CONCAT(a, '1', '2');", "CONCAT(IN1 := CONCAT(IN1 := #a, IN2 := '1'), IN2 "),
+        ("scl", "a := REPLACE(a, 'x', 1, 2);", "REPLACE(IN1 := #a, IN2 := 'x', L := 1, P := 2)"),
+        ("scl", "i := FIND(IN2 := 'x', IN1 := a);", "#i := FIND(IN1 := #a, IN2 := 'x');"),
+        ("scl", "i := LEN(a);", "#i := LEN(#a);"),
+        ("scl", "w := ROL(w, 3);", "#w := ROL(IN := #w, N := 3);"),
+        ("scl", "i := ADD(i, j, 3) * 2;", "#i := ((#i) + (#j) + (3)) * 2;"),
+        ("scl", "b := GT(i, j, 3);", "#b := (((#i) > (#j)) AND ((#j) > (3)));"),
+        ("scl", "w := AND(w, SHL(w, 2)) OR w;", "#w := ((#w) AND (SHL(IN := #w, N := 2))) OR #w;"),
+        ("scl", "i := MOVE(j + 1);", "#i := (#j + 1);"),
+        ("scl", "x := EXPT(x, j);", "#x := ((#x) ** (#j));"),
+        ("scl", "b := b & c;", "#b := #b AND #c;"),
+        ("scl", "t := ADD_TIME(t, T#1s);", "#t := ((#t) + (T#1s));"),
+        ("twincat", "i := LEN(IN := a);", "i := LEN(a);"),
+        ("twincat", "a := MID(P := 2, L := 1, IN := a);", "a := MID(a, 1, 2);"),
+        ("twincat", "i := MAX(i, j, 3);", "i := MAX(MAX(i, j), 3);"),
+        ("twincat", "i := SEL(G := b, IN0 := i, IN1 := j);", "i := SEL(b, i, j);"),
+        ("twincat", "i := MUL(i, j);", "i := ((i) * (j));"),
+        ("omron", "i := LIMIT(MN := 0, IN := j, MX := 9);", "i := LIMIT(0, j, 9);"),
+        ("omron", "a := CONCAT(a, a);", "a := CONCAT(a, a);"),
+        ("omron", "w := SHL(w, j);", "w := SHL(w, INT_TO_USINT(j));"),
+        ("mitsubishi", "i := MAX(i, j, 3);", "i_X := MAX(MAX(i_X, j_X), 3);"),
+        ("keyence", "a := LEFT(IN := a, L := 2);", "a := LEFT(a, 2);"),
+        ("plcopen", "i := LIMIT(MX := 9, MN := 0, IN := j);", "i := LIMIT(0, j, 9);"),
+        ("l5x", "i := ADD(i, j, 3);", "i := (i + j) + 3;"),
+        ("l5x", "b := XOR(b, c, TRUE);", "b := (b XOR c) XOR 1;"),
+    ],
+)
+def test_a_standard_function_is_written_in_the_form_of_the_list(
+    target: str, statement: str, wanted: str, tmp_path: Path
+) -> None:
+    """By hand from the vendors' lists; the sources are in `export/words`."""
+    files, left_out = _exported(target, tmp_path, _block("MINE", "", statement))
+    assert left_out == ()
+    assert wanted in _body(target, files, "FB_MINE")
+
+
+@pytest.mark.parametrize(
+    ("target", "kind", "statement", "wanted"),
+    [
+        ("scl", "SR", "One(S1 := b, R := c, Q1 => b);", "#One(S1 := #b, R := #c, Q1 => #b);"),
+        ("scl", "RS", "One(b, c);", "#One(S := #b, R1 := #c);"),
+        ("scl", "TON", "One(IN := b, PT := T#1s);\n  b := One.Q;", "#b := #One.Q;"),
+        ("scl", "CTU", "One(CU := b, PV := 3);\n  i := One.CV;", "#One(CU := #b, PV := 3);"),
+        ("twincat", "SR", "One(S1 := b, R := c);\n  b := One.S1;", "One(SET1 := b, RESET := c);"),
+        ("twincat", "SR", "One(S1 := b, R := c);\n  b := One.S1;", "b := One.SET1;"),
+        ("twincat", "RS", "One(b, c);", "One(SET := b, RESET1 := c);"),
+        ("omron", "SR", "One(S1 := b, R := c);", "One(Set1 := b, Reset := c);"),
+        ("omron", "CTU", "One(CU := b, R := c, PV := 3);", "One(CU := b, Reset := c, PV := 3);"),
+        ("omron", "CTD", "One(CD := b, LD := c, PV := 3);", "One(CD := b, Load := c, PV := 3);"),
+        ("omron", "TON", "One(IN := SEL(b, b, c), PT := t);", "One(IN := SEL(b, b, c), PT := t);"),
+        ("mitsubishi", "R_TRIG", "One(CLK := b);\n  b := One.CLK;", "One(_CLK := b_X);"),
+        ("mitsubishi", "R_TRIG", "One(CLK := b);\n  b := One.CLK;", "b_X := One._CLK;"),
+    ],
+)
+def test_a_standard_block_has_the_pins_of_the_list(
+    target: str, kind: str, statement: str, wanted: str, tmp_path: Path
+) -> None:
+    """Source: Tc2_Standard, W502 and the SCL help, as `export/words` names them."""
+    files, left_out = _exported(target, tmp_path, _block("MINE", f"One : {kind};", statement))
+    assert left_out == ()
+    assert wanted in _body(target, files, "FB_MINE")
+
+
+@pytest.mark.parametrize(
+    ("kind", "declared"),
+    [
+        *(("CTU", "CTU_INT"), ("CTD", "CTD_INT"), ("CTUD", "CTUD_INT"), ("CTU_DINT", "CTU_DINT")),
+        *(("TON", "TON_TIME"), ("TOF", "TOF_TIME"), ("TP", "TP_TIME"), ("R_TRIG", "R_TRIG")),
+        *(("F_TRIG", "F_TRIG"), ("SR", '"RCX_SR"'), ("RS", '"RCX_RS"')),
+    ],
+)
+def test_scl_has_the_types_of_instances(kind: str, declared: str, tmp_path: Path) -> None:
+    """Counters and timers are of a type with the type of their value."""
+    files, _ = _exported("scl", tmp_path, _instance(kind))
+    assert f"      One : {declared};" in files[""]
+
+
+def test_the_flip_flops_written_for_scl_are_those_of_the_standard(tmp_path: Path) -> None:
+    """In each order of inputs. Source: IEC 61131-3, edition 2, tables 34.1 and 34.2."""
+    files, _ = _exported("scl", tmp_path, _instance("SR") + _instance("RS"))
+    blocks = re.findall(r'FUNCTION_BLOCK "RCX_[SR]+"\n.*?END_FUNCTION_BLOCK', files[""], re.DOTALL)
+    assert len(blocks) == 2
+    plain = re.sub(r"\{.*?\}\nVERSION : 0.1|//.*|BEGIN|#|\"", "", "\n".join(blocks))
+    source = tmp_path / "flip.st"
+    source.write_text(
+        f"{plain}\nPROGRAM Both\n  VAR\n    b, c : BOOL;\n    s : SR; r : RS;\n"
+        "    s2 : RCX_SR; r2 : RCX_RS;\n  END_VAR\n  s(S1 := b, R := c);\n  r(S := b, R1 := c);\n"
+        "  s2(S1 := b, R := c);\n  r2(S := b, R1 := c);\nEND_PROGRAM\n"
+    )
+    program = build([source], "builtin").program
+    seen = set()
+    for scan, (b, c) in enumerate(
+        [*product((False, True), repeat=2)] * 2 + [(True, False), (0, 0)]
+    ):
+        seen.add(_scanned(program, scan, bool(b), bool(c)))
+    assert len(seen) > 2
+
+
+def _scanned(program: Program, scan: int, b: bool, c: bool) -> tuple[object, object]:
+    program.write("Main.b", b)
+    program.write("Main.c", c)
+    program.scan(scan * 10_000)
+    found = [program.read(f"Main.{one}.Q1") for one in ("s", "s2", "r", "r2")]
+    assert found[0] == found[1]
+    assert found[2] == found[3]
+    return found[0], found[2]
+
+
+def test_functions_of_the_users_get_their_arguments_by_name_in_scl(tmp_path: Path) -> None:
+    """SCL takes arguments of more than one parameter by name."""
+    own = (
+        "FUNCTION FC_Of : INT\n  VAR_INPUT\n    First, Second : INT;\n  END_VAR\n"
+        "  FC_Of := First - Second;\nEND_FUNCTION\n"
+    )
+    files, _ = _exported("scl", tmp_path, own + _block("MINE", "", "i := FC_Of(i, ABS(j));"))
+    wanted = '#i := "FC_Of"(First := #i, Second := ABS(#j));'
+    assert wanted in _body("scl", files, "FB_MINE")
+
+
+@pytest.mark.parametrize(
+    ("target", "statement", "said"),
+    [
+        ("twincat", "x := x ** j;", "5: ** is not on the list for TwinCAT 3; write EXPT("),
+        ("scl", "i := TIME_TO_INT(t);", "5: TIME_TO_INT is not on the list for SCL"),
+        (
+            "omron",
+            "a := INT_TO_STRING(i);",
+            "5: INT_TO_STRING is not on the list for Sysmac Studio",
+        ),
+        ("omron", "i := MUX(j, 1, 2, 3, 4, 5, 6);", "5: MUX of 7 arguments is not on the list"),
+        ("l5x", "i := MIN(i, LIMIT(1, j, 3));", "5: MIN is not on the list for"),
+        ("keyence", "IF b THEN\n i := SEL(b, i, j);\nEND_IF;", "6: SEL is not on the list"),
+    ],
+)
+def test_what_is_not_on_the_list_is_refused_with_what_needs_it(
+    target: str, statement: str, said: str, tmp_path: Path
+) -> None:
+    user = "PROGRAM Mine\n  VAR\n    It : FB_MINE;\n  END_VAR\n  It();\nEND_PROGRAM\n"
+    files, left_out = _exported(target, tmp_path, _block("MINE", "", statement) + user)
+    line, _, why = said.partition(": ")
+    place = tmp_path / "All.st"
+    assert left_out[0].startswith(f"{place}:{line}: FUNCTION_BLOCK FB_MINE: {why}")
+    at = 1 + _block("MINE", "", statement).count("\n")
+    assert left_out[1] == f"{place}:{at}: PROGRAM Mine: needs FB_MINE, which is not carried"
+    assert "FB_MINE" not in "".join(files.values())
