@@ -30,9 +30,11 @@ _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 _ODD_OFFSET, _ODD_NUMBER = 0x8032, 0x8035
 
 #: What FB_Job adds on its own: a time limit and what else can happen to a turn. A remote command
-#: also ends with what FB_ReadArea finds, Robot.Answer; a channel of one's own has no turns.
+#: also ends with what FB_ReadArea finds, Robot.Answer; on a channel of one's own nobody is waited for.
 _JOB = "FB_Job"
-_SEQUENCE, _REMOTE, _OWN = {0x8010, 0x8012, 0x8013}, {0x8011, 0x8012, 0x8013, 0x8015}, {0x8010}
+_CALLED_WRONG = {0x8013, 0x8016}
+_OWN = {0x8010} | _CALLED_WRONG
+_SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _NORMAL_END = 0x0200
 _ANSWER = re.compile(r"\bRobot\.Answer := WORD#16#([0-9A-F]{4});")
 
