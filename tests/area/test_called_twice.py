@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -11,9 +12,7 @@ from plc_bench import PlcBench
 _INTERVAL_SCANS = 12
 
 
-def _bench(
-    tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int = 0
-) -> PlcBench:
+def _bench(tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int = 0) -> PlcBench:
     """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
@@ -235,7 +234,7 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval(
         if plc.image[32:34] != before:
             changes.append((scan, plc.image[32:34]))
         before = plc.image[32:34]
-    assert all(b[0] - a[0] >= _INTERVAL_SCANS for a, b in zip(changes, changes[1:], strict=False))
+    assert all(b[0] - a[0] >= _INTERVAL_SCANS for a, b in pairwise(changes))
 
 
 @pytest.mark.parametrize(

@@ -53,8 +53,7 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
             _SERVO,
             _IDLE,
             f"  IF Robot.SI.SI01_ServoOn AND Robot.SO.SO02_ServoOn THEN\n"
-            f"    {_REQUEST} := {_REQUEST} OR WORD#16#0002;\n  END_IF;\n"
-            + _IDLE,
+            f"    {_REQUEST} := {_REQUEST} OR WORD#16#0002;\n  END_IF;\n" + _IDLE,
             "none",
             "the requests are withdrawn",
         ),

@@ -39,7 +39,14 @@ END_PROGRAM
 
 
 _POLLING = ("Day", "Hour", "Speeds", "Versions", "Servos", "Torques")
-_KINDS = ("ReadDate", "ReadTime", "ReadSpeeds", "ReadVersions", "ReadServoStatus", "ReadTorqueOfMax")
+_KINDS = (
+    "ReadDate",
+    "ReadTime",
+    "ReadSpeeds",
+    "ReadVersions",
+    "ReadServoStatus",
+    "ReadTorqueOfMax",
+)
 
 
 @pytest.fixture
@@ -144,7 +151,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 @pytest.fixture
 def queue(tmp_path: Path) -> PlcBench:
-    """One command that outlives its block, four that give up in the queue, and one without limit."""
+    """A command that outlives its block, four that give up in the queue, and one without limit."""
     return _bench(
         tmp_path,
         "    Go, Hasty1, Hasty2, Hasty3, Hasty4, Patient : FB_RemoteCommand;\n    Wait : BOOL;\n",

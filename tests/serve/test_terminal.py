@@ -147,9 +147,10 @@ def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedH
     served.run(10)
     texts = [line.partition(" s  ")[2] for line in lines.new()]
     assert texts == [
-        "command: ReadPositionPulses (16#R505): Current position reference, pulse units: normal end",
-        "rule broken: command 16#0FFF is set while the status is 16#0200; a command may be set only "
-        "in status 16#0000; not executed",
+        "command: ReadPositionPulses (16#R505): Current position reference, pulse units: "
+        "normal end",
+        "rule broken: command 16#0FFF is set while the status is 16#0200; a command may be set "
+        "only in status 16#0000; not executed",
     ]
 
 

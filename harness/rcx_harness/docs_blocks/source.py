@@ -30,7 +30,7 @@ _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 _ODD_OFFSET, _ODD_NUMBER = 0x8032, 0x8035
 
 #: What FB_Job adds on its own: a time limit and what else can happen to a turn. A remote command
-#: also ends with what FB_ReadArea finds, Robot.Answer; on a channel of one's own nobody is waited for.
+#: also ends with what FB_ReadArea finds, Robot.Answer; a channel of one's own has no queue.
 _JOB = "FB_Job"
 _CALLED_WRONG = {0x8013, 0x8016}
 _OWN = {0x8010} | _CALLED_WRONG

@@ -60,9 +60,9 @@ def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
         lines += statement(f"{'ELSIF' if number else 'IF'} {condition} THEN", 2)
         lines.append(f"  {refused} := WORD#{error};")
     if loops:
-        end = ["END_IF;"] if chain else []
-        guard = guarded("Refused = WORD#16#0000", sent) if sent else []
-        return [*lines, *end, *loops, *guard, "Job.Trouble := Refused;"]
+        close = ["END_IF;"] if chain else []
+        filled = guarded("Refused = WORD#16#0000", sent) if sent else []
+        return [*lines, *close, *loops, *filled, "Job.Trouble := Refused;"]
     return [*lines, *(["ELSE", *indent(sent)] if sent else []), "END_IF;"] if chain else list(sent)
 
 

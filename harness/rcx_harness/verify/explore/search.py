@@ -262,8 +262,7 @@ def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
 
 
 def _longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
-    """The most steps to an idle state, the first state from which there is none, or -1, and the
-    first with the most.
+    """The most steps to an idle state, and where: (most, first without any or -1, first with most).
 
     Args:
         follow: The next state of each; a state without one is taken as idle.
