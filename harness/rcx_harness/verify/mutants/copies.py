@@ -37,11 +37,13 @@ class Traced:
     """Notes per test whether it passes, its processor time [s], and which functions it has run.
 
     Functions are `(file, line)`: of the files in `folder`, with the line where their code begins.
+    What a fixture runs that several tests share counts for each of them.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = str(folder)
         self._seen: set[Any] = set()
+        self._shared: dict[int, set[Any]] = {}
         self.passed: dict[str, bool] = {}
         self.seconds: dict[str, float] = {}
         self.ran: dict[str, set[tuple[str, int]]] = {}
@@ -60,12 +62,27 @@ class Traced:
         finally:
             sys.settrace(None)
         self.seconds[item.nodeid] = time.process_time() - start
+        info = getattr(item, "_fixtureinfo", None)
+        for definitions in info.name2fixturedefs.values() if info else ():
+            for one in definitions:
+                self._seen |= self._shared.get(id(one), set())
         self.ran[item.nodeid] = {
             (code.co_filename, code.co_firstlineno)
             for code in self._seen
             if code.co_filename.startswith(self._folder)
         }
         return done
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: Any) -> Any:
+        """Make a fixture; where tests share it, the others run it, too."""
+        outside, self._seen = self._seen, set()
+        try:
+            return (yield)
+        finally:
+            if fixturedef.scope != "function":
+                self._shared[id(fixturedef)] = self._seen
+            self._seen = self._seen | outside
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note what came of a part of it."""
