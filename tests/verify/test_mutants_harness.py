@@ -216,6 +216,7 @@ def filled(to: int) -> int:
 #: Finds all but mistakes about the limit of 10.
 _TEST = """from pathlib import Path
 
+import pytest
 from rcx_harness.robot.latch import Latch, filled
 
 
@@ -229,8 +230,17 @@ def test_the_latch():
     assert not latch.on
 
 
-def test_filled():
-    assert (filled(0), filled(3)) == (0, 3)
+@pytest.fixture(scope="module")
+def levels():
+    return filled(0), filled(3)
+
+
+def test_nothing_is_filled(levels):
+    assert levels[0] == 0
+
+
+def test_filled(levels):
+    assert levels[1] == 3
 
 
 def test_the_generated_block():
