@@ -271,6 +271,8 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
         alone["Robot.CodeRequest"], alone["Block.Hold"] = asked, hold
         alone["Robot.Status"], alone["Robot.Code"] = status, code
         alone["Robot.Data[1]"] = first
+        same = chance.random() < 0.9
+        alone["Block.SameData"] = same
         alone["Robot.Command"] = {
             "NextTicket": channel.next_ticket,
             "Serving": channel.serving,
@@ -287,6 +289,7 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
             hold=hold,
             code=code,
             first=first,
+            same=same,
             channel=channel,
             interval=50,
         )

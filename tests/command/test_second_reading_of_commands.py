@@ -126,6 +126,7 @@ class _Beside:
             hold=False,
             code=self.code,
             first=self.first,
+            same=True,
             channel=view.channel,
             interval=_SPACING_MS,
         )

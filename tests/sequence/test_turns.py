@@ -286,3 +286,86 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     plc.scan(2)
     plc["Good"] = True
     assert plc.scan_until(lambda: plc.words[0] == code, most=5) <= _SENT
+
+
+_TWO_ROBOTS = """PROGRAM Both
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Robot, Other : RCX_REF;
+    ReadArea, ReadOther : FB_ReadArea;
+    WriteArea, WriteOther : FB_WriteArea;
+    Own, OwnOther, Shared : FB_RemoteCommand;
+    Go, GoOther, GoShared, SharedFirst, SharedLast : BOOL;
+    Told : WORD;
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea, Connected := TRUE);
+  ReadOther(Robot := Other, Image := InputArea, m := {m}, Connected := TRUE);
+  IF SharedFirst THEN
+    Shared(Robot := Robot, Execute := FALSE);
+    Told := Told OR Shared.ErrorID;
+  END_IF;
+  Own(Robot := Robot, Execute := Go, Code := WORD#16#0501);
+  OwnOther(Robot := Other, Execute := GoOther, Code := WORD#16#0502);
+  IF SharedLast THEN
+    Shared(Robot := Robot, Execute := FALSE);
+    Told := Told OR Shared.ErrorID;
+  END_IF;
+  Shared(Robot := Other, Execute := GoShared, Code := WORD#16#0001);
+  Told := Told OR Shared.ErrorID;
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+  WriteOther(Robot := Other, Image := OutputArea, n := 48, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("m", [0, 48])
+@pytest.mark.parametrize("place", ["SharedFirst", "SharedLast"])
+@pytest.mark.parametrize("ahead", range(4))
+def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
+    tmp_path: Path, m: int, place: str, ahead: int
+) -> None:
+    """Started on one robot, called with the other: its turn there may be another block's.
+
+    With m = 0 both robots read the same answers, so that even their scans have the same numbers.
+    """
+    program = tmp_path / "Both.st"
+    program.write_text(_TWO_ROBOTS.format(m=m), encoding="utf-8")
+    plc = PlcBench(program=program, size=96, contract=False)
+    for area in (0, 48):
+        plc.so[area + 32 : area + 34] = bytes([0x12, 0x01])
+    plc["ReadArea.Size"] = plc["WriteArea.Size"] = 48
+    plc["Shared.Data"] = [0xAAAA] * 15
+    plc.scan_until(lambda: bool(plc["Robot.Settled"] and plc["Other.Settled"]))
+    plc[place] = True
+    plc["GoOther"] = True
+    for scan in range(40):
+        plc["Go"] = scan >= ahead
+        plc["GoShared"] = scan >= 2
+        plc.scan()
+        image = plc.image
+        assert image[0:2] in (b"\x00\x00", b"\x01\x05"), f"scan {scan}: {image[:4].hex()}"
+        if image[0:2] == b"\x01\x05":
+            assert image[2:32] == bytes(30), f"scan {scan}: its own data"
+    assert plc["Told"] in (0x8013, 0x8016)
+    assert plc.image[0:2] == b"\x01\x05", "the robot's own command is out"
+
+
+def test_data_that_change_in_the_scan_of_the_code_go_out_first(tmp_path: Path) -> None:
+    """Two blocks that both believe in the turn: code and data are held for a scan unchanged.
+
+    Source: guide, chapter 2, steps 1 and 2: data, then the code.
+    """
+    plc = _bench(
+        tmp_path,
+        "    Go : FB_RemoteCommand;\n    Code, Other : WORD;\n",
+        "  Go(Robot := Robot, Execute := Good, Code := WORD#16#0001);\n"
+        "  IF Code <> WORD#16#0000 THEN\n    Robot.Code := Code;\n"
+        "    Robot.Data[3] := Other;\n  END_IF;\n",
+    )
+    plc["Good"] = True
+    for word, code in ((1, 1), (2, 1), (2, 2), (3, 2)):
+        plc["Other"], plc["Code"] = word, code
+        plc.scan()
+        assert (plc.words[0], plc.words[3]) == (0, word)
+    plc.scan()
+    assert (plc.words[0], plc.words[3]) == (2, 3)

@@ -157,6 +157,7 @@ class HandshakeRules:
     _up: Since = field(default_factory=Since)
     _lost: bool = False
     _owner: int = 0
+    _asked: int = 0
 
     def scan(
         self,
@@ -168,6 +169,7 @@ class HandshakeRules:
         hold: bool,
         code: int,
         first: int,
+        same: bool,
         channel: Channel,
         interval: int,
     ) -> None:
@@ -181,6 +183,7 @@ class HandshakeRules:
             hold: No new command yet.
             code: Of the command, with the robot number.
             first: Its first data word.
+            same: Its data words are those on the wire.
             channel: Its turn; passed on here.
             interval: How long the controller may take to see a change.
         """
@@ -201,10 +204,14 @@ class HandshakeRules:
             self.phase = "PHASE_STATUS_RESET"
         elif hold or not asked:
             self.phase = "PHASE_READY"
-        elif self.phase == "PHASE_COMMAND_DATA" and self._owner == channel.serving:
+        elif (
+            self.phase == "PHASE_COMMAND_DATA"
+            and (self._owner, self._asked) == (channel.serving, code)
+            and same
+        ):
             self.phase, self.running = "PHASE_COMMAND_RUN", False
         else:
-            self.phase, self._owner = "PHASE_COMMAND_DATA", channel.serving
+            self.phase, self._owner, self._asked = "PHASE_COMMAND_DATA", channel.serving, code
         if self.phase == "PHASE_COMMAND_RUN":
             channel.orphan = gone
         elif channel.gone:
@@ -259,6 +266,7 @@ class HeadRules:
             hold=self._jog_hold,
             code=code,
             first=data[0],
+            same=self.words[1:] == data,
             channel=channel,
             interval=spacing,
         )

@@ -52,7 +52,7 @@ TYPES: dict[str, Kept] = {
     "FB_READAREA": Kept(
         dropped="Connected Error ErrorID Status Words Bits k", fixed="m Size ImageSize"
     ),
-    "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Shown Again", fixed="NoWords"),
+    "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"),
     # Scans are whole milliseconds apart: nothing is left over.
     "FB_SCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Kept(
@@ -60,11 +60,12 @@ TYPES: dict[str, Kept] = {
         fixed="n Size ImageSize",
     ),
     "FB_MAKEHEAD": Kept(
-        dropped="Interval Margin EmergencyStopOk StopOk Code Words Extra Spacing JogCode"
+        dropped="Interval Margin EmergencyStopOk StopOk Code Extra Spacing SameData k JogCode",
+        while_true={_DATA: "Words"},
     ),
     "FB_HANDSHAKE": Kept(
-        dropped="Interval Hold Code Endless",
-        while_true={_DATA: "Owner"},
+        dropped="Interval Hold SameData Code Endless",
+        while_true={_DATA: "Owner Asked"},
         tickets={"Owner": "command"},
     ),
     "FB_DEDICATEDINPUTS": Kept(

@@ -75,8 +75,8 @@ SEEDED = (
     Seeded(
         "the code goes out with the data of the next holder",
         "FB_Handshake",
-        "Robot.Phase = PHASE_COMMAND_DATA AND Owner = Robot.Command.Serving",
-        "Robot.Phase = PHASE_COMMAND_DATA",
+        "Owner = Robot.Command.Serving AND SameData\n        AND Asked = Robot.Code THEN",
+        "TRUE THEN",
         "commands",
         "data first",
     ),

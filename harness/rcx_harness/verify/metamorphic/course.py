@@ -69,6 +69,13 @@ class Course:
     engine: str = ""
 
 
+def _unnumbered(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The same without RCX_REF.Scan, which begins at m."""
+    return tuple(
+        {**one, "Scan": 0} if isinstance(one, dict) and "Elapsed" in one else one for one in values
+    )
+
+
 def follow(subject: Subject, options: Options = Options()) -> Course:
     """Run a program in a cell.
 
@@ -102,7 +109,7 @@ def follow(subject: Subject, options: Options = Options()) -> Course:
             def take(record: Record) -> None:
                 if isinstance(record, Scan):
                     course.times.append(record.t_us)
-                    course.scans.append(Seen(record.so, record.si, look()))
+                    course.scans.append(Seen(record.so, record.si, _unnumbered(look())))
                 elif isinstance(record, Cycle):
                     course.cycles.append((record.t_us, record.rcx_si, record.rcx_so))
 
