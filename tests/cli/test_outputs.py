@@ -12,8 +12,10 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli import main
+from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
 from rcx_harness.output import OutputFile
+from serve_process import own_addresses
 
 _FULL = Path("/dev/full")
 _KINDS = ("trace", "vcd", "chart")
@@ -108,6 +110,46 @@ def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
         2,
         "rcx: standard output cannot be written: No space left on device\n",
     )
+
+
+@pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
+def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
+    (address,) = own_addresses(1)
+    with _FULL.open("w") as full, Adapter(cyclic=0) as adapter:
+        scan = ["scan", "127.0.0.1", "--port", str(adapter.address[1]), "--for", "0s"]
+        for command in (scan, ["serve", "--address", address]):
+            done = subprocess.run(
+                [sys.executable, "-m", "rcx_harness", *command],
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
+            assert (done.returncode, done.stderr) == (
+                2,
+                "rcx: standard output cannot be written: No space left on device\n",
+            )
+
+
+@pytest.mark.parametrize("place", ["/dev/full", "/dev/full/below", "/proc/none/below"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["eds", "--force", "{}"],
+        ["export", "st", "--force", "--out", "{}"],
+        ["new", "{}"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_a_place_that_cannot_be_written_is_one_line(
+    capsys: pytest.CaptureFixture[str], command: list[str], place: str
+) -> None:
+    if not _FULL.exists():
+        pytest.skip("no /dev/full")
+    assert main([one.format(place) for one in command]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("rcx: /")
+    assert said.count("\n") == 1
 
 
 #: Runs the command, and sends Ctrl-C when a module of this name is looked for or a function begins.
