@@ -191,7 +191,10 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         (["--web", "70000"], "--web 70000 is no port; ports are 1 to 65535"),
         (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
         (["--revision", "1"], "'1' is no revision; write it as 1.1"),
-        (["--rpi-min", "fast"], "not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s"),
+        (
+            ["--rpi-min", "fast"],
+            "--rpi-min: not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s",
+        ),
         (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
         (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
         (
