@@ -187,8 +187,8 @@ def test_what_goes_out_is_what_the_rules_ask_for(
             interval=interval,
             margin=margin,
         )
-        on = ", ".join(name for name, is_on in flags.items() if is_on)
-        told = f"seed {seed}, scan {scan}, status 16#{status:04X}, code 16#{code:04X}, {on}"
+        given = ", ".join(flag for flag, is_on in flags.items() if is_on)
+        told = f"seed {seed}, scan {scan}, status 16#{status:04X}, code 16#{code:04X}, {given}"
         inputs, words = head["Robot.SI"], head["Block.Words"]
         assert isinstance(inputs, dict)
         assert isinstance(words, list)
