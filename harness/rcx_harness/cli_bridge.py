@@ -6,12 +6,13 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.cli_option import check_ipv4, duration_us
 from rcx_harness.errors import InputError
-from rcx_harness.units import parse_us
 
 __all__ = ["bridge"]
 
 _SHORTEST_US, _LONGEST_US = 1_000, 1_000_000
+_DIGITS = 5
 
 
 def bridge(
@@ -69,7 +70,10 @@ def bridge(
         raise InputError("rcx bridge needs the library pymodbus", hint=hint) from None
     if not 0 <= unit <= 0xFF:
         raise InputError(f"--unit {unit} is no unit identifier", hint="they are 0 to 255")
-    period_us, rpi_us, gap_us = parse_us(period), parse_us(rpi), parse_us(timeout)
+    if address:
+        check_ipv4("--from", address)
+    period_us, rpi_us = duration_us("--period", period), duration_us("--rpi", rpi)
+    gap_us = duration_us("--timeout", timeout)
     for name, given, given_us in (("--period", period, period_us), ("--rpi", rpi, rpi_us)):
         if not _SHORTEST_US <= given_us <= _LONGEST_US:
             raise InputError(f"{name} {given} cannot be served", hint="it can be 1ms to 1s")
@@ -88,7 +92,11 @@ def bridge(
         unit=unit,
         period_us=period_us,
         rpi_us=rpi_us,
-        limits=Limits(gap_us=gap_us, beat_us=parse_us(heartbeat), hold_us=parse_us(hold)),
+        limits=Limits(
+            gap_us=gap_us,
+            beat_us=duration_us("--heartbeat", heartbeat),
+            hold_us=duration_us("--hold", hold),
+        ),
         wait=wait,
         quiet=quiet,
     )
@@ -100,9 +108,11 @@ def _address(option: str, text: str, port: int) -> tuple[str, int]:
     """`HOST` or `HOST:PORT`."""
     host, colon, number = text.partition(":")
     if colon:
-        port = int(number) if number.isdecimal() else 0
+        right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
+        port = int(number) if right else 0
     if not host or not 1 <= port <= 0xFFFF:
         raise InputError(
-            f"{option} {text!r} is no address", hint="write it as 192.168.0.10 or 127.0.0.1:5020"
+            f"{option} {text!r:.60} is no address",
+            hint="write it as 192.168.0.10 or 127.0.0.1:5020",
         )
     return host, port

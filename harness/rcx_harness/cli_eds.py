@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.cli_option import duration_us
 from rcx_harness.cli_serve import parse_revision
 from rcx_harness.eds import eds_text
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.export.output import Output, write
-from rcx_harness.units import parse_us
 
 __all__ = ["eds"]
 
@@ -38,7 +38,8 @@ def eds(
     """
     major, minor = parse_revision(revision)
     identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)
-    text = eds_text(size, identity, AdapterOptions(rpi_min_us=parse_us(rpi_min)))
+    options = AdapterOptions(rpi_min_us=duration_us("--rpi-min", rpi_min))
+    text = eds_text(size, identity, options)
     if file is None:
         print(text, end="")
         return

@@ -7,7 +7,7 @@ import ipaddress
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
-__all__ = ["check_ipv4", "check_port", "check_size", "interval_us"]
+__all__ = ["check_ipv4", "check_port", "check_size", "duration_us", "interval_us"]
 
 _SIZES = (48, 256)
 #: Packet intervals in microseconds: the range of the vendor's earlier adapter.
@@ -35,13 +35,21 @@ def check_ipv4(option: str, text: str) -> None:
         raise InputError(f"{option} {text!r} is no IPv4 address", hint=hint) from None
 
 
+def duration_us(option: str, text: str) -> int:
+    """A duration in microseconds; what is none is refused (InputError)."""
+    try:
+        return parse_us(text)
+    except InputError as error:
+        raise InputError(f"{option}: {error.message}", hint=error.hint) from None
+
+
 def interval_us(option: str, text: str) -> int:
     """A packet interval in microseconds.
 
     Raises:
         InputError: not a duration, or none that a controller can have.
     """
-    given_us = parse_us(text)
+    given_us = duration_us(option, text)
     if not _SHORTEST_US <= given_us <= _LONGEST_US:
         raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
     return given_us

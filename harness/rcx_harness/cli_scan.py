@@ -6,14 +6,13 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli_option import check_ipv4, check_port, check_size, interval_us
+from rcx_harness.cli_option import check_ipv4, check_port, check_size, duration_us, interval_us
 from rcx_harness.enip.assemblies import Assemblies
 from rcx_harness.enip.client import PORT
 from rcx_harness.enip.connections import ConnectionKind
 from rcx_harness.errors import InputError
 from rcx_harness.scan import ScanOptions
 from rcx_harness.scan import scan as look
-from rcx_harness.units import parse_us
 
 __all__ = ["scan"]
 
@@ -92,7 +91,7 @@ def scan(
         host=host,
         assemblies=asked,
         rpi_us=interval_us("--rpi", rpi),
-        duration_us=parse_us(duration),
+        duration_us=duration_us("--for", duration),
         kind=ConnectionKind.LISTEN_ONLY if listen_only else kind,
         writes=write or (),
         port=port,
@@ -109,7 +108,7 @@ def scan(
 def _config_instance(text: str) -> int | None:
     if text.lower() == "none":
         return None
-    if not text.isdecimal() or len(text) > _DIGITS:
+    if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
         hint = "write it as 151, or none"
         raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
     return int(text)

@@ -11,13 +11,12 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli_option import check_port, check_size, interval_us
+from rcx_harness.cli_option import check_port, check_size, duration_us, interval_us
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
-from rcx_harness.units import parse_us
 
 __all__ = ["parse_revision", "serve"]
 
@@ -66,7 +65,7 @@ def serve(
     _check_clashes(addresses, port, io_port, web)
     options = AdapterOptions(
         rpi_min_us=interval_us("--rpi-min", rpi_min),
-        first_packet_us=parse_us(first_packet),
+        first_packet_us=duration_us("--first-packet", first_packet),
     )
     major, minor = parse_revision(revision)
     every = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rcx_harness import spec
 from rcx_harness.library import Block, library
@@ -70,8 +70,9 @@ def _details(command: Command) -> Iterator[str]:
         if not fields:
             continue
         yield f"\n| {title} | Address | May be |\n|---|---|---|"
+        names = [part.name for part in fields]
         for part in fields:
-            yield f"| `{part.name}` | {_address(part, letter)} | {_allowed(part)} |"
+            yield f"| `{part.name}` | {_address(part, letter)} | {_allowed(part, names)} |"
 
 
 def _conditions(command: Command) -> str:
@@ -98,19 +99,25 @@ def _address(part: Field, letter: str) -> str:
     return f"{letter}+{part.at}{span}, {kind}{many}"
 
 
-def _allowed(part: Field) -> str:
+def _allowed(part: Field, names: Sequence[str]) -> str:
+    """What a field may be; `names` are those of all fields of its telegram."""
     texts = []
+    by, units = part.units_by(names)
     if part.values:
         texts.append("; ".join(f"{value}: {text}" for value, text in part.values.items()))
     if part.range and part.type != "text":
         texts.append(_limits(part.range))
-    groups: dict[tuple[int, ...], list[int]] = {}
+    groups: dict[tuple[tuple[int, ...], str], list[int]] = {}
     for value, limits in part.ranges.items():
-        groups.setdefault(limits, []).append(value)
-    for limits, values in groups.items():
+        unit = f" [{units[value]}]" if part.by == by and value in units else ""
+        groups.setdefault((limits, unit), []).append(value)
+    for (limits, unit), values in groups.items():
         where = f"where `{part.by}` is {', '.join(map(str, values))}"
-        texts.append(where if part.type == "text" else f"{_limits(limits)} {where}")
-    texts += [text for text in (part.unit and f"[{part.unit}]", part.meaning) if text]
+        texts.append(where if part.type == "text" else f"{_limits(limits)}{unit} {where}")
+    if by and by != part.by:
+        texts.append(", ".join(f"[{unit}] where `{by}` is {k}" for k, unit in units.items()))
+    unit = f"[{part.unit}]" if part.unit and not by else ""
+    texts += [text for text in (unit, part.meaning) if text]
     return "; ".join(texts).replace("|", "\\|") or "any"
 
 

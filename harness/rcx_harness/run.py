@@ -13,7 +13,7 @@ from rcx_harness.chart import Timeline
 from rcx_harness.chart_svg import svg_chart
 from rcx_harness.clocks import Duration
 from rcx_harness.errors import InputError
-from rcx_harness.output import OutputFile
+from rcx_harness.output import replace_files
 from rcx_harness.robot import Violation
 from rcx_harness.stimulus import Stimulus
 from rcx_harness.units import parse_us
@@ -137,7 +137,8 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
             if wave is not None:
                 wave.close()
         if options.chart is not None:
-            _write(options.chart, svg_chart(timeline, _title(options, cell)))
+            chart = svg_chart(timeline, _title(options, cell))
+            replace_files({options.chart: chart.encode()})
         return Outcome(
             cell.program.engine,
             "\n".join(filter(None, (cell.notice, late))),
@@ -176,9 +177,3 @@ def _timeout(options: RunOptions) -> str | int | None:
 def _title(options: RunOptions, cell: Cell) -> str:
     names = ", ".join(path.name for path in options.files)
     return f"{names}: scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
-
-
-def _write(path: Path, text: str) -> None:
-    file = OutputFile(path)
-    file.write(text)
-    file.close()

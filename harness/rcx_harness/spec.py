@@ -131,6 +131,8 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         content: dict[str, Any] = toml.loads(text)
     except toml.TOMLDecodeError as error:
         raise InputError(f"not valid TOML: {error}", file=path) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError("has a number too long, or lists in lists too deep", file=path) from error
     return content
 
 

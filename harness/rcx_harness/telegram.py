@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, cast
@@ -76,18 +76,18 @@ class Field:
             size = struct.calcsize(_FORMATS[self.type]) * self.count
         return range(self.at // 2, (self.at + size) // 2)
 
+    def units_by(self, names: Collection[str]) -> tuple[str, dict[int, str]]:
+        """Which of the fields `names` decides on its unit, and the unit for each value of that."""
+        units = re.split(r", | or ", self.unit)
+        if len(units) > 1 and self.by:
+            return self.by, dict(zip(self.ranges, units, strict=True))
+        by = next((one for one in ("unit", "arch_unit") if one in names), "")
+        return (by, dict(enumerate(units))) if len(units) > 1 and by else ("", {})
+
     def unit_among(self, values: Mapping[str, FieldValue]) -> str:
         """Its unit among all `values` of the telegram, where a selection decides on it."""
-        units = re.split(r", | or ", self.unit)
-        if len(units) == 1:
-            return self.unit
-        if self.by:
-            kinds, selected = list(self.ranges), values[self.by]
-            return next(
-                (unit for kind, unit in zip(kinds, units, strict=True) if kind == selected), ""
-            )
-        selections = (values[name] for name in ("unit", "arch_unit") if name in values)
-        return next((units[int(str(one))] for one in selections), self.unit)
+        by, units = self.units_by(values)
+        return units.get(cast(int, values[by]), "") if by else self.unit
 
     def read(self, words: Sequence[int]) -> FieldValue:
         """Its value in a telegram; numbers as they are on the wire, without scaling."""

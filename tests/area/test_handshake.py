@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple, fields
 from random import Random
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from alone import Alone
 from head_rules import Channel, HandshakeRules
 from plc_bench import PlcBench
+from shown import differences
 
 #: The guide's own example: PTP to point 19 at 50 % (n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013).
 MOVE = [0x0004, 0x0000, 0x0032, 0x0013, *[0] * 11]
@@ -293,10 +295,14 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
             channel=channel,
             interval=50,
         )
-        told = f"seed {seed}, scan {scan}, status {status:#06x}, code {code:#06x}"
-        assert alone["Robot.Phase"] == rules.phase, told
-        assert alone["Robot.Running"] is rules.running, told
-        assert alone["Robot.CodeRequest"] is False, told
+        told = f"seed {seed}, scan {scan}, status 16#{status:04X}, code 16#{code:04X}"
         found = alone["Robot.Command"]
         assert isinstance(found, dict)
-        assert Channel.of(found) == channel, told
+        names = [one.name for one in fields(Channel)]
+        wrong = differences(
+            ("Phase", "Running", "CodeRequest", *names),
+            [alone[f"Robot.{name}"] for name in ("Phase", "Running", "CodeRequest")]
+            + list(astuple(Channel.of(found))),
+            [rules.phase, rules.running, False, *astuple(channel)],
+        )
+        assert not wrong, f"FB_Handshake, {told}: {wrong}"

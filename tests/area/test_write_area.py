@@ -9,6 +9,7 @@ import pytest
 from alone import Alone
 from head_rules import OTHERS, SAFETY, Channel, HeadRules, bits_of
 from plc_bench import PlcBench
+from shown import differences
 
 #: Dedicated inputs as chapter 5, 2 prints them: (byte from n, bit, field of RCX_SI).
 PRINTED = [
@@ -186,12 +187,18 @@ def test_what_goes_out_is_what_the_rules_ask_for(
             interval=interval,
             margin=margin,
         )
-        told = f"seed {seed}, scan {scan}, status {status:#06x}, code {code:#06x}, {flags}"
-        assert head["Robot.SI"] == rules.inputs.applied, told
-        assert head["Robot.Phase"] == rules.handshake.phase, told
-        assert head["Robot.Applied"] == rules.bits, told
-        words = head["Block.Words"]
+        given = ", ".join(flag for flag, is_on in flags.items() if is_on)
+        told = f"seed {seed}, scan {scan}, status 16#{status:04X}, code 16#{code:04X}, {given}"
+        inputs, words = head["Robot.SI"], head["Block.Words"]
+        assert isinstance(inputs, dict)
         assert isinstance(words, list)
-        assert [head["Block.Code"], *words] == rules.words, told
-        assert head["Robot.StopJog"] is False, told
+        applied = rules.inputs.applied
+        wrong = differences(
+            (*applied, "Phase", "Applied", "StopJog", *(f"word {k}" for k in range(16))),
+            [*(inputs[name] for name in applied)]
+            + [head[f"Robot.{name}"] for name in ("Phase", "Applied", "StopJog")]
+            + [head["Block.Code"], *words],
+            [*applied.values(), rules.handshake.phase, rules.bits, False, *rules.words],
+        )
+        assert not wrong, f"FB_WriteArea, {told}: {wrong}"
     assert set(SAFETY) <= set(rules.inputs.applied)

@@ -12,8 +12,10 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli import main
+from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
-from rcx_harness.output import OutputFile
+from rcx_harness.output import OutputFile, replace_files
+from serve_process import own_addresses
 
 _FULL = Path("/dev/full")
 _KINDS = ("trace", "vcd", "chart")
@@ -24,6 +26,12 @@ def _run(repository: Path, tmp_path: Path, *options: str) -> list[str]:
     (tmp_path / "lib").mkdir(exist_ok=True)
     given = ["run", str(program), "--lib", str(tmp_path / "lib"), "--engine", "builtin"]
     return [*given, "--for", "5s", *options]
+
+
+def _limit() -> None:
+    """1,000 bytes for each file stand for the full disk."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000))
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
 
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
@@ -39,15 +47,10 @@ def test_a_full_disk_is_one_line(
 def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
     repository: Path, tmp_path: Path, kind: str
 ) -> None:
-    """A limit of 1,000 bytes for each file stands for the full disk."""
     file = tmp_path / "out" / "old"
     assert main(_run(repository, tmp_path, f"--{kind}", str(file))) == 0
     before = file.read_bytes()
     assert len(before) > 1_000
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000))
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
     for name in ("old", "new"):
         there = tmp_path / "out" / name
@@ -57,7 +60,7 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
             capture_output=True,
             text=True,
             check=False,
-            preexec_fn=limit,
+            preexec_fn=_limit,
             env={**os.environ, "RCX_CACHE": "off"},
         )
         assert (done.returncode, done.stderr) == (
@@ -66,6 +69,19 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
         )
     assert file.read_bytes() == before
     assert [one.name for one in file.parent.iterdir()] == ["old"]
+
+
+def test_of_a_new_cell_nothing_is_left_where_the_disk_fills_up(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "rcx_harness", "new", str(tmp_path / "a" / "cell")],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=_limit,
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.endswith(": cannot be written: File too large\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> None:
@@ -80,6 +96,19 @@ def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> N
     assert (place.read_text(), place.stat().st_mode & 0o777) == ("new", 0o640)
     assert link.is_symlink()
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a", "link"]
+
+
+def test_of_several_files_none_takes_its_place_before_all_are_written(tmp_path: Path) -> None:
+    """Folders that were made for them go, too; what others put there stays."""
+    old, new = tmp_path / "old", tmp_path / "a" / "b" / "new"
+    old.write_text("old")
+    with pytest.raises(InputError, match=r"^/dev/full/c: cannot be written: Not a directory$"):
+        replace_files({old: b"x", new: b"x", Path("/dev/full/c"): b"x"})
+    assert old.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [old]
+    replace_files({old: b"x", new: b"y"})
+    assert (old.read_text(), new.read_text()) == ("x", "y")
+    assert [one.name for one in new.parent.iterdir()] == ["new"]
 
 
 def test_after_an_error_nothing_more_is_said(tmp_path: Path) -> None:
@@ -108,6 +137,46 @@ def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
         2,
         "rcx: standard output cannot be written: No space left on device\n",
     )
+
+
+@pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
+def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
+    (address,) = own_addresses(1)
+    with _FULL.open("w") as full, Adapter(cyclic=0) as adapter:
+        scan = ["scan", "127.0.0.1", "--port", str(adapter.address[1]), "--for", "0s"]
+        for command in (scan, ["serve", "--address", address]):
+            done = subprocess.run(
+                [sys.executable, "-m", "rcx_harness", *command],
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+                check=False,
+            )
+            assert (done.returncode, done.stderr) == (
+                2,
+                "rcx: standard output cannot be written: No space left on device\n",
+            )
+
+
+@pytest.mark.parametrize("place", ["/dev/full", "/dev/full/below", "/proc/none/below"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["eds", "--force", "{}"],
+        ["export", "st", "--force", "--out", "{}"],
+        ["new", "{}"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_a_place_that_cannot_be_written_is_one_line(
+    capsys: pytest.CaptureFixture[str], command: list[str], place: str
+) -> None:
+    if not _FULL.exists():
+        pytest.skip("no /dev/full")
+    assert main([one.format(place) for one in command]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("rcx: /")
+    assert said.count("\n") == 1
 
 
 #: Runs the command, and sends Ctrl-C when a module of this name is looked for or a function begins.

@@ -213,6 +213,10 @@ def test_a_refused_interval_comes_with_one_to_try(
         ),
         (["--config-instance", "1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
         (["--from", "here"], "--from 'here' is no IPv4 address; write it as 192.168.0.10"),
+        (["--for", "nan"], "--for: not a duration: 'nan'; write it as 10ms, 1.5s or 1m30s"),
+        (["--for", "400d"], "--for: '400d' is too long for a duration; it can be 0s to 365d"),
+        (["--rpi", "-1ms"], "--rpi: not a duration: '-1ms'; write it as 10ms, 1.5s or 1m30s"),
+        (["--config-instance", "\u0661"], "--config-instance \u0661 is no instance; write it"),
         (["--size", "-5"], "the areas cannot be -5 bytes long; choose 48 or 256"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, Point, RobotConfig, RobotProgram
+from rcx_harness.robot.config_stored import STORED
 
 GOOD = """\
 size = 256
@@ -130,6 +132,35 @@ def test_a_wrong_robot_file_is_refused_with_line_and_hint(
     assert hint in caught.value.hint
     assert caught.value.line == line
     assert caught.value.file == str(tmp_path / "robot.toml")
+
+
+_HARD = ["nan", "inf", "-inf", "-1.5", "1e308", "9" * 30, "9" * 5_000, "0x" + "F" * 5_000]
+_HARD += ["[nan]", "[[1]]", "{}", "{1 = nan}", "[{x = 1}]", "[true, 1]", "1979-05-27", "[" * 2_000]
+
+
+@pytest.mark.parametrize("value", _HARD, ids=lambda value: value[:12])
+@pytest.mark.parametrize(
+    ("table", "keys"),
+    [
+        ("", [one.name for one in fields(RobotConfig)]),
+        ("[[axes]]\n", [one.name for one in fields(Axis)]),
+        ("[[programs]]\n", [one.name for one in fields(RobotProgram)]),
+    ],
+    ids=["robot", "axes", "programs"],
+)
+def test_no_key_takes_what_is_no_value_of_its_kind(
+    tmp_path: Path, table: str, keys: list[str], value: str
+) -> None:
+    """One short message; an empty table presets nothing where there are tables."""
+    for key in keys:
+        empty = value == "{}" and key in (*STORED, "real_time_items")
+        said = ""
+        try:
+            _load(tmp_path, f"{table}{key} = {value}\n")
+        except InputError as error:
+            said = str(error)
+        assert bool(said) is not empty, f"{table}{key} takes {value:.40}"
+        assert len(said) < 1_000
 
 
 def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ block, and what goes out, must be what the rules of tests/support ask for.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -21,7 +22,9 @@ from rcx_harness.engine.base import Program
 from rcx_harness.engine.needed import needed
 from sequence_rules import RULES, missing
 from sequence_work import View
+from shown import differences
 
+_PINS = ("Done", "Busy", "Active", "Error", "ErrorID")
 _SCAN_MS, _MARGIN_MS = 20, 20
 _SPACING_MS = 100 + _MARGIN_MS
 
@@ -119,9 +122,9 @@ class _Beside:
         }
         self.so = {"SO01", "SO04", "SO10"}
         self._spell(0)
-        names = ("Done", "Busy", "Active", "Error", "ErrorID")
+        self.names = {"Block": block, "Rival": _rival(block, seed)}
         self._look = {
-            part: self.program.reader([f"Main.{part}.{name}" for name in names])
+            part: self.program.reader([f"Main.{part}.{name}" for name in _PINS])
             for part in self.rules
         }
         self._look_stage = self.program.reader(["Main.Status.Stage"])
@@ -192,26 +195,50 @@ class _Beside:
         view.settled = self.inputs.settled
         view.turns.pass_on()
 
-    def __str__(self) -> str:
-        return f"{self.view}, {self.pins}, {self.rules}"
-
     def compare(self) -> None:
         """The outputs of the blocks, and the dedicated inputs as written."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, bool(rule.number), rule.number)
-            assert self._look[part]() == expected, f"{part}, {self}"
+            self._same(f"{part} {self.names[part]}", _PINS, self._look[part](), expected)
         for part in self._staged:
             stage = self.program.read(f"Main.{part}.Stage")
-            assert stage == f"POWER_UP_{self.rules[part].stage}", f"{part}, {self}"
-        assert self._look_stage() == (f"POWER_UP_{self.missing}",), str(self)
-        area = self.program.read_bytes("Main.OutputArea")
-        bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.view.si)
-        assert int.from_bytes(area[32:34], "little") == bits, str(self)
+            expected_stage = f"POWER_UP_{self.rules[part].stage}"
+            self._same(f"{part} {self.names[part]}", ("Stage",), (stage,), (expected_stage,))
+        self._same("FB_Status", ("Stage",), self._look_stage(), (f"POWER_UP_{self.missing}",))
+        area = int.from_bytes(self.program.read_bytes("Main.OutputArea")[32:34], "little")
+        names = [f"SI{byte}{bit}" for byte in range(2) for bit in range(8)]
+        bits = [bool(area >> k & 1) for k in range(16)]
+        self._same("dedicated inputs", names, bits, [name in self.view.si for name in names])
+
+    def _same(
+        self, where: str, names: Sequence[str], got: Sequence[Any], expected: Sequence[Any]
+    ) -> None:
+        if wrong := differences(names, got, expected):
+            on = ", ".join((*sorted(self.view.so), *sorted(self.view.si))) or "nothing"
+            time = f"scan {self.view.now // _SCAN_MS} ({self.view.now} ms)"
+            raise AssertionError(f"{where}, {time}: {wrong}; ON: {on}")
 
 
 #: Blocks with more states get more runs.
 _RUNS = {"FB_PowerUp": 5, "FB_ProgramContinue": 4, "FB_ServoOnFromEmergencyStop": 4}
 _CASES = [(block, seed) for block in sorted(RULES) for seed in range(_RUNS.get(block, 2))]
+
+
+def test_a_difference_is_told_by_block_pin_and_scan() -> None:
+    """With the ErrorID in 16#, as docs/errors.md lists it, and without what is alike."""
+    beside = _Beside("FB_ServoOn", 0)
+    start = beside.program.snapshot()
+    try:
+        beside.scan(40)
+        beside.rules["Block"].number = 0x8015
+        with pytest.raises(AssertionError) as caught:
+            beside.compare()
+    finally:
+        beside.program.restore(start)
+    assert str(caught.value).startswith(
+        "Block FB_ServoOn, scan 2 (40 ms): Error is False, not True; "
+        "ErrorID is 16#0000, not 16#8015; ON: "
+    )
 
 
 @pytest.mark.parametrize(("block", "seed"), _CASES)

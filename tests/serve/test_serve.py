@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import errno
 import os
 import signal
 import socket
@@ -14,7 +16,8 @@ from rcx_harness.cli import main
 from rcx_harness.enip.client import Client
 from rcx_harness.enip.scanner import Scanner
 from rcx_harness.serve.host import Settings
-from rcx_harness.serve.run import warnings
+from rcx_harness.serve.run import serve, warnings
+from rcx_harness.serve.terminal import Lines
 from serve_process import ServeProcess, own_addresses, watching
 
 pytestmark = pytest.mark.skipif(
@@ -24,6 +27,8 @@ pytestmark = pytest.mark.skipif(
 
 _MULTIPLIER = 5  # 128 packet intervals: a busy machine is no loss of the link
 _IDENTITY = (1, 1)
+#: Longest wait for its end [s].
+_PATIENCE_S = 60
 
 
 def test_two_controllers_are_devices_of_their_own_and_end_with_ctrl_c() -> None:
@@ -100,6 +105,19 @@ def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
     assert served.lines == []
 
 
+def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`rcx serve > log`: the command tells an OSError in one line, with exit code 2."""
+
+    def full(lines: Lines) -> list[str]:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Lines, "new", full)
+    (address,) = own_addresses(1)
+    serving = serve([Settings(host=address)], None, quiet=False)
+    with pytest.raises(OSError, match="No space left"):
+        asyncio.run(asyncio.wait_for(serving, _PATIENCE_S))
+
+
 def test_children_end_with_a_parent_that_is_killed() -> None:
     (address,) = own_addresses(1)
     with ServeProcess("--address", address) as served:
@@ -173,7 +191,10 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         (["--web", "70000"], "--web 70000 is no port; ports are 1 to 65535"),
         (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
         (["--revision", "1"], "'1' is no revision; write it as 1.1"),
-        (["--rpi-min", "fast"], "not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s"),
+        (
+            ["--rpi-min", "fast"],
+            "--rpi-min: not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s",
+        ),
         (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
         (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
         (

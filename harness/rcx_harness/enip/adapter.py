@@ -153,6 +153,7 @@ class Adapter:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
+            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
         )
         assert self._process.stdout is not None
         line = self._process.stdout.readline()

@@ -193,7 +193,8 @@ class _Adapter:
 
 
 def _tell(message: dict[str, Any]) -> None:
-    print(json.dumps(message), flush=True)
+    with suppress(BrokenPipeError):  # the parent has ended
+        os.write(1, json.dumps(message).encode() + b"\n")
 
 
 if __name__ == "__main__":

@@ -56,6 +56,7 @@ class CyclicControl:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
+            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
         )
         self._on_ended = on_ended
         self._closed = False

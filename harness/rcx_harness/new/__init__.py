@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rcx_harness.cell_image import check_size
 from rcx_harness.errors import InputError
-from rcx_harness.output import OutputFile
+from rcx_harness.output import replace_files
 
 __all__ = ["CI", "new_project"]
 
@@ -54,13 +54,13 @@ def new_project(
     _check_empty(folder)
     words = {"@NAME@": title, "@SIZE@": str(size), "@VERSION@": version("rcx-harness")}
     others = {path for system, path in CI.items() if ci not in ("all", system)}
-    written = []
+    files = {}
     for source in sorted(_TEMPLATE.rglob("*")):
         place = re.sub(r"(^|/)dot_", r"\1.", source.relative_to(_TEMPLATE).as_posix())
         if source.is_file() and place not in others and "__pycache__" not in source.parts:
-            _write(folder / place, source.read_text(encoding="utf-8"), words)
-            written.append(Path(place))
-    return written
+            files[Path(place)] = _filled(source.read_text(encoding="utf-8"), words)
+    replace_files({folder / place: text.encode() for place, text in files.items()})
+    return list(files)
 
 
 def _check_empty(folder: Path) -> None:
@@ -80,9 +80,7 @@ def _check_empty(folder: Path) -> None:
         )
 
 
-def _write(path: Path, text: str, words: dict[str, str]) -> None:
+def _filled(text: str, words: dict[str, str]) -> str:
     for token, word in words.items():
         text = text.replace(token, word)
-    file = OutputFile(path)
-    file.write(text)
-    file.close()
+    return text

@@ -53,10 +53,16 @@ _RANGES = {
 _PROGRAMS = 100
 #: Alarms that need not be.
 _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
+#: What an alarm's key holds, or that of several.
+_ALARMS = ('group and category as "12.600"', 'a list of alarms as ["12.600"]')
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
+#: A number that must not be 0 is at least, any number at most: a year in milliseconds.
+_LEAST, _MOST = 1e-6, 365 * 86_400_000
 #: Up to this length a hint lists all names [characters].
 _LISTED = 200
+#: Of a value a message shows so much [characters].
+_SHOWN = 80
 
 
 def check_value(key: str, declared: str, value: Any) -> None:
@@ -82,12 +88,13 @@ def check_value(key: str, declared: str, value: Any) -> None:
         pass
     elif declared in ("int", "int | None"):
         low, high = _RANGES.get(key, _INT32)
-        whole = isinstance(value, int) and not isinstance(value, bool)
-        expect(whole and low <= value <= high, key, value, f"{low} to {high}")
+        expect(_whole(value, low, high), key, value, f"{low} to {high}")
     elif declared == "float":
         _check_number(key, value)
     elif key.endswith(("_alarm", "_alarms")):
-        for number in (value,) if isinstance(value, str) else value:
+        listed = declared != "str"
+        expect(isinstance(value, tuple if listed else str), key, value, _ALARMS[listed])
+        for number in value if listed else (value,):
             if number != "" or key not in _NO_ALARM:
                 alarm_code(number, key)
     elif declared == "str":
@@ -95,7 +102,7 @@ def check_value(key: str, declared: str, value: Any) -> None:
     elif key == "axes":
         _check_axes(value)
     elif key == "scara_robots":
-        right = isinstance(value, tuple) and all(robot in (1, 2, 3, 4) for robot in value)
+        right = isinstance(value, tuple) and all(_whole(robot, 1, 4) for robot in value)
         expect(right, key, value, "a list of robot numbers 1 to 4")
     elif key == "programs":
         expect(len(value) > 0, key, value, "at least one program")
@@ -132,12 +139,20 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
 def expect(condition: bool, key: str, value: Any, allowed: str) -> None:
     """Refuse the value of a key unless the condition holds (InputError)."""
     if not condition:
-        raise InputError(f"'{key}' cannot be {value!r}", hint=f"it may be {allowed}")
+        raise InputError(f"'{key}' cannot be {_shown(value)}", hint=f"it may be {allowed}")
+
+
+def _shown(value: Any) -> str:
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not write it in decimal
+        return "a number of so many digits"
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def is_number(value: Any) -> bool:
     """It is a finite number."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 def near(name: str, known: Iterable[str]) -> str:
@@ -155,15 +170,21 @@ def near(name: str, known: Iterable[str]) -> str:
 
 def _check_delay(key: str, value: Any) -> None:
     pair = value if isinstance(value, tuple) else (value, value)
-    right = len(pair) == 2 and all(map(is_number, pair)) and 0 <= pair[0] <= pair[1]
-    expect(right, key, value, "milliseconds, or [shortest, longest]")
+    right = len(pair) == 2 and all(map(is_number, pair)) and 0 <= pair[0] <= pair[1] <= _MOST
+    expect(right, key, value, f"milliseconds up to {_MOST}, or [shortest, longest]")
 
 
 def _check_number(key: str, value: Any) -> None:
     if key in _POSITIVE or key == "duration":
-        expect(is_number(value) and value > 0, key, value, "a number above 0")
+        right = is_number(value) and _LEAST <= value <= _MOST
+        expect(right, key, value, f"a number above 0, {_LEAST:f} to {_MOST}")
     else:
-        expect(is_number(value) and value >= 0, key, value, "a number from 0 on")
+        right = is_number(value) and 0 <= value <= _MOST
+        expect(right, key, value, f"a number from 0 on, up to {_MOST}")
+
+
+def _whole(value: Any, low: int, high: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
 def _check_axes(axes: Any) -> None:

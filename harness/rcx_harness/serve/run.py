@@ -38,6 +38,7 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
+        OSError: what is shown cannot be written; all end then, too.
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -56,10 +57,9 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
         if not quiet:
             _announce(hosts, page)
         shown = asyncio.create_task(_show(hosts, page, quiet))
-        await _until(stop, hosts)
-        shown.cancel()
+        await _until(stop, hosts, shown)
         with suppress(asyncio.CancelledError):
-            await shown
+            shown.result()  # what it shows may have nowhere to go
         dead = [host for host in hosts if host.ended.is_set()]
         for host in dead:
             print(f"rcx: controller {host.name} is gone: {host.failure}", file=sys.stderr)
@@ -109,9 +109,10 @@ async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
         await asyncio.gather(*starting, return_exceptions=True)
 
 
-async def _until(stop: asyncio.Event, hosts: Sequence[Host]) -> None:
-    """Wait for the signal, or for the end of a controller: half a line is none."""
-    ends = {asyncio.create_task(_wait(event)) for event in (stop, *(one.ended for one in hosts))}
+async def _until(stop: asyncio.Event, hosts: Sequence[Host], shown: asyncio.Task[None]) -> None:
+    """Wait for the signal, or for the end of a controller or of what shows them."""
+    events = (stop, *(one.ended for one in hosts))
+    ends = {*(asyncio.create_task(_wait(event)) for event in events), shown}
     await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
     for task in ends:
         task.cancel()
@@ -137,7 +138,7 @@ def _announce(hosts: Sequence[Host], page: WebServer | None) -> None:
 async def _show(hosts: Sequence[Host], page: WebServer | None, quiet: bool) -> None:
     console = Console()
     if quiet:
-        return
+        await asyncio.Event().wait()
     if not console.is_terminal:
         lines = Lines(hosts)
         while True:

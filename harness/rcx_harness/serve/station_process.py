@@ -152,7 +152,8 @@ def main(argument: str) -> None:
         controller = Controller(_config(settings), settings["seed"])
         adapter = _adapter(settings, controller.config.size)
     except InputError as error:
-        print(json.dumps({"error": str(error)}), flush=True)
+        with suppress(BrokenPipeError):  # the parent has ended
+            os.write(1, json.dumps({"error": str(error)}).encode() + b"\n")
         return
     with adapter:
         station = Station(controller, adapter.shared)

@@ -13,7 +13,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.chart import Timeline, text_chart
 from rcx_harness.chart_svg import svg_chart
 from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
-from rcx_harness.output import OutputFile
+from rcx_harness.output import replace_files
 from rcx_harness.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "write_files"]
@@ -84,14 +84,9 @@ def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[
         InputError: a file cannot be written.
     """
     chart, trace = folder / f"chart{suffix}.svg", folder / f"trace{suffix}.jsonl"
-    for path, lines in (
-        (chart, iter([svg_chart(LastChanges(cell), title)])),
-        (trace, (line + "\n" for line in cell.trace.lines())),
-    ):
-        file = OutputFile(path)
-        for line in lines:
-            file.write(line)
-        file.close()
+    lines = "".join(line + "\n" for line in cell.trace.lines())
+    drawn = svg_chart(LastChanges(cell), title)
+    replace_files({chart: drawn.encode(), trace: lines.encode()})
     return [chart, trace]
 
 

@@ -1,0 +1,90 @@
+"""Ctrl-C while the processes of `--link enip` and `rcx serve` start up: one line, nobody stays."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from serve_process import own_addresses
+
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"),
+    reason="it needs process groups, and loopback addresses besides 127.0.0.1",
+)
+
+#: Each Python runs this first. The one that runs the module WHO presses Ctrl-C, which reaches the
+#: whole group of the command, when it looks for the module WHERE, at `-` before anything else, at
+#: `.` before it says its first line. A child of the command goes on when that has closed the pipe.
+_HOOK = """
+import os, select, signal, sys
+who, where = os.environ["WHO"], os.environ["WHERE"]
+group = int(os.environ.setdefault("GROUP", str(os.getpid())))
+def press():
+    sys.meta_path[:] = [one for one in sys.meta_path if type(one).__name__ != "Finder"]
+    os.killpg(group, signal.SIGINT)
+    if os.getppid() == group:
+        select.select([0], [], [])
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == where:
+            press()
+def said(frame, event, _):
+    if event == "call" and frame.f_code.co_name in ("_tell", "tell"):
+        sys.setprofile(None)
+        press()
+if who in sys.orig_argv:
+    if where == "-":
+        press()
+    elif where == ".":
+        sys.setprofile(said)
+    else:
+        sys.meta_path.insert(0, Finder())
+"""
+_STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
+_ADAPTER = ("rcx_harness.enip.adapter_process", ("-", "rcx_harness.enip.device", "."))
+_CYCLIC = ("rcx_harness.enip.cyclic_process", ("-", "rcx_harness.enip.cyclic", "."))
+
+
+def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:
+    """Exit code and what is said on stderr, by the command and all it has started."""
+    (tmp_path / "sitecustomize.py").write_text(_HOOK)
+    done = subprocess.run(
+        [sys.executable, "-m", "rcx_harness", *arguments],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,  # until the last of them has ended
+        text=True,
+        check=False,
+        timeout=60,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path), "WHO": who, "WHERE": where},
+    )
+    return done.returncode, done.stderr
+
+
+_CASES = [(who, where) for who, places in (_STATION, _ADAPTER, _CYCLIC) for where in places]
+
+
+@pytest.mark.parametrize(
+    ("who", "where", "realtime"),
+    [(*case, True) for case in _CASES[3:]] + [(*case, False) for case in _CASES[3:6]],
+)
+def test_ctrl_c_while_a_network_starts_is_one_line(
+    repository: Path, tmp_path: Path, who: str, where: str, realtime: bool
+) -> None:
+    program = str(repository / "tests" / "cell" / "programs" / "RawArea.st")
+    (tmp_path / "lib").mkdir()
+    given = ["run", program, "--lib", str(tmp_path / "lib"), "--engine", "builtin"]
+    given += ["--link", "enip", "--for", "50ms", *["--realtime"] * realtime]
+    assert _interrupted(tmp_path, who, where, *given) == (130, "rcx: interrupted\n")
+
+
+@pytest.mark.parametrize(("who", "where"), _CASES)
+def test_ctrl_c_while_a_served_controller_starts_is_its_end(
+    tmp_path: Path, who: str, where: str
+) -> None:
+    (address,) = own_addresses(1)
+    assert _interrupted(tmp_path, who, where, "serve", "--address", address) == (0, "")
