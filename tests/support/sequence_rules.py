@@ -190,6 +190,7 @@ class _Staged(Rule):
     _limit: int = 0
     _started: bool = False
     _called: int = 0
+    _skipped: bool = False
     _parts: dict[str, Rule] = field(default_factory=dict)
 
     def scan(self, view: View) -> None:
@@ -205,7 +206,7 @@ class _Staged(Rule):
             self._entered = view.now
         self._last = self.stage
         skipped = busy and self._called != view.now - view.elapsed
-        self._called = view.now
+        self._called, self._skipped = view.now, skipped
         failure = self._step(view, busy)
         failure = 0x8013 if skipped else failure
         if self._started:
@@ -222,7 +223,7 @@ class _Staged(Rule):
 
     def _part(self, view: View, name: str, execute: bool) -> Rule:
         part = self._parts[name]
-        part.execute, part.timeout = execute, self._limit
+        part.execute, part.timeout = execute and not self._skipped, self._limit
         part.scan(view)
         return part
 
@@ -313,8 +314,8 @@ class _PowerUp(_Staged):
 
     def _step(self, view: View, busy: bool) -> int:
         failure = self._wait(view) if busy else 0
-        release = self._part(view, "release", inner := busy and self.stage in _INNER)
-        if inner:
+        release = self._part(view, "release", busy and self.stage in _INNER)
+        if release.execute:
             self.stage = release.stage
         if release.done:
             self.stage = "STOP_RELEASE" if self._with else "COMPLETE"

@@ -108,9 +108,10 @@ TYPES: dict[str, Kept] = {
         dropped="Execute Timeout", flags="ErrorID", while_true={"o.BUSY": "WasHeld"}
     ),
     "FB_SERVOONFROMEMERGENCYSTOP": Kept(
-        dropped="Execute Timeout Started Failure",
+        dropped="Execute Timeout Started Called Failure",
         flags="ErrorID",
-        while_true={"o.BUSY": "WasHeld MaxWait Clock"},
+        while_true={"o.BUSY": "WasHeld MaxWait Clock Seen"},
+        scans="Seen",
     ),
     "FB_SEQUENCECONTROL": Kept(dropped="Enable Timeout", flags="ErrorID"),
     "R_TRIG": Kept(dropped="CLK Q"),
