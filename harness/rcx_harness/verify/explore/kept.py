@@ -108,7 +108,7 @@ TYPES: dict[str, Kept] = {
         dropped="Execute Timeout", flags="ErrorID", while_true={"o.BUSY": "WasHeld"}
     ),
     "FB_SERVOONFROMEMERGENCYSTOP": Kept(
-        dropped="Execute Timeout Started Called Failure",
+        dropped="Execute Timeout Started Works Failure",
         flags="ErrorID",
         while_true={"o.BUSY": "WasHeld MaxWait Clock Seen"},
         scans="Seen",
