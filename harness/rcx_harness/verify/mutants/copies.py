@@ -125,6 +125,7 @@ class Copies:
     """
 
     def __init__(self, root: Path) -> None:
+        self._root = root.resolve()
         self._base = Path(tempfile.mkdtemp(prefix="mutants-"))
         self.original = self._base / "original"
         left_out = shutil.ignore_patterns(*_LEFT_OUT)
@@ -187,13 +188,15 @@ class Copies:
         _pytest(self.original, sorted(files), traced, [])
         read(traced)
 
-    @staticmethod
-    def _enter(copy: Path) -> None:
-        """From here on everything comes from the copy."""
+    def _enter(self, copy: Path) -> None:
+        """From here on everything comes from the copy, also what helps its tests."""
         sys.dont_write_bytecode = True
         os.chdir(copy)
-        for name in [name for name in sys.modules if name.partition(".")[0] == "rcx_harness"]:
-            del sys.modules[name]
+        helping = str(self._root / "tests") + os.sep
+        for name, module in list(sys.modules.items()):
+            file = getattr(module, "__file__", None) or ""
+            if name.partition(".")[0] == "rcx_harness" or file.startswith(helping):
+                del sys.modules[name]
         sys.path.insert(0, str(copy / "harness"))
         os.environ["PYTHONPATH"] = str(copy / "harness")
         os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
