@@ -104,7 +104,7 @@ def refusing(tmp_path: Path) -> PlcBench:
     """Four blocks with an illegal input that are tried again in every scan, and a good one."""
     return _bench(
         tmp_path,
-        "    Bad1, Bad2, Bad3, Bad4 : FB_MovePtp;\n    Best : FB_ReadDate;\n",
+        "".join(f"    Bad{k} : FB_MovePtp;\n" for k in (1, 2, 3, 4)) + "    Best : FB_ReadDate;\n",
         "".join(
             f"  Bad{k}(Robot := Robot, Execute := Retry AND NOT (Bad{k}.Done OR Bad{k}.Error), "
             "Point := -1);\n"
@@ -154,7 +154,11 @@ def queue(tmp_path: Path) -> PlcBench:
     """A command that outlives its block, four that give up in the queue, and one without limit."""
     return _bench(
         tmp_path,
-        "    Go, Hasty1, Hasty2, Hasty3, Hasty4, Patient : FB_RemoteCommand;\n    Wait : BOOL;\n",
+        "".join(
+            f"    {name} : FB_RemoteCommand;\n"
+            for name in ("Go", "Hasty1", "Hasty2", "Hasty3", "Hasty4", "Patient")
+        )
+        + "    Wait : BOOL;\n",
         "  Go(Robot := Robot, Execute := Good, Code := WORD#16#0001, Timeout := T#50ms);\n"
         + "".join(
             f"  Hasty{k}(Robot := Robot, Execute := Retry AND NOT (Hasty{k}.Done OR "
@@ -227,7 +231,8 @@ def sequences(tmp_path: Path) -> PlcBench:
     """Four program resets that are tried again in every scan, and an alarm reset."""
     return _bench(
         tmp_path,
-        "    Reset1, Reset2, Reset3, Reset4 : FB_ProgramReset;\n    Alarm : FB_AlarmReset;\n",
+        "".join(f"    Reset{k} : FB_ProgramReset;\n" for k in (1, 2, 3, 4))
+        + "    Alarm : FB_AlarmReset;\n",
         "".join(
             f"  Reset{k}(Robot := Robot, Execute := Retry AND NOT (Reset{k}.Done OR "
             f"Reset{k}.Error));\n"
@@ -294,7 +299,9 @@ _TWO_ROBOTS = """PROGRAM Both
     Robot, Other : RCX_REF;
     ReadArea, ReadOther : FB_ReadArea;
     WriteArea, WriteOther : FB_WriteArea;
-    Own, OwnOther, Shared : FB_RemoteCommand;
+    Own : FB_RemoteCommand;
+    OwnOther : FB_RemoteCommand;
+    Shared : FB_RemoteCommand;
     Go, GoOther, GoShared, SharedFirst, SharedLast : BOOL;
     Told : WORD;
   END_VAR
