@@ -48,12 +48,12 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
     page = _page(hosts, web_port)
     try:
         await _start(hosts, stop)
+        for line in warnings(every):  # also if told to end at once: others have been let in
+            print(f"rcx: {line}", file=sys.stderr, flush=True)
         if page is not None and not stop.is_set():
             await page.start()
         if stop.is_set():
             return 0
-        for line in warnings(every):
-            print(f"rcx: {line}", file=sys.stderr, flush=True)
         if not quiet:
             _announce(hosts, page)
         shown = asyncio.create_task(_show(hosts, page, quiet))
