@@ -30,7 +30,7 @@ fuzz: $(READY)
 	  $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED))
 
 bench: $(READY)
-	@$(BIN)/python -m rcx_harness.bench --only "$(ONLY)" $(if $(RPI),--rpi "$(RPI)") \
+	@$(BIN)/python -m rcx_tools.bench --only "$(ONLY)" $(if $(RPI),--rpi "$(RPI)") \
 	  $(if $(FOR),--for "$(FOR)") $(MORE)
 
 lint: $(READY)
@@ -38,17 +38,17 @@ lint: $(READY)
 	$(BIN)/ruff format --check harness tests
 	$(BIN)/mypy
 	$(BIN)/rcx check --lint plc
-	$(BIN)/python -m rcx_harness.docs --check
-	@$(BIN)/python -m rcx_harness.verify.report --remind
+	$(BIN)/python -m rcx_tools.docs.pages --check
+	@$(BIN)/python -m rcx_tools.evidence.report --remind
 
 docs: $(READY)
-	$(BIN)/python -m rcx_harness.docs
+	$(BIN)/python -m rcx_tools.docs.pages
 
 verification: $(READY)
-	@$(BIN)/python -m rcx_harness.verify.report $(MORE)
+	@$(BIN)/python -m rcx_tools.evidence.report $(MORE)
 
 $(CHECKS): $(READY)
-	@$(BIN)/python -m rcx_harness.verify.report --only $@ $(MORE)
+	@$(BIN)/python -m rcx_tools.evidence.report --only $@ $(MORE)
 
 clean:
 	rm -rf .venv out

@@ -2,6 +2,6 @@
 
 import sys
 
-from rcx_harness.start import main
+from rcx_harness.cli.start import main
 
 sys.exit(main())

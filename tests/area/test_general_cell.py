@@ -8,7 +8,7 @@ import pytest
 
 from plc_bench import ROOT
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.stimulus import Stimulus
+from rcx_harness.cell.stimulus import Stimulus
 
 Build = Callable[..., Cell]
 

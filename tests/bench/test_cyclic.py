@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.bench import cyclic
-from rcx_harness.bench.cyclic import Case, Run, cases, foreseen_s, is_too_much, measure
-from rcx_harness.bench.figure import Options
+from rcx_tools.bench import cyclic
+from rcx_tools.bench.cyclic import Case, Run, cases, foreseen_s, is_too_much, measure
+from rcx_tools.bench.figure import Options
 
 
 def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:

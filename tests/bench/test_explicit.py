@@ -6,9 +6,9 @@ import os
 
 import pytest
 
-from rcx_harness.bench import explicit
-from rcx_harness.bench.processes import first_line, on_one_processor, running
 from rcx_harness.errors import InputError
+from rcx_tools.bench import explicit
+from rcx_tools.bench.processes import first_line, on_one_processor, running
 
 
 def test_the_server_that_only_sends_answers_as_a_get_is_answered() -> None:
@@ -27,7 +27,7 @@ def test_the_server_that_only_sends_answers_as_a_get_is_answered() -> None:
 def test_a_process_that_ends_at_its_start_is_told() -> None:
     """Source: issue 8: what is missing is said to be missing."""
     said = pytest.raises(InputError, match="has ended at its start")
-    with running("rcx_harness.bench.peer_that_is_not", []) as process, said:
+    with running("rcx_tools.bench.peer_that_is_not", []) as process, said:
         first_line(process)
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.bench import Figure
-from rcx_harness.bench.__main__ import POINTS, main
-from rcx_harness.bench.cyclic import Case, Run, figures
-from rcx_harness.bench.figure import as_table, at_least, at_most, percentile, store
-from rcx_harness.bench.simulation import bend, demo_cell
-from rcx_harness.bench.suite import read
+from rcx_tools.bench import Figure
+from rcx_tools.bench.__main__ import POINTS, main
+from rcx_tools.bench.cyclic import Case, Run, figures
+from rcx_tools.bench.figure import as_table, at_least, at_most, percentile, store
+from rcx_tools.bench.simulation import bend, demo_cell
+from rcx_tools.bench.suite import read
 
 _QUIET = Run(Case(2_000, 1, False), 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
 
@@ -93,7 +93,7 @@ def test_the_percentile_of_a_few_values() -> None:
 @pytest.mark.parametrize("point", POINTS)
 def test_every_point_can_be_measured(point: str) -> None:
     """Source: the Makefile: make bench ONLY=point."""
-    assert callable(import_module(f"rcx_harness.bench.{point}").measure)
+    assert callable(import_module(f"rcx_tools.bench.{point}").measure)
 
 
 def test_an_unknown_point_is_named_with_those_there_are(

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.bench import handshake
-from rcx_harness.bench.handshake import Case, grid, simulate_command, simulate_sequence
-from rcx_harness.bench.minimum import Clocks, command, sequence
-from rcx_harness.cell_build import default_lib
-from rcx_harness.clocks import Timing
+from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.clock import Timing
+from rcx_tools.bench import handshake
+from rcx_tools.bench.handshake import Case, grid, simulate_command, simulate_sequence
+from rcx_tools.bench.minimum import Clocks, command, sequence
 
 _PAGE = Path(__file__).resolve().parents[2] / "docs" / "timing.md"
 #: Numbers without a common divisor, and the ends of the ranges.

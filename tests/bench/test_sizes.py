@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.bench import cost, sizes
-from rcx_harness.bench.figure import Options
 from rcx_harness.engine.load import MISSING, find_c_compiler, find_matiec
+from rcx_tools.bench import cost, sizes
+from rcx_tools.bench.figure import Options
 
 _HERE = find_matiec() is not None and find_c_compiler() is not None
 

@@ -19,9 +19,9 @@ from rcx_harness import cli_bridge
 from rcx_harness.bridge.core import Limits, State
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.run import BridgeOptions, Running
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.originator.scanner import Scanner
 
 Captured = pytest.CaptureFixture[str]
 Start = Callable[..., int]

@@ -13,7 +13,7 @@ from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcError
 from rcx_harness.bridge.registers import Registers, area_of, words_of
 from rcx_harness.bridge.show import figures_text, plc_text, robot_text, state_text
-from rcx_harness.enip.scanner import ScannerStatistics
+from rcx_harness.enip.originator.scanner import ScannerStatistics
 from rcx_harness.errors import InputError
 
 _ANSWERS = bytes(range(48))

@@ -11,11 +11,11 @@ from plc_bench import ROOT
 from rcx_harness.bridge.core import State
 from rcx_harness.bridge.registers import Registers
 from rcx_harness.cell import Cell
-from rcx_harness.cell_build import source_files
+from rcx_harness.cell.build import source_files
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.robot.area import INPUTS
-from rcx_harness.stimulus import Stimulus
 
 _EXAMPLE = ROOT / "plc/examples/09_openplc"
 _FIRST_MEMORY = 1024

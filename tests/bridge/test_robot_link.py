@@ -10,10 +10,10 @@ import pytest
 from rcx_harness.bridge.core import Lost, RobotSeen
 from rcx_harness.bridge.robot import RobotLink, open_hint
 from rcx_harness.enip import Adapter
-from rcx_harness.enip.connections import EndReason, OwnerState
+from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.enip.scanner import Received, Scanner, ScannerStatistics
+from rcx_harness.enip.originator.scanner import Received, Scanner, ScannerStatistics
 from rcx_harness.errors import InputError
 
 _LOOKS = 60_000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rcx_harness.clocks import Agenda, Kind
+from rcx_harness.cell.clock import Agenda, Kind
 
 
 def taken(agenda: Agenda, count: int) -> list[tuple[int, Kind]]:
@@ -12,7 +12,7 @@ def taken(agenda: Agenda, count: int) -> list[tuple[int, Kind]]:
 def test_what_repeats_comes_by_itself_between_what_comes_once() -> None:
     """At equal times the order is that of Kind.
 
-    Source: rcx_harness.clocks, first paragraph.
+    Source: rcx_harness.cell.clock, first paragraph.
     """
     agenda = Agenda()
     agenda.repeat(0, Kind.SCAN, 10)

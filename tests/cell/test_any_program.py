@@ -14,12 +14,12 @@ import pytest
 
 from plc_bench import BENCH, LIBRARY
 from rcx_harness.cell import Cell
-from rcx_harness.clocks import Timing
+from rcx_harness.cell.clock import Timing
+from rcx_harness.cell.link import DirectLink
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.engine.needed import needed
-from rcx_harness.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
 
 SECONDS = 10

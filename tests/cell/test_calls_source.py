@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.calls_source import call_findings, call_plan
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
+from rcx_harness.watch.calls_source import call_findings, call_plan
 
 LIBRARY = Path(__file__).resolve().parents[2] / "plc" / "lib"
 READ = "ReadArea(Robot := Robot, Image := InputArea);"

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
-from rcx_harness.cell_network import Network
-from rcx_harness.clocks import Agenda, Timing
-from rcx_harness.link import DirectLink
+from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.link import DirectLink
+from rcx_harness.cell.network import Network
 
 OLD, NEW = bytes([1]) * 48, bytes([2]) * 48
 

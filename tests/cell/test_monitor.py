@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.monitor import WireMonitor
+from rcx_harness.watch.wire import WireMonitor
 
 Build = Callable[..., Cell]
 

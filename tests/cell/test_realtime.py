@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.cli import main
-from rcx_harness.clocks import Kind
+from rcx_harness.cell.clock import Kind
+from rcx_harness.cell.live import RealTimeAgenda, RealTimeLink, multiplier_of
+from rcx_harness.cli.app import main
 from rcx_harness.enip import ProcessDiedError
 from rcx_harness.errors import InputError
-from rcx_harness.realtime import RealTimeAgenda, RealTimeLink, multiplier_of
 from rcx_harness.trace import Cycle, Scan, read_trace
 
 Build = Callable[..., Cell]

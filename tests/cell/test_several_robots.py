@@ -9,13 +9,13 @@ import pytest
 
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
-from rcx_harness.chart import Timeline
-from rcx_harness.cli import main
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
-from rcx_harness.stimulus import Stimulus
 from rcx_harness.trace import Cycle, Finding, Scan, Trace, read_trace
-from rcx_harness.wave import Wave
+from rcx_harness.trace.chart import Timeline
+from rcx_harness.trace.wave import Wave
 
 _EXAMPLE = ROOT / "plc/examples/12_two_robots"
 _TWO = (RobotConfig(), RobotConfig())

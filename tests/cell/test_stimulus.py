@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, InputError, RobotConfig
-from rcx_harness.stimulus import Stimulus
+from rcx_harness.cell.stimulus import Stimulus
 
 Build = Callable[..., Cell]
 

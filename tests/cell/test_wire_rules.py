@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
-from rcx_harness.monitor import WireMonitor
+from rcx_harness.watch.wire import WireMonitor
 
 #: Bits of the word at n+32, as chapter 5, 1 lists them.
 SI00, SI01, SI06 = 1 << 0, 1 << 1, 1 << 6

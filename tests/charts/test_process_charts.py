@@ -12,10 +12,10 @@ from itertools import pairwise
 import pytest
 
 from rcx_harness import Cell
-from rcx_harness.process_charts import Process, processes
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.robot import RobotConfig
-from rcx_harness.stimulus import Stimulus
 from rcx_harness.trace import Cycle, Scan
+from rcx_tools.docs.processes import Process, processes
 
 #: As the PLC writes (SI, n) and reads (SO, m) them; "rcx" is the controller's side.
 ORDERS: dict[str, list[set[str]]] = {

@@ -10,12 +10,12 @@ from xml.etree import ElementTree
 import pytest
 
 from rcx_harness import docs
-from rcx_harness.chart import Lane
-from rcx_harness.cli_lint import lint
 from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.engine.portability import lint
 from rcx_harness.errors import InputError
-from rcx_harness.process_charts import FOLDER, Step, process_chart, processes, run_process
-from rcx_harness.process_svg import process_svg
+from rcx_harness.trace.chart import Lane
+from rcx_tools.docs.processes import FOLDER, Step, process_chart, processes, run_process
+from rcx_tools.docs.processes_svg import process_svg
 
 _SVG = "{http://www.w3.org/2000/svg}"
 _each = pytest.mark.parametrize("name", processes())
@@ -125,7 +125,7 @@ def test_a_dedicated_input_that_the_chart_hides_is_refused() -> None:
 
 
 def test_a_run_with_a_violation_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rcx_harness.process_charts.FOLDER", tmp_path)
+    monkeypatch.setattr("rcx_tools.docs.processes.FOLDER", tmp_path)
     process = processes()["servo_on"]
     source = (docs.ROOT / "docs/charts/servo_on.st").read_text(encoding="utf-8")
     reserved = "  OutputArea[46] := BYTE#16#01;\nEND_PROGRAM"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cli import main
-from rcx_harness.cli_lint import lint
+from rcx_harness.cli.app import main
+from rcx_harness.engine.portability import lint
 
 Captured = pytest.CaptureFixture[str]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
 

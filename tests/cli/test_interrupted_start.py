@@ -45,8 +45,8 @@ if who in sys.orig_argv:
         sys.meta_path.insert(0, Finder())
 """
 _STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
-_ADAPTER = ("rcx_harness.enip.adapter_process", ("-", "rcx_harness.enip.device", "."))
-_CYCLIC = ("rcx_harness.enip.cyclic_process", ("-", "rcx_harness.enip.cyclic", "."))
+_ADAPTER = ("rcx_harness.enip.target.adapter_process", ("-", "rcx_harness.enip.target.device", "."))
+_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "rcx_harness.enip.cyclic.exchange", "."))
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
-from rcx_harness.output import OutputFile, replace_files
+from rcx_harness.output.files import OutputFile, replace_files
 from serve_process import own_addresses
 
 _FULL = Path("/dev/full")
@@ -194,7 +194,7 @@ def called(frame, event, _):
         os.kill(os.getpid(), signal.SIGINT)
 if where[0].isupper() or not where.startswith(("rcx_harness", "typer", "lark", "vcd")):
     sys.setprofile(called)
-from rcx_harness.start import main
+from rcx_harness.cli.start import main
 sys.exit(main())
 """
 
@@ -203,9 +203,9 @@ sys.exit(main())
     "moment",
     [
         "typer",
-        "rcx_harness.cli",
-        "rcx_harness.cell",
-        "rcx_harness.engine.matiec",
+        "rcx_harness.cli.app",
+        "rcx_harness.cell.cell",
+        "rcx_harness.engine.matiec.program",
         "lark",
         "source_files",
         "parse_text",

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell_build import st_files
-from rcx_harness.cli import main
-from rcx_harness.clocks import Timing
+from rcx_harness.cell.build import st_files
+from rcx_harness.cell.clock import Timing
+from rcx_harness.cli.app import main
+from rcx_harness.cli.run import RunOptions
+from rcx_harness.cli.run import _timeout as default_timeout
 from rcx_harness.errors import InputError
-from rcx_harness.run import RunOptions
-from rcx_harness.run import _timeout as default_timeout
 from rcx_harness.trace import read_trace
 
 Captured = pytest.CaptureFixture[str]

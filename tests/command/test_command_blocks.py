@@ -19,7 +19,7 @@ from block_pins import Pins, Reading
 from both_engines import ENGINES
 from command_bench import BLOCKS, CommandBench, bench_of
 from rcx_harness.engine.types import BlockType
-from rcx_harness.telegram import WORDS, Command, FieldValue
+from rcx_harness.spec.telegram import WORDS, Command, FieldValue
 from rcx_harness.units import parse_us
 
 pytestmark = [

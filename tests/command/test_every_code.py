@@ -8,8 +8,8 @@ import pytest
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.library.tables import Block, library
-from rcx_harness.telegram import Command
+from rcx_harness.spec.telegram import Command
+from rcx_tools.library.tables import Block, library
 
 _COMMANDS = [command for command in spec.commands().values() if command.code]
 _FILES = {file.stem: file for file in LIBRARY}

@@ -15,7 +15,7 @@ import second_reading
 from command_bench import CommandBench, bench_of
 from pin_reading import PinRow, Pins, every_block, every_enumeration, hexadecimal
 from rcx_harness.engine.base import Value
-from rcx_harness.telegram import WORDS
+from rcx_harness.spec.telegram import WORDS
 
 READINGS = second_reading.every_reading()
 BLOCKS = every_block()

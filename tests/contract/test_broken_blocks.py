@@ -9,7 +9,7 @@ import pytest
 
 from contract_bench import ContractBench, cases
 from fault_cell import CaseFailure
-from rcx_harness.verify.broken import broken_library
+from rcx_tools.evidence.broken import broken_library
 
 _JOB, _TAKE_HEAD = "sequence/FB_Job.st", "area/FB_TakeHead.st"
 _HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"

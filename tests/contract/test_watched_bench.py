@@ -6,7 +6,7 @@ import pytest
 
 import plc_bench
 from plc_bench import PlcBench
-from rcx_harness.verify.broken import broken_library
+from rcx_tools.evidence.broken import broken_library
 
 
 def _servo_on(plc: PlcBench) -> None:

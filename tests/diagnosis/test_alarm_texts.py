@@ -15,7 +15,7 @@ from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
-from rcx_harness.library.alarm_texts import literal, text_files, wrapped
+from rcx_tools.library.alarm_texts import literal, text_files, wrapped
 
 _PROGRAM = """\
 PROGRAM Texts

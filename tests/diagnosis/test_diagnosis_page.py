@@ -6,7 +6,7 @@ import pytest
 
 from both_engines import ENGINES
 from rcx_harness import Cell, spec
-from rcx_harness.docs_diagnosis import PROGRAM, diagnosis_page, panel, run_panel
+from rcx_tools.docs.diagnosis import PROGRAM, diagnosis_page, panel, run_panel
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rcx_harness.docs_commands import commands_page
+from rcx_tools.docs.commands import commands_page
 
 
 def _rows(command: str, field: str) -> list[str]:

@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cell import EVENTS
-from rcx_harness.cli import main
+from rcx_harness.cell.stimulus import _KEYS
+from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
-from rcx_harness.robot.config_checks import _CHOICES, _RANGES
+from rcx_harness.robot.config.checks import _CHOICES, _RANGES
 from rcx_harness.robot.quantities import QUANTITIES
 from rcx_harness.robot.rules import RULES
 from rcx_harness.robot.stored import parameter_names, parameter_ranges
-from rcx_harness.stimulus import _KEYS
 
 _PAGE = (Path(__file__).resolve().parents[2] / "docs/files.md").read_text(encoding="utf-8")
 _PLAIN = re.compile(r"`([^`]+)`")

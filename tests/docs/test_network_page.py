@@ -8,12 +8,16 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.enip import AdapterOptions, Identity
-from rcx_harness.enip.connection_manager import MAX_CYCLIC, MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER
-from rcx_harness.enip.connections import ConnectionKind
-from rcx_harness.enip.device import MAX_SESSIONS
-from rcx_harness.enip.encapsulation import MAX_DATA
-from rcx_harness.enip.tcp_server import MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER
-from rcx_harness.enip.udp_server import MAX_DELAYED, MAX_DELAYED_OF_PEER
+from rcx_harness.enip.codec.encapsulation import MAX_DATA
+from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.target.connection_manager import (
+    MAX_CYCLIC,
+    MAX_EXPLICIT,
+    MAX_EXPLICIT_OF_PEER,
+)
+from rcx_harness.enip.target.device import MAX_SESSIONS
+from rcx_harness.enip.target.tcp_server import MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER
+from rcx_harness.enip.target.udp_server import MAX_DELAYED, MAX_DELAYED_OF_PEER
 
 
 @pytest.fixture

@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.enip.connections import ConnectionParameters, OwnerState
-from rcx_harness.enip.device import Device
-from rcx_harness.enip.network_interface import NetworkInterface
-from rcx_harness.enip.origin import Origin
-from rcx_harness.enip.session import Session
+from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
+from rcx_harness.enip.target.device import Device
+from rcx_harness.enip.target.network_interface import NetworkInterface
+from rcx_harness.enip.target.origin import Origin
+from rcx_harness.enip.target.session import Session
 
 LOCAL, PEER = ("192.168.0.2", 44818), "192.168.0.10"
 

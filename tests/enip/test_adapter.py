@@ -26,7 +26,7 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen
         started.append(popen(*args, **kwargs))
         return started[-1]
 
-    monkeypatch.setattr("rcx_harness.enip.adapter.subprocess.Popen", recording)
+    monkeypatch.setattr("rcx_harness.enip.target.adapter.subprocess.Popen", recording)
     yield started
     for process in started:
         if process.poll() is None:
@@ -44,7 +44,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             super().__init__(*args, **kwargs)
             names.append(self.name)
 
-    monkeypatch.setattr("rcx_harness.enip.shared.SharedMemory", Recording)
+    monkeypatch.setattr("rcx_harness.enip.cyclic.shared.SharedMemory", Recording)
     return names
 
 
@@ -199,7 +199,9 @@ def test_an_address_that_is_none_is_reported(host: str, port: int) -> None:
 def test_a_process_that_cannot_start_is_reported(
     monkeypatch: pytest.MonkeyPatch, memories: list[str]
 ) -> None:
-    monkeypatch.setattr("rcx_harness.enip.adapter._MODULE", "rcx_harness.enip.no_such_module")
+    monkeypatch.setattr(
+        "rcx_harness.enip.target.adapter._MODULE", "rcx_harness.enip.no_such_module"
+    )
     with pytest.raises(EnipError, match="ended at once, exit code 1"):
         Adapter()
     assert is_gone(memories[0])

@@ -16,8 +16,8 @@ import pytest
 
 from forward_open_bytes import forward_close, forward_open
 from rcx_harness.enip import Adapter, AdapterOptions, CipError, Client, EnipError
-from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.shared import LinkState
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.shared import LinkState
 
 LONG_S = 30.0
 LIST_IDENTITY = bytes.fromhex("6300 0000 00000000 00000000 0100 A3A4A5A6A7A8 00000000")
@@ -212,7 +212,7 @@ def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
         started.append(process.pid)
         return process
 
-    monkeypatch.setattr("rcx_harness.enip.adapter.subprocess.Popen", recording)
+    monkeypatch.setattr("rcx_harness.enip.target.adapter.subprocess.Popen", recording)
     with Adapter(48, cyclic=0) as adapter, Client(*adapter.address, timeout_s=LONG_S) as master:
         open_owner(master)
         wait_for_owner(adapter, master, OwnerState.WAITING)

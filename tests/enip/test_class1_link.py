@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rcx_harness.enip.class1_link import Class1Link
-from rcx_harness.enip.connections import OwnerState
+from rcx_harness.cell.link import Link
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.links.class1 import Class1Link
 from rcx_harness.errors import InputError
-from rcx_harness.link import Link
 
 ADDRESS = "127.7.0.1"
 

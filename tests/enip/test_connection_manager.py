@@ -8,9 +8,9 @@ import pytest
 
 from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
 from rcx_harness.enip import AdapterOptions, EnipError
-from rcx_harness.enip.connections import ConnectionKind, ConnectionParameters
-from rcx_harness.enip.encapsulation import Item
-from rcx_harness.enip.origin import Origin
+from rcx_harness.enip.codec.encapsulation import Item
+from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters
+from rcx_harness.enip.target.origin import Origin
 
 OTHER = "0200 4D00 EFBEADDE"
 INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
@@ -161,7 +161,7 @@ def test_a_connection_id_comes_again_only_after_its_connection_has_gone(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The ids have come round: there are eight of them here instead of 65,536."""
-    monkeypatch.setattr("rcx_harness.enip.connection_manager._MANY_IDS", 8)
+    monkeypatch.setattr("rcx_harness.enip.target.connection_manager._MANY_IDS", 8)
     class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
     group = {**INPUT_ONLY, "t_to_o": MULTICAST}
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in (0x11, 0x12, 0x13)]

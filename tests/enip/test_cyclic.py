@@ -21,12 +21,12 @@ from exchange_bench import (
     Device,
     packet,
 )
-from rcx_harness.enip.connections import (
+from rcx_harness.enip.cyclic.connections import (
     ConnectionParameters,
     EndReason,
     OwnerState,
 )
-from rcx_harness.enip.shared import SharedImages
+from rcx_harness.enip.cyclic.shared import SharedImages
 
 
 @pytest.fixture

@@ -24,13 +24,13 @@ from exchange_bench import (
     multicast,
     packet,
 )
-from rcx_harness.enip.connections import (
+from rcx_harness.enip.cyclic.connections import (
     ConnectionParameters,
     EndReason,
     OwnerState,
     multicast_address,
 )
-from rcx_harness.enip.shared import SharedImages
+from rcx_harness.enip.cyclic.shared import SharedImages
 
 
 @pytest.fixture

@@ -20,15 +20,15 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from rcx_harness.enip.connections import (
+from rcx_harness.enip.cyclic.connections import (
     ConnectionKind,
     ConnectionParameters,
     EndReason,
     OwnerState,
 )
-from rcx_harness.enip.cyclic_control import CyclicControl
+from rcx_harness.enip.cyclic.control import CyclicControl
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
 from rcx_harness.enip.errors import EnipError
-from rcx_harness.enip.shared import LinkState, SharedImages
 
 ROBOT, MASTER, STRANGER = "127.5.0.1", "127.5.0.2", "127.5.0.3"
 GENEROUS_S = 60.0
@@ -298,8 +298,8 @@ def test_the_process_ends_with_its_parent_however_that_ends() -> None:
     parent = textwrap.dedent(
         f"""
         import sys
-        from rcx_harness.enip.cyclic_control import CyclicControl
-        from rcx_harness.enip.shared import SharedImages
+        from rcx_harness.enip.cyclic.control import CyclicControl
+        from rcx_harness.enip.cyclic.shared import SharedImages
         images = SharedImages.create(48)
         control = CyclicControl(images.name, "{ROBOT}", 0)
         images.unlink()

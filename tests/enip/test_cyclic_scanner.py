@@ -23,13 +23,13 @@ from exchange_bench import (
     Device,
     multicast,
 )
-from rcx_harness.enip.connections import (
+from rcx_harness.enip.cyclic.connections import (
     ConnectionParameters,
     EndReason,
     OwnerState,
 )
-from rcx_harness.enip.cyclic import Role
-from rcx_harness.enip.shared import SharedImages
+from rcx_harness.enip.cyclic.exchange import Role
+from rcx_harness.enip.cyclic.shared import SharedImages
 
 
 @pytest.fixture

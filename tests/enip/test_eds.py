@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from enip_frames import forward_open
-from rcx_harness.cli import main
-from rcx_harness.eds import eds_text
+from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter, Client
+from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from live_master import LiveMaster
-from rcx_harness.enip.connections import ConnectionKind, OwnerState
+from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.robot.leds import Led
 
 Lose = Callable[[LiveMaster], None]

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.enip import LockstepLink, ProcessDiedError
 from rcx_harness.errors import InputError
-from rcx_harness.link import DirectLink, Link
 
 
 @pytest.fixture(scope="module", params=[48, 256])

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from rcx_harness.enip.network_interface import (
+from rcx_harness.enip.target.network_interface import (
     ANY,
     NetworkInterface,
     address_toward,

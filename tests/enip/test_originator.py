@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from rcx_harness.enip.originator import OpenReply, OpenRequest, decode_open_reply
+from rcx_harness.enip.originator.connection import OpenReply, OpenRequest, decode_open_reply
 
 REQUEST = OpenRequest(
     serial=0x1234,

@@ -7,17 +7,17 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rcx_harness import cli_scan
-from rcx_harness.cli import main
+from rcx_harness.cli import scan as cli_scan
+from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
-from rcx_harness.enip.assemblies import Assemblies
-from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
-from rcx_harness.enip.scanner import Received, Scanner
+from rcx_harness.enip.originator.scanner import Received, Scanner
+from rcx_harness.enip.target.assemblies import Assemblies
 from rcx_harness.errors import InputError
-from rcx_harness.scan import ScanOptions, output_image
-from rcx_harness.scan import scan as look
-from rcx_harness.scan_text import (
+from rcx_harness.look.look import ScanOptions, output_image
+from rcx_harness.look.look import scan as look
+from rcx_harness.look.text import (
     area_lines,
     byte_change_lines,
     change_lines,
@@ -249,7 +249,9 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
     """An adapter of somebody else: 600 bytes each way."""
-    monkeypatch.setattr("rcx_harness.enip.adapter.areas_of", lambda size: Assemblies(size, size))
+    monkeypatch.setattr(
+        "rcx_harness.enip.target.adapter.areas_of", lambda size: Assemblies(size, size)
+    )
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")
         yield made

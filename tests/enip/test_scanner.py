@@ -11,14 +11,14 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rcx_harness.enip.adapter import Adapter
-from rcx_harness.enip.client import Client
-from rcx_harness.enip.connections import ConnectionKind, EndReason, OwnerState
+from rcx_harness.enip.cyclic.connections import ConnectionKind, EndReason, OwnerState
+from rcx_harness.enip.cyclic.shared import SharedImages
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.enip.originator import OpenRequest
-from rcx_harness.enip.scanner import Scanner
-from rcx_harness.enip.shared import SharedImages
+from rcx_harness.enip.originator.client import Client
+from rcx_harness.enip.originator.connection import OpenRequest
+from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.errors import InputError
 
 HOST, SECOND = "127.6.0.1", "127.6.0.2"

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from rcx_harness.enip.connections import ConnectionKind, ConnectionParameters, OwnerState
-from rcx_harness.enip.shared import GAPS, Counter, LinkState, SharedImage, SharedImages
+from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters, OwnerState
+from rcx_harness.enip.cyclic.shared import GAPS, Counter, LinkState, SharedImage, SharedImages
 
 OWNER = ConnectionParameters(
     number=1,
@@ -108,7 +108,7 @@ def test_no_reader_ever_sees_a_torn_image() -> None:
     writer = textwrap.dedent(
         """
         import sys
-        from rcx_harness.enip.shared import SharedImages
+        from rcx_harness.enip.cyclic.shared import SharedImages
         with SharedImages.attach(sys.argv[1]) as images:
             patterns = [bytes([number]) * 256 for number in range(256)]
             print("ready", flush=True)

@@ -23,8 +23,8 @@ from typing import NamedTuple
 import pytest
 
 from rcx_harness.enip import Adapter, Client
-from rcx_harness.enip.connections import ConnectionKind
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.originator.scanner import Scanner
 
 TSHARK = shutil.which("tshark")
 PORT, IO_PORT = 44818, 2222

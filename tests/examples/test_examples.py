@@ -6,10 +6,10 @@ import pytest
 
 from example_runs import EXAMPLES, ROOT, changes, finished, recorded_trace
 from rcx_harness.cell import Cell
-from rcx_harness.docs_examples import ChartSpec, Example, Recorder, chart_specs, examples, files
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 from rcx_harness.trace import Finding
+from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, examples, files
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
 #: One area at the beginning, one of 256 bytes, one in words at offsets, those of two robots.

@@ -6,8 +6,8 @@ import pytest
 
 from example_runs import finished
 from rcx_harness.cell import Cell
-from rcx_harness.docs_examples import examples
 from rcx_harness.robot.ports import port
+from rcx_tools.docs.examples import examples
 
 
 def _build(name: str) -> Cell:

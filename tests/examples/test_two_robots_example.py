@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from example_runs import finished
 from rcx_harness.cell import Cell
-from rcx_harness.docs_examples import examples
+from rcx_tools.docs.examples import examples
 
 _PART = (150_000, 0), (-120_000, 30_000)
 _TRAY = (-50_000, 100_000), (60_000, 90_000)

@@ -11,18 +11,18 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import recorded, trace_of
+from l5x_reader import read_l5x
+from l5x_structure import faults
 from plc_bench import ROOT
-from rcx_harness.docs_examples import Example
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.frontend import check
 from rcx_harness.engine.load import build
 from rcx_harness.engine.types import BlockType
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
-from rcx_harness.export.l5x_reader import read_l5x
-from rcx_harness.export.l5x_structure import faults
 from rcx_harness.export.output import Output, write
 from rcx_harness.export.parts import sources_of
+from rcx_tools.docs.examples import Example
 
 _ALL = os.environ.get("RCX_EXPORT") == "all"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from exported_dialect import WITH_INITIAL_VALUES, library
-from rcx_harness.cli import main
+from l5x_reader import read_l5x
+from rcx_harness.cli.app import main
 from rcx_harness.engine.load import build
 from rcx_harness.export import TARGETS, export
-from rcx_harness.export.l5x_reader import read_l5x
 from rcx_harness.export.output import write
 
 Captured = pytest.CaptureFixture[str]

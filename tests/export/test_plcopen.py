@@ -12,12 +12,12 @@ import pytest
 from example_runs import EXAMPLES
 from exported import EXPORTED, by_position, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
-from rcx_harness.cli import main
-from rcx_harness.docs_examples import Example
+from plcopen_reader import read_plcopen
+from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import write
-from rcx_harness.export.plcopen_reader import read_plcopen
+from rcx_tools.docs.examples import Example
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))

@@ -15,7 +15,7 @@ from exported import by_position, shapes
 from plc_bench import ROOT
 from rcx_harness.export import export
 from rcx_harness.export.output import write
-from rcx_harness.exported import RECORD
+from rcx_harness.output.exported import RECORD
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))

@@ -12,7 +12,6 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from example_runs import EXAMPLES
-from rcx_harness.docs_examples import Example
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.frontend.scalars import ELEMENTARY
 from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS
@@ -20,6 +19,7 @@ from rcx_harness.engine.load import build
 from rcx_harness.export import TARGETS, export
 from rcx_harness.export.parts import sources_of
 from rcx_harness.export.words import FOLDER, unwritten, words
+from rcx_tools.docs.examples import Example
 
 #: The list of each target.
 _LISTS = {

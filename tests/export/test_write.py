@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cell_build import st_files
-from rcx_harness.cli import main
+from rcx_harness.cell.build import st_files
+from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
 

@@ -9,7 +9,7 @@ import pytest
 from fault_cell import CaseFailure, library
 from fault_run import FAULTS, rig
 from fault_scenarios import SCENARIOS
-from rcx_harness.library import files as generated
+from rcx_tools.library import files as generated
 
 _TOLD = 3
 

@@ -9,10 +9,10 @@ import pytest
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.docs import headers
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.types import BlockType, StructType
-from rcx_harness.library import library
+from rcx_tools.docs.pages import headers
+from rcx_tools.library import library
 
 _POU = re.compile(r"^(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE\s+)\s*(\w+)", re.MULTILINE)
 

@@ -9,7 +9,7 @@ import pytest
 from plc_bench import ROOT
 from rcx_harness import spec
 from rcx_harness.errors import InputError
-from rcx_harness.library import files, library
+from rcx_tools.library import files, library
 
 BLOCKS = [name for name, block in library().blocks.items() if not block.handwritten]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
 from rcx_harness.new import CI
 
 Captured = pytest.CaptureFixture[str]
@@ -88,7 +88,7 @@ def test_it_prints_its_files_and_the_next_three_commands(
 def test_where_pytest_is_missing_its_installation_comes_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    monkeypatch.setattr("rcx_harness.cli_new.find_spec", lambda name: None)
+    monkeypatch.setattr("rcx_harness.cli.new.find_spec", lambda name: None)
     assert main(["new", str(tmp_path / "cell")]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()[-3:]]
     assert lines[0] == f"cd {tmp_path / 'cell'}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
 from rcx_harness.testing import plugin
 from rcx_harness.testing.rules import RULES
 

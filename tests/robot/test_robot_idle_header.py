@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.robot import RobotConfig
 from served import ServedHost
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from rcx_harness.chart import Lane
 from rcx_harness.serve.history import History
 from rcx_harness.serve.live_chart import live_chart
 from rcx_harness.serve.status import Change
+from rcx_harness.trace.chart import Lane
 
 
 def _change(

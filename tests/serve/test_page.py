@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.originator.scanner import Scanner
 from serve_process import ServeProcess, own_addresses
 
 _CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")

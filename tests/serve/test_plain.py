@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from rcx_harness.serve.plain import alarm_text, request_text, response_text
 from rcx_harness.spec import commands
+from rcx_harness.spec.plain import alarm_text, request_text, response_text
 
 
 def _words(*first: int) -> tuple[int, ...]:

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cli import main
-from rcx_harness.enip.client import Client
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.cli.app import main
+from rcx_harness.enip.originator.client import Client
+from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve, warnings
 from rcx_harness.serve.terminal import Lines

@@ -6,8 +6,8 @@ import struct
 
 import pytest
 
-from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.shared import LinkState, Status
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.shared import LinkState, Status
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec import signals

@@ -8,7 +8,7 @@ import struct
 import pytest
 from rich.console import Console
 
-from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.robot import Led
 from rcx_harness.serve.terminal import Lines, screen
 from rcx_harness.serve.view import LED_MEANINGS, view

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from rcx_harness.bridge.core import State
 from rcx_harness.bridge.run import _news_lines
-from rcx_harness.enip.connections import OwnerState
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.output.throttle import Throttle
 from rcx_harness.serve.terminal import Lines
-from rcx_harness.throttle import Throttle
 from served import ServedHost
 
 SECOND_US = 1_000_000

@@ -15,7 +15,7 @@ import pytest
 
 import second_reading
 from rcx_harness import spec
-from rcx_harness.telegram import WORDS
+from rcx_harness.spec.telegram import WORDS
 from second_reading import Legal, Place, Reading, Row
 from shown import differences
 

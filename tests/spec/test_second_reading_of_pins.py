@@ -17,9 +17,9 @@ from plc_bench import LIBRARY
 from rcx_harness import spec
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.library.tables import library
 from rcx_harness.spec import load_toml
-from rcx_harness.telegram import Command, Field
+from rcx_harness.spec.telegram import Command, Field
+from rcx_tools.library.tables import library
 from second_reading import FOLDER
 
 FILES = {file.stem: file for file in LIBRARY}

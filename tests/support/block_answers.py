@@ -9,8 +9,8 @@ from fractions import Fraction
 
 from block_pins import ARRAYS, Pins, members, pattern
 from rcx_harness.engine.base import Value
-from rcx_harness.library.tables import Block, Output
-from rcx_harness.telegram import WORDS, Field, FieldValue, intervals
+from rcx_harness.spec.telegram import WORDS, Field, FieldValue, intervals
+from rcx_tools.library.tables import Block, Output
 
 __all__ = ["answered", "blank", "in_words", "same", "shown"]
 

@@ -14,8 +14,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 from rcx_harness.engine.base import Value
-from rcx_harness.library.tables import Block, Input, Member, library
-from rcx_harness.telegram import Field, FieldValue, intervals
+from rcx_harness.spec.telegram import Field, FieldValue, intervals
+from rcx_tools.library.tables import Block, Input, Member, library
 
 __all__ = ["ARRAYS", "Pins", "Reading", "members", "pattern", "single"]
 

@@ -20,7 +20,7 @@ from rcx_harness.bridge.registers import Registers
 from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
 from rcx_harness.serve.station import Station
 

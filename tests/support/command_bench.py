@@ -9,7 +9,7 @@ from pathlib import Path
 
 from plc_bench import PlcBench
 from rcx_harness.engine.base import Value
-from rcx_harness.library.tables import Block, library
+from rcx_tools.library.tables import Block, library
 
 __all__ = ["BLOCKS", "CommandBench", "bench_of"]
 

@@ -1,6 +1,6 @@
 """One block between FB_ReadArea and FB_WriteArea, put through its cases; the test is the robot.
 
-Every scan is judged by rcx_harness.contract.ContractMonitor and by contract_rules.Rules.
+Every scan is judged by rcx_harness.watch.contract.ContractMonitor and by contract_rules.Rules.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from contract_rules import REQUESTS, SCAN_US, TIMEOUT_SCANS, Pins, Rules, Subjec
 from fault_cell import CaseFailure, library
 from fault_scenarios import LEVELS, SCENARIOS
 from plc_bench import LIBRARY
-from rcx_harness.contract import ContractMonitor
-from rcx_harness.contract_source import steady_instances
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.needed import needed
-from rcx_harness.library.tables import library as table
 from rcx_harness.spec import commands
+from rcx_harness.watch.contract import ContractMonitor
+from rcx_harness.watch.steady import steady_instances
+from rcx_tools.library.tables import library as table
 
 __all__ = ["BLOCKS", "ContractBench", "cases"]
 

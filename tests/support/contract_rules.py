@@ -1,6 +1,6 @@
 """What must hold in every scan, told from the words on the wire and the pins of one block.
 
-Written from the manual and the design, and independent of rcx_harness.monitor, which watches
+Written from the manual and the design, and independent of rcx_harness.watch.wire, which watches
 cells. The program is scanned every SCAN_US, with a Margin of 20 ms.
 """
 

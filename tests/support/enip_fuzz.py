@@ -27,8 +27,8 @@ from tempfile import TemporaryDirectory
 
 from enip_attacks import Attacker, Report, Target
 from rcx_harness.enip import Adapter, Client, EnipError
-from rcx_harness.enip.connections import IO_PORT, OwnerState
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.cyclic.connections import IO_PORT, OwnerState
+from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
-from rcx_harness.docs_examples import Example, Recorder, chart_specs, examples
+from rcx_tools.docs.examples import Example, Recorder, chart_specs, examples
 
 __all__ = ["EXAMPLES", "ROOT", "Finished", "changes", "finished", "recorded_trace"]
 

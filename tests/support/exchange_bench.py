@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from rcx_harness.enip.connections import (
+from rcx_harness.enip.cyclic.connections import (
     ConnectionKind,
     ConnectionParameters,
     EndReason,
     OwnerState,
 )
-from rcx_harness.enip.cyclic import Exchange, Role
-from rcx_harness.enip.shared import SharedImages
+from rcx_harness.enip.cyclic.exchange import Exchange, Role
+from rcx_harness.enip.cyclic.shared import SharedImages
 
 __all__ = [
     "DATA",

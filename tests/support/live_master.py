@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rcx_harness.enip import Adapter
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.serve.station import Station

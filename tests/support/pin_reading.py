@@ -15,7 +15,7 @@ from typing import Any
 
 from rcx_harness.engine.base import Value
 from rcx_harness.spec import load_toml
-from rcx_harness.telegram import WORDS
+from rcx_harness.spec.telegram import WORDS
 from second_reading import FOLDER, Place, place
 
 __all__ = ["Member", "PinRow", "Pins", "every_block", "every_enumeration", "hexadecimal"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rcx_harness.contract import ContractMonitor
-from rcx_harness.contract_source import steady_instances
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Value
 from rcx_harness.engine.needed import needed
+from rcx_harness.watch.contract import ContractMonitor
+from rcx_harness.watch.steady import steady_instances
 
 __all__ = ["LIBRARY", "ROOT", "PlcBench"]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.spec import load_toml
-from rcx_harness.telegram import WORDS
+from rcx_harness.spec.telegram import WORDS
 
 __all__ = [
     "Legal",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.shared import LinkState, Status
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.shared import LinkState, Status
 from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.station import Station

@@ -4,9 +4,9 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from rcx_harness.chart import Timeline, text_chart, time_labels
-from rcx_harness.chart_svg import svg_chart
 from rcx_harness.trace import Finding, Scan
+from rcx_harness.trace.chart import Timeline, text_chart, time_labels
+from rcx_harness.trace.chart_svg import svg_chart
 
 SVG = "{http://www.w3.org/2000/svg}"
 

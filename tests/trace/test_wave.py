@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, InputError, RobotConfig
-from rcx_harness.wave import Wave
+from rcx_harness.trace.wave import Wave
 
 Build = Callable[..., Cell]
 

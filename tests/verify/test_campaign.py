@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import pytest
 
 from rcx_harness.trace import Record, Scan
-from rcx_harness.verify.broken import broken_library
-from rcx_harness.verify.campaign.judge import Judge, Request
 from rcx_harness.verify.campaign.network import BOTH
 from rcx_harness.verify.campaign.recorder import Execution
-from rcx_harness.verify.campaign.run import Failure, Storm, draw_run, run_storms
-from rcx_harness.verify.campaign.schedule import Act
-from rcx_harness.verify.campaign.seeded import SEEDED, find
-from rcx_harness.verify.campaign.shrink import shrink
-from rcx_harness.verify.campaign.station import Compiled, Station
+from rcx_tools.evidence.broken import broken_library
+from rcx_tools.evidence.campaign.judge import Judge, Request
+from rcx_tools.evidence.campaign.run import Failure, Storm, draw_run, run_storms
+from rcx_tools.evidence.campaign.schedule import Act
+from rcx_tools.evidence.campaign.seeded import SEEDED, find
+from rcx_tools.evidence.campaign.shrink import shrink
+from rcx_tools.evidence.campaign.station import Compiled, Station
 
 SEEDS = range(3)
 #: The broken blocks that are found at once; `make campaign` takes all of them.

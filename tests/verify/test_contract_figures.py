@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.verify import contract
+from rcx_tools.evidence import contract
 
 _REPORT = """<testsuites><testsuite>
   <testcase classname="tests.contract.test_every_block" name="test_the_contract_holds[FB_A]">

@@ -17,14 +17,14 @@ from rcx_harness.engine.builtin.coverage import Collector
 from rcx_harness.engine.builtin.probes import Decision, Plan
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.coverage.__main__ import figures, reasons
 from rcx_harness.verify.coverage.html import write_pages
 from rcx_harness.verify.coverage.lcov import tracefile
 from rcx_harness.verify.coverage.mcdc import judge
 from rcx_harness.verify.coverage.measure import FileResult, measure, merge
 from rcx_harness.verify.coverage.report import full_text, gaps
-from rcx_harness.verify.coverage.run import Run
 from rcx_harness.verify.coverage.text_of import text_of
+from rcx_tools.evidence.coverage.__main__ import figures, reasons
+from rcx_tools.evidence.coverage.run import Run
 
 _SIZE = """\
 TYPE RCX_SIZE : (SIZE_SMALL, SIZE_MIDDLE, SIZE_LARGE); END_TYPE

@@ -11,27 +11,27 @@ from random import Random
 
 import pytest
 
-from rcx_harness.verify.checks import CHECKS
-from rcx_harness.verify.mutants import __main__ as command
-from rcx_harness.verify.mutants.copies import Copies
 from rcx_harness.verify.mutants.mutant import in_rounds
-from rcx_harness.verify.mutants.pool import Task, run_tasks
-from rcx_harness.verify.mutants.python import (
+from rcx_harness.verify.mutants.text import edited
+from rcx_tools.evidence.checks import CHECKS
+from rcx_tools.evidence.mutants import __main__ as command
+from rcx_tools.evidence.mutants.copies import Copies
+from rcx_tools.evidence.mutants.pool import Task, run_tasks
+from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
     function_at,
     functions,
     python_changes,
     python_meaning,
 )
-from rcx_harness.verify.mutants.sample import sampled
-from rcx_harness.verify.mutants.seeded import Bug, bugs
-from rcx_harness.verify.mutants.tables import (
+from rcx_tools.evidence.mutants.sample import sampled
+from rcx_tools.evidence.mutants.seeded import Bug, bugs
+from rcx_tools.evidence.mutants.tables import (
     TABLE_OPERATORS,
     marks_of,
     table_changes,
     table_meaning,
 )
-from rcx_harness.verify.mutants.text import edited
 
 _MODULE = '''"""A robot that has it all."""
 

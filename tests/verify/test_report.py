@@ -12,8 +12,8 @@ import pytest
 
 from rcx_harness import docs
 from rcx_harness.errors import InputError
-from rcx_harness.verify import checks, page, report
-from rcx_harness.verify.checks import CHECKS, Check, digest
+from rcx_tools.evidence import checks, page, report
+from rcx_tools.evidence.checks import CHECKS, Check, digest
 
 _MAKEFILE = (docs.ROOT / "Makefile").read_text(encoding="utf-8")
 

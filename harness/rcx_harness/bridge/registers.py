@@ -6,7 +6,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from rcx_harness.cell_image import check_size
+from rcx_harness.cell.image import check_size
 from rcx_harness.errors import InputError
 
 __all__ = ["Registers", "area_of", "words_of"]

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.enip.connections import EndReason
+from rcx_harness.enip.cyclic.connections import EndReason
 from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.scanner import Received, ScannerStatistics
+from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from rcx_harness.errors import InputError
 
 __all__ = ["MasterLink", "RobotLink", "open_hint"]
@@ -18,7 +18,7 @@ _WAITS = "packets have not come yet"
 
 
 class MasterLink(Protocol):
-    """What is needed of `rcx_harness.enip.scanner.Scanner`."""
+    """What is needed of `rcx_harness.enip.originator.scanner.Scanner`."""
 
     ended: EndReason | None
 

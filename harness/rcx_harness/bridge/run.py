@@ -21,11 +21,11 @@ from rcx_harness.bridge.plc import PlcError, PlcLink
 from rcx_harness.bridge.registers import Registers
 from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.bridge.show import figures_text, plc_text, robot_text, state_text
-from rcx_harness.enip.client import PORT
-from rcx_harness.enip.scanner import Scanner
+from rcx_harness.cell.live import multiplier_of
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
-from rcx_harness.realtime import multiplier_of
-from rcx_harness.throttle import Throttle
+from rcx_harness.output.throttle import Throttle
 
 __all__ = ["BridgeOptions", "Running", "bridge"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rcx_harness.bridge.core import State
 from rcx_harness.bridge.figures import Rate
-from rcx_harness.enip.scanner import ScannerStatistics
+from rcx_harness.enip.originator.scanner import ScannerStatistics
 
 __all__ = ["figures_text", "plc_text", "robot_text", "state_text"]
 

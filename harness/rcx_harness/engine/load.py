@@ -10,8 +10,8 @@ from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.checked import load
 from rcx_harness.engine.collecting import uncollected
-from rcx_harness.engine.matiec import MatiecProgram
-from rcx_harness.engine.matiec_tool import MISSING, Matiec, find_c_compiler, find_matiec
+from rcx_harness.engine.matiec.program import MatiecProgram
+from rcx_harness.engine.matiec.tool import MISSING, Matiec, find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 
 __all__ = ["ENGINES", "MISSING", "Built", "Matiec", "build", "find_c_compiler", "find_matiec"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rcx_harness.enip.cip import Status, extended_text, status_text
+from rcx_harness.enip.codec.cip import Status, extended_text, status_text
 from rcx_harness.errors import InputError
 
 __all__ = ["CipError", "EnipError", "ProcessDiedError"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rcx_harness.enip.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
+from rcx_harness.enip.cyclic.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import format_us
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from rcx_harness.export.dialect import Dialect
-from rcx_harness.export.dialect_folder import Row, Tool, tabbed, to_folder
+from rcx_harness.export.dialect.dialect import Dialect
+from rcx_harness.export.dialect.folder import Row, Tool, tabbed, to_folder
 from rcx_harness.export.output import Output
 from rcx_harness.export.parts import Sources
 

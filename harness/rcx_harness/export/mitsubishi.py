@@ -7,8 +7,8 @@ import io
 import re
 from collections.abc import Mapping
 
-from rcx_harness.export.dialect import Dialect
-from rcx_harness.export.dialect_folder import Row, Tool, to_folder
+from rcx_harness.export.dialect.dialect import Dialect
+from rcx_harness.export.dialect.folder import Row, Tool, to_folder
 from rcx_harness.export.output import Output
 from rcx_harness.export.parts import Sources
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rcx_harness.errors import InputError
-from rcx_harness.exported import MARK, RECORD, digest, record, recorded
-from rcx_harness.output import replace_files
+from rcx_harness.output.exported import MARK, RECORD, digest, record, recorded
+from rcx_harness.output.files import replace_files
 
 __all__ = ["NOTICE", "Missing", "Output", "Written", "write", "write_export"]
 

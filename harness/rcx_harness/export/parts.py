@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lark import Token
 
-from rcx_harness.cell_build import SourceFiles, default_lib, source_files
+from rcx_harness.cell.build import SourceFiles, default_lib, source_files
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.load import checked

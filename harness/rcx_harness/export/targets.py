@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.export.keyence import to_keyence
-from rcx_harness.export.l5x import to_l5x
+from rcx_harness.export.l5x.project import to_l5x
 from rcx_harness.export.mitsubishi import to_mitsubishi
 from rcx_harness.export.omron import to_omron
 from rcx_harness.export.output import Output

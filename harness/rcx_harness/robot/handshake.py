@@ -9,7 +9,7 @@ from rcx_harness.robot.area import WORDS_AT_REST
 from rcx_harness.robot.commands import Call, CommandError, Execution, Response, start
 from rcx_harness.robot.commands.base import answers_absent
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.config_checks import alarm_code
+from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import Command, commands

@@ -10,7 +10,7 @@ import random
 from collections.abc import Hashable, Iterable
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList
-from rcx_harness.robot.config import Point, RobotConfig
+from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.data import Data
 from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.motion import Motion, Movement
@@ -18,6 +18,7 @@ from rcx_harness.robot.origin import OriginRun, Origins
 from rcx_harness.robot.paths import Path
 from rcx_harness.robot.servos import Servos
 from rcx_harness.robot.settings import Settings
+from rcx_harness.robot.stored import Point
 from rcx_harness.robot.tasks import Programs
 
 __all__ = ["Machine"]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from rcx_harness.robot.config import ROBOTS, RobotConfig
-from rcx_harness.robot.stored import ROBOT_PARAMETERS
+from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.stored import ROBOT_PARAMETERS, ROBOTS
 
 __all__ = ["Parameters"]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from rcx_harness.robot.config import ROBOTS, RobotConfig
+from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.stored import ROBOTS
 
 __all__ = ["RobotSettings", "Settings"]
 

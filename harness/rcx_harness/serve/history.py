@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 
-from rcx_harness.chart import Lane
 from rcx_harness.serve.status import Change
 from rcx_harness.spec import signals
+from rcx_harness.trace.chart import Lane
 
 __all__ = ["History"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from rcx_harness.chart import Lane
-from rcx_harness.chart_svg import COLOURS, WAVE_STYLE
+from rcx_harness.trace.chart import Lane
+from rcx_harness.trace.chart_svg import COLOURS, WAVE_STYLE
 
 __all__ = ["live_chart"]
 

@@ -6,14 +6,14 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Protocol
 
-from rcx_harness.enip.connections import OwnerState
-from rcx_harness.enip.shared import LinkState
-from rcx_harness.enip.shared import Status as NetworkStatus
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.shared import LinkState
+from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
-from rcx_harness.serve.plain import alarm_text, request_text, response_text
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
+from rcx_harness.spec.plain import alarm_text, request_text, response_text
 
 __all__ = ["LINK_EVENTS", "Image", "Images", "Station"]
 
@@ -42,7 +42,7 @@ class Image(Protocol):
 
 
 class Images(Protocol):
-    """What the station needs of `rcx_harness.enip.shared.SharedImages`."""
+    """What the station needs of `rcx_harness.enip.cyclic.shared.SharedImages`."""
 
     link: LinkState
 

@@ -10,9 +10,9 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from rcx_harness.output.throttle import Throttle
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
-from rcx_harness.throttle import Throttle
 
 __all__ = ["Lines", "screen"]
 

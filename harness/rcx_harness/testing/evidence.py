@@ -10,10 +10,10 @@ from pathlib import Path
 
 from rcx_harness import spec
 from rcx_harness.cell import Cell
-from rcx_harness.chart import Timeline, text_chart
-from rcx_harness.chart_svg import svg_chart
 from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
-from rcx_harness.output import replace_files
+from rcx_harness.output.files import replace_files
+from rcx_harness.trace.chart import Timeline, text_chart
+from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "write_files"]

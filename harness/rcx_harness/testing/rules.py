@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.errors import InputError
-from rcx_harness.telegram import did_you_mean
+from rcx_harness.spec.telegram import did_you_mean
 
 __all__ = ["RULES", "unknown_key", "wrong_marker"]
 

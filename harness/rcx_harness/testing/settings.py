@@ -16,7 +16,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
-from rcx_harness.telegram import did_you_mean
+from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.units import parse_us
 
 __all__ = ["artifacts", "check_settings", "header", "known", "project", "settings_of"]

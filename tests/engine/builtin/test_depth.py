@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cli import main
+from rcx_harness.cli.app import main
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.builtin.coverage import Collector
 from rcx_harness.engine.frontend import load

@@ -14,7 +14,7 @@ from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.load import Matiec, find_c_compiler
-from rcx_harness.engine.matiec import MatiecProgram
+from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.errors import InputError
 from standard_rows import Row
 from standard_table import TABLE

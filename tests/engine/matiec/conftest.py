@@ -9,7 +9,7 @@ import pytest
 
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.load import Matiec, find_c_compiler
-from rcx_harness.engine.matiec import MatiecProgram
+from rcx_harness.engine.matiec.program import MatiecProgram
 
 
 @pytest.fixture

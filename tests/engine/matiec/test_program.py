@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.base import Located, Program
-from rcx_harness.engine.matiec import MatiecProgram
+from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, Place
 from rcx_harness.robot.commands.base import Call, CommandError, Response, act
-from rcx_harness.robot.config_checks import alarm_code
+from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
 
 __all__ = ["read_latest", "read_message"]

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP
 from rcx_harness.robot.commands.base import Call, CommandError, Response
 from rcx_harness.robot.commands.planning import Pace, frame_of, here, line_speed
-from rcx_harness.robot.config import AXES
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
+from rcx_harness.robot.stored import AXES
 
 __all__ = [
     "Moving",

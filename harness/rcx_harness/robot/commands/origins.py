@@ -8,9 +8,10 @@ from rcx_harness.robot.commands.axes import chosen_axes
 from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, act, last
 from rcx_harness.robot.commands.moving import Moving, check_movable
 from rcx_harness.robot.commands.planning import Pace, plan_ptp
-from rcx_harness.robot.config import ROBOTS, RobotConfig
+from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.origin import OriginRun
+from rcx_harness.robot.stored import ROBOTS
 
 __all__ = [
     "absolute_reset",

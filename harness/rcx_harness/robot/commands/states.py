@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.commands.origins import axes_of_type
-from rcx_harness.robot.config import AXES
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.stored import AXES
 
 __all__ = [
     "read_arm",

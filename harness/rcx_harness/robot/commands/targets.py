@@ -7,9 +7,9 @@ from collections.abc import Hashable, Iterable
 from rcx_harness.robot.commands.base import Call, CommandError
 from rcx_harness.robot.commands.moving import Moving, check_movable, chosen_places
 from rcx_harness.robot.commands.planning import Arch, place_pulses, pulses_of, way_pulses
-from rcx_harness.robot.config import Point
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.paths import Path
+from rcx_harness.robot.stored import Point
 
 __all__ = ["arch_of", "begin", "movable_places", "target_of"]
 

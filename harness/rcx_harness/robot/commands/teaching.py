@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.commands.moving import positions_of
-from rcx_harness.robot.config import Point
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.stored import Point
 
 __all__ = ["teach_point"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from hashlib import blake2b
 from typing import Any
 
-from rcx_harness.cell_network import Network
-from rcx_harness.clocks import Agenda, Kind, Timing
-from rcx_harness.link import DirectLink
+from rcx_harness.cell.clock import Agenda, Kind, Timing
+from rcx_harness.cell.link import DirectLink
+from rcx_harness.cell.network import Network
 
 __all__ = ["BOTH", "FaultLink", "FaultNetwork"]
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rcx_harness.chart import Lane, Timeline
-from rcx_harness.chart_svg import svg_chart
 from rcx_harness.engine.base import Program
-from rcx_harness.monitor import WireMonitor, word
 from rcx_harness.trace import Finding, Record, Scan, Trace
+from rcx_harness.trace.chart import Lane, Timeline
+from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.model import Choice, Model
 from rcx_harness.verify.explore.oracle import Oracle
 from rcx_harness.verify.explore.search import LIBRARY, Broken, compiled, quiet_choices
+from rcx_harness.watch.wire import WireMonitor, word
 
 __all__ = ["Replay", "replay"]
 

@@ -1,5 +1,0 @@
-"""What a session of the project should know of its speed: `make bench`, see docs/timing.md."""
-
-from rcx_harness.bench.figure import Figure
-
-__all__ = ["Figure"]

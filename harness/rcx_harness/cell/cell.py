@@ -1,0 +1,406 @@
+"""One PLC, its robots, the network between them, on one virtual clock."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, cast
+
+from rcx_harness.cell.build import (
+    Areas,
+    Files,
+    Robots,
+    check_outputs,
+    make_members,
+    several,
+    source_files,
+)
+from rcx_harness.cell.clock import CYCLE_US, Duration, Kind, Timing
+from rcx_harness.cell.closed import ClosedProgram, cell_is_closed
+from rcx_harness.cell.link import Link
+from rcx_harness.cell.node import Member, Node
+from rcx_harness.engine.base import Program, Value
+from rcx_harness.engine.load import build as build_program
+from rcx_harness.errors import InputError
+from rcx_harness.robot import EVENTS as ROBOT_EVENTS
+from rcx_harness.robot import Controller, Violation
+from rcx_harness.trace import Finding, Trace
+from rcx_harness.units import format_us, parse_us
+from rcx_harness.watch.calls import CallMonitor
+from rcx_harness.watch.calls_source import CallPlan, call_plan
+from rcx_harness.watch.contract import ContractMonitor
+from rcx_harness.watch.steady import steady_instances
+
+__all__ = ["EVENTS", "Cell", "CellTimeout"]
+
+#: What `Cell.inject` and a stimulus can let happen, with a line of help.
+EVENTS: dict[str, str] = {
+    "link_down": "the network cable is unplugged: packets are lost",
+    "link_up": "the network cable is plugged in again",
+    **ROBOT_EVENTS,
+}
+
+#: A time, or a number of scans, that does not come.
+_NEVER = sys.maxsize
+
+
+class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fault of the cell
+    """What a test waited for did not come within its time."""
+
+
+class _Snapshot(NamedTuple):
+    program: object
+    nodes: tuple[object, ...]
+    contract: Any
+    calls: Any
+    trace: Any
+    counts: tuple[int, int, int]
+
+
+class Cell:
+    """A PLC program and a virtual controller, joined by a network, in virtual time.
+
+    Build it with `Cell.build`. At time 0 both are switched on; the link is there as soon as the
+    controller has booted. `now_us` is the time up to which all has happened. A PLC may have
+    `further` controllers, each with a link and with areas of its own.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        robot: Controller,
+        link: Link,
+        timing: Timing,
+        *,
+        m: int = 0,
+        n: int = 0,
+        further: Sequence[Member] = (),
+        seed: int = 0,
+        on_loss: str = "hold",
+        trace: str | Path | None = None,
+        watch: Sequence[str] = (),
+        steady: Collection[str] = (),
+        calls: CallPlan | None = None,
+        notice: str = "",
+    ) -> None:
+        if on_loss not in ("hold", "clear"):
+            raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
+        self.robot, self.program, self.timing = robot, program, timing
+        self.robots = (robot, *(member.robot for member in further))
+        """All controllers; the first is `robot`."""
+        self.closed = False
+        """After `close`."""
+        self._notice = notice
+        self.now_us = 0
+        self.scans = 0
+        self.violations: list[Violation] = []
+        """All broken rules so far, the PLC's and the controllers', in order of time."""
+        self._watch = tuple(watch)
+        for path in self._watch:
+            program.read(path)
+        header: dict[str, Any] = {
+            "scan_us": timing.scan_us,
+            "cycle_us": CYCLE_US,
+            "size": link.size,
+        }
+        header |= {"engine": program.engine, "link": link.name, "seed": seed}
+        if further:
+            header["controllers"] = len(self.robots)
+        self._nodes = [
+            Node(number, member, program, timing, seed=seed + number - 1, clear=on_loss == "clear")
+            for number, member in enumerate((Member(robot, link, m, n), *further), 1)
+        ]
+        self.trace = Trace(header, trace)
+        for node in self._nodes:
+            node.connect(self.trace, self._report)
+        self._first = self._nodes[0]
+        self._agenda = self._first.agenda
+        self._agenda.repeat(timing.phases[-1], Kind.SCAN, timing.scan_us)
+        self._first.happens[Kind.SCAN] = lambda now, _: self._scan(now)
+        self._first.happens[Kind.STIMULUS] = lambda _, action: action()
+        self._contract = ContractMonitor(program, steady)
+        self._calls = CallMonitor(program, calls or CallPlan({}, {}))
+
+    @classmethod
+    def build(
+        cls,
+        program: Files,
+        *,
+        lib: str | Path | None = None,
+        scan: Duration | None = None,
+        engine: str = "auto",
+        link: str = "direct",
+        size: int | None = None,
+        m: Areas = 0,
+        n: Areas = 0,
+        robot: Robots = None,
+        rpi: Duration = "10ms",
+        jitter: Duration = 0,
+        timeout: Duration | None = None,
+        phases: str | Mapping[str, Duration] = "zero",
+        on_loss: str = "hold",
+        seed: int = 0,
+        trace: str | Path | None = None,
+        watch: Sequence[str] = (),
+    ) -> Cell:
+        """Compile a program with the library and put it into a cell.
+
+        Args:
+            program: One ST file or several; those of the library are added.
+            lib: Folder of the library, all `.st` below it; default: the library of this package.
+            scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
+            engine: `"auto"`, `"matiec"` or `"builtin"`.
+            link: `"direct"` (in process), `"enip"` (EtherNet/IP on the loopback, in lock-step with
+                virtual time) or `"enip-realtime"` (its cyclic I/O, at the pace of the clock).
+            size: Bytes of the PLC's areas, 48 or 256; default: the robot's.
+            m: Where the area from the robot begins in the process image, in bytes. Of several
+                robots one for each; those left out follow the area before.
+            n: Where the area to the robot begins; as for m.
+            robot: Properties of the robot, or a file of them; or several, each with its areas.
+            rpi: Packet interval in both directions.
+            jitter: Greatest delay of a packet.
+            timeout: See `Timing.make`.
+            phases: See `Timing.make`.
+            on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
+            seed: Of everything that is drawn: phases, jitter, the controllers' delays.
+            trace: File for the trace; that of an earlier run is written over.
+            watch: Paths of variables that the trace shows in every scan.
+
+        Raises:
+            InputError: anything wrong with the sources or the arguments.
+        """
+        files = source_files(program, lib)
+        check_outputs({"trace": trace}, files, *several(robot))
+        built = build_program(files.all, engine)
+        compiled = built.program
+        try:
+            period = scan if scan is not None else compiled.tick_us or "10ms"
+            timing = Timing.make(
+                scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
+            )
+            members = make_members(robot, link, size=size, m=m, n=n, timing=timing, seed=seed)
+        except BaseException:
+            compiled.close()
+            raise
+        first, *further = members
+        try:
+            return cls(
+                compiled,
+                first.robot,
+                first.link,
+                timing,
+                m=first.m,
+                n=first.n,
+                further=further,
+                seed=seed,
+                on_loss=on_loss,
+                trace=trace,
+                watch=watch,
+                steady=steady_instances(files.own, files.lib),
+                calls=call_plan(*files.users),
+                notice=built.notice,
+            )
+        except BaseException:
+            for member in members:
+                member.link.close()
+            compiled.close()
+            raise
+
+    # --- variables ---------------------------------------------------------------------------
+
+    def __getitem__(self, path: str) -> Value:
+        """The value of a variable, `cell["Main.Servo.Done"]`."""
+        return self.program.read(path)
+
+    def __setitem__(self, path: str, value: Value) -> None:
+        """Set a variable between two scans."""
+        self.program.write(path, value)
+
+    # --- time --------------------------------------------------------------------------------
+
+    def scan(self, n: int = 1) -> None:
+        """Let time pass until `n` more scans have run."""
+        self._pass(_NEVER, self.scans + n)
+
+    def run(self, duration: Duration) -> None:
+        """Let `duration` pass: everything before `now + duration` happens."""
+        end = self.now_us + parse_us(duration)
+        self._pass(end)
+        self.now_us = end
+
+    def run_until(self, predicate: Callable[[], bool], within: Duration) -> int:
+        """Scan until `predicate()` is true; it is asked at once and after every scan.
+
+        Returns:
+            How long it took, in microseconds.
+
+        Raises:
+            CellTimeout: it did not become true within this time.
+        """
+        start = self.now_us
+        end = start + parse_us(within)
+        while not predicate():
+            goal = self.scans + 1
+            self._pass(end + 1, goal)
+            if self.scans < goal:
+                self.now_us = end
+                raise CellTimeout(self._timeout_text(end - start))
+        return self.now_us - start
+
+    @contextmanager
+    def takes(self, *, scans: int) -> Iterator[None]:
+        """Assert that what is inside takes exactly so many scans."""
+        before = self.scans
+        yield
+        took = self.scans - before
+        assert took == scans, (
+            f"took {took} scans, expected {scans} (until scan {self.scans}, "
+            f"{format_us(self.now_us)})"
+        )
+
+    # --- surroundings ------------------------------------------------------------------------
+
+    def inject(self, event: str, *, controller: int = 1, **args: Any) -> None:
+        """Let one of `EVENTS` happen now to a controller or its link.
+
+        Raises:
+            InputError: no such event or controller, or arguments it does not take.
+        """
+        if not 1 <= controller <= len(self._nodes):
+            raise InputError(f"no controller {controller}; the cell has {len(self._nodes)}")
+        node = self._nodes[controller - 1]
+        if event in ("link_down", "link_up"):
+            if args:
+                raise InputError(
+                    f"event {event!r} takes no arguments", hint=f'write robot = "{event}"'
+                )
+            node.network.set_cable(event == "link_up")
+        else:
+            node.robot.inject(event, **args)
+
+    def at(self, t_us: int, action: Callable[[], None]) -> None:
+        """Call `action` at `t_us`, before anything else that happens then."""
+        if t_us < self.now_us:
+            raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
+        self._agenda.add(t_us, Kind.STIMULUS, action)
+
+    @property
+    def connected(self) -> bool:
+        """The status of the PLC's scanner: it is connected to every controller."""
+        return all(node.network.plc_connected(self.now_us) for node in self._nodes)
+
+    @property
+    def matched(self) -> bool:
+        """Do PLC and robots agree on the areas' sizes? Without that there is no connection."""
+        return all(node.matched for node in self._nodes)
+
+    @property
+    def notice(self) -> str:
+        """A line on the engine that was taken, one on the network; or empty."""
+        return "\n".join(filter(None, (self._notice, self._first.network.notice)))
+
+    @property
+    def commands(self) -> int:
+        """Remote commands whose end the PLC has read."""
+        return sum(node.wire.commands for node in self._nodes)
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of the controllers."""
+        return sum(node.cycles for node in self._nodes)
+
+    # --- state -------------------------------------------------------------------------------
+
+    def snapshot(self) -> object:
+        """The state of everything: program, robot, network, time and monitors."""
+        return _Snapshot(
+            self.program.snapshot(),
+            tuple(node.snapshot() for node in self._nodes),
+            self._contract.snapshot(),
+            self._calls.snapshot(),
+            self.trace.snapshot(),
+            (self.now_us, self.scans, len(self.violations)),
+        )
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to what `snapshot` of this cell gave."""
+        assert isinstance(snapshot, _Snapshot), "not a snapshot of a cell"
+        self.program.restore(snapshot.program)
+        for node, state in zip(self._nodes, snapshot.nodes, strict=True):
+            node.restore(state)
+        self._contract.restore(snapshot.contract)
+        self._calls.restore(snapshot.calls)
+        self.trace.restore(snapshot.trace)
+        self.now_us, self.scans, found = snapshot.counts
+        del self.violations[found:]
+
+    def close(self) -> None:
+        """End the connection, write out the trace, free the program.
+
+        Afterwards the trace and `violations` can still be read; time, variables and snapshots
+        raise `InputError`.
+        """
+        if self.closed:
+            return
+        self.trace.close()
+        for node in self._nodes:
+            node.link.close()
+        self.program.close()
+        self.closed = True
+        self.program = cast(Program, ClosedProgram())
+
+    def __enter__(self) -> Cell:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # --- what happens ------------------------------------------------------------------------
+
+    def _pass(self, end: int, scans: int = _NEVER) -> None:
+        """Let everything before `end` happen, or all until so many scans have run.
+
+        Of simultaneous events the order is that of `Kind`.
+        """
+        node, several = self._first, len(self._nodes) > 1
+        while self.scans < scans:
+            if self.closed:
+                raise cell_is_closed()
+            if several:
+                node = min(self._nodes, key=lambda node: node.agenda.first())
+            if node.agenda.next_us() >= end:
+                return
+            self.now_us, kind, payload = node.agenda.pop()
+            node.happens[kind](self.now_us, payload)
+
+    def _scan(self, now: int) -> None:
+        for node in self._nodes:
+            node.before_scan(now)
+        self.program.scan(now)
+        number, self.scans = self.scans, self.scans + 1
+        watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
+        for node in self._nodes:
+            node.after_scan(now, number, watched if node is self._first else None)
+        if found := self._contract.scan(now, number) + self._calls.scan(now, number):
+            self._report(found)
+
+    def _report(self, found: Iterable[Violation]) -> None:
+        for violation in found:
+            self.violations.append(violation)
+            self.trace.add(Finding(violation.t_us, violation.text))
+
+    def _timeout_text(self, waited_us: int) -> str:
+        text = f"not within {format_us(waited_us)} (scan {self.scans}, {format_us(self.now_us)})"
+        for path in self._watch:
+            text += f"; {path} = {self.program.read(path)}"
+        if self.violations:
+            text += f"; last violation: {self.violations[-1].text}"
+        return text

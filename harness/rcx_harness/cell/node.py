@@ -1,0 +1,152 @@
+"""One controller of a cell: its way to the PLC, its areas there, and what is checked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from rcx_harness.cell.clock import CYCLE_US, Kind, Timing
+from rcx_harness.cell.image import find_image
+from rcx_harness.cell.link import Link
+from rcx_harness.cell.network import make_network
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.types import BlockType, ElementaryType
+from rcx_harness.robot import Controller, Violation
+from rcx_harness.trace import Cycle, Scan, Trace
+from rcx_harness.watch.wire import WireMonitor
+
+__all__ = ["Member", "Node"]
+
+Report = Callable[[Iterable[Violation]], None]
+
+
+class Member(NamedTuple):
+    """A controller with its link, and where its areas begin in the process image, in bytes."""
+
+    robot: Controller
+    link: Link
+    m: int = 0
+    n: int = 0
+
+
+class Node:
+    """A controller in a cell, with its network and its share of the PLC's process image.
+
+    Args:
+        number: From 1; all but the first are named in trace and violations.
+        member: The controller, its link, its areas.
+        program: The PLC's program.
+        timing: Periods and phases.
+        seed: Seed of the jitter.
+        clear: The PLC's inputs read 0 without a connection.
+
+    Raises:
+        InputError: the areas do not fit into the process image.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        member: Member,
+        program: Program,
+        timing: Timing,
+        *,
+        seed: int,
+        clear: bool,
+    ) -> None:
+        robot, link, m, n = member
+        self.number, self.robot, self.link = number, robot, link
+        self.matched = link.size == robot.config.size
+        """Do master and robot agree on the area's size? Without that there is no connection."""
+        self.cycles = 0
+        self._program = program
+        self._image = find_image(program, size=link.size, m=m, n=n)
+        self._no_area = bytes(link.size)
+        self._clear = clear
+        self._status = _status_path(program, number)
+        self._shown = program.reader([self._status] if self._status else [])
+        self._so, self._connected = self._no_area, False
+        self.wire = WireMonitor(link.size)
+        self._prefix = "" if number == 1 else f"controller {number}: "
+        self.agenda, self.network = make_network(link, timing, matched=self.matched, seed=seed)
+        self.happens: dict[int, Callable[[int, Any], None]] = {
+            Kind.CYCLE: self._cycle,
+            Kind.PRODUCE_TO_ROBOT: self._to_robot,
+            Kind.PRODUCE_TO_PLC: self._to_plc,
+            Kind.DELIVER: self.network.deliver,
+        }
+        cycle, to_robot, to_plc, _ = timing.phases
+        self.agenda.repeat(cycle, Kind.CYCLE, CYCLE_US)
+        self.agenda.repeat(to_robot, Kind.PRODUCE_TO_ROBOT, timing.rpi_us)
+        self.agenda.repeat(to_plc, Kind.PRODUCE_TO_PLC, timing.rpi_us)
+
+    def connect(self, trace: Trace, report: Report) -> None:
+        """Say where scans and cycles are noted, and what takes the rules that were broken."""
+        self._trace, self._report = trace, report
+
+    def before_scan(self, now: int) -> None:
+        """Put what has come from the controller into the process image."""
+        connected = self._connected = self.network.plc_connected(now)
+        self._so = self._no_area if self._clear and not connected else self.network.input
+        if self._status is not None and self._shown()[0] is not connected:
+            self._program.write(self._status, connected)
+        self._image.put(self._so, connected)
+
+    def after_scan(self, now: int, scan: int, watched: dict[str, Any] | None) -> None:
+        """Take what the PLC has written, note it and judge it."""
+        si = self._image.get()
+        self.network.scanned(si)
+        self._trace.add(Scan(now, scan, self._so, si, watched, self.number))
+        if found := self.wire.scan(now, scan, self._so, si, self._connected):
+            self._tell(found)
+
+    def snapshot(self) -> object:
+        """The state of controller, network and monitor."""
+        robot, network = self.robot.snapshot(), self.network.snapshot()
+        return robot, network, self.agenda.snapshot(), self.wire.snapshot(), self.cycles
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to what `snapshot` gave."""
+        robot, network, agenda, wire, self.cycles = snapshot
+        self.robot.restore(robot)
+        self.network.restore(network)
+        self.agenda.restore(agenda)
+        self.wire.restore(wire)
+
+    def _cycle(self, now: int, _: object) -> None:
+        robot, link, network = self.robot, self.link, self.network
+        si = link.robot_read() if network.robot_connected(now) else None
+        so = robot.cycle(now, si)
+        if self.matched:
+            link.robot_write(so)
+        network.set_adapter(robot.online)
+        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number))
+        if robot.violations:
+            self._tell(
+                Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")
+                for one in robot.drain_violations()
+            )
+        self.cycles += 1
+
+    def _to_robot(self, now: int, _: object) -> None:
+        self.network.produce_to_robot(now, self._image.get)
+
+    def _to_plc(self, now: int, _: object) -> None:
+        self.network.produce_to_plc(now)
+
+    def _tell(self, found: Iterable[Violation]) -> None:
+        if self._prefix:
+            found = [replace(one, text=self._prefix + one.text) for one in found]
+        self._report(found)
+
+
+def _status_path(program: Program, number: int) -> str | None:
+    """`Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL."""
+    wanted = "connected" if number == 1 else f"connected{number}"
+    for name, kind in program.instances().items():
+        assert isinstance(kind, BlockType)
+        for variable in kind.variables:
+            if variable.name.lower() == wanted and variable.type == ElementaryType("BOOL"):
+                return f"{name}.{variable.name}"
+    return None

@@ -1,0 +1,122 @@
+"""`rcx scan`: look at a controller as a PLC's scanner does."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cli.options import check_ipv4, check_port, check_size, duration_us, interval_us
+from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.enip.target.assemblies import Assemblies
+from rcx_harness.errors import InputError
+from rcx_harness.look.look import ScanOptions
+from rcx_harness.look.look import scan as look
+
+__all__ = ["scan"]
+
+_DIGITS = 5
+
+
+def scan(
+    host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
+    duration: Annotated[
+        str, typer.Option("--for", help="How long to print changes; 0s for one look.")
+    ] = "5s",
+    input_only: Annotated[
+        bool, typer.Option("--input-only", help="Read only, whoever is the master. The default.")
+    ] = False,
+    listen_only: Annotated[
+        bool, typer.Option("--listen-only", help="Read along with another connection.")
+    ] = False,
+    write: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Become the master and write, e.g. SI00=1, SI(20)=1, SIW(2)=5; all else 0."
+        ),
+    ] = None,
+    heartbeat: Annotated[
+        int | None, typer.Option(help="Connection point of a reader's heartbeat, if unusual.")
+    ] = None,
+    config_instance: Annotated[
+        str, typer.Option(help="Configuration instance to name: a number, or none.")
+    ] = "none",
+    config_data: Annotated[
+        str, typer.Option(help="Data for the configuration instance, in hexadecimal.")
+    ] = "",
+    input_size: Annotated[
+        int | None, typer.Option(help="Bytes from another adapter, shown as bytes.")
+    ] = None,
+    output_size: Annotated[
+        int | None, typer.Option(help="Bytes to another adapter; written as --write 3=0x12.")
+    ] = None,
+    input_instance: Annotated[int, typer.Option(help="Assembly from the adapter.")] = 100,
+    output_instance: Annotated[int, typer.Option(help="Assembly to the adapter.")] = 150,
+    port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
+    address: Annotated[
+        str, typer.Option("--from", help="Address of this machine to work from.")
+    ] = "",
+) -> None:
+    """Open a cyclic connection as a PLC does, and print identity, both areas and every change.
+
+    Without --write nothing is written: the connection carries no data to the robot. With
+    --write the scan is the robot's master for its time; when it ends, the robot has lost its
+    master.
+
+    Exit code: 0, 1 if the connection was lost on the way, 2 if there was none.
+    """
+    if sum((input_only, listen_only, bool(write))) > 1:
+        raise InputError("--input-only, --listen-only and --write exclude each other")
+    check_size(size)
+    check_port("--port", port)
+    if heartbeat is not None and not 1 <= heartbeat <= 0xFFFF:
+        hint = "they are 1 to 65535"
+        raise InputError(f"--heartbeat {heartbeat} is no connection point", hint=hint)
+    if address:
+        check_ipv4("--from", address)
+    asked = Assemblies(
+        size if input_size is None else input_size,
+        size if output_size is None else output_size,
+        input_instance,
+        output_instance,
+        heartbeat,
+        _config_instance(config_instance),
+        _config_data(config_data),
+    )
+    kind = ConnectionKind.EXCLUSIVE_OWNER if write else ConnectionKind.INPUT_ONLY
+    options = ScanOptions(
+        host=host,
+        assemblies=asked,
+        rpi_us=interval_us("--rpi", rpi),
+        duration_us=duration_us("--for", duration),
+        kind=ConnectionKind.LISTEN_ONLY if listen_only else kind,
+        writes=write or (),
+        port=port,
+        address=address,
+    )
+    try:
+        held = look(options, lambda line: print(line, flush=True))
+    except KeyboardInterrupt:
+        return  # connection and session are closed
+    if not held:
+        raise typer.Exit(1)
+
+
+def _config_instance(text: str) -> int | None:
+    if text.lower() == "none":
+        return None
+    if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
+        hint = "write it as 151, or none"
+        raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
+    return int(text)
+
+
+def _config_data(text: str) -> bytes:
+    try:
+        return bytes.fromhex(text)
+    except ValueError:
+        hint = "write it in hexadecimal, as 01000A00"
+        raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None

@@ -1,0 +1,38 @@
+"""The start of the command `rcx`: whenever Ctrl-C comes, it ends with one line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+
+__all__ = ["INTERRUPTED", "main"]
+
+#: Exit code after Ctrl-C, as shells give it.
+INTERRUPTED = 130
+
+
+def main() -> int:
+    """Load the command line and run it.
+
+    Returns:
+        The exit code: 0, 1 or 2; 130 after Ctrl-C.
+    """
+    try:
+        from rcx_harness.cli.app import main as command  # most of the first second
+
+        code = command()
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
+        code = INTERRUPTED
+    except OSError as error:  # what is printed goes nowhere: a full disk, or nobody reads it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            return 1
+        print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
+    if code == INTERRUPTED:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        print("rcx: interrupted", file=sys.stderr)
+    return code

@@ -1,0 +1,1 @@
+"""The engine that compiles with matiec, as OpenPLC does."""

@@ -1,0 +1,199 @@
+"""From ST text to a shared object: iec2c, our runtime beside its C, the C compiler, the cache."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcx_harness.engine import cache
+from rcx_harness.engine.matiec.tool import Matiec
+from rcx_harness.errors import InputError
+
+__all__ = ["Wanted", "compile_program"]
+
+_RUNTIME = Path(__file__).with_name("runtime.c")
+_FLAGS = ("-std=gnu11", "-O1", "-w", "-fPIC", "-shared")
+# Signed overflow wraps and a float stays a float, whatever the optimiser would like.
+_ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
+# With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
+# process must have been started with the address sanitizer's library preloaded.
+_SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+_PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
+_GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
+_GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
+# HEAD of matiec writes names of other globals before the macro, on the same line.
+_LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the shared object has to tell: names as matiec writes them, in upper case.
+
+    Attributes:
+        instances: Program instances; the first entries of `rcx_regions`.
+        globals: Global variables; the next entries of `rcx_regions`.
+        layout: C expressions of the table `rcx_layout`.
+    """
+
+    instances: tuple[str, ...]
+    globals: tuple[str, ...]
+    layout: tuple[str, ...]
+
+
+def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
+    """Compile a program, or take it from the cache.
+
+    Args:
+        text: All ST sources in one.
+        wanted: What is asked of the shared object.
+        matiec: The compiler from ST to C.
+        compiler: The C compiler.
+
+    Returns:
+        The contents of the shared object.
+
+    Raises:
+        TranslationError: iec2c refuses the text.
+        InputError: the C compiler fails.
+    """
+    folder = cache.folder()
+    if folder is None:
+        return _compile(text, wanted, matiec, compiler)
+    entry = folder / f"{_key(text, wanted, matiec, compiler)}.so"
+    with suppress(OSError):
+        image = entry.read_bytes()
+        os.utime(entry)
+        return image
+    image = _compile(text, wanted, matiec, compiler)
+    with suppress(OSError):
+        cache.put(entry, image)
+    return image
+
+
+def _flags() -> tuple[str, ...]:
+    wanted = os.environ.get("RCX_SANITIZE", "").lower() == "on"
+    return _FLAGS + _ARITHMETIC + (_SANITIZERS if wanted else ())
+
+
+def _key(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> str:
+    parts = [
+        text,
+        repr(wanted),
+        matiec.fingerprint(),
+        _compiler_version(compiler),
+        " ".join(_flags()),
+        _RUNTIME.read_text(encoding="utf-8"),
+        Path(__file__).read_text(encoding="utf-8"),
+    ]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+@functools.lru_cache(maxsize=8)
+def _compiler_version(compiler: str) -> str:
+    done = subprocess.run([compiler, "--version"], capture_output=True, check=False)
+    return compiler + done.stdout.decode("utf-8", "replace")
+
+
+def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="rcx-") as name:
+        folder = Path(name)
+        source, target = folder / "program.st", folder / "c"
+        source.write_text(text, encoding="utf-8")
+        target.mkdir()
+        matiec.translate(source, target)
+        unit = target / "rcx_program.c"
+        written = [_RUNTIME.read_text(encoding="utf-8"), *_program_part(target, wanted)]
+        # POUS.c is included by the file of the resource. These come last: they define macros
+        # named as the program instances.
+        parts = sorted(path.name for path in target.glob("*.c") if path.name != "POUS.c")
+        written += [f'#include "{part}"' for part in parts]
+        unit.write_text("\n".join(written) + "\n", encoding="utf-8")
+        shared = folder / "program.so"
+        command = [compiler, *_flags(), "-I", str(matiec.headers), str(unit), "-lm"]
+        done = subprocess.run([*command, "-o", str(shared)], capture_output=True, check=False)
+        if done.returncode != 0:
+            said = done.stderr.decode("utf-8", "replace").splitlines()
+            reason = next((line for line in said if "error" in line), "no message")
+            raise InputError(
+                f"the C compiler refuses what iec2c made of the program: {reason}",
+                hint=f"check {compiler}, and that iec2c and its lib/C belong together",
+            )
+        return shared.read_bytes()
+
+
+def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
+    """The part of the runtime that is written for one program."""
+    places = dict(_located(target))
+    regions: list[str] = []
+    for kind, place in zip(places.values(), places, strict=True):
+        yield f"static {kind} rcx_at{place};"
+        yield f"{kind} *{place} = &rcx_at{place};"
+    programs = _programs(target)
+    for instance in wanted.instances:
+        symbol, kind = programs[instance]
+        yield f"extern {kind} {symbol};"
+        regions.append(f"{{&{symbol}, sizeof({kind})}}")
+    variables = _globals(target)
+    for variable in wanted.globals:
+        declaration, region = variables[variable]
+        yield declaration
+        regions.append(region)
+    regions += [f"{{&rcx_at{place}, sizeof(rcx_at{place})}}" for place in places]
+    yield from _table("const rcx_region rcx_regions[]", regions)
+    yield f"const size_t rcx_regions_count = {len(regions)};"
+    yield from _table("const size_t rcx_layout[]", wanted.layout)
+    yield f"const size_t rcx_layout_count = {len(wanted.layout)};"
+
+
+def _table(declaration: str, entries: Sequence[str]) -> Iterator[str]:
+    yield declaration + " = {"
+    yield from (f"  {entry}," for entry in entries)
+    yield "};"
+
+
+def _located(target: Path) -> Iterator[tuple[str, str]]:
+    """The name matiec gives to each direct address (`__QX0_0`), and its C type."""
+    text = (target / "LOCATED_VARIABLES.h").read_text(encoding="utf-8", errors="replace")
+    for match in _LOCATED.finditer(text):
+        yield match[2], match[1]
+
+
+def _programs(target: Path) -> dict[str, tuple[str, str]]:
+    """C symbol and type of each program instance, by name."""
+    text = (target / "VARIABLES.csv").read_text(encoding="utf-8", errors="replace")
+    found = {}
+    for match in _PROGRAM.finditer(text.partition("// Variables")[0]):
+        # CONFIGURATION.RESOURCE.INSTANCE; without a RESOURCE, matiec calls it RESOURCE in C.
+        path = match[1].split(".")
+        resource = path[1] if len(path) == 3 else "RESOURCE"
+        found[path[-1]] = (f"{resource}__{path[-1]}", match[2])
+    return found
+
+
+def _globals(target: Path) -> dict[str, tuple[str, str]]:
+    """Declaration and region of each global variable of configuration and resources, by name."""
+    text = "".join(
+        path.read_text(encoding="utf-8", errors="replace") for path in sorted(target.glob("*.c"))
+    )
+    places = {match[1]: match[2] for match in _GLOBAL_PLACE.finditer(text)}
+    found = {}
+    for match in _GLOBAL.finditer(text):
+        form, kind, domain, name = match.groups()
+        symbol = f"{domain}__{name}"
+        if form == "_LOCATED":
+            found[name] = ("", f"{{&rcx_at{places[name]}, sizeof({kind})}}")
+        elif form == "_FB":
+            found[name] = (f"extern {kind} {symbol};", f"{{&{symbol}, sizeof({kind})}}")
+        else:
+            declared = f"extern __IEC_{kind}_t {symbol};"
+            found[name] = (declared, f"{{&{symbol}.value, sizeof({symbol}.value)}}")
+    return found

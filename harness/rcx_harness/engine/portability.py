@@ -1,0 +1,305 @@
+"""The portability rules of the library that a type checker does not know.
+
+Each was met on a real compiler: what matiec, STruC++, IronPLC, RuSTy, CODESYS and TwinCAT do not
+all take, or do not all do alike. They bind the library; a user's program is only warned, unless it
+asks for more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.engine.frontend.scalars import ELEMENTARY
+from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.engine.portability_text import text_findings
+
+__all__ = ["LintFinding", "lint"]
+
+_INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
+_SHIFTS = ("SHL", "SHR", "ROL", "ROR")
+_PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
+_COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+#: Reserved words that came with IEC 61131-3:2013, and USTRING with 2025: no names on newer PLCs.
+_RESERVED_SINCE_2013 = frozenset(
+    [
+        "ABSTRACT",
+        "CHAR",
+        "CLASS",
+        "CONTINUE",
+        "END_CLASS",
+        "END_INTERFACE",
+        "END_METHOD",
+        "END_NAMESPACE",
+        "EXTENDS",
+        "FINAL",
+        "IMPLEMENTS",
+        "INTERFACE",
+        "INTERNAL",
+        "LDATE",
+        "LDATE_AND_TIME",
+        "LDT",
+        "LTIME",
+        "LTIME_OF_DAY",
+        "LTOD",
+        "METHOD",
+        "NAMESPACE",
+        "NULL",
+        "OVERLAP",
+        "OVERRIDE",
+        "PRIVATE",
+        "PROTECTED",
+        "PUBLIC",
+        "REF",
+        "REF_TO",
+        "SUPER",
+        "THIS",
+        "USING",
+        "USTRING",
+        "WCHAR",
+    ]
+)
+
+
+@dataclass(frozen=True)
+class LintFinding:
+    """A rule that is not kept; `strict` where it binds the file."""
+
+    file: Path
+    at: s.Position
+    text: str
+    strict: bool
+
+    def __str__(self) -> str:
+        kind = "rule" if self.strict else "warning"
+        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
+
+
+def lint(
+    files: Sequence[Path],
+    library: Collection[Path] = (),
+    context: Sequence[Path] = (),
+    *,
+    binding: bool = False,
+) -> list[LintFinding]:
+    """Check files that the front end has found free of errors.
+
+    Args:
+        files: The files.
+        library: Those of them that belong to the library; they have some more rules.
+        context: Further files whose types they use.
+        binding: The rules bind all files, not only those of the library.
+
+    Returns:
+        The findings, in the order of the files and of their lines.
+    """
+    members = {
+        name.key
+        for source in map(parse, [*files, *context])
+        for one in source.declarations
+        if isinstance(one, s.TypeDecl) and isinstance(one.spec, s.EnumSpec)
+        for name in one.spec.members
+    }
+    findings = []
+    for file in files:
+        source = parse(file)
+        found = list(text_findings(file))
+        for declaration in source.declarations:
+            found += _declaration(declaration, members)
+            found += _reserved(declaration)
+        if file in library:
+            found += _library(source)
+        strict = binding or file in library
+        findings += [LintFinding(file, at, text, strict) for at, text in sorted(found)]
+    return findings
+
+
+_Found = Iterator[tuple[s.Position, str]]
+
+
+def _library(source: s.Source) -> _Found:
+    """One declaration per file, called as the file; types begin with RCX_."""
+    for extra in source.declarations[1:]:
+        yield extra.at, "a second declaration; the library has one per file"
+    for one in source.declarations[:1]:
+        if one.name.text != source.file.stem:
+            yield one.name.at, f"{one.name.text} is not called as its file, {source.file.stem}"
+    for one in source.declarations:
+        if isinstance(one, s.TypeDecl) and not one.name.key.startswith("RCX_"):
+            yield one.name.at, f"the type {one.name.text} does not begin with RCX_"
+
+
+def _declaration(one: s.TypeDecl | s.Pou | s.Configuration, members: set[str]) -> _Found:
+    if isinstance(one, s.TypeDecl):
+        yield from _type(one)
+    elif isinstance(one, s.Pou):
+        for section in one.sections:
+            yield from _section(section, one)
+        if one.kind == "FUNCTION":
+            yield from _function(one)
+        for statement in one.body:
+            yield from _code(statement, members)
+
+
+def _reserved(declaration: s.TypeDecl | s.Pou | s.Configuration) -> _Found:
+    """Names that are declared and that a newer edition has for itself."""
+    for node in _nodes(declaration):
+        if isinstance(node, (s.TypeDecl, s.Pou)):
+            names: tuple[s.Name, ...] = (node.name,)
+        elif isinstance(node, s.VarDecl):
+            names = node.names
+        else:
+            names = node.members if isinstance(node, s.EnumSpec) else ()
+        for name in names:
+            if name.key in _RESERVED_SINCE_2013:
+                yield name.at, f"{name.text} is a reserved word of the newer standard: rename it"
+
+
+def _type(one: s.TypeDecl) -> _Found:
+    if isinstance(one.spec, s.StructSpec):
+        for variable in one.spec.fields:
+            yield from _variable(variable, "a structure")
+    elif isinstance(one.spec, s.ArraySpec):
+        yield from _array(one.spec)
+    elif isinstance(one.spec, s.EnumSpec) and one.spec.explicit:
+        yield one.at, "an enumeration with explicit values"
+    elif isinstance(one.spec, s.NamedSpec) and one.spec.extra:
+        yield one.spec.at, f"{one.spec.extra} in a type"
+
+
+def _section(section: s.Section, pou: s.Pou) -> _Found:
+    inside = pou.kind != "PROGRAM"
+    if inside and section.kind in ("VAR_EXTERNAL", "VAR_GLOBAL"):
+        yield section.at, f"{section.kind} in a block: global variables are not portable"
+    if inside and section.qualifier == "RETAIN":
+        yield section.at, "RETAIN in a block"
+    for variable in section.variables:
+        yield from _variable(variable, "")
+        if inside and variable.address is not None:
+            yield variable.at, "a located variable in a block"
+
+
+def _variable(variable: s.VarDecl, where: str) -> _Found:
+    if isinstance(variable.spec, s.ArraySpec):
+        yield variable.at, "an array without a name: declare a type for it and use its name"
+        yield from _array(variable.spec)
+    elif isinstance(variable.spec, s.NamedSpec):
+        if variable.spec.extra:
+            yield variable.spec.at, f"{variable.spec.extra} is not portable"
+        if where and _is_block(variable.spec):
+            yield variable.at, f"a block in {where}"
+    if isinstance(variable.initial, (s.ArrayInit, s.StructInit)):
+        yield variable.at, "an initial value for a whole array or structure: assign it in code"
+    elif isinstance(variable.initial, s.Literal):
+        yield from _literal(variable.initial)
+
+
+def _array(spec: s.ArraySpec) -> _Found:
+    for dimension in spec.dimensions:
+        for bound in (dimension.low, dimension.high):
+            plain = bound.operand if isinstance(bound, s.Unary) else bound
+            if not isinstance(plain, s.Literal):
+                yield bound.at, "array bounds are to be literals"
+    if isinstance(spec.element, s.NamedSpec) and _is_block(spec.element):
+        yield spec.at, "an array of blocks"
+
+
+def _is_block(spec: s.NamedSpec) -> bool:
+    return spec.name.key in BLOCKS or spec.name.key.startswith("FB_")
+
+
+def _function(pou: s.Pou) -> _Found:
+    inputs = [section for section in pou.sections if section.kind == "VAR_INPUT"]
+    if not any(section.variables for section in inputs):
+        yield pou.at, "a function without an input"
+    for section in pou.sections:
+        if section.kind in _INTERFACE:
+            yield section.at, f"{section.kind} in a function: use a block"
+    for section in inputs:
+        for variable in section.variables:
+            if isinstance(variable.spec, s.NamedSpec):
+                if variable.spec.name.key in ELEMENTARY:
+                    continue
+                yield variable.at, "an input of a function that is not elementary"
+
+
+def _code(statement: s.Statement, members: set[str]) -> _Found:
+    """A statement with all that is in it."""
+    for node in _nodes(statement):
+        if isinstance(node, s.For):
+            yield node.at, "FOR: compilers differ in it (0 TO 0, final value); use WHILE"
+        elif isinstance(node, s.Case):
+            for branch in node.branches:
+                for label in branch.labels:
+                    yield from _label(label, members)
+        elif isinstance(node, s.Literal):
+            yield from _literal(node)
+        elif isinstance(node, s.Call):
+            yield from _call(node)
+        elif isinstance(node, s.Binary) and node.op in _COMPARISONS:
+            for side in (node.left, node.right):
+                yield from _promoted(side)
+        elif isinstance(node, s.Unary) and node.op == "NOT" and _compares(node.operand):
+            yield node.at, "NOT of a comparison: turn it round, or call a function for it"
+
+
+def _compares(operand: s.Expression) -> bool:
+    """Has it a comparison? Another NOT is looked at by itself."""
+    if isinstance(operand, s.Unary):
+        return False
+    return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in _nodes(operand))
+
+
+def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
+    parts = [label.low, label.high] if isinstance(label, s.Range) else [label]
+    for part in parts:
+        plain = part.operand if isinstance(part, s.Unary) else part
+        if isinstance(plain, s.Literal):
+            if plain.kind != "INTEGER" or "#" in plain.text:
+                yield part.at, f"the label {plain.text}: use decimal numbers or bare members"
+        elif isinstance(plain, s.Name) and plain.key not in members:
+            yield part.at, f"the label {plain.text} is no member of an enumeration"
+
+
+def _literal(literal: s.Literal) -> _Found:
+    if literal.kind != "TYPED":
+        return
+    prefix, _, value = literal.text.partition("#")
+    if prefix.upper() in ("T", "TIME"):
+        digits = value.rstrip("dhmsuDHMSU")
+        if not digits.isdigit():
+            yield literal.at, f"{literal.text}: write a TIME with one whole number and unit"
+    elif value.startswith(("-", "+")):
+        yield literal.at, f"{literal.text}: a sign after # is not portable"
+
+
+def _call(call: s.Call) -> _Found:
+    if call.function.key in _PARTS_OF_TEXTS:
+        for argument in call.arguments:
+            if isinstance(argument.value, s.Literal) and argument.value.kind == "STRING":
+                yield call.at, f"{call.function.text} of a literal: assign it to a variable first"
+    source, separator, target = call.function.key.partition("_TO_")
+    if separator and "TIME" in (source, target):
+        yield call.at, f"{call.function.text}: conversions of TIME differ"
+
+
+def _promoted(side: s.Expression) -> _Found:
+    shift = isinstance(side, s.Call) and side.function.key in _SHIFTS
+    if shift or (isinstance(side, s.Unary) and side.op == "NOT"):
+        yield side.at, "compared at once: assign the result of NOT or a shift to a variable first"
+
+
+def _nodes(node: Any) -> Iterator[Any]:
+    """The node and every node below it."""
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, tuple):
+            waiting += reversed(one)
+        elif is_dataclass(one):
+            yield one
+            waiting += [getattr(one, field.name) for field in reversed(fields(one))]

@@ -1,0 +1,1 @@
+"""Bytes of CIP and its encapsulation; nothing here opens a socket."""

@@ -1,0 +1,208 @@
+"""The process of the cyclic part: one UDP socket, class 1 packets in and out, nothing else.
+
+Started by `rcx_harness.enip.cyclic.control` with its settings as JSON. Says on standard output
+where it listens, or why it cannot, and which connections have ended; takes its orders from
+standard input, one JSON object a line, and ends when that does, that is with its parent at the
+latest. It has a process of its own because a thread beside others misses its times.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import select
+import signal
+import socket
+import sys
+import time
+from contextlib import suppress
+from typing import Any
+
+from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
+from rcx_harness.enip.cyclic.exchange import Exchange, Role
+from rcx_harness.enip.cyclic.shared import Counter, LinkState, SharedImages
+
+__all__ = ["main"]
+
+_ORDERS, _REPORTS = 0, 1  # standard input and output
+_CHUNK = 65536
+_DATAGRAM = 2048
+_AT_ONCE = 128
+"""So many packets are read before the next ones are sent: a flood delays nothing."""
+_LOOK_US = 50_000
+"""The link's state is looked at least that often while there are connections."""
+_TTL = 1
+_PRIORITY = 1
+
+
+class _Cyclic:
+    """The sockets and the loop around an `Exchange`."""
+
+    def __init__(self, images: SharedImages, host: str, port: int, role: Role) -> None:
+        self._images = images
+        self._role = role
+        self._exchange = Exchange(images, self._ended, role)
+        # Never SO_REUSEADDR: a second process would take packets away without a word.
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind((host, port))
+        self._host, self.port = self._socket.getsockname()
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, _TTL)
+        if self._host != "0.0.0.0":
+            interface = socket.inet_aton(self._host)
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
+        self._dscp = 0
+        self._groups: dict[int, socket.socket] = {}
+        self._orders = bytearray()
+        self._parent_lives = True
+
+    def run(self) -> None:
+        """Send and receive until the parent closes our standard input."""
+        due_us = self._poll()
+        while self._parent_lives:
+            timeout = None if due_us is None else max(0, due_us - _now_us()) / 1e6
+            # A scanner leaves what comes before the reply to its Forward Open until it knows of it.
+            idle = due_us is None and self._role is Role.ORIGINATOR
+            sockets = () if idle else (self._socket, *self._groups.values())
+            # A packet may be that of a connection whose order has come before it.
+            waiting: list[int | socket.socket] = [_ORDERS, *sockets]
+            ready = select.select(waiting, (), (), timeout)[0]
+            if _ORDERS in ready:
+                self._obey()
+            for one in sockets:
+                if one in ready and one.fileno() != -1:
+                    self._receive(one)
+            due_us = self._poll()
+        # Whoever still looks at the images is not to believe that packets come.
+        self._exchange.clear()
+
+    def _poll(self) -> int | None:
+        link = self._images.link
+        if link is LinkState.OFF:
+            self._exchange.clear()
+        now_us = _now_us()
+        ends_us = self._images.sending_ends_us
+        sends = link is LinkState.UP and (not ends_us or now_us < ends_us)
+        due_us = self._exchange.poll(now_us, self._send if sends else _send_nothing)
+        return None if due_us is None else min(due_us, now_us + _LOOK_US)
+
+    def _receive(self, one: socket.socket) -> None:
+        for _ in range(_AT_ONCE):
+            try:
+                datagram, (host, _) = one.recvfrom(_DATAGRAM)
+            except BlockingIOError:
+                return
+            except OSError:  # a peer that no longer listens
+                continue
+            if self._images.link is not LinkState.UP:
+                continue
+            if self._exchange.receive(datagram, host, _now_us()):
+                continue
+            # Its connection may have been opened a moment ago.
+            if not (self._obey() and self._exchange.receive(datagram, host, _now_us())):
+                self._images.count(Counter.DROPPED)
+
+    def _send(self, packet: bytes, destination: tuple[str, int], dscp: int) -> None:
+        if dscp != self._dscp:
+            self._dscp = dscp
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, dscp << 2)
+        with suppress(OSError):  # no route, no buffer: a packet that is lost, as others are
+            self._socket.sendto(packet, destination)
+
+    def _obey(self) -> bool:
+        """Carry out the orders that have come; was there one?"""
+        if not select.select((_ORDERS,), (), (), 0)[0]:
+            return False
+        received = os.read(_ORDERS, _CHUNK)
+        self._parent_lives = bool(received)
+        self._orders += received
+        *lines, self._orders = self._orders.split(b"\n")
+        for line in lines:
+            order = json.loads(line)
+            if "add" in order:
+                self._add(ConnectionParameters.from_message(order["add"]))
+            else:
+                self._leave(order["remove"])
+                self._exchange.remove(order["remove"])
+        return bool(lines)
+
+    def _add(self, parameters: ConnectionParameters) -> None:
+        if parameters.join:
+            try:
+                group = _group_socket(parameters.join, parameters.join_port, self._host)
+            except OSError:
+                self._ended(parameters.number, EndReason.NO_GROUP)
+                return
+            self._groups[parameters.number] = group
+        self._exchange.add(parameters, _now_us())
+
+    def _ended(self, number: int, reason: EndReason) -> None:
+        self._leave(number)
+        _tell({"ended": number, "reason": reason.value})
+
+    def _leave(self, number: int) -> None:
+        if (group := self._groups.pop(number, None)) is not None:
+            group.close()
+
+
+def main(argument: str) -> None:
+    """Run the cyclic part until the parent closes our standard input.
+
+    Args:
+        argument: JSON object with `memory` (name of the `SharedImages`), `host`, `port` (0: any
+            free one) and `role`.
+    """
+    # Ctrl-C reaches the whole process group; the parent decides when we end.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    settings = json.loads(argument)
+    with SharedImages.attach(settings["memory"]) as images:
+        try:
+            cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
+        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+            _tell({"error": str(error)})
+            return
+        _be_punctual()
+        _tell({"port": cyclic.port})
+        cyclic.run()
+
+
+def _be_punctual() -> None:
+    """Ask for real time; where it is not allowed we do without."""
+    gc.freeze()
+    gc.disable()  # the loop makes no cycles
+    if hasattr(os, "sched_setscheduler"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+
+
+def _group_socket(group: str, port: int, host: str) -> socket.socket:
+    """A socket that hears one multicast group; others on this machine may hear it too."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((group, port))
+        membership = socket.inet_aton(group) + socket.inet_aton(host)
+        listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+    except OSError:
+        listener.close()
+        raise
+    listener.setblocking(False)
+    return listener
+
+
+def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> None:
+    """The cable is unplugged."""
+
+
+def _now_us() -> int:
+    return time.monotonic_ns() // 1000
+
+
+def _tell(message: dict[str, Any]) -> None:
+    with suppress(BrokenPipeError):  # the parent has ended
+        os.write(_REPORTS, json.dumps(message).encode() + b"\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

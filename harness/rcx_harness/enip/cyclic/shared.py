@@ -1,0 +1,334 @@
+"""The two assemblies and the state of their connection, in memory that several processes share.
+
+Nobody ever waits for anybody: an image is written into the next of a few slots and then
+published by its number, so that a reader always gets a whole image, also while the next one is
+written, and also if the writer dies in the middle of it. State and counters are single words of
+64 bits, which are stored and loaded whole.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import struct
+import sys
+from collections.abc import Sized
+from dataclasses import dataclass
+from enum import IntEnum
+from multiprocessing import resource_tracker
+from multiprocessing.shared_memory import SharedMemory
+from types import TracebackType
+
+from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
+
+__all__ = ["GAPS", "Counter", "LinkState", "SharedImage", "SharedImages", "Status"]
+
+GAPS = 8192
+"""So many gaps between packets are kept, the latest."""
+
+_SLOTS = 8
+_WORD = 8
+
+
+class LinkState(IntEnum):
+    """The adapter's place in the world, as its parent decides."""
+
+    UP = 0
+    CUT = 1
+    """The cable is unplugged: nothing is sent, nothing arrives, connections time out."""
+    OFF = 2
+    """The adapter has no power: it has forgotten its connections."""
+
+
+class Counter(IntEnum):
+    """Words of the status block; written by the process of the cyclic part, but for five."""
+
+    SIZE = 0  # once, by the creator
+    LINK = 1  # by the parent
+    RUN = 2  # by the scanner
+    OWNER = 3  # generation << 8 | OwnerState
+    PEER = 4
+    O_TO_T_API = 5
+    T_TO_O_API = 6
+    OWNERS = 7
+    INPUT_ONLY = 8
+    LISTEN_ONLY = 9
+    RECEIVED = 10
+    SENT = 11
+    DROPPED = 12
+    MISSING = 13
+    SKIPPED = 14
+    ARRIVED = 15  # monotonic clock in microseconds
+    GAPS = 16  # how many have been kept
+    SENDING_ENDS = 17  # monotonic clock in microseconds, 0 for never; by the scanner
+    TO_ROBOT_SIZE = 18  # once, by the creator
+
+
+_WORDS = len(Counter)
+
+
+@dataclass(frozen=True)
+class Status:
+    """What the process of the cyclic part says of its connections.
+
+    Attributes:
+        owner: What became of the connection that owns the outputs.
+        generation: How often `owner` has changed; the two belong together.
+        peer: IPv4 address of the owner, empty without one.
+        o_to_t_api_us: Packet interval of the owner in microseconds, 0 without one.
+        t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
+        owners: Exclusive-owner connections open.
+        input_only: Input-only connections open.
+        listen_only: Listen-only connections open.
+        received: Packets taken.
+        sent: Packets sent.
+        dropped: Packets of an unknown id, peer, length or with an old sequence number.
+        missing: Packets that never came, by their sequence numbers.
+        skipped: Packets not sent because their time had passed.
+    """
+
+    owner: OwnerState
+    generation: int
+    peer: str
+    o_to_t_api_us: int
+    t_to_o_api_us: int
+    owners: int
+    input_only: int
+    listen_only: int
+    received: int
+    sent: int
+    dropped: int
+    missing: int
+    skipped: int
+
+    @property
+    def connections(self) -> int:
+        """Connections open, of all kinds."""
+        return self.owners + self.input_only + self.listen_only
+
+
+class SharedImage:
+    """One assembly; a writer at a time, any number of readers.
+
+    Args:
+        memory: Its part of the shared memory, `needs(size)` bytes.
+        size: Bytes of the assembly.
+    """
+
+    def __init__(self, memory: memoryview, size: int) -> None:
+        self.size = size
+        self._version = memory[:_WORD].cast("Q")
+        slot = _whole_words(size)
+        starts = range(_WORD, _WORD + _SLOTS * slot, slot)
+        self._slots = [memory[start : start + size] for start in starts]
+
+    @staticmethod
+    def needs(size: int) -> int:
+        """Bytes of shared memory for an assembly of `size` bytes."""
+        return _WORD + _SLOTS * _whole_words(size)
+
+    @property
+    def version(self) -> int:
+        """How often it has been written."""
+        return self._version[0]
+
+    def write(self, image: bytes) -> None:
+        """Publish a new image of exactly `size` bytes."""
+        version = self._version[0] + 1
+        self._slots[version % _SLOTS][:] = image
+        self._version[0] = version
+
+    def read(self) -> bytes:
+        """The image written last, whole."""
+        while True:
+            version = self._version[0]
+            image = bytes(self._slots[version % _SLOTS])
+            # Its slot comes round again with the last of the others: until then it is untouched.
+            if self._version[0] - version < _SLOTS - 1:
+                return image
+
+    def release(self) -> None:
+        """Let go of the memory."""
+        for view in (self._version, *self._slots):
+            view.release()
+
+
+class SharedImages:
+    """Assembly 100 (`to_master`), assembly 150 (`to_robot`) and the status of their connection.
+
+    Args:
+        memory: Made by `create` or opened by `attach`.
+
+    Attributes:
+        name: By which another process attaches.
+        size: Bytes of assembly 100; as a rule, of each.
+        to_master: Assembly 100, written by the robot.
+        to_robot: Assembly 150, written by the master.
+    """
+
+    def __init__(self, memory: SharedMemory) -> None:
+        assert memory.buf is not None
+        self._memory = memory
+        self._buffer = memory.buf
+        self.name = memory.name
+        self._words = self._buffer[: _WORDS * _WORD].cast("Q")
+        self.size = size = self._words[Counter.SIZE]
+        at = _WORDS * _WORD
+        self._gaps = self._buffer[at : at + GAPS * 4].cast("I")
+        at += GAPS * 4
+        end = at + SharedImage.needs(size)
+        self.to_master = SharedImage(self._buffer[at:end], size)
+        other = self._words[Counter.TO_ROBOT_SIZE]
+        self.to_robot = SharedImage(self._buffer[end : end + SharedImage.needs(other)], other)
+
+    @classmethod
+    def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
+        """New memory, all zero, for assemblies of `size` bytes; its creator must `unlink` it.
+
+        Args:
+            size: Bytes of assembly 100.
+            to_robot_size: Bytes of assembly 150; None for the same.
+        """
+        other = size if to_robot_size is None else to_robot_size
+        needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
+        memory = SharedMemory(create=True, size=needs)
+        assert memory.buf is not None
+        struct.pack_into("=Q", memory.buf, Counter.SIZE * _WORD, size)
+        struct.pack_into("=Q", memory.buf, Counter.TO_ROBOT_SIZE * _WORD, other)
+        return cls(memory)
+
+    @classmethod
+    def attach(cls, name: str) -> SharedImages:
+        """The memory another process has created, without answering for it.
+
+        Raises:
+            FileNotFoundError: there is none of that name.
+        """
+        if sys.version_info >= (3, 13):
+            return cls(SharedMemory(name, track=False))
+
+        def no_tracking(name: Sized, rtype: str) -> None:
+            """Before Python 3.13 the only way to keep the resource tracker out."""
+
+        register = resource_tracker.register
+        resource_tracker.register = no_tracking
+        try:
+            return cls(SharedMemory(name))
+        finally:
+            resource_tracker.register = register
+
+    @property
+    def link(self) -> LinkState:
+        """Is the adapter connected, is it on?"""
+        return LinkState(self._words[Counter.LINK])
+
+    @link.setter
+    def link(self, state: LinkState) -> None:
+        self._words[Counter.LINK] = state
+
+    @property
+    def run(self) -> bool:
+        """Does the scanner's program run: what its run/idle header says."""
+        return bool(self._words[Counter.RUN])
+
+    @run.setter
+    def run(self, run: bool) -> None:
+        self._words[Counter.RUN] = run
+
+    @property
+    def sending_ends_us(self) -> int:
+        """From when on nothing is sent any more, by the monotonic clock; 0: never."""
+        return self._words[Counter.SENDING_ENDS]
+
+    @sending_ends_us.setter
+    def sending_ends_us(self, time_us: int) -> None:
+        self._words[Counter.SENDING_ENDS] = time_us
+
+    @property
+    def owner(self) -> OwnerState:
+        """What became of the connection that owns the outputs."""
+        return OwnerState(self._words[Counter.OWNER] & 0xFF)
+
+    @property
+    def arrived_us(self) -> int:
+        """When the last packet was taken, by the monotonic clock; 0 before the first."""
+        return self._words[Counter.ARRIVED]
+
+    def status(self) -> Status:
+        """State of the connections and counters of packets."""
+        words = self._words
+        generation, owner = divmod(words[Counter.OWNER], 256)
+        peer = words[Counter.PEER]
+        return Status(
+            owner=OwnerState(owner),
+            generation=generation,
+            peer=str(ipaddress.IPv4Address(peer)) if peer else "",
+            o_to_t_api_us=words[Counter.O_TO_T_API],
+            t_to_o_api_us=words[Counter.T_TO_O_API],
+            owners=words[Counter.OWNERS],
+            input_only=words[Counter.INPUT_ONLY],
+            listen_only=words[Counter.LISTEN_ONLY],
+            received=words[Counter.RECEIVED],
+            sent=words[Counter.SENT],
+            dropped=words[Counter.DROPPED],
+            missing=words[Counter.MISSING],
+            skipped=words[Counter.SKIPPED],
+        )
+
+    def gaps_us(self) -> list[int]:
+        """Gaps between packets taken one after the other, in microseconds; the last `GAPS`."""
+        return list(self._gaps[: min(self._words[Counter.GAPS], GAPS)])
+
+    def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
+        """Publish what became of the owner, and who it is; for the process of the cyclic part."""
+        words = self._words
+        words[Counter.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
+        words[Counter.O_TO_T_API] = connection.o_to_t_api_us if connection else 0
+        words[Counter.T_TO_O_API] = connection.t_to_o_api_us if connection else 0
+        words[Counter.OWNER] = ((words[Counter.OWNER] >> 8) + 1) << 8 | state
+
+    def count(self, counter: Counter, number: int = 1) -> None:
+        """Add to a counter; for the process of the cyclic part."""
+        self._words[counter] += number
+
+    def set_count(self, counter: Counter, number: int) -> None:
+        """Set a counter; for the process of the cyclic part."""
+        self._words[counter] = number
+
+    def arrive(self, now_us: int, gap_us: int | None) -> None:
+        """A packet was taken, `gap_us` after the one before; for the process of the cyclic part."""
+        words = self._words
+        words[Counter.RECEIVED] += 1
+        words[Counter.ARRIVED] = now_us
+        if gap_us is not None:
+            kept = words[Counter.GAPS]
+            self._gaps[kept % GAPS] = min(gap_us, 0xFFFFFFFF)
+            words[Counter.GAPS] = kept + 1
+
+    def unlink(self) -> None:
+        """Remove the name: nobody else attaches, nothing is left behind when all have ended."""
+        self._memory.unlink()
+
+    def close(self) -> None:
+        """Let go of the memory; more than once does no harm."""
+        self.to_master.release()
+        self.to_robot.release()
+        self._words.release()
+        self._gaps.release()
+        self._memory.close()
+
+    def __enter__(self) -> SharedImages:
+        """The images, open."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Let go of the memory."""
+        self.close()
+
+
+def _whole_words(size: int) -> int:
+    return -(-size // _WORD) * _WORD

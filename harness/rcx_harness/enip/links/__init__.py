@@ -1,0 +1,1 @@
+"""Links of the virtual cell over EtherNet/IP."""

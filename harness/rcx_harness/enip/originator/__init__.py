@@ -1,0 +1,1 @@
+"""What asks: explicit messages and the scanner's connection."""

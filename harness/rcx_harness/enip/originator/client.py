@@ -1,0 +1,185 @@
+"""A small scanner: explicit messages to one adapter, one at a time."""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import struct
+from types import TracebackType
+
+from rcx_harness.enip.codec import cip
+from rcx_harness.enip.codec.encapsulation import (
+    HEADER_SIZE,
+    PROTOCOL_VERSION,
+    Command,
+    Frame,
+    next_frame,
+    unconnected,
+    unconnected_items,
+)
+from rcx_harness.enip.errors import CipError, EnipError
+
+__all__ = ["PORT", "Client"]
+
+PORT = 44818
+_ASSEMBLY, _DATA = 4, 3
+_CHUNK = 65536 + HEADER_SIZE
+
+
+class Client:
+    """A registered session with an adapter.
+
+    Any failure but a refusal closes the connection: after it nobody knows which answer is next.
+
+    Args:
+        host: Name or address of the adapter.
+        port: Its TCP port.
+        timeout_s: Longest wait for the connection and for each answer, in seconds.
+        source: IPv4 address of this machine to connect from; empty for the usual one.
+
+    Raises:
+        EnipError: no connection, no answer in time, or not an answer of the protocol; from every
+            method too.
+    """
+
+    def __init__(
+        self, host: str, port: int = PORT, timeout_s: float = 5.0, source: str = ""
+    ) -> None:
+        self._name = f"{host}:{port}"
+        self._timeout_s = timeout_s
+        self._contexts = itertools.count(1)
+        self._received = bytearray()
+        self._session = 0
+        try:
+            self._socket = socket.create_connection((host, port), timeout_s, (source, 0))
+        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+            raise EnipError(
+                f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
+                hint="is it running, and is this its address",
+            ) from error
+        # An exchange is one small segment each way; waiting to fill it would cost 40 ms.
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        version = struct.pack("<HH", PROTOCOL_VERSION, 0)
+        self._session = self._exchange(Command.REGISTER_SESSION, version).session
+
+    @property
+    def local_host(self) -> str:
+        """IPv4 address of this end of the connection."""
+        return str(self._socket.getsockname()[0])
+
+    @property
+    def remote_host(self) -> str:
+        """IPv4 address of the adapter."""
+        return str(self._socket.getpeername()[0])
+
+    def get_assembly(self, instance: int) -> bytes:
+        """Data of an Assembly instance.
+
+        Raises:
+            CipError: the adapter refused.
+        """
+        return self.get_attribute(_ASSEMBLY, instance, _DATA)
+
+    def set_assembly(self, instance: int, image: bytes) -> None:
+        """Set the data of an Assembly instance.
+
+        Raises:
+            CipError: the adapter refused: read only, or a wrong length.
+        """
+        self.set_attribute(_ASSEMBLY, instance, _DATA, image)
+
+    def get_attribute(self, class_id: int, instance: int, attribute: int) -> bytes:
+        """Value of one attribute.
+
+        Raises:
+            CipError: the adapter refused.
+        """
+        path = cip.encode_path(class_id, instance, attribute)
+        return self.request(cip.Service.GET_ATTRIBUTE_SINGLE, path)
+
+    def set_attribute(self, class_id: int, instance: int, attribute: int, value: bytes) -> None:
+        """Set one attribute.
+
+        Raises:
+            CipError: the adapter refused.
+        """
+        path = cip.encode_path(class_id, instance, attribute)
+        self.request(cip.Service.SET_ATTRIBUTE_SINGLE, path, value)
+
+    def request(self, service: int, path: bytes, data: bytes = b"") -> bytes:
+        """Send any CIP request; return the data of its reply.
+
+        Raises:
+            CipError: the adapter refused.
+        """
+        return self.exchange(cip.encode_request(service, path, data))[0].data
+
+    def exchange(
+        self, message: bytes, *items: tuple[int, bytes]
+    ) -> tuple[cip.Reply, list[tuple[int, bytes]]]:
+        """Send a CIP request with further items, such as socket addresses.
+
+        Returns:
+            The reply and the items that came with it.
+
+        Raises:
+            CipError: the adapter refused.
+        """
+        answer = self._exchange(Command.SEND_RR_DATA, unconnected(message, *items))
+        content = unconnected_items(answer.data)
+        reply = cip.decode_reply(content[0]) if content is not None else None
+        if content is None or reply is None or reply.service != message[0]:
+            raise self._failed("an answer that does not belong to the request")
+        if reply.status != cip.Status.SUCCESS:
+            path = message[2 : 2 + 2 * message[1]]
+            request = f"service 0x{reply.service:02X} for path {path.hex(' ')}"
+            raise CipError(request, reply.status, reply.extended)
+        return reply, content[1]
+
+    def close(self) -> None:
+        """End the session and the connection; more than once does no harm."""
+        if self._socket.fileno() == -1:
+            return
+        try:
+            self._socket.sendall(Frame(Command.UNREGISTER_SESSION, self._session).encode())
+        except OSError:
+            pass  # the other side was quicker
+        finally:
+            self._socket.close()
+
+    def __enter__(self) -> Client:
+        """The client, already registered."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the session."""
+        self.close()
+
+    def _exchange(self, command: Command, data: bytes) -> Frame:
+        context = struct.pack("<Q", next(self._contexts))
+        question = Frame(command, self._session, context=context, data=data)
+        try:
+            self._socket.sendall(question.encode())
+            while (answer := next_frame(self._received)) is None:
+                received = self._socket.recv(_CHUNK)
+                if not received:
+                    raise self._failed("the end of the connection")
+                self._received += received
+        except TimeoutError:
+            raise self._failed(f"nothing within {self._timeout_s:g} s") from None
+        except OSError as error:
+            raise self._failed(str(error)) from error
+        if (answer.command, answer.context) != (command, context):
+            raise self._failed("an answer that does not belong to the request")
+        if answer.status:
+            raise self._failed(f"encapsulation status 0x{answer.status:02X}")
+        return answer
+
+    def _failed(self, got: str) -> EnipError:
+        self._socket.close()
+        return EnipError(f"the EtherNet/IP adapter at {self._name} failed to answer: {got}")

@@ -1,0 +1,354 @@
+"""A scanner: opens a class 1 connection as a PLC does, sends and receives at its packet interval.
+
+The packets are the matter of a process of its own (`cyclic_process`), so that what the caller
+does meanwhile disturbs no interval.
+"""
+
+from __future__ import annotations
+
+import itertools
+import random
+import statistics
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from types import TracebackType
+
+from rcx_harness.enip.codec.cip import ConnectionService
+from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
+from rcx_harness.enip.cyclic.connections import (
+    IO_PORT,
+    ConnectionKind,
+    ConnectionParameters,
+    EndReason,
+    OwnerState,
+)
+from rcx_harness.enip.cyclic.control import CyclicControl
+from rcx_harness.enip.cyclic.exchange import Role
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.originator.client import PORT, Client
+from rcx_harness.enip.originator.connection import OpenRequest, decode_open_reply
+from rcx_harness.enip.target.assemblies import Assemblies, areas_of
+from rcx_harness.errors import InputError
+
+__all__ = ["Received", "Scanner", "ScannerStatistics"]
+
+_HEARTBEATS = {
+    ConnectionKind.INPUT_ONLY: AdapterOptions.input_only,
+    ConnectionKind.LISTEN_ONLY: AdapterOptions.listen_only,
+}
+_COUNT, _RUN_IDLE = 2, 4  # bytes of sequence count and run/idle header
+_LARGEST_PLAIN = 0x1FF  # of a connection that needs no Large Forward Open
+_SCHEDULED_DSCP = 47
+_NAMES = {
+    ConnectionService.FORWARD_OPEN: "the connection (Forward Open)",
+    ConnectionService.LARGE_FORWARD_OPEN: "the connection (Large Forward Open)",
+    ConnectionService.FORWARD_CLOSE: "the end of the connection (Forward Close)",
+}
+
+
+@dataclass(frozen=True)
+class Received:
+    """What has come from the adapter.
+
+    Attributes:
+        image: Assembly 100 as it came last; zero before the first packet.
+        age_us: Microseconds since the last packet; None before the first.
+        connected: Packets come: the status a PLC's scanner shows.
+    """
+
+    image: bytes
+    age_us: int | None
+    connected: bool
+
+
+@dataclass(frozen=True)
+class ScannerStatistics:
+    """Packets since the scanner was made; gaps between arrivals in microseconds, 0 without any."""
+
+    sent: int
+    received: int
+    missing: int
+    dropped: int
+    skipped: int
+    gap_median_us: int
+    gap_p99_us: int
+    gap_max_us: int
+
+
+class Scanner:
+    """One connection to one adapter, and the session it is opened through.
+
+    Args:
+        host: Name or address of the adapter.
+        size: Bytes of each of the controller's areas, 48 or 256; or any other `Assemblies`.
+        rpi_us: Requested packet interval in microseconds.
+        kind: Application type; only an exclusive owner sends data, the others a heartbeat.
+        multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
+        multicast: The adapter is to send to its multicast group.
+        address: IPv4 address of this machine to work from; empty for the one that leads there.
+        io_port: UDP port of ours; None for 2222 or, where that is taken, any.
+        port: The adapter's TCP port.
+        large: Open by Large Forward Open, also where the sizes do not need it.
+        timeout_s: Longest wait for each explicit answer, in seconds.
+
+    Attributes:
+        client: The session, for other requests. That it ends does no harm to the connection.
+        connection: What has been agreed on, also after a loss; None before and when closed.
+        ended: Why the connection has ended by itself; None while it lives and when closed.
+
+    Raises:
+        InputError: a size that the controller does not have, an interval or a multiplier that
+            cannot be asked for.
+        EnipError: the adapter is not there, or our UDP port is taken.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        size: int | Assemblies = 48,
+        rpi_us: int = 10_000,
+        *,
+        kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
+        multiplier: int = 2,
+        multicast: bool = False,
+        address: str = "",
+        io_port: int | None = None,
+        port: int = PORT,
+        large: bool = False,
+        timeout_s: float = 5.0,
+    ) -> None:
+        _check(rpi_us, multiplier)
+        self._asked = asked = areas_of(size) if isinstance(size, int) else size
+        self._kind, self._rpi_us = kind, rpi_us
+        self._multiplier, self._multicast, self._large = multiplier, multicast, large
+        usual = _HEARTBEATS.get(kind, 0)
+        self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
+        self._adapter = (host, port, timeout_s, address)
+        self._originator = random.getrandbits(32)
+        # Each opening has a number of its own: the adapter may not have noticed the last one's end.
+        self._serials = itertools.count(random.getrandbits(16))
+        self._request: OpenRequest | None = None
+        self._number = 0
+        self.connection: ConnectionParameters | None = None
+        self.ended: EndReason | None = None
+        self.client = Client(*self._adapter)
+        self._host = self.client.remote_host
+        self._images = SharedImages.create(asked.input_size, asked.output_size)
+        try:
+            self._control = self._start(self.client.local_host, io_port)
+        except BaseException:
+            self._images.close()
+            self.client.close()
+            raise
+        finally:
+            # The process has it open now. Without a name nothing is left behind.
+            self._images.unlink()
+
+    def open(self) -> None:
+        """Open the connection; one that is open or lost is closed before.
+
+        Raises:
+            CipError: the adapter refused; `status` and `extended` say why.
+            EnipError: the adapter does not answer.
+        """
+        with suppress(CipError):  # the adapter has lost it, too
+            self.close_connection()
+        self._images.link = LinkState.UP
+        request = self._new_request()
+        local_port = self._control.port
+        items = []
+        if local_port != IO_PORT and not self._multicast:
+            # Anything but the usual port must be told.
+            items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
+        reply, answered = self._ask(request.forward_open(), *items)
+        agreed = decode_open_reply(reply)
+        if agreed is None:
+            raise EnipError("the adapter's reply to the Forward Open is too short")
+        self._request = request
+        addresses = {kind: decode_socket_address(data) for kind, data in answered}
+        _, destination_port = addresses.get(Item.O_TO_T_ADDRESS) or ("", IO_PORT)
+        join = (addresses.get(Item.T_TO_O_ADDRESS) if self._multicast else None) or ("", IO_PORT)
+        if self._multicast and not join[0]:
+            self.close_connection()
+            raise EnipError("the adapter has not told its multicast group")
+        is_owner = self._kind is ConnectionKind.EXCLUSIVE_OWNER
+        self._number += 1
+        self.ended = None
+        self.connection = ConnectionParameters(
+            number=self._number,
+            kind=self._kind,
+            o_to_t_id=agreed.o_to_t_id,
+            t_to_o_id=agreed.t_to_o_id,
+            o_to_t_api_us=agreed.o_to_t_api_us,
+            t_to_o_api_us=agreed.t_to_o_api_us,
+            o_to_t_size=self._asked.output_size if is_owner else 0,
+            t_to_o_size=self._asked.input_size,
+            multiplier=self._multiplier,
+            peer=self._host,
+            destination=self._host,
+            destination_port=destination_port,
+            run_idle=is_owner,
+            multicast=self._multicast,
+            join=join[0],
+            join_port=join[1],
+            dscp=_SCHEDULED_DSCP,
+        )
+        self._control.add(self.connection)
+
+    @property
+    def alive(self) -> bool:
+        """Does the process that sends and receives still run?"""
+        return self._control.alive
+
+    @property
+    def failure(self) -> str:
+        """How that process has ended by itself; empty as long as it runs."""
+        return self._control.failure
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
+        """Set what is sent from the next packet on.
+
+        Args:
+            image: Assembly 150, all of it.
+            run: The program runs; False sends the idle state, which makes the data void.
+            valid_us: No packet goes out any more this many microseconds from now, unless `write`
+                has been called again: who has stopped writing is not to be believed for ever.
+                None: without an end.
+        """
+        self._images.to_robot.write(image)
+        self._images.run = run
+        now_us = time.monotonic_ns() // 1000
+        self._images.sending_ends_us = 0 if valid_us is None else now_us + valid_us
+
+    def read(self) -> Received:
+        """What has been received so far, and whether packets still come."""
+        # The image last: it is not older than what is said of it.
+        arrived_us = self._images.arrived_us
+        connected = self._control.alive and self._images.owner is OwnerState.RUN
+        image = self._images.to_master.read()
+        age_us = max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None
+        return Received(image, age_us, connected)
+
+    def statistics(self) -> ScannerStatistics:
+        """Counters of packets, and the gaps between the last 8,192 that came."""
+        status = self._images.status()
+        gaps = sorted(self._images.gaps_us())
+        return ScannerStatistics(
+            sent=status.sent,
+            received=status.received,
+            missing=status.missing,
+            dropped=status.dropped,
+            skipped=status.skipped,
+            gap_median_us=round(statistics.median(gaps)) if gaps else 0,
+            gap_p99_us=gaps[len(gaps) * 99 // 100] if gaps else 0,
+            gap_max_us=gaps[-1] if gaps else 0,
+        )
+
+    def stop(self) -> None:
+        """Fall silent without a word, as if the cable were cut; `open` brings it back."""
+        self._images.link = LinkState.CUT
+
+    def close_connection(self) -> None:
+        """Close the connection by Forward Close; without one nothing happens.
+
+        Raises:
+            CipError: the adapter refused: it had lost the connection before, for example.
+            EnipError: the adapter does not answer.
+        """
+        request = self._request
+        self._forget()
+        if request is not None:
+            self._ask(request.forward_close())
+
+    def close(self) -> None:
+        """Close connection and session and end the process; more than once does no harm."""
+        with suppress(EnipError):  # it is closed, whatever the adapter thinks of it
+            self.close_connection()
+        self.client.close()
+        self._control.close()
+        self._images.close()
+
+    def __enter__(self) -> Scanner:
+        """The scanner, with its session; not yet open."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End everything."""
+        self.close()
+
+    def _forget(self) -> None:
+        """Our end of the connection is no more."""
+        if self.connection is not None:
+            with suppress(EnipError):  # its process has ended, and the connection with it
+                self._control.remove(self.connection.number)
+        self.connection = self._request = None
+
+    def _ask(
+        self, message: bytes, *items: tuple[int, bytes]
+    ) -> tuple[bytes, list[tuple[int, bytes]]]:
+        """Exchange a request; in a new session if the adapter has closed the old one."""
+        try:
+            try:
+                reply, answered = self.client.exchange(message, *items)
+            except CipError:
+                raise
+            except EnipError:
+                self.client.close()
+                self.client = Client(*self._adapter)
+                reply, answered = self.client.exchange(message, *items)
+        except CipError as error:
+            name = _NAMES[ConnectionService(message[0])]
+            raise CipError(name, error.status, error.extended) from None
+        return reply.data, answered
+
+    def _start(self, host: str, io_port: int | None) -> CyclicControl:
+        def start(port: int) -> CyclicControl:
+            return CyclicControl(self._images.name, host, port, self._note_end, Role.ORIGINATOR)
+
+        if io_port is not None:
+            return start(io_port)
+        try:
+            return start(IO_PORT)
+        except EnipError:
+            return start(0)
+
+    def _note_end(self, number: int, reason: EndReason) -> None:
+        # Called from a thread: an earlier connection's end may still be on its way.
+        if number == self._number:
+            self.ended = reason
+
+    def _new_request(self) -> OpenRequest:
+        is_owner, asked = self._kind is ConnectionKind.EXCLUSIVE_OWNER, self._asked
+        o_to_t = _COUNT + _RUN_IDLE + asked.output_size if is_owner else _COUNT
+        t_to_o = _COUNT + asked.input_size
+        return OpenRequest(
+            serial=next(self._serials) & 0xFFFF,
+            vendor=0,
+            originator=self._originator,
+            t_to_o_id=random.getrandbits(32),
+            rpi_us=self._rpi_us,
+            o_to_t_length=o_to_t,
+            t_to_o_length=t_to_o,
+            multiplier=self._multiplier,
+            multicast=self._multicast,
+            consuming=asked.output_instance if is_owner else self._heartbeat,
+            producing=asked.input_instance,
+            configuration=asked.configuration,
+            configuration_data=asked.configuration_data,
+            large=self._large or max(o_to_t, t_to_o) > _LARGEST_PLAIN,
+        )
+
+
+def _check(rpi_us: int, multiplier: int) -> None:
+    if not 1_000 <= rpi_us <= 0xFFFFFFFF:
+        raise InputError(f"a packet interval of {rpi_us} us cannot be asked for; at least 1 ms")
+    if not 0 <= multiplier <= 7:
+        raise InputError("the time-out multiplier must be 0 to 7, for 4 to 512 intervals")

@@ -1,0 +1,1 @@
+"""What answers: the adapter, its objects, connections and servers."""

@@ -1,0 +1,172 @@
+"""The adapter as its parent holds it: start, the two images, stop."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import asdict
+from types import TracebackType
+from typing import Any
+
+from rcx_harness.enip.cyclic.shared import SharedImages
+from rcx_harness.enip.ended import how_ended, wait_for_code
+from rcx_harness.enip.errors import EnipError, ProcessDiedError
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.target.assemblies import areas_of
+
+__all__ = ["Adapter"]
+
+_MODULE = "rcx_harness.enip.target.adapter_process"
+_STOP_S = 5.0
+
+
+class Adapter:
+    """A virtual controller's EtherNet/IP interface, in a process of its own.
+
+    It serves explicit messages to the Assemblies 100 (robot to master) and 150 (master to robot;
+    manual chapter 1, section 4) and to the objects around them, answers who asks for devices, and
+    opens cyclic connections if it is given a port for them. The process ends with `close`, or
+    with its parent.
+
+    Args:
+        size: Bytes of each assembly, 48 or 256.
+        identity: What the Identity object shows.
+        host: IPv4 address to listen on.
+        port: TCP and UDP port of explicit messages, 0 for any free one.
+        cyclic: UDP port of cyclic I/O, 0 for any free one; None for explicit messages only, which
+            start faster.
+        options: Limits and manners.
+
+    Attributes:
+        size: As given.
+        address: Host and port it listens on.
+        io_port: UDP port of cyclic I/O, None without.
+        shared: Both assemblies, and the state of the cyclic connections.
+
+    Raises:
+        InputError: a size that the controller does not have.
+        EnipError: it could not listen there, or did not start.
+    """
+
+    def __init__(
+        self,
+        size: int = 48,
+        identity: Identity | None = None,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        *,
+        cyclic: int | None = None,
+        options: AdapterOptions | None = None,
+    ) -> None:
+        self.size = areas_of(size).input_size
+        self._process: subprocess.Popen[str] | None = None
+        self._closed = False
+        self._failure = ""
+        self.shared = SharedImages.create(size)
+        try:
+            settings = {
+                "memory": self.shared.name,
+                "host": host,
+                "port": port,
+                "cyclic": cyclic,
+                "identity": asdict(identity or Identity()),
+                "options": asdict(options or AdapterOptions()),
+            }
+            started = self._start(settings)
+        except BaseException:
+            self.close()
+            raise
+        finally:
+            # All sides have it open now. Without a name nothing is left behind, however we end.
+            self.shared.unlink()
+        self.address: tuple[str, int] = (host, started["port"])
+        self.io_port: int | None = started["io_port"]
+
+    @property
+    def alive(self) -> bool:
+        """Does its process run? If it does not, `shared` says what was, not what is."""
+        return self._process is not None and self._process.poll() is None
+
+    @property
+    def failure(self) -> str:
+        """Which part has ended by itself, and how; empty as long as all run, and after `close`."""
+        if not self._failure and not self._closed and not self.alive:
+            self._failure = self._find_failure()
+        return self._failure
+
+    def read_to_robot(self) -> bytes:
+        """What the master has written last: assembly 150."""
+        return self.shared.to_robot.read()
+
+    def write_to_master(self, image: bytes) -> None:
+        """Set what the master reads, assembly 100; exactly `size` bytes."""
+        self.shared.to_master.write(image)
+
+    def close(self) -> None:
+        """Stop the process and free the memory; more than once does no harm."""
+        self._closed = True
+        if self._process is not None:
+            # The end of its standard input is the process's sign to end.
+            for pipe in (self._process.stdin, self._process.stdout):
+                if pipe is not None:
+                    pipe.close()
+            try:
+                self._process.wait(_STOP_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        self.shared.close()
+
+    def __enter__(self) -> Adapter:
+        """The adapter, already running."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop it."""
+        self.close()
+
+    def wait_for_failure(self) -> str:
+        """`failure`, for who has seen its connections end a moment before it has ended itself."""
+        if self._process is not None and not self._closed:
+            wait_for_code(self._process)
+        return self.failure
+
+    def _find_failure(self) -> str:
+        assert self._process is not None
+        assert self._process.stdout is not None
+        if last := self._process.stdout.readline():
+            return f"the EtherNet/IP adapter has ended: {json.loads(last)['died']}"
+        how = how_ended(self._process.returncode)
+        return f"the process of the EtherNet/IP adapter has ended by itself ({how})"
+
+    def _start(self, settings: dict[str, Any]) -> dict[str, Any]:
+        """Start the process and wait until it listens; return its ports."""
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", _MODULE, json.dumps(settings)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
+        )
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            how = how_ended(self._process.wait())
+            raise ProcessDiedError(f"the EtherNet/IP adapter's process ended at once, {how}")
+        started: dict[str, Any] = json.loads(line)
+        if "refused" in started:
+            raise EnipError(started["refused"])
+        if "error" in started:
+            where = f"{settings['host']}:{settings['port']}"
+            raise EnipError(
+                f"the EtherNet/IP adapter cannot listen on {where}: {started['error']}",
+                hint="choose an address of this machine and a free port",
+            )
+        return started

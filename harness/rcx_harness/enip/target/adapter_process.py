@@ -1,0 +1,202 @@
+"""The adapter's own process: the device, its TCP and UDP ports, and nothing of the parent's.
+
+Started by `rcx_harness.enip.target.adapter` with its settings as JSON; says on standard output
+where it listens, or why it cannot; ends when its standard input does, that is with its parent at
+the latest.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import os
+import random
+import secrets
+import signal
+import socket
+import sys
+import threading
+from contextlib import suppress
+from typing import Any
+
+from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
+from rcx_harness.enip.cyclic.control import CyclicControl
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.target.device import Device
+from rcx_harness.enip.target.network_interface import (
+    NetworkInterface,
+    address_toward,
+    find_interface,
+)
+from rcx_harness.enip.target.tcp_server import TcpServer
+from rcx_harness.enip.target.udp import Datagrams
+from rcx_harness.enip.target.udp_server import UdpServer
+
+__all__ = ["main"]
+
+_LOOK_S, _LOOKS_PER_CHECK = 0.05, 20
+_TRIES = 20  # for a port that is free for TCP and UDP
+
+
+def main(argument: str) -> None:
+    """Run the adapter until the parent closes our standard input.
+
+    Args:
+        argument: JSON object with `memory` (name of the shared images), `host`, `port` (0: any
+            free one), `cyclic` (UDP port of class 1, null for none), `identity` and `options`.
+    """
+    # Ctrl-C reaches the whole process group; the parent decides when the adapter ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    settings = json.loads(argument)
+    with SharedImages.attach(settings["memory"]) as shared:
+        asyncio.run(_Adapter(settings, shared).run())
+
+
+class _Adapter:
+    """The sockets of the device, and what happens to it from time to time."""
+
+    def __init__(self, settings: dict[str, Any], shared: SharedImages) -> None:
+        self._settings = settings
+        self._shared = shared
+        self._control: CyclicControl | None = None
+        self._device: Device | None = None
+        self._failure = ""
+
+    async def run(self) -> None:
+        """Serve until the parent has gone, or the cyclic part has ended by itself."""
+        self._loop = asyncio.get_running_loop()
+        try:
+            await self._start()
+        except EnipError as error:
+            _tell({"refused": str(error)})
+        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+            _tell({"error": str(error)})
+        else:
+            await self._until_parent_gone()
+            self._server.close()
+            self._tcp.close_all()
+            if self._failure:
+                _tell({"died": self._failure})
+                sys.exit(1)
+        finally:
+            if self._control is not None:
+                self._control.close()
+
+    async def _start(self) -> None:
+        """Open all ports, and tell which.
+
+        Raises:
+            EnipError: the port of cyclic I/O is taken.
+            OSError: the TCP or UDP port is taken, or the address is not ours.
+        """
+        host = socket.gethostbyname(self._settings["host"])
+        if self._settings["cyclic"] is not None:
+            self._control = self._start_cyclic(host, self._settings["cyclic"])
+        interface = find_interface(address_toward(host))
+        self._device = device = self._make_device(interface)
+        self._tcp = TcpServer(device)
+        device.on_reset = self._reset
+        datagrams = Datagrams(device.listing, random.random)
+        wanted = self._settings["port"]
+        for left in reversed(range(1 if wanted else _TRIES)):
+            self._server = await self._loop.create_server(
+                self._tcp.protocol, host, wanted, family=socket.AF_INET
+            )
+            local = host, self._server.sockets[0].getsockname()[1]
+            try:
+                self._udp = UdpServer(
+                    datagrams,
+                    local,
+                    interface.broadcast_addresses(),
+                    device.objects.explicit_dscp,
+                )
+                break
+            except OSError:
+                self._server.close()
+                if not left:
+                    raise
+        await self._udp.start()
+        _tell({"port": local[1], "io_port": self._control.port if self._control else None})
+
+    def _start_cyclic(self, host: str, port: int) -> CyclicControl:
+        def ended(number: int, reason: EndReason) -> None:
+            with suppress(RuntimeError):  # the loop may have ended before
+                self._loop.call_soon_threadsafe(self._ended, number)
+
+        return CyclicControl(self._shared.name, host, port, ended)
+
+    def _make_device(self, interface: NetworkInterface) -> Device:
+        options = self._settings["options"]
+        options["configurations"] = tuple(options["configurations"])
+        return Device(
+            self._shared.to_master,
+            self._shared.to_robot,
+            Identity(**self._settings["identity"]),
+            AdapterOptions(**options),
+            self._control,
+            lambda: self._shared.owner,
+            interface,
+            incarnation=secrets.randbits(16),
+        )
+
+    def _reset(self) -> None:
+        # Not before the reply to the reset is on its way.
+        self._loop.call_soon(self._tcp.close_all)
+
+    def _ended(self, number: int) -> None:
+        if self._device is not None:
+            self._device.connections.ended(number)
+
+    async def _until_parent_gone(self) -> None:
+        parent_gone = asyncio.Event()
+
+        def wait_for_parent() -> None:
+            while os.read(0, 1):
+                pass
+            self._loop.call_soon_threadsafe(parent_gone.set)
+
+        # A thread, because not every platform's event loop can wait for a pipe.
+        threading.Thread(target=wait_for_parent, daemon=True).start()
+        waiting = asyncio.create_task(parent_gone.wait())
+        looking = asyncio.create_task(self._look())
+        await asyncio.wait((waiting, looking), return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        if looking.done():
+            looking.result()  # what has gone wrong there goes on
+        looking.cancel()
+
+    def _lose_cyclic_part(self, device: Device) -> None:
+        """Its process is gone, and cannot say itself that nobody writes the outputs any more."""
+        device.connections.forget_cyclic()
+        if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
+            self._shared.set_owner(OwnerState.TIMED_OUT, None)
+
+    async def _look(self) -> None:
+        """Follow the link's state at once, and time-outs by the second; until a part has died."""
+        assert self._device is not None
+        for turn in itertools.count():
+            link = self._shared.link
+            self._tcp.accepts = self._udp.answers = link is LinkState.UP
+            if link is not LinkState.UP:
+                self._tcp.abort_all()
+            if turn % _LOOKS_PER_CHECK == 0:
+                self._tcp.close_overdue()
+                self._device.connections.expire()
+            if self._control is not None and not self._control.alive:
+                self._failure = self._control.failure
+                self._lose_cyclic_part(self._device)
+                return
+            await asyncio.sleep(_LOOK_S)
+
+
+def _tell(message: dict[str, Any]) -> None:
+    with suppress(BrokenPipeError):  # the parent has ended
+        os.write(1, json.dumps(message).encode() + b"\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,159 @@
+"""May this connection be opened? What can be told without looking at the connections there are.
+
+The order of the checks is ours; each refusal carries general status 0x01 and the extended status
+of CIP volume 1, chapter 3, 5.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from rcx_harness.enip.codec.cip import Refusal, Status
+from rcx_harness.enip.codec.connection_path import ConnectionPath
+from rcx_harness.enip.codec.connection_status import ExtendedStatus
+from rcx_harness.enip.codec.forward_open import ConnectionType, ForwardOpen
+from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.options import AdapterOptions
+
+__all__ = [
+    "EXPLICIT_CLASS",
+    "MAX_EXPLICIT_SIZE",
+    "check_cyclic",
+    "check_explicit",
+    "check_transport",
+    "refused",
+]
+
+CYCLIC_CLASS, EXPLICIT_CLASS = 1, 3
+MAX_EXPLICIT_SIZE = 4002
+"""Longest message of a class 3 connection, with its sequence count."""
+
+_MESSAGE_ROUTER, _ASSEMBLY = 2, 4
+_TO_MASTER, _TO_ROBOT = 100, 150
+_CYCLIC, _LAST_TRIGGER = 0, 2
+_MAX_MULTIPLIER = 7
+_SEQUENCE, _RUN_IDLE = 2, 4
+_HEARTBEATS = (0, _SEQUENCE, _SEQUENCE + _RUN_IDLE)
+# How the interval in the reply to 0x112 is meant.
+_ACCEPTABLE, _MINIMUM, _MAXIMUM, _REQUIRED = 0, 2, 3, 4
+
+
+def refused(code: ExtendedStatus, *words: int) -> Refusal:
+    """Connection failure with this extended status and what it says beside."""
+    return Refusal(Status.CONNECTION_FAILURE, (code, *words))
+
+
+def check_transport(request: ForwardOpen) -> None:
+    """Check connection types, multiplier, transport class, direction and trigger.
+
+    Raises:
+        Refusal: 0x123, 0x124, 0x132, 0x133, 0x11C, 0x11D, 0x11E, 0x125.
+    """
+    kinds = request.o_to_t.kind, request.t_to_o.kind
+    if kinds == (ConnectionType.NULL, ConnectionType.NULL):
+        raise refused(ExtendedStatus.NULL_FORWARD_OPEN)
+    if request.o_to_t.kind is not ConnectionType.POINT_TO_POINT:
+        raise refused(ExtendedStatus.O_TO_T_TYPE)
+    explicit = request.transport_class == EXPLICIT_CLASS
+    multicast = request.t_to_o.kind is ConnectionType.MULTICAST and not explicit
+    if request.t_to_o.kind is not ConnectionType.POINT_TO_POINT and not multicast:
+        raise refused(ExtendedStatus.T_TO_O_TYPE)
+    if request.multiplier > _MAX_MULTIPLIER:
+        raise refused(ExtendedStatus.TIMEOUT_MULTIPLIER)
+    if request.transport_class not in (CYCLIC_CLASS, EXPLICIT_CLASS):
+        raise refused(ExtendedStatus.TRANSPORT_CLASS)
+    if request.server != explicit:
+        raise refused(ExtendedStatus.DIRECTION)
+    if request.trigger > (_LAST_TRIGGER if explicit else _CYCLIC):
+        raise refused(ExtendedStatus.PRODUCTION_TRIGGER)
+    if request.o_to_t.redundant:
+        raise refused(ExtendedStatus.REDUNDANT_OWNER)
+
+
+def check_explicit(request: ForwardOpen, path: ConnectionPath) -> None:
+    """Check an explicit connection: to the Message Router, of a size that we have.
+
+    Raises:
+        Refusal: 0x12F, 0x127, 0x128, 0x112.
+    """
+    if path.application() != (_MESSAGE_ROUTER, (1,)):
+        raise refused(ExtendedStatus.INCONSISTENT_PATHS)
+    if not 0 < request.o_to_t.size <= MAX_EXPLICIT_SIZE:
+        raise refused(ExtendedStatus.O_TO_T_SIZE, MAX_EXPLICIT_SIZE)
+    if not 0 < request.t_to_o.size <= MAX_EXPLICIT_SIZE:
+        raise refused(ExtendedStatus.T_TO_O_SIZE, MAX_EXPLICIT_SIZE)
+    _check_intervals(request, 1_000, 0xFFFFFFFF)
+
+
+def check_cyclic(
+    request: ForwardOpen,
+    path: ConnectionPath,
+    size: int,
+    options: AdapterOptions,
+    produced_us: Collection[int] = (),
+) -> ConnectionKind:
+    """Check a class 1 connection: its application paths, sizes and intervals.
+
+    Args:
+        request: The Forward Open.
+        path: Its connection path.
+        size: Bytes of each assembly.
+        options: Connection points, configuration instances and limits of the interval.
+        produced_us: Interval of the multicast production that it would join, if there is one.
+
+    Returns:
+        Which application type its paths ask for.
+
+    Raises:
+        Refusal: 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112, 0x11B.
+    """
+    kind = _check_paths(path, options)
+    expected = _SEQUENCE + _RUN_IDLE + size
+    fitting = (expected,) if kind is ConnectionKind.EXCLUSIVE_OWNER else _HEARTBEATS
+    if request.o_to_t.size not in fitting:
+        best = expected if kind is ConnectionKind.EXCLUSIVE_OWNER else _SEQUENCE
+        raise refused(ExtendedStatus.O_TO_T_SIZE, best)
+    if request.t_to_o.size != _SEQUENCE + size:
+        raise refused(ExtendedStatus.T_TO_O_SIZE, _SEQUENCE + size)
+    _check_intervals(request, options.rpi_min_us, options.rpi_max_us)
+    if path.inhibit_us > request.t_to_o_rpi:
+        raise refused(ExtendedStatus.INHIBIT_TIME_ABOVE_RPI)
+    for required in produced_us:
+        if request.t_to_o_rpi != required:
+            raise _interval(_ACCEPTABLE, request.o_to_t_rpi, _REQUIRED, required)
+    return kind
+
+
+def _check_paths(path: ConnectionPath, options: AdapterOptions) -> ConnectionKind:
+    if path.class_id != _ASSEMBLY or not 2 <= len(path.numbers) <= 3:
+        raise refused(ExtendedStatus.INCONSISTENT_PATHS)
+    *configuration, consuming, producing = path.numbers
+    if configuration and configuration[0] not in options.configurations:
+        raise refused(ExtendedStatus.CONFIGURATION_PATH)
+    kinds = {
+        _TO_ROBOT: ConnectionKind.EXCLUSIVE_OWNER,
+        options.input_only: ConnectionKind.INPUT_ONLY,
+        options.listen_only: ConnectionKind.LISTEN_ONLY,
+    }
+    if consuming not in kinds:
+        raise refused(ExtendedStatus.CONSUMING_PATH)
+    if producing != _TO_MASTER:
+        raise refused(ExtendedStatus.PRODUCING_PATH)
+    if path.configuration:
+        raise refused(ExtendedStatus.CONFIGURATION_SIZE, 0)
+    return kinds[consuming]
+
+
+def _check_intervals(request: ForwardOpen, least: int, greatest: int) -> None:
+    meanings = []
+    for rpi in (request.o_to_t_rpi, request.t_to_o_rpi):
+        meaning = _MINIMUM if rpi < least else _MAXIMUM if rpi > greatest else _ACCEPTABLE
+        meanings += [meaning, {_MINIMUM: least, _MAXIMUM: greatest}.get(meaning, rpi)]
+    if meanings[0] or meanings[2]:
+        raise _interval(*meanings)
+
+
+def _interval(o_to_t: int, o_to_t_us: int, t_to_o: int, t_to_o_us: int) -> Refusal:
+    """0x112 with what would do: a byte of meaning each, then the two intervals."""
+    words = (number & 0xFFFF for us in (o_to_t_us, t_to_o_us) for number in (us, us >> 16))
+    return refused(ExtendedStatus.RPI_NOT_ACCEPTABLE, o_to_t | t_to_o << 8, *words)

@@ -1,0 +1,347 @@
+"""The Connection Manager: opens and closes connections, and knows those that are open.
+
+What a Forward Open must be like is `admission`'s; the packets of class 1 are the cyclic part's,
+which is told here. CIP volume 1, chapter 3, 5.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Protocol
+
+from rcx_harness.enip.codec import forward_open as bytes_of
+from rcx_harness.enip.codec.cip import (
+    ConnectionService,
+    Refusal,
+    Request,
+    Status,
+    encode_reply,
+)
+from rcx_harness.enip.codec.connection_path import (
+    ConnectionPath,
+    PathRefusal,
+    decode_connection_path,
+)
+from rcx_harness.enip.codec.connection_status import ExtendedStatus, older
+from rcx_harness.enip.codec.electronic_key import key_mismatch
+from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
+from rcx_harness.enip.codec.forward_open import ConnectionType, ForwardOpen, Triad
+from rcx_harness.enip.cyclic.connections import IO_PORT, ConnectionKind, ConnectionParameters
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.target.admission import (
+    EXPLICIT_CLASS,
+    check_cyclic,
+    check_explicit,
+    check_transport,
+    refused,
+)
+from rcx_harness.enip.target.connected import ExplicitConnection
+from rcx_harness.enip.target.origin import Origin
+from rcx_harness.enip.target.shares import has_room
+
+__all__ = ["MAX_CYCLIC", "MAX_EXPLICIT", "ConnectionManager", "CyclicPart"]
+
+MAX_CYCLIC = {
+    ConnectionKind.EXCLUSIVE_OWNER: 1,
+    ConnectionKind.INPUT_ONLY: 8,
+    ConnectionKind.LISTEN_ONLY: 8,
+}
+MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER = 32, 16
+MAX_CYCLIC_OF_PEER = 8
+
+_HEADER_SIZES = 6  # sequence count and run/idle header
+_MANY_IDS = 0x10000
+
+
+class CyclicPart(Protocol):
+    """Who produces and consumes the packets of class 1."""
+
+    @property
+    def port(self) -> int:
+        """UDP port that packets to us must have."""
+        ...
+
+    def add(self, parameters: ConnectionParameters) -> None:
+        """Start with a connection; does not wait.
+
+        Raises:
+            EnipError: it cannot, because its process has ended.
+        """
+        ...
+
+    def remove(self, number: int) -> None:
+        """Stop with it.
+
+        Raises:
+            EnipError: its process has ended.
+        """
+        ...
+
+
+class ConnectionManager:
+    """The connections of one adapter.
+
+    Args:
+        size: Bytes of each assembly.
+        identity: What electronic keys are compared with.
+        options: Connection points, limits and manners.
+        cyclic: The cyclic part, None if there are explicit connections only.
+        clock: Seconds, monotonic.
+        incarnation: 16 bits that differ from those of the last start: the upper half of all
+            connection ids, so that packets of an earlier life are not mistaken.
+        group: Multicast address to produce to.
+        dscp: Code point for each priority (0 low to 3 urgent).
+    """
+
+    def __init__(
+        self,
+        size: int,
+        identity: Identity,
+        options: AdapterOptions,
+        cyclic: CyclicPart | None,
+        clock: Callable[[], float],
+        incarnation: int = 1,
+        group: str = "239.192.1.0",
+        dscp: Callable[[int], int] = lambda _: 0,
+    ) -> None:
+        self._size = size
+        self._identity = identity
+        self._options = options
+        self._cyclic = cyclic
+        self._clock = clock
+        self._ids = (incarnation & 0xFFFF) << 16
+        self._last_id = 0
+        self._last_number = 0
+        self._group = group
+        self._dscp = dscp
+        self._explicit: dict[int, ExplicitConnection] = {}
+        self._paths: dict[Triad, tuple[ConnectionPath, str]] = {}
+        self._class1: dict[Triad, ConnectionParameters] = {}
+
+    @property
+    def is_owned(self) -> bool:
+        """Is there an Exclusive Owner of assembly 150?"""
+        return self._count(ConnectionKind.EXCLUSIVE_OWNER) > 0
+
+    @property
+    def cyclic_connections(self) -> tuple[ConnectionParameters, ...]:
+        """The class 1 connections that are open."""
+        return tuple(self._class1.values())
+
+    @property
+    def explicit_connections(self) -> int:
+        """How many class 3 connections are open."""
+        return len(self._explicit)
+
+    def perform(self, request: Request, origin: Origin) -> bytes:
+        """Reply to Forward Open, Large Forward Open or Forward Close; 0x08 to all others."""
+        try:
+            if request.service == ConnectionService.FORWARD_CLOSE:
+                data = self._close(bytes_of.decode_forward_close(request), origin)
+            elif request.service in (
+                ConnectionService.FORWARD_OPEN,
+                ConnectionService.LARGE_FORWARD_OPEN,
+            ):
+                data = self._open(bytes_of.decode_forward_open(request), origin)
+            else:
+                return encode_reply(request.service, Status.SERVICE_NOT_SUPPORTED)
+        except Refusal as refusal:
+            remaining = refusal.remaining if isinstance(refusal, PathRefusal) else 0
+            data = bytes_of.refusal_data(request, remaining)
+            return encode_reply(request.service, refusal.status, data, self._words(refusal))
+        return encode_reply(request.service, Status.SUCCESS, data)
+
+    def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
+        """The class 3 connection of this id, if it is this session's and still alive."""
+        self.expire()
+        found = self._explicit.get(connection_id)
+        return found if found is not None and found.session == session else None
+
+    def session_ended(self, session: int) -> None:
+        """Close the session's class 3 connections; those of class 1 go on."""
+        self._drop(lambda connection: connection.session == session)
+
+    def expire(self) -> None:
+        """Close the class 3 connections that have timed out."""
+        now = self._clock()
+        self._drop(lambda connection: connection.has_timed_out(now))
+
+    def ended(self, number: int) -> None:
+        """The cyclic part has ended a class 1 connection by itself."""
+        for triad, parameters in list(self._class1.items()):
+            if parameters.number == number:
+                self._forget(triad)
+
+    def forget_cyclic(self) -> None:
+        """The cyclic part has ended, and all class 1 connections with it."""
+        for triad in self._class1:
+            del self._paths[triad]
+        self._class1.clear()
+
+    def close_all(self) -> None:
+        """Close everything, as a reset does."""
+        while self._class1:
+            self._remove(next(iter(self._class1)))
+        self._drop(lambda _: True)
+
+    def _open(self, request: ForwardOpen, origin: Origin) -> bytes:
+        self.expire()
+        if request.triad in self._paths:
+            kinds = (request.o_to_t.kind, request.t_to_o.kind)
+            null = kinds == (ConnectionType.NULL, ConnectionType.NULL)
+            raise refused(
+                ExtendedStatus.NULL_FORWARD_OPEN if null else ExtendedStatus.DUPLICATE_FORWARD_OPEN
+            )
+        check_transport(request)
+        path = decode_connection_path(request.path)
+        if (mismatch := key_mismatch(path.key, self._identity)) is not None:
+            raise refused(mismatch)
+        if request.transport_class == EXPLICIT_CLASS:
+            return self._open_explicit(request, path, origin)
+        return self._open_cyclic(request, path, origin)
+
+    def _open_explicit(self, request: ForwardOpen, path: ConnectionPath, origin: Origin) -> bytes:
+        check_explicit(request, path)
+        taken = (other.peer for other in self._explicit.values())
+        if not has_room(taken, origin.peer, MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER):
+            raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
+        connection = ExplicitConnection(
+            request, self._new_id(), origin.session, origin.peer, self._clock()
+        )
+        self._explicit[connection.connection_id] = connection
+        self._paths[request.triad] = path, origin.peer
+        return bytes_of.open_reply(
+            connection.connection_id,
+            request.t_to_o_id,
+            request.triad,
+            request.o_to_t_rpi,
+            request.t_to_o_rpi,
+        )
+
+    def _open_cyclic(self, request: ForwardOpen, path: ConnectionPath, origin: Origin) -> bytes:
+        multicast = request.t_to_o.kind is ConnectionType.MULTICAST
+        shared = [other for other in self._class1.values() if other.multicast] if multicast else []
+        produced = [other.t_to_o_api_us for other in shared[:1]]
+        kind = check_cyclic(request, path, self._size, self._options, produced)
+        if self._cyclic is None:
+            raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
+        self._check_room(kind, origin.peer)
+        t_to_o_id = request.t_to_o_id
+        if multicast:
+            t_to_o_id = shared[0].t_to_o_id if shared else self._new_id()
+        heartbeat = kind is not ConnectionKind.EXCLUSIVE_OWNER
+        self._last_number += 1
+        parameters = ConnectionParameters(
+            number=self._last_number,
+            kind=kind,
+            o_to_t_id=self._new_id(),
+            t_to_o_id=t_to_o_id,
+            o_to_t_api_us=request.o_to_t_rpi,
+            t_to_o_api_us=request.t_to_o_rpi,
+            o_to_t_size=0 if heartbeat else self._size,
+            t_to_o_size=self._size,
+            multiplier=request.multiplier,
+            peer=origin.peer,
+            destination=self._group if multicast else origin.peer,
+            destination_port=self._destination_port(multicast, origin),
+            run_idle=not heartbeat or request.o_to_t.size == _HEADER_SIZES,
+            multicast=multicast,
+            dscp=self._dscp(request.t_to_o.priority),
+            first_packet_us=self._options.first_packet_us,
+        )
+        try:
+            self._cyclic.add(parameters)
+        except EnipError:  # its process has ended
+            raise refused(ExtendedStatus.OUT_OF_CONNECTIONS) from None
+        self._class1[request.triad] = parameters
+        self._paths[request.triad] = path, origin.peer
+        ours = socket_address(origin.local, self._cyclic.port)
+        origin.items.append((Item.O_TO_T_ADDRESS, ours))
+        if multicast:
+            group = socket_address(self._group, parameters.destination_port)
+            origin.items.append((Item.T_TO_O_ADDRESS, group))
+        return bytes_of.open_reply(
+            parameters.o_to_t_id,
+            parameters.t_to_o_id,
+            request.triad,
+            parameters.o_to_t_api_us,
+            parameters.t_to_o_api_us,
+        )
+
+    def _check_room(self, kind: ConnectionKind, peer: str) -> None:
+        if kind is ConnectionKind.EXCLUSIVE_OWNER and self.is_owned:
+            raise refused(ExtendedStatus.OWNERSHIP_CONFLICT)
+        listeners = self._count(ConnectionKind.LISTEN_ONLY)
+        if kind is ConnectionKind.LISTEN_ONLY and len(self._class1) == listeners:
+            raise refused(ExtendedStatus.ONLY_LISTENERS)
+        taken = (other.peer for other in self._class1.values() if other.kind is kind)
+        if not has_room(taken, peer, MAX_CYCLIC[kind], MAX_CYCLIC_OF_PEER):
+            raise refused(ExtendedStatus.OUT_OF_CONNECTIONS)
+
+    @staticmethod
+    def _destination_port(multicast: bool, origin: Origin) -> int:
+        """UDP port for our packets: what the originator asks for, for its own address only."""
+        item = origin.addresses.get(Item.T_TO_O_ADDRESS)
+        if multicast or item is None:
+            return IO_PORT
+        address = decode_socket_address(item)
+        if address is None or address[0] not in ("0.0.0.0", origin.peer):
+            raise refused(ExtendedStatus.PARAMETER_ERROR)
+        return address[1] or IO_PORT
+
+    def _close(self, request: bytes_of.ForwardClose, origin: Origin) -> bytes:
+        self.expire()
+        if request.triad not in self._paths:
+            raise refused(ExtendedStatus.CONNECTION_NOT_FOUND)
+        path, peer = self._paths[request.triad]
+        if peer != origin.peer:
+            raise Refusal(Status.PRIVILEGE_VIOLATION)
+        if decode_connection_path(request.path).application() != path.application():
+            raise refused(ExtendedStatus.CLOSE_PATH_MISMATCH)
+        if request.triad in self._class1:
+            self._remove(request.triad)
+        else:
+            self._drop(lambda connection: connection.triad == request.triad)
+        return bytes_of.close_reply(request.triad)
+
+    def _remove(self, triad: Triad) -> None:
+        number = self._class1[triad].number
+        self._forget(triad)
+        if self._cyclic is not None:
+            with suppress(EnipError):  # its process has ended, so the connection has
+                self._cyclic.remove(number)
+
+    def _forget(self, triad: Triad) -> None:
+        """Strike it off; listeners that are left alone go with it, as in the cyclic part."""
+        del self._class1[triad], self._paths[triad]
+        if len(self._class1) == self._count(ConnectionKind.LISTEN_ONLY):
+            for alone in list(self._class1):
+                del self._class1[alone], self._paths[alone]
+
+    def _drop(self, which: Callable[[ExplicitConnection], bool]) -> None:
+        for connection in [each for each in self._explicit.values() if which(each)]:
+            del self._explicit[connection.connection_id], self._paths[connection.triad]
+
+    def _count(self, kind: ConnectionKind) -> int:
+        return Counter(each.kind for each in self._class1.values())[kind]
+
+    def _new_id(self) -> int:
+        """A connection id that none of ours has."""
+        taken = {*self._explicit}
+        for each in self._class1.values():
+            taken |= {each.o_to_t_id, each.t_to_o_id}
+        while True:
+            self._last_id = (self._last_id + 1) % _MANY_IDS
+            if (number := self._ids | self._last_id) not in taken:
+                return number
+
+    def _words(self, refusal: Refusal) -> tuple[int, ...]:
+        """Extended status; with its further words only if it is the code that has them."""
+        if not self._options.older_status or not refusal.extended:
+            return refusal.extended
+        code = older(ExtendedStatus(refusal.extended[0]))
+        return refusal.extended if code == refusal.extended[0] else (code,)

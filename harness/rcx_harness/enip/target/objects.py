@@ -1,0 +1,301 @@
+"""The device's CIP objects and their attributes, held by cpppo; nothing else imports cpppo.
+
+cpppo keeps its object directory for the whole process: one device per process, and a new
+`ObjectModel` replaces the one before it.
+"""
+
+from __future__ import annotations
+
+import logging
+import struct
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from cpppo.dotdict import dotdict
+from cpppo.server.enip import device, parser
+
+from rcx_harness.enip.codec.cip import Path, Refusal, Status
+from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.target.network_interface import NetworkInterface
+from rcx_harness.enip.target.network_objects import (
+    DSCP,
+    ETHERNET_LINK,
+    QOS,
+    TCP_IP,
+    ethernet_link_values,
+    tcp_ip_values,
+)
+
+__all__ = ["ASSEMBLY", "CONNECTION_MANAGER", "IDENTITY", "TO_MASTER", "TO_ROBOT", "ObjectModel"]
+
+IDENTITY, MESSAGE_ROUTER, ASSEMBLY, CONNECTION_MANAGER = 0x01, 0x02, 0x04, 0x06
+TO_MASTER, TO_ROBOT = 100, 150
+
+_OPERATIONAL = 3
+_CONTROL, _INACTIVITY = 3, 13  # attributes of the TCP/IP Interface object
+_MAX_INACTIVITY_S = 3600
+_EXPLICIT_DSCP = 8
+_MAX_DSCP = 63
+_CLASS_ATTRIBUTES = 7
+
+# cpppo reports every refused request as a warning with a stack trace; the refusal is in the reply.
+for _name in ("cpppo", "enip"):
+    logging.getLogger(_name).setLevel(logging.CRITICAL)
+
+
+class Image(Protocol):
+    """The data of an Assembly; always as long."""
+
+    def read(self) -> bytes:
+        """The whole of it."""
+        ...
+
+    def write(self, image: bytes) -> None:
+        """Replace it, whole."""
+        ...
+
+
+class _Identity(device.Object):  # type: ignore[misc]  # cpppo has no types
+    class_id = IDENTITY
+
+
+class _MessageRouter(device.Object):  # type: ignore[misc]
+    class_id = MESSAGE_ROUTER
+
+
+class _Assembly(device.Object):  # type: ignore[misc]
+    class_id = ASSEMBLY
+
+
+class _ConnectionManager(device.Object):  # type: ignore[misc]
+    class_id = CONNECTION_MANAGER
+
+
+class _Qos(device.Object):  # type: ignore[misc]
+    class_id = QOS
+
+
+class _TcpIp(device.Object):  # type: ignore[misc]
+    class_id = TCP_IP
+
+
+class _EthernetLink(device.Object):  # type: ignore[misc]
+    class_id = ETHERNET_LINK
+
+
+class _Value(device.Attribute):  # type: ignore[misc]
+    """An attribute whose bytes are elsewhere; to be set only if it has a `write`."""
+
+    def __init__(
+        self,
+        name: str,
+        read: Callable[[], bytes],
+        write: Callable[[bytes], None] | None = None,
+        mask: int = 0,
+    ) -> None:
+        super().__init__(name, parser.USINT, default=b"", mask=mask)
+        self.read = read
+        self.write = write
+
+    def produce(self, start: int = 0, stop: int | None = None) -> bytes:
+        """The bytes as they are now."""
+        return self.read()[start:stop]
+
+
+class ObjectModel:
+    """The objects of one adapter.
+
+    Identity, Message Router, the Assemblies 100 and 150, Connection Manager (without attributes),
+    QoS, TCP/IP Interface and two Ethernet Links.
+
+    Args:
+        to_master: Assembly 100, written by the robot.
+        to_robot: Assembly 150, as long as the other one, written by the master.
+        identity: Attributes of the Identity object.
+        status: Gives the Identity object's status word.
+        is_owned: Tells whether a connection owns assembly 150.
+        interface: The adapter's network interface.
+        group: Its first multicast address.
+        inactivity_s: Initial value of the TCP/IP Interface object's attribute 13.
+    """
+
+    def __init__(
+        self,
+        to_master: Image,
+        to_robot: Image,
+        identity: Identity,
+        status: Callable[[], int],
+        is_owned: Callable[[], bool],
+        interface: NetworkInterface,
+        group: str,
+        inactivity_s: int,
+    ) -> None:
+        self._found: dict[tuple[int, ...], Any] = {}
+        self._inactivity_s = inactivity_s
+        self._dscp = dict(DSCP)
+        self._is_owned = is_owned
+        device.lookup_reset()
+        _add(_Identity, 1, 1, _identity_attributes(identity, status))
+        _add(_MessageRouter, 1, 1, {})
+        for instance, image, write in (
+            (TO_MASTER, to_master, None),
+            (TO_ROBOT, to_robot, to_robot.write),
+        ):
+            size = struct.pack("<H", len(image.read()))
+            data = _Value("Data", image.read, write)
+            _add(_Assembly, 2, instance, {3: data, 4: _fixed("Size", size)})
+        _add(_ConnectionManager, 1, 1, {})
+        _add(_Qos, 1, 1, {number: self._dscp_attribute(number) for number in DSCP})
+        values = _fixed_values(tcp_ip_values(interface, group))
+        values[_CONTROL].write = self._keep_control
+        values[_INACTIVITY] = _Value(
+            "Inactivity", lambda: struct.pack("<H", self._inactivity_s), self._set_inactivity
+        )
+        _add(_TcpIp, 4, 1, values)
+        for port in (1, 2):
+            link = ethernet_link_values(port, interface.hardware_address)
+            _add(_EthernetLink, 4, port, _fixed_values(link))
+
+    @property
+    def inactivity_s(self) -> int:
+        """Seconds of silence after which a TCP connection is closed; 0 for never."""
+        return self._inactivity_s
+
+    @property
+    def explicit_dscp(self) -> int:
+        """Code point for explicit messages."""
+        return self._dscp[_EXPLICIT_DSCP]
+
+    def dscp(self, priority: int) -> int:
+        """Code point for packets of a connection: priority 0 (low) to 3 (urgent)."""
+        return self._dscp[7 - priority]
+
+    def require(self, path: Path) -> None:
+        """Check that the object of `path` exists.
+
+        Raises:
+            Refusal: 0x05, no such class or instance.
+        """
+        if self._find(path.class_id, path.instance) is None:
+            raise Refusal(Status.PATH_DESTINATION_UNKNOWN)
+
+    def get(self, class_id: int, instance: int, attribute: int | None) -> bytes:
+        """Value of an attribute of an existing object.
+
+        Raises:
+            Refusal: 0x14, no such attribute.
+        """
+        value: bytes = self._attribute(class_id, instance, attribute).produce()
+        return value
+
+    def set(self, path: Path, data: bytes) -> None:
+        """Set an attribute of an existing object, whole.
+
+        Raises:
+            Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long,
+                0x09 not a value it may have, 0x0C a connection owns the device: nobody else
+                changes anything then.
+        """
+        attribute = self._attribute(path.class_id, path.instance, path.attribute)
+        if getattr(attribute, "write", None) is None:
+            raise Refusal(Status.ATTRIBUTE_NOT_SETTABLE)
+        length = len(attribute.read())
+        if len(data) < length:
+            raise Refusal(Status.NOT_ENOUGH_DATA)
+        if len(data) > length:
+            raise Refusal(Status.TOO_MUCH_DATA)
+        if self._is_owned():
+            raise Refusal(Status.OBJECT_STATE_CONFLICT)
+        attribute.write(data)
+
+    def perform(self, service: int, path: Path) -> bytes:
+        """Hand a service without data to the object itself.
+
+        Returns:
+            The whole CIP reply.
+
+        Raises:
+            Refusal: 0x08, the object does not know the service.
+        """
+        data = dotdict(
+            service=service,
+            path={"segment": [{"class": path.class_id}, {"instance": path.instance}]},
+        )
+        try:
+            device.lookup(path.class_id, path.instance).request(data)
+        except device.RequestUnrecognized:
+            raise Refusal(Status.SERVICE_NOT_SUPPORTED) from None
+        return bytes(data.input)
+
+    def _attribute(self, class_id: int, instance: int, attribute: int | None) -> Any:
+        # cpppo keeps the object itself as attribute 0.
+        found = self._find(class_id, instance, attribute) if attribute else None
+        if found is None:
+            raise Refusal(Status.ATTRIBUTE_NOT_SUPPORTED)
+        return found
+
+    def _find(self, *path: int) -> Any:
+        """An object or attribute, None where there is none; what there is stays as it is."""
+        found = self._found.get(path)
+        if found is None:
+            found = device.lookup(*path)
+            if found is not None:
+                self._found[path] = found
+        return found
+
+    def _keep_control(self, data: bytes) -> None:
+        if any(data):
+            raise Refusal(Status.INVALID_ATTRIBUTE_VALUE)
+
+    def _set_inactivity(self, data: bytes) -> None:
+        seconds = int.from_bytes(data, "little")
+        if seconds > _MAX_INACTIVITY_S:
+            raise Refusal(Status.INVALID_ATTRIBUTE_VALUE)
+        self._inactivity_s = seconds
+
+    def _dscp_attribute(self, number: int) -> _Value:
+        def write(data: bytes) -> None:
+            if data[0] > _MAX_DSCP:
+                raise Refusal(Status.INVALID_ATTRIBUTE_VALUE)
+            self._dscp[number] = data[0]
+
+        return _Value(f"DSCP {number}", lambda: bytes([self._dscp[number]]), write)
+
+
+def _add(kind: Any, revision: int, instance: int, attributes: Mapping[int, Any]) -> None:
+    """Create an instance, and with the first one its class."""
+    kind(instance_id=instance).attribute.update({str(k): v for k, v in attributes.items()})
+    of_class = device.lookup(kind.class_id, 0).attribute
+    of_class["1"].value = revision
+    for number, value in ((6, _CLASS_ATTRIBUTES), (7, max(attributes, default=0))):
+        of_class[str(number)] = device.Attribute("Maximum", parser.UINT, default=value)
+
+
+def _fixed(name: str, value: bytes) -> _Value:
+    return _Value(name, lambda: value)
+
+
+def _fixed_values(values: Mapping[int, bytes]) -> dict[int, _Value]:
+    return {number: _fixed(f"Attribute {number}", value) for number, value in values.items()}
+
+
+def _identity_attributes(identity: Identity, status: Callable[[], int]) -> dict[int, Any]:
+    revision = identity.major_revision | identity.minor_revision << 8
+    values = (
+        ("Vendor ID", parser.UINT, identity.vendor),
+        ("Device Type", parser.UINT, identity.device_type),
+        ("Product Code", parser.UINT, identity.product_code),
+        ("Revision", parser.UINT, revision),
+        ("Status", parser.WORD, 0),
+        ("Serial Number", parser.UDINT, identity.serial_number),
+        ("Product Name", parser.SSTRING, identity.product_name),
+    )
+    attributes = {
+        number: device.Attribute(name, kind, default=value)
+        for number, (name, kind, value) in enumerate(values, start=1)
+    }
+    attributes[5] = _Value("Status", lambda: struct.pack("<H", status()))
+    # Get_Attributes_All ends with the product name; ListIdentity and Get_Attribute_Single need it.
+    mask = device.Attribute.MASK_GA_ALL
+    attributes[8] = device.Attribute("State", parser.USINT, default=_OPERATIONAL, mask=mask)
+    return attributes

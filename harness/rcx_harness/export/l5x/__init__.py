@@ -1,0 +1,1 @@
+"""Rockwell's L5X: Add-On Instructions and a routine."""

@@ -1,6 +1,0 @@
-"""The generated part of plc/lib: command blocks and their types, from the tables in spec/."""
-
-from rcx_harness.library.render import files
-from rcx_harness.library.tables import Block, Library, library
-
-__all__ = ["Block", "Library", "files", "library"]

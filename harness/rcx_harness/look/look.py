@@ -1,0 +1,303 @@
+"""One look at a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from rcx_harness import spec
+from rcx_harness.enip.cyclic.connections import ConnectionKind
+from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.enip.originator.scanner import Received, Scanner
+from rcx_harness.enip.target.assemblies import AREA_SIZES, Assemblies
+from rcx_harness.errors import InputError
+from rcx_harness.look.text import (
+    area_lines,
+    byte_change_lines,
+    byte_lines,
+    change_lines,
+    identity_lines,
+    telegram_lines,
+)
+from rcx_harness.robot.ports import port
+from rcx_harness.units import format_us
+
+__all__ = ["ScanOptions", "output_image", "scan"]
+
+_IDENTITY = bytes.fromhex("2001 2401")
+_GET_ATTRIBUTES_ALL = 0x01
+_LOOK_S = 0.01
+_WRITE = "write SI00=1, SI(20)=1 or SIW(2)=5"
+_WRITE_BYTES = "write 3=0x12, by the number of the byte"
+_WORDS_HINT = (
+    "words are SIW(0) to SIW(15), with --size 256 also SIW(24) to SIW(127); double words SID(2), "
+    "SID(4) ..."
+)
+_FIRST_S = 10.0
+_DIGITS = 5
+#: How the interval in a refusal is meant.
+_TOLD = {
+    2: "the shortest that it takes",
+    3: "the longest that it takes",
+    4: "the one that it takes",
+}
+
+
+@dataclass(frozen=True)
+class ScanOptions:
+    """What `rcx scan` was asked for.
+
+    Attributes:
+        host: Address of the controller.
+        assemblies: What to exchange; 48 or 256 bytes are shown as the controller's areas.
+        rpi_us: Requested packet interval in microseconds.
+        duration_us: How long to look after the first packet, in microseconds.
+        kind: An exclusive owner drives the robot; the others send no data.
+        writes: What an exclusive owner sends, `NAME=VALUE` each; all else is 0.
+        multiplier: Connection time-out multiplier as coded, 0 to 7.
+        port: TCP port of the controller.
+        address: Address of this machine to work from; empty for the one that leads there.
+    """
+
+    host: str
+    assemblies: Assemblies = field(default_factory=Assemblies)
+    rpi_us: int = 10_000
+    duration_us: int = 5_000_000
+    kind: ConnectionKind = ConnectionKind.INPUT_ONLY
+    writes: Sequence[str] = ()
+    multiplier: int = 3
+    port: int = PORT
+    address: str = ""
+
+
+def output_image(writes: Sequence[str], size: int) -> bytes:
+    """Assembly 150 with what is to be written, everything else 0.
+
+    Args:
+        writes: `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
+            purpose bit, `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command.
+            What is no area of the controller is written by its bytes: `3=0x12`.
+        size: Bytes of the area.
+
+    Raises:
+        InputError: not of this form, no such input, or a value that does not fit.
+    """
+    image = bytearray(size)
+    for entry in writes:
+        name, equals, text = entry.partition("=")
+        try:
+            value = int(text, 0)
+        except ValueError:
+            value = -1
+        if not equals or value < 0:
+            hint = _WRITE if size in AREA_SIZES else _WRITE_BYTES
+            raise InputError(f"not a value to write: {entry!r}", hint=hint)
+        at, bit, width = _place(name.strip(), size)
+        longest = 1 if bit is not None else 8 * width
+        if value >> longest:
+            hint = f"it takes 0 to {(1 << longest) - 1}"
+            raise InputError(f"{value} does not fit {name.strip()}", hint=hint)
+        if bit is not None:
+            image[at] = image[at] & ~(1 << bit) | value << bit
+        else:
+            image[at : at + width] = value.to_bytes(width, "little")
+    return bytes(image)
+
+
+def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
+    """Connect, print identity and areas, then every change.
+
+    Args:
+        options: Where, how and how long.
+        tell: Takes one line after the other.
+
+    Returns:
+        True if the connection held; False if it was lost.
+
+    Raises:
+        InputError: bad options; the controller is not there, refuses, or sends no packet.
+    """
+    asked = options.assemblies
+    image = output_image(options.writes, asked.output_size)
+    with Scanner(
+        options.host,
+        asked,
+        options.rpi_us,
+        kind=options.kind,
+        multiplier=options.multiplier,
+        address=options.address,
+        port=options.port,
+    ) as scanner:
+        for line in identity_lines(scanner.client.request(_GET_ATTRIBUTES_ALL, _IDENTITY)):
+            tell(line)
+        scanner.write(image, run=True)
+        _open(scanner, options)
+        assert scanner.connection is not None
+        interval = format_us(scanner.connection.t_to_o_api_us)
+        tell(f"{options.kind.value} connection, {asked.input_size} bytes, packets every {interval}")
+        first = _first(scanner)
+        written = image if scanner.connection.is_owner else _written(scanner, asked)
+        _tell_areas(asked, first.image, written, tell)
+        try:
+            held = _watch(scanner, first.image, options.duration_us, tell)
+        except KeyboardInterrupt:  # enough seen; what came until then still counts
+            held = True
+        _tell_packets(scanner, tell)
+    return held
+
+
+def _open(scanner: Scanner, options: ScanOptions) -> None:
+    """Open, and give a hint where the refusal has a usual remedy."""
+    try:
+        scanner.open()
+    except CipError as error:
+        raise InputError(str(error), hint=_hint(error.extended, options)) from None
+
+
+def _hint(extended: tuple[int, ...], options: ScanOptions) -> str:
+    size = options.assemblies.input_size
+    sizes = "its EDS file has the sizes; give them with --input-size and --output-size"
+    if size in AREA_SIZES:
+        sizes = f"try --size {sum(AREA_SIZES) - size}"
+    hints = {
+        0x106: "it has a master; without --write it is only read",
+        0x109: sizes,
+        0x119: "no other connection is open; leave --listen-only out",
+        0x126: "its configuration has another size; give its data with --config-data",
+        0x127: sizes,
+        0x128: sizes,
+        0x129: "its configuration instance is another, or none; name it with --config-instance",
+        0x12A: "its heartbeat connection point is another; name it with --heartbeat",
+        0x12B: "its assembly to the master is another; name it with --input-instance",
+    }
+    if extended[:1] in ((0x111,), (0x112,)):
+        return _interval_hint(extended)
+    return hints.get(extended[0], "") if extended else ""
+
+
+def _interval_hint(extended: tuple[int, ...]) -> str:
+    """Which interval to ask for; a refusal may say what would do (admission.py has the words)."""
+    if len(extended) < 6:
+        return "try --rpi 10ms"
+    kinds = (extended[1] & 0xFF, extended[1] >> 8)
+    times_us = (extended[2] | extended[3] << 16, extended[4] | extended[5] << 16)
+    told = {kind: time for kind, time in zip(kinds, times_us, strict=True) if kind in _TOLD}
+    if not told:
+        return "try --rpi 10ms"
+    kind, time_us = next(iter(told.items()))
+    shown = format_us(time_us)
+    return f"{_TOLD[kind]} is {shown}; try --rpi {shown.replace(' ', '')}"
+
+
+def _first(scanner: Scanner) -> Received:
+    deadline = time.monotonic() + _FIRST_S
+    while (received := scanner.read()).age_us is None:
+        if failure := scanner.failure:
+            raise ProcessDiedError(failure)
+        if time.monotonic() > deadline:
+            raise EnipError(
+                f"connected, but no packet came within {_FIRST_S:g} s",
+                hint="does a firewall stop UDP port 2222",
+            )
+        time.sleep(_LOOK_S)
+    return received
+
+
+def _written(scanner: Scanner, asked: Assemblies) -> bytes | None:
+    """What the master writes, where the controller lets it be read."""
+    try:
+        return scanner.client.get_assembly(asked.output_instance)
+    except CipError:
+        return None
+
+
+def _tell_areas(
+    asked: Assemblies,
+    to_master: bytes,
+    to_robot: bytes | None,
+    tell: Callable[[str], None],
+) -> None:
+    tell("")
+    tell(f"robot to master (assembly {asked.input_instance}{_area_text(to_master, 'm')})")
+    for line in _content(to_master, "O"):
+        tell(line)
+    tell("")
+    tell(f"master to robot (assembly {asked.output_instance}{_area_text(to_robot, 'n')})")
+    for line in ["  cannot be read"] if to_robot is None else _content(to_robot, "I"):
+        tell(line)
+    if len(to_master) not in AREA_SIZES or len(to_robot or to_master) not in AREA_SIZES:
+        return
+    tell("")
+    tell("remote command")
+    for line in telegram_lines(to_master, to_robot):
+        tell(line)
+
+
+def _area_text(area: bytes | None, letter: str) -> str:
+    is_area = area is None or len(area) in AREA_SIZES
+    return f", the area from {letter}" if is_area else ""
+
+
+def _content(area: bytes, letter: str) -> Iterator[str]:
+    """What it says; of an assembly that is none of the controller's areas, its bytes."""
+    return area_lines(area, letter) if len(area) in AREA_SIZES else byte_lines(area)
+
+
+def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str], None]) -> bool:
+    """Tell changes until the time is over (true) or the connection is lost (false)."""
+    start = time.monotonic()
+    if duration_us:
+        tell("")
+        tell(f"changes in the next {duration_us / 1e6:g} s:")
+    while (passed := time.monotonic() - start) * 1e6 < duration_us:
+        received = scanner.read()
+        for line in _changes(image, received.image):
+            tell(f"  {passed:7.3f} s  {line}")
+        image = received.image
+        if not received.connected:
+            reason = scanner.failure or "no packets come any more"
+            tell(f"  {passed:7.3f} s  the connection is lost: {reason}")
+            return False
+        time.sleep(_LOOK_S)
+    return True
+
+
+def _changes(before: bytes, after: bytes) -> Iterator[str]:
+    if len(after) in AREA_SIZES:
+        return change_lines(before, after, "O")
+    return byte_change_lines(before, after)
+
+
+def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
+    seen = scanner.statistics()
+    tell("")
+    tell(
+        f"{seen.received} packets received, {seen.missing} missing, {seen.sent} sent; between two "
+        f"packets {format_us(seen.gap_median_us)} (median), {format_us(seen.gap_max_us)} (longest)"
+    )
+
+
+def _place(name: str, size: int) -> tuple[int, int | None, int]:
+    """Byte, bit and width in bytes of an input."""
+    if size not in AREA_SIZES:
+        if not name.isdecimal() or len(name) > _DIGITS or int(name) >= size:
+            raise InputError(f"{name:.40} is none of the {size} bytes", hint=_WRITE_BYTES)
+        return int(name), None, 1
+    inputs = spec.signals().input
+    for signal in inputs:
+        if name in (signal.name, signal.short, signal.signal):
+            return signal.byte, signal.bit, 1
+    if name.upper().replace(" ", "") in ("SIW(0)", "SIW(1)"):
+        return 2 * int(name.strip(" )")[-1]), None, 2
+    try:
+        place = port(name)
+    except InputError:  # it speaks of what a robot program may write: outputs
+        place = None
+    if place is None or place.output or place.bank:
+        hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE
+        raise InputError(f"{name} is no input of the robot that can be written", hint=hint)
+    if place.at + place.size > size:
+        raise InputError(f"{name} needs the extended area", hint="add --size 256")
+    return place.at, place.bit, place.size

@@ -1,0 +1,132 @@
+"""Identity and areas of a controller in words, as `rcx scan` prints them."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+
+from rcx_harness import spec
+from rcx_harness.spec.plain import request_text, response_text
+from rcx_harness.units import format_word
+
+__all__ = [
+    "area_lines",
+    "byte_change_lines",
+    "byte_lines",
+    "change_lines",
+    "identity_lines",
+    "telegram_lines",
+]
+
+_WORDS = struct.Struct("<16H")
+_BITS_AT, _FREE_BITS = 32, range(34, 46)
+_EXTENSION_AT = 48
+_IDENTITY = struct.Struct("<HHHBBHI")
+_READY = 0x0000
+_BYTES_A_LINE = 16
+# Identity status word, bits 4 to 7: extended device status.
+_DEVICE_STATES = {
+    2: "an I/O connection has timed out",
+    3: "no I/O connection",
+    6: "an I/O connection is in run",
+    7: "I/O connections are idle",
+}
+
+
+def identity_lines(attributes: bytes) -> Iterator[str]:
+    """Who the device is.
+
+    Args:
+        attributes: Data of Get_Attributes_All of the Identity object.
+    """
+    if len(attributes) <= _IDENTITY.size:
+        yield f"identity: {attributes.hex(' ')}"
+        return
+    vendor, kind, product, major, minor, status, serial = _IDENTITY.unpack_from(attributes)
+    name = attributes[_IDENTITY.size + 1 :][: attributes[_IDENTITY.size]]
+    yield (
+        f"{name.decode('ascii', 'replace')}: vendor {vendor}, device type {kind}, "
+        f"product code {product}, revision {major}.{minor}, serial number 16#{serial:08X}"
+    )
+    owned = "owned by a master" if status & 1 else "owned by no master"
+    state = _DEVICE_STATES.get(status >> 4 & 0xF)
+    yield f"status {format_word(status)}: {owned}{f', {state}' if state else ''}"
+
+
+def area_lines(area: bytes, letter: str) -> Iterator[str]:
+    """One area: every dedicated bit; of all others those that are not 0.
+
+    Args:
+        area: 48 or 256 bytes.
+        letter: `O` for the robot's outputs (assembly 100), `I` for its inputs (150).
+    """
+    for signal in _dedicated(letter):
+        yield f"  {signal.signal:<6} {_level(area, signal):<3}  {signal.title}"
+    others = [
+        f"{name} = {value}"
+        for name, value in _others(area, letter)
+        if value not in ("0", format_word(0))
+    ]
+    yield f"  not 0: {', '.join(others)}" if others else "  all others 0"
+
+
+def byte_lines(area: bytes) -> Iterator[str]:
+    """Any assembly, 16 bytes a line in hexadecimal, each line with the number of its first."""
+    for at in range(0, len(area), _BYTES_A_LINE):
+        yield f"  {at:>4}  {area[at : at + _BYTES_A_LINE].hex(' ')}"
+
+
+def byte_change_lines(before: bytes, after: bytes) -> Iterator[str]:
+    """Which bytes of any assembly are others."""
+    for at, (old, new) in enumerate(zip(before, after, strict=True)):
+        if old != new:
+            yield f"byte {at} = 0x{new:02X}"
+
+
+def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
+    """The last telegram in plain language.
+
+    Args:
+        to_master: Assembly 100.
+        to_robot: Assembly 150; None where it cannot be read.
+    """
+    answer = _WORDS.unpack_from(to_master)
+    request = _WORDS.unpack_from(to_robot) if to_robot is not None else None
+    if request is None:
+        yield f"  remote status {format_word(answer[0])}: {response_text(0, answer)}"
+    elif request[0]:
+        yield f"  {request_text(request)}"
+        yield f"  {response_text(request[0], answer) if answer[0] else 'not taken yet'}"
+    elif answer[0] != _READY:
+        yield f"  no command; remote status {format_word(answer[0])}: {response_text(0, answer)}"
+    else:
+        yield "  no command, ready for one"
+
+
+def change_lines(before: bytes, after: bytes, letter: str) -> Iterator[str]:
+    """What is another in the second of two areas of the same length."""
+    for signal in _dedicated(letter):
+        if _level(before, signal) != _level(after, signal):
+            yield f"{signal.signal} {_level(after, signal)}  {signal.title}"
+    old = dict(_others(before, letter))
+    for name, value in _others(after, letter):
+        if old[name] != value:
+            yield f"{name} = {value}"
+
+
+def _dedicated(letter: str) -> tuple[spec.Signal, ...]:
+    return spec.signals().output if letter == "O" else spec.signals().input
+
+
+def _level(area: bytes, signal: spec.Signal) -> str:
+    return "ON" if area[signal.byte] >> signal.bit & 1 else "off"
+
+
+def _others(area: bytes, letter: str) -> Iterator[tuple[str, str]]:
+    """Words and general-purpose bits, by the manual's names."""
+    words = [*range(0, _BITS_AT, 2), *range(_EXTENSION_AT, len(area), 2)]
+    for at in words:
+        yield f"S{letter}W({at // 2})", format_word(area[at] | area[at + 1] << 8)
+    for at in _FREE_BITS:
+        for bit in range(8):
+            yield f"S{letter}({at - _BITS_AT:o}{bit})", str(area[at] >> bit & 1)

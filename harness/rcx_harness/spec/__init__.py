@@ -1,0 +1,29 @@
+"""The tables of signals, commands, alarms and errors, and telegrams in plain language."""
+
+from rcx_harness.spec.tables import (
+    Signal,
+    alarms,
+    command,
+    commands,
+    folder,
+    load_toml,
+    parse_toml,
+    signals,
+    whole_number,
+)
+from rcx_harness.spec.telegram import Command, Field, FieldValue
+
+__all__ = [
+    "Command",
+    "Field",
+    "FieldValue",
+    "Signal",
+    "alarms",
+    "command",
+    "commands",
+    "folder",
+    "load_toml",
+    "parse_toml",
+    "signals",
+    "whole_number",
+]

@@ -1,0 +1,242 @@
+"""The manual's tables as data: dedicated signals, alarms and remote commands.
+
+The tables live once, in the folder `spec` of the repository (inside the package where it is
+installed). What a telegram is made of: telegram.py.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+from rcx_harness.errors import InputError
+from rcx_harness.spec.telegram import Command, Field, FieldValue, Product, did_you_mean
+
+__all__ = [
+    "Alarm",
+    "Command",
+    "Field",
+    "FieldValue",
+    "Signal",
+    "Signals",
+    "alarms",
+    "command",
+    "commands",
+    "folder",
+    "load_toml",
+    "parse_toml",
+    "signals",
+    "whole_number",
+]
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One dedicated bit (manual chapter 5, 1 and 2).
+
+    `name` is how the library calls it, `signal` how the manual does; `address` is `m+32` or
+    `n+33`; `acts` says whether an input is taken by its level or its OFF to ON edge.
+    """
+
+    name: str
+    signal: str
+    address: str
+    bit: int
+    title: str
+    meaning: str
+    section: str
+    acts: str = ""
+
+    @property
+    def byte(self) -> int:
+        """Byte within the area."""
+        return int(self.address[2:])
+
+    @property
+    def short(self) -> str:
+        """`SO02` for `SO02_ServoOn`."""
+        return self.name.partition("_")[0]
+
+
+@dataclass(frozen=True)
+class Signals:
+    """All dedicated bits, and the bytes that are reserved altogether."""
+
+    output: tuple[Signal, ...]
+    input: tuple[Signal, ...]
+    reserved_bytes: tuple[int, ...]
+
+    def find(self, name: str) -> Signal:
+        """The signal called `SO02_ServoOn`, `SO02` or `SO(02)`.
+
+        Raises:
+            InputError: there is none of that name.
+        """
+        every = self.output + self.input
+        for signal in every:
+            if name in (signal.name, signal.short, signal.signal):
+                return signal
+        meant = get_close_matches(name, [s.name for s in every] + [s.short for s in every])
+        raise InputError(f"no signal is called {name!r}", hint=did_you_mean(meant))
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """An alarm that the manual names; `number` is `"12.600"`. `_ja` are texts in Japanese."""
+
+    number: str
+    group: int
+    category: int
+    name: str
+    cause: str
+    remedy: str
+    section: str
+    name_ja: str
+    cause_ja: str
+    remedy_ja: str
+
+
+def load_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises:
+        InputError: it cannot be read, or is not TOML (with the line).
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise InputError(f"cannot read it: {reason}", file=path) from error
+    return parse_toml(text, path)
+
+
+def parse_toml(text: str, path: Path) -> dict[str, Any]:
+    """The content of a TOML text; `path` is where it comes from.
+
+    Raises:
+        InputError: it is not TOML (with the line).
+    """
+    try:
+        toml: Any = importlib.import_module("tomllib")
+    except ModuleNotFoundError:  # Python 3.10
+        toml = importlib.import_module("tomli")
+    try:
+        content: dict[str, Any] = toml.loads(text)
+    except toml.TOMLDecodeError as error:
+        raise InputError(f"not valid TOML: {error}", file=path) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError("has a number too long, or lists in lists too deep", file=path) from error
+    return content
+
+
+@lru_cache(maxsize=1)
+def folder() -> Path:
+    """The folder with the tables: the repository's, else the one installed with the package."""
+    here = Path(__file__).resolve()
+    for candidate in (here.parents[3] / "spec", here.parents[1] / "_data" / "spec"):
+        if (candidate / "signals.toml").is_file():
+            return candidate
+    raise InputError("the folder spec/ is missing", hint="install rcx-harness again")
+
+
+@lru_cache(maxsize=1)
+def signals() -> Signals:
+    """All dedicated bits."""
+    path = folder() / "signals.toml"
+    table = load_toml(path)
+    return Signals(
+        output=_build(Signal, table["output"], path),
+        input=_build(Signal, table["input"], path),
+        reserved_bytes=tuple(table["reserved_bytes"]),
+    )
+
+
+@lru_cache(maxsize=1)
+def alarms() -> Mapping[str, Alarm]:
+    """The alarms by number."""
+    path = folder() / "alarms.toml"
+    return {alarm.number: alarm for alarm in _build(Alarm, load_toml(path)["alarm"], path)}
+
+
+@lru_cache(maxsize=1)
+def commands() -> Mapping[int, Command]:
+    """The remote commands by code, without the robot's digit."""
+    path = folder() / "remote_commands.toml"
+    tables = load_toml(path)
+    groups = {group["name"]: group for group in tables.get("group", ())}
+    table = _build(partial(_command, groups), tables["command"], path)
+    return {entry.code: entry for entry in table}
+
+
+def command(name: str) -> Command:
+    """The remote command of that name (`MovePtp`) or code (`16#1001`, `0x001`, `0xR001`).
+
+    Raises:
+        InputError: there is none.
+    """
+    by_name = {entry.name.lower(): entry for entry in commands().values()}
+    if name.lower() in by_name:
+        return by_name[name.lower()]
+    try:
+        code = whole_number(name.lower().replace("0xr", "0x0").replace("16#r", "16#0")) & 0x0FFF
+    except ValueError:
+        code = -1
+    if code in commands():
+        return commands()[code]
+    meant = [by_name[key].name for key in get_close_matches(name.lower(), by_name)]
+    hint = did_you_mean(meant) or "docs/commands.md lists all names and codes"
+    raise InputError(f"no remote command is called {name!r}", hint=hint)
+
+
+def whole_number(text: str) -> int:
+    """Read `16#00FF`, `0x00FF` or `255`.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    if not text.isascii():
+        raise ValueError("foreign digits")
+    return int(text[3:], 16) if text.startswith("16#") and text[3:4].isalnum() else int(text, 0)
+
+
+def _command(groups: Mapping[str, Mapping[str, Any]], /, **entry: Any) -> Command:
+    used = []
+    for name in entry.pop("groups", ()):
+        if name not in groups:
+            hint = did_you_mean(get_close_matches(name, groups))
+            raise ValueError(f"there is no group {name!r}; {hint}")
+        used.append(groups[name])
+    for side in ("request", "response"):
+        parts = [_field(**part) for table in (*used, entry) for part in table.get(side, ())]
+        entry[side] = tuple(sorted(parts, key=lambda part: (part.at, part.bits[0])))
+    entry["exclusive"] = tuple(tuple(pair) for pair in entry.get("exclusive", ()))
+    if "product" in entry:
+        limits = entry["product"]
+        entry["product"] = Product(tuple(limits["fields"]), tuple(limits["range"]))
+    return Command(**entry)
+
+
+def _field(**entry: Any) -> Field:
+    for key in ("bits", "range"):
+        if key in entry:
+            entry[key] = tuple(entry[key])
+    entry["values"] = {int(key, 0): text for key, text in entry.get("values", {}).items()}
+    entry["ranges"] = {int(key, 0): tuple(pair) for key, pair in entry.get("ranges", {}).items()}
+    return Field(**entry)
+
+
+def _build(kind: Callable[..., _T], entries: list[dict[str, Any]], path: Path) -> tuple[_T, ...]:
+    built = []
+    for number, entry in enumerate(entries, 1):
+        try:
+            built.append(kind(**entry))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"entry {number}: {error}", file=path) from error
+    return tuple(built)

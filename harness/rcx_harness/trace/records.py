@@ -1,0 +1,242 @@
+"""What happened in a run: JSON lines, one per PLC scan, controller cycle and finding."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from datetime import timedelta
+from pathlib import Path
+from typing import Any, NamedTuple, TextIO, TypeVar
+
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import OutputFile
+
+__all__ = ["FORMAT", "Cycle", "Finding", "Record", "Scan", "Trace", "header_line", "read_trace"]
+
+#: First entry of the first line.
+FORMAT = "rcx-trace/1"
+
+#: Records kept in memory: about two minutes of a 10 ms scan. A file gets all of them.
+_KEPT = 40_000
+
+
+class Scan(NamedTuple):
+    """One PLC scan: the area read at its start, the area written at its end."""
+
+    t_us: int
+    scan: int
+    so: bytes
+    si: bytes
+    vars: Mapping[str, Any] | None = None
+    controller: int = 1
+
+    def line(self) -> str:
+        """The record as JSON; `vars` only when variables are watched."""
+        which = _which(self.controller)
+        head = f'{{"t_us":{self.t_us},"scan":{self.scan}{which},"so":"{self.so.hex()}"'
+        if self.vars is None:
+            return f'{head},"si":"{self.si.hex()}"}}'
+        shown = json.dumps({path: _plain(value) for path, value in self.vars.items()}, **_COMPACT)
+        return f'{head},"si":"{self.si.hex()}","vars":{shown}}}'
+
+
+class Cycle(NamedTuple):
+    """One controller cycle: the area sampled (empty without a connection), the area answered."""
+
+    t_us: int
+    cycle: int
+    rcx_si: bytes
+    rcx_so: bytes
+    controller: int = 1
+
+    def line(self) -> str:
+        """The record as JSON."""
+        return (
+            f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
+            f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"}}'
+        )
+
+
+class Finding(NamedTuple):
+    """A rule that was broken: when, and what in words."""
+
+    t_us: int
+    violation: str
+
+    def line(self) -> str:
+        """The record as JSON."""
+        return json.dumps({"t_us": self.t_us, "violation": self.violation}, **_COMPACT)
+
+
+Record = Scan | Cycle | Finding
+
+_COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
+_R = TypeVar("_R", Scan, Cycle, Finding)
+
+
+def _which(controller: int) -> str:
+    """Which controller of a cell it is of, if it is not the first."""
+    return f',"controller":{controller}' if controller > 1 else ""
+
+
+def header_line(header: Mapping[str, Any]) -> str:
+    """The first line of a trace."""
+    return json.dumps({"format": FORMAT, **header}, **_COMPACT)
+
+
+class Trace:
+    """The records of a run, streamed to a file as they come; the latest also in memory.
+
+    Args:
+        header: Entries of the first line after `format`, in this order.
+        path: File to write; None for memory only.
+        keep: How many records stay in memory.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+
+    def __init__(
+        self, header: Mapping[str, Any], path: str | Path | None = None, *, keep: int = _KEPT
+    ) -> None:
+        self.header = {"format": FORMAT, **header}
+        self.path = Path(path) if path is not None else None
+        self._kept: deque[Record] = deque(maxlen=keep)
+        self._listeners: list[Callable[[Record], None]] = []
+        self._file: OutputFile | None = None
+        if self.path is not None:
+            self._file = OutputFile(self.path)
+            self._file.write(header_line(header) + "\n")
+
+    def listen(self, listener: Callable[[Record], None]) -> None:
+        """Call `listener` with every record from now on."""
+        self._listeners.append(listener)
+
+    def add(self, record: Record) -> None:
+        """Take the next record."""
+        self._kept.append(record)
+        if self._file is not None:
+            self._file.write(record.line() + "\n")
+        for listener in self._listeners:
+            listener(record)
+
+    def __iter__(self) -> Iterator[Record]:
+        """The records in memory, oldest first."""
+        return iter(self._kept)
+
+    def latest(self) -> Iterator[Record]:
+        """The records in memory, newest first."""
+        yield from reversed(self._kept)
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    def scans(self) -> list[Scan]:
+        """The PLC scans in memory."""
+        return self._of(Scan)
+
+    def cycles(self) -> list[Cycle]:
+        """The controller cycles in memory."""
+        return self._of(Cycle)
+
+    def findings(self) -> list[Finding]:
+        """The findings in memory."""
+        return self._of(Finding)
+
+    def lines(self) -> Iterator[str]:
+        """The header and the records in memory, as they stand in a file."""
+        yield json.dumps(self.header, **_COMPACT)
+        for record in self._kept:
+            yield record.line()
+
+    def snapshot(self) -> tuple[Record, ...]:
+        """The records in memory.
+
+        Raises:
+            InputError: a file is written; a file cannot go back in time.
+        """
+        if self._file is not None:
+            raise InputError(
+                "a cell that writes a trace file cannot be set back",
+                file=self.path,
+                hint="build the cell without trace= to use snapshot and restore",
+            )
+        return tuple(self._kept)
+
+    def restore(self, snapshot: tuple[Record, ...]) -> None:
+        """Go back to the records that `snapshot` gave."""
+        self._kept = deque(snapshot, maxlen=self._kept.maxlen)
+
+    def close(self) -> None:
+        """Write out what is buffered and close the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _of(self, kind: type[_R]) -> list[_R]:
+        return [record for record in self._kept if isinstance(record, kind)]
+
+
+def read_trace(path: str | Path) -> tuple[dict[str, Any], Iterator[Record]]:
+    """Read a trace file, record by record.
+
+    Returns:
+        The header, and an iterator over the records that reads as it goes.
+
+    Raises:
+        InputError: not readable, not of this format, or a line that is no record.
+    """
+    try:
+        file = Path(path).open(encoding="utf-8")  # noqa: SIM115 - the iterator closes it
+    except OSError as error:
+        raise InputError(f"the trace cannot be read: {error.strerror}", file=path) from None
+    header = _load(file.readline(), path, 1)
+    if header.get("format") != FORMAT:
+        file.close()
+        raise InputError(f"not a trace of format {FORMAT}", file=path, line=1)
+    return header, _records(file, path)
+
+
+def _records(file: TextIO, path: str | Path) -> Iterator[Record]:
+    with file:
+        for number, line in enumerate(file, start=2):
+            entry = _load(line, path, number)
+            try:
+                yield _record(entry)
+            except (KeyError, TypeError, ValueError):
+                raise InputError("not a record of a trace", file=path, line=number) from None
+
+
+def _load(line: str, path: str | Path, number: int) -> dict[str, Any]:
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        entry = None
+    if not isinstance(entry, dict):
+        raise InputError("not a line of a trace", file=path, line=number)
+    return entry
+
+
+def _record(entry: dict[str, Any]) -> Record:
+    controller = int(entry.get("controller", 1))
+    if "scan" in entry:
+        so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
+        return Scan(entry["t_us"], entry["scan"], so, si, entry.get("vars"), controller)
+    if "cycle" in entry:
+        si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
+        return Cycle(entry["t_us"], entry["cycle"], si, so, controller)
+    return Finding(entry["t_us"], entry["violation"])
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON can hold it: TIME as a literal, a REAL that is no number as a word."""
+    if isinstance(value, timedelta):
+        return f"T#{value / timedelta(milliseconds=1):.3f}".rstrip("0").rstrip(".") + "ms"
+    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
+        return str(value)
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    return value

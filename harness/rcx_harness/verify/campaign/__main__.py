@@ -1,8 +1,0 @@
-"""`python -m rcx_harness.verify.campaign`."""
-
-import sys
-
-from rcx_harness.verify.campaign.main import main
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,8 +1,0 @@
-"""`python -m rcx_harness.verify.explore`: see `command`."""
-
-import sys
-
-from rcx_harness.verify.explore.command import main
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,112 @@
+"""How a program calls the blocks of a robot, watched scan by scan where its source leaves it open.
+
+Only an engine that sees each call can tell; matiec's C cannot, so there nothing is reported.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.types import BlockType
+from rcx_harness.robot import Violation
+from rcx_harness.watch.calls_source import AREAS, CallPlan
+
+__all__ = ["CallMonitor"]
+
+
+class _Watched(NamedTuple):
+    """An instance: its path, its kind of area (`read`, `write` or empty), its pin Busy if any."""
+
+    path: str
+    area: str
+    busy: str
+
+
+class CallMonitor:
+    """Checks that each block is called once per scan, for one robot, and never left out while busy.
+
+    Args:
+        program: The program to watch.
+        plan: What its source leaves open; empty: there is nothing to watch, and no cost.
+    """
+
+    def __init__(self, program: Program, plan: CallPlan) -> None:
+        self._program = program
+        self._log = program.note_calls(plan.blocks) if plan.blocks else None
+        self._watched: dict[int, _Watched] = {}
+        if self._log is not None:
+            for name, kind in program.instances().items():
+                if isinstance(kind, BlockType):
+                    for one in _inside(name, kind, plan):
+                        self._watched[self._log.key(one.path)] = one
+        self._robots: dict[int, int] = {}
+        """The robot of each instance's last call."""
+        self._before: frozenset[str] = frozenset()
+        """What was wrong in the scan before: what lasts is told once."""
+
+    def scan(self, t_us: int, scan: int) -> list[Violation]:
+        """Judge the calls of a scan."""
+        if self._log is None:
+            return []
+        calls = [(key, robot) for key, robot in self._log.take() if key in self._watched]
+        broken = dict.fromkeys(self._judge(calls))
+        found = [text for text in broken if text not in self._before]
+        self._before = frozenset(broken)
+        return [Violation(t_us, "calls", f"plc, scan {scan}: calls: {text}") for text in found]
+
+    def snapshot(self) -> object:
+        """What is remembered of the scans before."""
+        return dict(self._robots), self._before
+
+    def restore(self, snapshot: tuple[dict[int, int], frozenset[str]]) -> None:
+        """Go back to what `snapshot` gave."""
+        robots, self._before = snapshot
+        self._robots = dict(robots)
+
+    def _judge(self, calls: list[tuple[int, int]]) -> Iterator[str]:
+        times = Counter(key for key, _ in calls)
+        for key, number in times.items():
+            if number > 1:
+                yield (
+                    f"{self._watched[key].path} was called {number} times in one scan; call it "
+                    "once: its time limits would end early, or never"
+                )
+        areas: dict[tuple[int, str], dict[str, None]] = defaultdict(dict)
+        for key, robot in calls:
+            one = self._watched[key]
+            if one.area:
+                areas[robot, one.area][one.path] = None
+            if self._robots.setdefault(key, robot) != robot:
+                yield f"{one.path} was called for two robots; declare an instance for each"
+            self._robots[key] = robot
+        for (_, area), paths in areas.items():
+            if len(paths) > 1:
+                yield f"{' and '.join(paths)} both {area} the area of one robot; call one of them"
+        written = {robot for robot, area in areas if area == "write"}
+        for key, one in self._watched.items():
+            left_out = key not in times and one.busy and self._robots.get(key) in written
+            if left_out and self._program.read(one.busy):
+                yield (
+                    f"{one.path} was not called though it is busy: it loses its turn (16#8013); "
+                    "call it in every scan, outside of any IF"
+                )
+
+
+def _inside(path: str, owner: BlockType, plan: CallPlan) -> Iterator[_Watched]:
+    """The watched instances that the user's program or block declares, and those inside them."""
+    names = plan.owners.get(owner.name.upper())
+    if names is None:
+        return
+    for variable in owner.variables:
+        block = variable.type
+        if variable.section != "VAR" or not isinstance(block, BlockType):
+            continue
+        inner = f"{path}.{variable.name}"
+        if variable.name.upper() in names:
+            busy = [pin.name for pin in block.variables if pin.name.upper() == "BUSY"]
+            area = AREAS.get(block.name.upper(), "")
+            yield _Watched(inner, area, f"{inner}.{busy[0]}" if busy else "")
+        yield from _inside(inner, block, plan)

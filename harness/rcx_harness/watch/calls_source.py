@@ -1,0 +1,395 @@
+"""How a program calls the blocks of a robot, read from its source: once per scan, in their order.
+
+A block that takes a `Robot : RCX_REF`, or has such blocks inside, remembers what it saw in its last
+call: it wants one call in each scan, always for the same robot, between FB_ReadArea and
+FB_WriteArea. Blocks that read or write one bit or word of an image remember nothing and are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from rcx_harness.engine import cache
+from rcx_harness.engine.checked import is_lasting
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.watch.steady import bodies_of
+
+__all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan"]
+
+#: The blocks that begin and end a robot's scan.
+AREAS = {
+    "FB_READAREA": "read",
+    "FB_READAREAWORDS": "read",
+    "FB_WRITEAREA": "write",
+    "FB_WRITEAREAWORDS": "write",
+}
+_REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
+_STARTS = ("EXECUTE", "ENABLE")
+
+
+class CallFinding(NamedTuple):
+    """A call that is not as it should be.
+
+    Attributes:
+        file: Where it stands.
+        at: Line and column.
+        text: What is wrong and what to do.
+        certain: It goes wrong whenever the statement runs; else it depends on the conditions.
+    """
+
+    file: Path
+    at: s.Position
+    text: str
+    certain: bool
+
+
+class CallPlan(NamedTuple):
+    """What is to be watched while a program runs, because its source does not settle it.
+
+    Attributes:
+        blocks: Types to watch, in upper case, with the place of the RCX_REF among their
+            VAR_IN_OUT; None for a block that has its robots inside.
+        owners: The user's programs and blocks, by type in upper case, with the watched instances
+            in each. Empty where every call is certain: then there is nothing to watch.
+    """
+
+    blocks: dict[str, int | None]
+    owners: dict[str, frozenset[str]]
+
+
+def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[CallFinding]:
+    """Check the calls in a program's own files.
+
+    Args:
+        files: The program's files, free of errors.
+        library: The files of the blocks that it uses.
+    """
+    blocks = _blocks([*files, *library])
+    return [
+        finding
+        for file in files
+        for owner in _owners(file)
+        for finding in _Calls(file, owner, blocks).findings()
+    ]
+
+
+def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
+    """What the source leaves open; see `CallPlan`. The arguments are those of `call_findings`."""
+    # This very file stands between them: what it says depends on it, and on which files are whose.
+    key = cache.sources_key((*files, Path(__file__), *library))
+    lasting = key if is_lasting((*files, *library)) else ""
+
+    def kept() -> CallPlan:
+        return cache.kept("calls", lasting, lambda: _plan(files, library))
+
+    return cache.remembered("calls", key, kept)
+
+
+def _plan(files: Sequence[Path], library: Sequence[Path]) -> CallPlan:
+    blocks = _blocks([*files, *library])
+    called = [_Calls(file, owner, blocks) for file in files for owner in _owners(file)]
+    if not any(calls.findings() or calls.varies for calls in called):
+        return CallPlan({}, {})
+    owners = {calls.owner.name.key: frozenset(calls.called) for calls in called}
+    used = {kind for calls in called for kind in calls.kinds}
+    return CallPlan({kind: blocks[kind].place for kind in sorted(used)}, owners)
+
+
+@dataclass(frozen=True)
+class _Block:
+    """A type of block.
+
+    Attributes:
+        name: In upper case.
+        pin: Its VAR_IN_OUT of type RCX_REF, in upper case; empty if it has none.
+        place: Where that is among its VAR_IN_OUT.
+        watched: It wants one call in each scan.
+        works: It has an Execute or Enable, is an area block, or has such blocks inside.
+    """
+
+    name: str
+    pin: str
+    place: int | None
+    watched: bool
+    works: bool
+
+
+def _owners(file: Path) -> Iterator[s.Pou]:
+    for one in parse(file).declarations:
+        if isinstance(one, s.Pou) and one.kind in ("PROGRAM", "FUNCTION_BLOCK"):
+            yield one
+
+
+def _blocks(files: Sequence[Path]) -> dict[str, _Block]:
+    """The types of blocks by name, those with blocks of a robot inside among them."""
+    pous = [pou for file in files for pou in _owners(file) if pou.kind == "FUNCTION_BLOCK"]
+    found = {pou.name.key: _block(pou) for pou in pous}
+    inside = {pou.name.key: {kind for _, kind in _variables(pou, "VAR")} for pou in pous}
+    more = True
+    while more:
+        more = False
+        for name, kinds in inside.items():
+            block = found[name]
+            if not (block.watched and block.works) and any(
+                kind in found and found[kind].watched and found[kind].works for kind in kinds
+            ):
+                found[name] = _Block(name, block.pin, block.place, watched=True, works=True)
+                more = True
+    return found
+
+
+def _block(pou: s.Pou) -> _Block:
+    in_outs = list(_variables(pou, "VAR_IN_OUT"))
+    refs = [place for place, (_, kind) in enumerate(in_outs) if kind == _REF]
+    pin, place = (in_outs[refs[0]][0], refs[0]) if refs else ("", None)
+    area = pou.name.key in AREAS
+    passing = any(kind in _IMAGES for _, kind in in_outs) and not area
+    starts = any(name in _STARTS for name, _ in _variables(pou, "VAR_INPUT"))
+    watched = bool(refs) and (starts or not passing)
+    return _Block(pou.name.key, pin, place, watched, watched and (starts or area))
+
+
+def _variables(pou: s.Pou, kind: str) -> Iterator[tuple[str, str]]:
+    """Names and types of a kind of variables, in upper case."""
+    for section in pou.sections:
+        if section.kind == kind:
+            for one in section.variables:
+                spec = one.spec.name.key if isinstance(one.spec, s.NamedSpec) else ""
+                yield from ((name.key, spec) for name in one.names)
+
+
+class _Call(NamedTuple):
+    """A call statement: of which instance and robot, and the branches around it."""
+
+    at: s.Position
+    name: str
+    block: _Block
+    robot: str
+    guards: tuple[int, ...]
+    loop: bool
+
+    @property
+    def key(self) -> str:
+        """The robot's name, to be compared."""
+        return self.robot.upper()
+
+
+#: What has been called on a way through the body: by instance, or by area and robot.
+_Way = dict[tuple[str, str], tuple[_Call, ...]]
+
+
+@dataclass
+class _Calls:
+    """The calls in one program or block.
+
+    Attributes:
+        file: Where it stands.
+        owner: The program or block.
+        blocks: All types of blocks.
+        called: Its watched instances, in upper case.
+        kinds: Their types.
+        varies: A robot is chosen by an index that the source does not settle.
+    """
+
+    file: Path
+    owner: s.Pou
+    blocks: dict[str, _Block]
+    called: set[str] = field(default_factory=set)
+    kinds: set[str] = field(default_factory=set)
+    varies: bool = False
+
+    def __post_init__(self) -> None:
+        self._types = {
+            name: kind
+            for section in ("VAR", "VAR_EXTERNAL", "VAR_IN_OUT")
+            for name, kind in _variables(self.owner, section)
+        }
+        self._found: dict[tuple[s.Position, str], CallFinding] = {}
+        self._robots: dict[str, _Call] = {}
+        self._exits: list[list[_Way]] = []
+        self._branches = 0
+        self._returned = False
+        self._read: set[str] = {
+            _text(_argument(call, block)).upper()
+            for call, block in self._all(self.owner.body)
+            if AREAS.get(block.name) == "read"
+        }
+        self._run(self.owner.body, {}, (), loop=False)
+
+    def findings(self) -> list[CallFinding]:
+        """What is wrong, in the order of the lines."""
+        return sorted(self._found.values(), key=lambda one: one.at)
+
+    # --- ways through the body ---
+
+    def _run(
+        self, body: Iterable[s.Statement], way: _Way, guards: tuple[int, ...], *, loop: bool
+    ) -> _Way | None:
+        """Follow statements; what has been called at their end, None if no way leads there."""
+        for one in body:
+            if isinstance(one, s.CallStatement):
+                block = self._called(one)
+                if block is not None:
+                    way = self._call(one, block, way, guards, loop)
+            elif isinstance(one, (s.If, s.Case)):
+                after = [self._branch(inner, way, guards, loop) for inner in bodies_of(one)]
+                live = [end for end in after if end is not None]
+                if not live:
+                    return None
+                way = _joined(live)
+            elif isinstance(one, (s.For, s.While, s.Repeat)):
+                self._exits.append([])
+                end = self._branch(one.body, way, guards, loop=True)
+                ways = [*self._exits.pop(), *([end] if end is not None else []), way]
+                way = _joined(ways)
+            elif isinstance(one, s.Exit):
+                self._exits[-1].append(way)
+                return None
+            elif isinstance(one, s.Return):
+                self._returned = True
+                return None
+        return way
+
+    def _branch(
+        self, body: Iterable[s.Statement], way: _Way, guards: tuple[int, ...], loop: bool
+    ) -> _Way | None:
+        self._branches += 1
+        return self._run(body, way, (*guards, self._branches), loop=loop)
+
+    def _called(self, one: s.CallStatement) -> _Block | None:
+        """The watched type that a statement calls."""
+        if not isinstance(one.callee, s.Name):
+            return None
+        block = self.blocks.get(self._types.get(one.callee.key, ""))
+        return block if block is not None and block.watched else None
+
+    def _all(self, body: Iterable[s.Statement]) -> Iterator[tuple[s.CallStatement, _Block]]:
+        for one in body:
+            if isinstance(one, s.CallStatement):
+                block = self._called(one)
+                if block is not None:
+                    yield one, block
+            for inner in bodies_of(one):
+                yield from self._all(inner)
+
+    # --- one call ---
+
+    def _call(
+        self, one: s.CallStatement, block: _Block, way: _Way, guards: tuple[int, ...], loop: bool
+    ) -> _Way:
+        assert isinstance(one.callee, s.Name)
+        name = one.callee.text
+        call = _Call(one.at, name, block, _text(_argument(one, block)), guards, loop)
+        self.called.add(name.upper())
+        self.kinds.add(block.name)
+        self.varies = self.varies or _varies(_argument(one, block))
+        self._once(call, way)
+        self._one_robot(call)
+        area = AREAS.get(block.name, "")
+        self._order(call, area, way)
+        if block.works and not loop and (guards or self._returned):
+            why = "after a RETURN that may come first" if not guards else "only under a condition"
+            self._tell(
+                call,
+                f"{name} is called {why}: a block that is skipped while it is busy loses its turn "
+                "(16#8013); call it in every scan and switch its Execute or Enable",
+                certain=False,
+            )
+        keys = [("", name.upper()), *([(area, call.key)] if area else [])]
+        return {**way, **{key: (*way.get(key, ()), call) for key in keys}}
+
+    def _once(self, call: _Call, way: _Way) -> None:
+        """It must not be called before, nor another area block for this robot."""
+        if call.loop:
+            self._tell(call, f"{call.name} is called inside a loop; call it once per scan, outside")
+            return
+        before = way.get(("", call.name.upper()), ())
+        if before:
+            self._tell(
+                call,
+                f"{call.name} is called a second time in a scan (first in line "
+                f"{before[0].at.line}); call it once, with all its inputs",
+                certain=_both_run(before, call),
+            )
+            return
+        area = AREAS.get(call.block.name)
+        others = way.get((area, call.key), ()) if area else ()
+        if others:
+            self._tell(
+                call,
+                f"{call.name} is a second block that {area}s the area of {call.robot} in a scan "
+                f"(the first is {others[0].name} in line {others[0].at.line}); one for each robot",
+                certain=_both_run(others, call),
+            )
+
+    def _one_robot(self, call: _Call) -> None:
+        first = self._robots.setdefault(call.name.upper(), call)
+        if first.key != call.key:
+            self._tell(
+                call,
+                f"{call.name} is used for {call.robot} here and for {first.robot} in line "
+                f"{first.at.line}; declare an instance for each robot",
+            )
+
+    def _order(self, call: _Call, area: str, way: _Way) -> None:
+        """Reading first, writing last, where this body reads the robot's area."""
+        if not call.block.works or call.loop:
+            return
+        if area != "read" and call.key in self._read and ("read", call.key) not in way:
+            self._tell(
+                call,
+                f"{call.name} is called before the area of {call.robot} is read: it sees the scan "
+                "before; call FB_ReadArea first",
+            )
+        written = way.get(("write", call.key), ())
+        if written and area != "write":
+            self._tell(
+                call,
+                f"{call.name} is called after {written[0].name} in line {written[0].at.line}: what "
+                "it asks for goes out a scan late; call FB_WriteArea last",
+                certain=_both_run(written, call),
+            )
+
+    def _tell(self, call: _Call, text: str, *, certain: bool = True) -> None:
+        self._found.setdefault((call.at, text), CallFinding(self.file, call.at, text, certain))
+
+
+def _joined(ways: Sequence[_Way]) -> _Way:
+    """Of several ways to one place: what may have been called most often."""
+    keys = dict.fromkeys(key for way in ways for key in way)
+    return {key: max((way.get(key, ()) for way in ways), key=len) for key in keys}
+
+
+def _both_run(before: Sequence[_Call], call: _Call) -> bool:
+    """Does one of them run whenever the other does: is its branch around that of the other?"""
+    pairs = [(one.guards, call.guards) for one in before]
+    return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
+
+
+def _argument(one: s.CallStatement, block: _Block) -> s.Expression | None:
+    """What a call gives as the block's robot."""
+    for argument in one.arguments:
+        if argument.name is not None and argument.name.key == block.pin:
+            return argument.value
+    return None
+
+
+def _varies(node: s.Expression | None) -> bool:
+    """Is it an element that an index chooses while the program runs?"""
+    if isinstance(node, s.Field):
+        return _varies(node.base)
+    return isinstance(node, s.Index) and not all(isinstance(i, s.Literal) for i in node.indices)
+
+
+def _text(node: object) -> str:
+    if isinstance(node, (s.Name, s.Literal)):
+        return node.text
+    if isinstance(node, s.Field):
+        return f"{_text(node.base)}.{node.name.text}"
+    if isinstance(node, s.Index):
+        return f"{_text(node.base)}[{', '.join(map(_text, node.indices))}]"
+    return ""

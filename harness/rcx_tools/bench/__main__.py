@@ -1,0 +1,93 @@
+"""`make bench`, or `python -m rcx_tools.bench`: measure, print a table, write out/bench.json.
+
+Ends with 0 if all targets are met, with 1 if one is missed, with 2 if it cannot be measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+from rich.console import Console
+
+from rcx_harness.errors import InputError
+from rcx_harness.units import parse_us
+from rcx_tools.bench.figure import Figure, Options, as_table, store
+
+__all__ = ["POINTS", "main"]
+
+OUTPUT = Path("out/bench.json")
+#: Columns of the table where nobody says how wide the screen is, as in a file.
+_FILE_WIDTH = 140
+
+#: What can be measured: a module of this package with `measure(options)`, and a line of help.
+POINTS: dict[str, str] = {
+    "handshake": "scans of commands and sequences beside the theoretical minimum (docs/timing.md)",
+    "sizes": "bytes per instance on matiec",
+    "cost": "a scan of matiec's C beside C written by hand",
+    "simulation": "simulated seconds a second, growth, memory, compile times",
+    "explicit": "explicit messages beside stock cpppo, scans in lock-step",
+    "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
+    "suite": "the tests: time, the ten slowest, the same results in any number of processes",
+}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Measure what is asked for; see the head of this module for the exit code."""
+    parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
+    parser.add_argument("--only", default="", help=f"some of {', '.join(POINTS)}")
+    parser.add_argument("--rpi", default="10ms,5ms,2ms,1ms", help="intervals of cyclic I/O")
+    parser.add_argument("--for", default="10s", dest="duration", help="length of real-time runs")
+    parser.add_argument("--quick", action="store_true", help="small samples, to see that it works")
+    given = parser.parse_args(arguments)
+    try:
+        points = _points(given.only)
+        options = Options(
+            seconds=parse_us(given.duration) / 1e6,
+            rpi_us=tuple(parse_us(text) for text in given.rpi.split(",")),
+            quick=given.quick,
+        )
+        found = _measured(points, options)
+    except InputError as error:
+        Console(stderr=True).print(f"make bench: {error}", markup=False, highlight=False)
+        return 2
+    return 0 if all(one.met for one in found.values()) else 1
+
+
+def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
+    """Measure the points, print each as it is there, and keep them."""
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=_FILE_WIDTH)
+    every: dict[str, Figure] = {}
+    for point in points:
+        console.print(f"{point}: {POINTS[point]} ...", highlight=False)
+        found = import_module(f"rcx_tools.bench.{point}").measure(options)
+        store(found, OUTPUT)
+        console.print(as_table(found))
+        every |= found
+    missed = [name for name, one in every.items() if not one.met]
+    console.print(f"written: {OUTPUT}", highlight=False)
+    if missed:
+        console.print(f"missed: {', '.join(missed)}", highlight=False)
+    return every
+
+
+def _points(only: str) -> list[str]:
+    """The points that are named, or all.
+
+    Raises:
+        InputError: there is no such point.
+    """
+    wanted = [text.strip() for text in only.split(",") if text.strip()] or list(POINTS)
+    for point in wanted:
+        if point not in POINTS:
+            raise InputError(f"there is no point {point!r} to measure", hint=", ".join(POINTS))
+    return wanted
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,323 @@
+"""Cyclic I/O in real time: packets, gaps and CPU, alone and under a flood of explicit messages.
+
+Each controller is an adapter and a scanner on loopback addresses of their own, each in processes
+of its own. Beside the gaps stand those of a bare timer that runs at the same time, because
+machines are shared and noisy. All processes of a run are there before the first packet: with real
+time priority the packets of many controllers leave a new process no time to start.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from statistics import median
+from typing import NamedTuple
+
+from rich.console import Console
+
+from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.originator.client import Client
+from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.target.adapter import Adapter
+from rcx_harness.units import format_us
+from rcx_tools.bench.figure import (
+    NO_TARGET,
+    Figure,
+    Options,
+    at_least,
+    at_most,
+    percentile,
+    shown,
+)
+from rcx_tools.bench.processes import (
+    cpu_of_children,
+    first_line,
+    in_ordinary_time,
+    running,
+)
+
+__all__ = [
+    "Case",
+    "Run",
+    "cases",
+    "figures",
+    "flood",
+    "foreseen_s",
+    "is_too_much",
+    "measure",
+    "run",
+    "timer",
+]
+
+_SIZE = 48
+_MODULE = "rcx_harness.enip.cyclic.process"
+#: How often both sides get new data [s].
+_FRESH_S = 0.005
+#: Longest time-out: a stall of a busy machine is to be counted, not to end the connection.
+_PATIENT = 5
+#: The shortest interval of the promise, which is for one controller.
+_PROMISED_US = 2_000
+#: More of them: how many, and their interval [us]; with `quick` the first only.
+_MANY = ((4, 2_000), (16, 10_000), (16, 2_000))
+#: What of all processors may be taken by packets with real-time priority.
+_SHARE = 0.75
+#: What a run takes besides its packets [s]: itself, and each of its controllers.
+_RUN_S, _START_S = 1.0, 1.0
+
+
+class Case(NamedTuple):
+    """One run to be made: packet interval [us], controllers at once, with a flood of each."""
+
+    rpi_us: int
+    controllers: int
+    flooded: bool
+
+    @property
+    def name(self) -> str:
+        """`cyclic_2ms_x4_flood`."""
+        interval = format_us(self.rpi_us).replace(" ", "")
+        many = f"_x{self.controllers}" if self.controllers > 1 else ""
+        return f"cyclic_{interval}{many}{'_flood' if self.flooded else ''}"
+
+    @property
+    def rate(self) -> float:
+        """Packets a second, both ways, of all controllers."""
+        return 2e6 * self.controllers / self.rpi_us
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of all its controllers.
+
+    Attributes:
+        case: What was run.
+        seconds: How long.
+        packets: That came, both ways, of all controllers.
+        nominal: That should have come.
+        missing: By their sequence numbers, both ways.
+        gap_median_us: Median of the gaps between packets to the scanner; of several, the median.
+        gap_p99_us: 99 % of the gaps are not longer; the worst controller's.
+        timer_p99_us: The same of the bare timer.
+        cpu_us: CPU time for each packet sent and received, of all processes of the cyclic part.
+        ordinary: Without real-time priority, because it was foreseen to be too much.
+    """
+
+    case: Case
+    seconds: float
+    packets: int
+    nominal: float
+    missing: int
+    gap_median_us: int
+    gap_p99_us: int
+    timer_p99_us: int
+    cpu_us: float
+    ordinary: bool = False
+
+
+def measure(options: Options) -> dict[str, Figure]:
+    """All intervals alone and under flood, then more controllers; a line for each run."""
+    seconds = 1.0 if options.quick else options.seconds
+    console = Console(highlight=False)
+    planned = cases(options)
+    length = foreseen_s(planned, seconds)
+    console.print(f"  {len(planned)} runs of {seconds:g} s, with their starts about {length:.0f} s")
+    found: dict[str, Figure] = {}
+    quiet: dict[Case, Run] = {}
+    costs_us: list[float] = []
+    for number, case in enumerate(planned, start=1):
+        ordinary = is_too_much(case, min(costs_us, default=0.0))
+        told = ", without real-time priority" if ordinary else ""
+        console.print(f"  {number} of {len(planned)}: {case.name}, {case.rate:g} packets/s{told}")
+        done = run(case, seconds, ordinary)
+        if case.flooded:
+            found |= figures(done, quiet[case._replace(flooded=False)])
+        else:
+            quiet[case] = done
+            costs_us.append(done.cpu_us)
+            found |= figures(done, None)
+    return found
+
+
+def cases(options: Options) -> list[Case]:
+    """The runs in their order: each alone, then under flood."""
+    single = [(1, rpi_us) for rpi_us in options.rpi_us]
+    many = _MANY[: 1 if options.quick else None]
+    return [
+        Case(rpi_us, controllers, flooded)
+        for controllers, rpi_us in (*single, *many)
+        for flooded in (False, True)
+    ]
+
+
+def foreseen_s(planned: Sequence[Case], seconds: float) -> float:
+    """How long runs of so many seconds will take with what they start [s]."""
+    return sum(seconds + _RUN_S + _START_S * case.controllers for case in planned)
+
+
+def is_too_much(case: Case, cost_us: float) -> bool:
+    """Would its packets leave other programs, and each other, too little time?
+
+    With real-time priority they would be served first; a machine that they fill stands still.
+
+    Args:
+        case: What is to be run.
+        cost_us: CPU time of a packet, as runs of one controller have shown.
+    """
+    return case.rate * cost_us / 1e6 > _SHARE * (os.cpu_count() or 1)
+
+
+def run(case: Case, seconds: float, ordinary: bool = False) -> Run:
+    """Hold the connections, and count.
+
+    Args:
+        case: What to run.
+        seconds: How long.
+        ordinary: Without real-time priority.
+
+    Raises:
+        RcxError: an adapter did not start, or a connection was refused.
+    """
+    with ExitStack() as held:
+        pairs = [_pair(held, number, case.rpi_us) for number in range(case.controllers)]
+        addresses = [adapter.address for adapter, _ in pairs] if case.flooded else []
+        loads = [
+            held.enter_context(running(__name__, ["flood", host, str(port)]))
+            for host, port in addresses
+        ]
+        bare = held.enter_context(running(__name__, ["timer", str(case.rpi_us), str(seconds)]))
+        for process in (*loads, bare):
+            first_line(process)
+        if ordinary:
+            in_ordinary_time(_MODULE)
+        for _, scanner in pairs:
+            scanner.open()
+        for process in (*loads, bare):
+            _begin(process)
+        cpu = time.monotonic(), cpu_of_children(_MODULE)
+        before, start = _counts(pairs), time.monotonic()
+        count = 0
+        while (passed := time.monotonic() - start) < seconds:
+            count += 1
+            image = count.to_bytes(_SIZE, "little")
+            for adapter, scanner in pairs:
+                adapter.write_to_master(image)
+                scanner.write(image)
+            time.sleep(_FRESH_S)
+        after = _counts(pairs)
+        # What the processes use is read before and after the packets: it takes its time.
+        used = (cpu_of_children(_MODULE) - cpu[1]) / (time.monotonic() - cpu[0]) * passed
+        seen = [scanner.statistics() for _, scanner in pairs]
+        gaps = json.loads(bare.communicate()[0] or "[]")
+    ends = list(zip(before, after, strict=True))
+    # Packets of each end in its own time, brought to the time of the run.
+    rate = sum((b.received - a.received) / (b.time_s - a.time_s) for a, b in ends)
+    packets = round(rate * passed)
+    return Run(
+        case, passed, packets,
+        nominal=case.rate * passed,
+        missing=sum(b.missing - a.missing for a, b in ends),
+        gap_median_us=round(median(one.gap_median_us for one in seen)),
+        gap_p99_us=max(one.gap_p99_us for one in seen),
+        timer_p99_us=percentile(gaps, 0.99),
+        cpu_us=used * 1e6 / packets if packets else 0.0,
+        ordinary=ordinary,
+    )  # fmt: skip
+
+
+def figures(run: Run, quiet: Run | None) -> dict[str, Figure]:
+    """What a run says, by name; `quiet` is the same without the flood."""
+    rate = run.packets / run.nominal
+    beside = f"bare timer: p99 {run.timer_p99_us} us"
+    case, name = run.case, run.case.name
+    promised = case.rpi_us >= _PROMISED_US and case.controllers == 1
+    how = "without real-time priority" if run.ordinary else NO_TARGET
+    found = {
+        f"{name}_packets": shown(round(run.packets / run.seconds), "packets/s"),
+        f"{name}_missing": shown(run.missing, "packets"),
+        f"{name}_rate": shown(rate, "of nominal", how),
+        f"{name}_gap_median": shown(run.gap_median_us, "us"),
+        f"{name}_gap_p99": shown(run.gap_p99_us, "us", beside),
+        f"{name}_cpu": shown(run.cpu_us, "us/packet", "adapter and scanner"),
+    }
+    if promised and quiet is None:
+        found[f"{name}_missing"] = at_most(run.missing, "packets", 0)
+        found[f"{name}_rate"] = at_least(rate, "of nominal", 0.98)
+    elif promised and quiet is not None:
+        share = rate * quiet.nominal / quiet.packets if quiet.packets else 0.0
+        found[f"{name}_rate"] = at_least(share, "of the quiet run", 0.9)
+    return found
+
+
+def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
+    """A controller's adapter and its master, not yet connected."""
+    device, master = f"127.0.77.{number + 1}", f"127.0.78.{number + 1}"
+    options = AdapterOptions(rpi_min_us=1000)
+    adapter = held.enter_context(Adapter(_SIZE, host=device, cyclic=2222, options=options))
+    port = adapter.address[1]
+    scanner = held.enter_context(
+        Scanner(device, _SIZE, rpi_us, multiplier=_PATIENT, address=master, port=port)
+    )
+    scanner.write(bytes(_SIZE))
+    return adapter, scanner
+
+
+class _Count(NamedTuple):
+    """Packets that one end has received and missed so far, and when it was asked [s]."""
+
+    received: int
+    missing: int
+    time_s: float
+
+
+def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
+    """Of each end of all connections; with many of them to ask takes its time."""
+    counts = []
+    for adapter, scanner in pairs:
+        device = adapter.shared.status()
+        counts.append(_Count(device.received, device.missing, time.monotonic()))
+        master = scanner.statistics()
+        counts.append(_Count(master.received, master.missing, time.monotonic()))
+    return counts
+
+
+def _begin(process: subprocess.Popen[str]) -> None:
+    """Let a process of this module that is ready begin."""
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
+
+
+def timer(interval_us: int, seconds: float) -> list[int]:
+    """The gaps of a timer that does nothing else [us]."""
+    interval, end = interval_us / 1e6, time.monotonic() + seconds
+    gaps: list[int] = []
+    due = before = time.monotonic()
+    while due < end:
+        due += interval
+        time.sleep(max(0.0, due - time.monotonic()))
+        now = time.monotonic()
+        gaps.append(round((now - before) * 1e6))
+        before = now
+    return gaps
+
+
+def flood(host: str, port: int) -> None:
+    """Ask for assembly 100 without a pause, until ended."""
+    with Client(host, port) as client:
+        while True:
+            client.get_assembly(100)
+
+
+if __name__ == "__main__":
+    print("ready", flush=True)
+    sys.stdin.readline()
+    if sys.argv[1] == "timer":
+        print(json.dumps(timer(int(sys.argv[2]), float(sys.argv[3]))))
+    else:
+        flood(sys.argv[2], int(sys.argv[3]))

@@ -1,0 +1,260 @@
+"""The handshake and the dedicated inputs beside their theoretical minimum (docs/timing.md).
+
+Every combination of a grid is simulated on the built-in engine; a scan more than the minimum
+anywhere is an extra scan.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import astuple
+from datetime import timedelta
+from functools import cache, partial
+from math import lcm
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.build import default_lib, source_files
+from rcx_harness.cell.clock import CYCLE_US, Timing
+from rcx_harness.cell.link import DirectLink
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.frontend import load
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.trace import Scan
+from rcx_tools.bench.figure import Figure, Options, at_most, shown
+from rcx_tools.bench.minimum import Clocks, Command, command, sequence
+
+__all__ = ["Case", "Simulated", "grid", "measure", "simulate_command", "simulate_sequence"]
+
+#: Between two changes of dedicated inputs, without the margin [us].
+_INTERVAL_US = 100_000
+#: The controller's response to code, end of a command and reset [ms].
+_RESPONSES_MS = (0, 7, 20)
+#: Margin beyond what the network needs [ms].
+_MARGINS_MS = (0, 45)
+_MOST_SCANS = 10_000
+
+_HEAD = """
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected, Go : BOOL;
+    Margin : TIME := T#0s;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    {blocks}
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+  {calls}
+  WriteArea(Robot := Robot, Image := OutputArea, Margin := Margin,
+            EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+#: Two commands, the second with the end of the first: read the positions.
+_COMMANDS = "PROGRAM Commands" + _HEAD.format(
+    blocks="First, Second : FB_RemoteCommand;",
+    calls="""First(Robot := Robot, Execute := Go, Code := WORD#16#0505);
+  Second(Robot := Robot, Execute := First.Done, Code := WORD#16#0505);""",
+)
+#: Four dedicated inputs, each with the end of the one before.
+_SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
+    blocks="Reset : FB_AlarmReset; Servo : FB_ServoOn; Rewind : FB_ProgramReset;\n"
+    "    Auto : FB_AutoStart;",
+    calls="""Reset(Robot := Robot, Execute := Go);
+  Servo(Robot := Robot, Execute := Reset.Done);
+  Rewind(Robot := Robot, Execute := Servo.Done);
+  Auto(Robot := Robot, Execute := Rewind.Done);""",
+)
+#: Their outputs that say it is done, and the bit of their input in bytes n + 32, n + 33.
+_STEPS = (("Reset", 14), ("Servo", 1), ("Rewind", 13), ("Auto", 10))
+#: The controller's time for each of them [ms]: alarm reset, servo ON, program reset, start.
+_ANSWERS_MS = (20.0, 50.0, 20.0, 20.0)
+
+
+class Case(NamedTuple):
+    """One combination: periods, the controller's response, and the clocks' phases [us]."""
+
+    scan_us: int
+    rpi_us: int
+    response_us: int
+    phases: tuple[int, int, int, int] = (0, 0, 0, 0)
+
+    @property
+    def timing(self) -> Timing:
+        """The clocks of a cell; no time-out comes in between."""
+        return Timing(self.scan_us, self.rpi_us, 0, 10 * self.rpi_us + 500_000, self.phases)
+
+
+class Simulated(NamedTuple):
+    """What the cell did, and the minimum of the same start."""
+
+    case: Case
+    took: tuple[int, ...]
+    minimum: tuple[int, ...]
+
+    @property
+    def extra(self) -> int:
+        """The most scans that any of the times is above its minimum; negative is impossible."""
+        late = [a - b for a, b in zip(self.took, self.minimum, strict=True)]
+        return max(late, key=abs) // self.case.scan_us
+
+
+def grid(
+    scans_ms: Iterable[int], rpis_ms: Iterable[int], responses_ms: Iterable[int]
+) -> list[Case]:
+    """Every combination twice: all clocks from 0, and with phases that are drawn for it."""
+    cases = []
+    for scan, rpi, response in itertools.product(scans_ms, rpis_ms, responses_ms):
+        random = Random(f"{scan} {rpi} {response}")
+        periods = (5_000, rpi * 1000, rpi * 1000, scan * 1000)
+        drawn = tuple(random.randrange(period) for period in periods)
+        cases.append(Case(scan * 1000, rpi * 1000, response * 1000))
+        cases.append(Case(scan * 1000, rpi * 1000, response * 1000, drawn))  # type: ignore[arg-type]
+    return cases
+
+
+def simulate_command(case: Case, *, together: bool = False) -> Simulated:
+    """From `Execute` to `Done`, and on to the next command's code, of two commands in a row.
+
+    Args:
+        case: The combination.
+        together: `Execute` rises in a scan in which all clocks tick, for phases of 0.
+
+    Returns:
+        Times are those of the scans, counted from the scan of the rising edge [us]: code written,
+        done, next data possible, next code written.
+    """
+    config = RobotConfig(
+        command_accept_delay=case.response_us / 1000, status_reset_delay=case.response_us / 1000,
+        command_delay=case.response_us / 1000,
+    )  # fmt: skip
+    with _cell(_COMMANDS, case, config) as cell:
+        _settle(cell)
+        if together:
+            period = lcm(case.scan_us, case.rpi_us, CYCLE_US)
+            cell.run(period - cell.now_us % period)
+        cell["Main.Go"] = True
+        cell.scan()
+        start = cell.now_us
+        code = _until(cell, lambda scan: scan.si[:2] != b"\0\0")
+        done = _until(cell, partial(_is_true, cell, "Main.First.Done"))
+        ready = _until(cell, lambda scan: scan.so[:2] == b"\0\0")
+        following = _until(cell, lambda scan: scan.si[:2] != b"\0\0")
+    clocks = Clocks(case.timing)
+    least = command(
+        clocks, start, accept_us=case.response_us, run_us=case.response_us,
+        reset_us=case.response_us,
+    )  # fmt: skip
+    return _simulated(case, start, Command(code, done, ready, following), least)
+
+
+def simulate_sequence(case: Case) -> Simulated:
+    """Alarm reset, servo ON, program reset and start in a row.
+
+    The margin is what the network needs, RPI + 5 ms, and `response_us` beyond that. Times as at
+    `simulate_command`: for each input ON, done, OFF.
+    """
+    config = RobotConfig(power_on_alarm="17.401", program_is_reset=False)
+    margin_us = case.rpi_us + CYCLE_US + case.response_us
+    with _cell(_SEQUENCES, case, config) as cell:
+        cell["Main.Margin"] = timedelta(microseconds=margin_us)
+        _settle(cell)
+        cell["Main.Go"] = True
+        cell.scan()
+        start = cell.now_us
+        took: list[int] = []
+        for name, bit in _STEPS:
+            took.append(_until(cell, partial(_is_on, bit)))
+            took.append(_until(cell, partial(_is_true, cell, f"Main.{name}.Done")))
+            took.append(_until(cell, partial(_is_off, bit)))
+    answers = tuple(round(answer * 1000) for answer in _ANSWERS_MS)
+    steps = sequence(Clocks(case.timing), start, answers, _INTERVAL_US + margin_us)
+    least = [time for step in steps for time in (step.on, step.done, step.off)]
+    return Simulated(case, _from(start, took), _from(start, least))
+
+
+def measure(options: Options) -> dict[str, Figure]:
+    """The whole grid, on all processors: 1 to 20 ms, 1 to 100 ms, several responses."""
+    step = 7 if options.quick else 1
+    cases = grid(range(1, 21, step), range(1, 101, step), _RESPONSES_MS)
+    margins = grid(range(1, 21, 3 * step), range(1, 101, 9 * step), _MARGINS_MS)
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        commands = list(pool.map(simulate_command, cases, chunksize=64))
+        sequences = list(pool.map(simulate_sequence, margins, chunksize=16))
+    return {
+        "handshake_combinations": shown(len(commands), "cells", "scan x RPI x response"),
+        "handshake_extra_scans": at_most(_most(commands), "scans", 0, "docs/timing.md"),
+        "sequence_combinations": shown(len(sequences), "cells", "scan x RPI x margin"),
+        "sequence_extra_scans": at_most(_most(sequences), "scans", 0, "docs/timing.md"),
+    }
+
+
+def _most(found: Sequence[Simulated]) -> int:
+    """The greatest difference; one that is too early counts as much as one that is late."""
+    return max(abs(one.extra) for one in found)
+
+
+def _simulated(case: Case, start: int, took: Command, least: Command) -> Simulated:
+    return Simulated(case, _from(start, astuple(took)), _from(start, astuple(least)))
+
+
+def _is_on(bit: int, scan: Scan) -> bool:
+    """Is a dedicated input ON after this scan?"""
+    return bool(int.from_bytes(scan.si[32:34], "little") >> bit & 1)
+
+
+def _is_off(bit: int, scan: Scan) -> bool:
+    return not _is_on(bit, scan)
+
+
+def _is_true(cell: Cell, path: str, _: Scan) -> bool:
+    return bool(cell[path])
+
+
+def _from(start: int, times: Sequence[int]) -> tuple[int, ...]:
+    return tuple(time - start for time in times)
+
+
+@cache
+def _program(text: str) -> BuiltinProgram:
+    """A program with the library, compiled once per process."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Main.st"
+        file.write_text(text, encoding="utf-8")
+        return BuiltinProgram.build(load(source_files(file, default_lib()).all))
+
+
+def _cell(text: str, case: Case, config: RobotConfig) -> Cell:
+    program = _program(text).instance()
+    return Cell(program, Controller(config), DirectLink(48), case.timing)
+
+
+def _settle(cell: Cell) -> None:
+    """Scan until the interval since the link came up is over: what is asked now goes out now."""
+
+    def ready() -> bool:
+        robot = cell["Main.Robot"]
+        return bool(robot["Phase"] == "PHASE_READY" and robot["Settled"])
+
+    cell.run_until(ready, within="60s")
+
+
+def _until(cell: Cell, condition: Callable[[Scan], object]) -> int:
+    """Scan until `condition` of the last scan is true; the time of that scan [us].
+
+    Raises:
+        InputError: it did not become true: the bench does not measure what it should.
+    """
+    for _ in range(_MOST_SCANS):
+        last = next(one for one in cell.trace.latest() if isinstance(one, Scan))
+        if condition(last):
+            return last.t_us
+        cell.scan()
+    raise InputError(f"the bench waits in vain, {cell.timing}")

@@ -1,0 +1,122 @@
+"""The theoretical minimum of docs/timing.md: when each step can happen at the earliest.
+
+It knows nothing of the blocks: three clocks, what waits for what, and the manual's 100 ms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rcx_harness.cell.clock import CYCLE_US, Timing
+
+__all__ = ["Clocks", "Command", "Step", "command", "sequence"]
+
+#: A command this short ends in the cycle that begins it: the controller skips the run status.
+_SHORT_US = CYCLE_US
+
+
+@dataclass(frozen=True)
+class Command:
+    """A remote command at its earliest; times are those of scans [us].
+
+    Attributes:
+        code: The code is written; the data words one scan before.
+        done: The end status is read.
+        ready: The status 0x0000 is read after the reset: the next data words are written.
+        following: The next command's code is written.
+    """
+
+    code: int
+    done: int
+    ready: int
+    following: int
+
+
+@dataclass(frozen=True)
+class Step:
+    """One dedicated input of a sequence at its earliest; times are those of scans [us].
+
+    Attributes:
+        on: The input goes ON.
+        done: The controller's answer is read.
+        off: The input goes OFF.
+    """
+
+    on: int
+    done: int
+    off: int
+
+
+class Clocks:
+    """When scan, packet and controller cycle come; jitter is taken as 0."""
+
+    def __init__(self, timing: Timing) -> None:
+        self.scan_us, self._rpi_us = timing.scan_us, timing.rpi_us
+        self._cycle_phase, self._to_robot, self._to_plc, self._scan_phase = timing.phases
+
+    def scan(self, t_us: int) -> int:
+        """S(t): the first scan at `t_us` or later."""
+        return _next(t_us, self.scan_us, self._scan_phase)
+
+    def cycle(self, t_us: int) -> int:
+        """C(t): the first controller cycle at `t_us` or later."""
+        return _next(t_us, CYCLE_US, self._cycle_phase)
+
+    def seen_by_robot(self, t_us: int) -> int:
+        """R(t): the cycle that sees what the scan at `t_us` wrote.
+
+        A scan's outputs go with the first packet after it, and a cycle sees what arrived before.
+        """
+        packet = _next(t_us + 1, self._rpi_us, self._to_robot)
+        return self.cycle(packet + 1)
+
+    def seen_by_plc(self, t_us: int) -> int:
+        """A(t): the scan that reads what the cycle at `t_us` answered."""
+        return self.scan(_next(t_us, self._rpi_us, self._to_plc))
+
+
+def command(
+    clocks: Clocks, start_us: int, *, accept_us: int, run_us: int, reset_us: int
+) -> Command:
+    """The handshake at its earliest.
+
+    Args:
+        clocks: The three clocks.
+        start_us: The scan of the rising edge; the status is 0x0000 and the channel free.
+        accept_us: The controller's time from the code to the beginning of the command.
+        run_us: How long the command takes.
+        reset_us: The controller's time from the code 0x0000 to the status 0x0000.
+    """
+    code = start_us + clocks.scan_us
+    begun = clocks.cycle(clocks.seen_by_robot(code) + accept_us)
+    ended = begun if run_us < _SHORT_US else clocks.cycle(begun + run_us)
+    done = clocks.seen_by_plc(ended)
+    ready = clocks.seen_by_plc(clocks.cycle(clocks.seen_by_robot(done) + reset_us))
+    return Command(code, done, ready, ready + clocks.scan_us)
+
+
+def sequence(
+    clocks: Clocks, start_us: int, answers_us: tuple[int, ...], spacing_us: int
+) -> list[Step]:
+    """Dedicated inputs one after the other, each with the end of the one before.
+
+    Args:
+        clocks: The three clocks.
+        start_us: The scan of the first rising edge; no input has changed for `spacing_us`.
+        answers_us: The controller's time from each input to its answer.
+        spacing_us: 100 ms and the margin.
+    """
+    steps: list[Step] = []
+    asked, free = start_us, start_us
+    for answer_us in answers_us:
+        on = clocks.scan(max(asked, free))
+        done = clocks.seen_by_plc(clocks.cycle(clocks.seen_by_robot(on) + answer_us))
+        off = clocks.scan(max(done, on + spacing_us))
+        steps.append(Step(on, done, off))
+        asked, free = done, off + spacing_us
+    return steps
+
+
+def _next(t_us: int, period_us: int, phase_us: int) -> int:
+    """The first of phase, phase + period, ... at `t_us` or later."""
+    return max(0, -(-(t_us - phase_us) // period_us)) * period_us + phase_us

@@ -1,0 +1,58 @@
+"""docs/blocks: a page for each block, with an example that is run, and its chart from that run.
+
+What it works on: the heads and pins in plc/lib, the tables in spec/, and docs/blocks/snippets.toml.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from rcx_tools.docs.blocks.examples import program, snippets, stimulus
+from rcx_tools.docs.blocks.page import CHART_MARK, MARK, block_chart, block_page, functions_page
+from rcx_tools.docs.blocks.source import ROOT, pous
+
+__all__ = ["files", "files_of", "leftovers"]
+
+_GENERATED = (MARK, "# Generated from docs/blocks", " * Generated from docs/blocks", CHART_MARK)
+
+
+def files() -> dict[str, Callable[[], str]]:
+    """What writes each generated file of docs/blocks, by its path in the repository."""
+    written: dict[str, Callable[[], str]] = {"docs/blocks/functions.md": functions_page}
+    for name, pou in pous().items():
+        if not pou.is_function:
+            written |= files_of(name)
+    return written
+
+
+def files_of(name: str) -> dict[str, Callable[[], str]]:
+    """The files of one block: its page, and with an example its program, stimulus and chart."""
+    written: dict[str, Callable[[], str]] = {f"docs/blocks/{name}.md": partial(block_page, name)}
+    snippet = snippets().get(name)
+    if snippet:
+        for path, render in ((snippet.path, program), (snippet.stimulus_path, stimulus)):
+            written[path.relative_to(ROOT).as_posix()] = partial(render, snippet)
+        written[f"docs/blocks/charts/{name}.svg"] = partial(block_chart, name)
+    return written
+
+
+def leftovers(root: Path = ROOT) -> list[str]:
+    """Generated files that nothing writes any more, as of a block that has gone.
+
+    Args:
+        root: The repository.
+
+    Returns:
+        Their paths in it; never of a file that does not say that it is generated.
+    """
+    written = files()
+    found = []
+    for file in sorted((root / "docs/blocks").rglob("*.*")):
+        path = file.relative_to(root).as_posix()
+        if path not in written and file.is_file():
+            head = file.read_text(encoding="utf-8")[:400]
+            if any(mark in head for mark in _GENERATED):
+                found.append(path)
+    return found

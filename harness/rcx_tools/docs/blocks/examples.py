@@ -1,0 +1,308 @@
+"""The examples of the pages: what docs/blocks/snippets.toml says, and the program it becomes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.spec import load_toml
+from rcx_tools.docs.blocks.source import ROOT, Pou, kinds, pous
+from rcx_tools.library import library
+
+__all__ = ["FOLDER", "START_US", "Snippet", "Step", "program", "snippets", "stimulus", "without"]
+
+FOLDER = ROOT / "docs/blocks"
+_FILE = FOLDER / "snippets.toml"
+
+#: When `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
+START_US = 600_000
+
+_WIDTH = 100
+
+
+@dataclass(frozen=True)
+class Step:
+    """A block of the program.
+
+    Attributes:
+        instance: What it is called.
+        block: Its type.
+        inputs: As ST writes them; a list fills an array.
+        end: Its output that starts the next one.
+        after: It is called after FB_WriteArea.
+    """
+
+    instance: str
+    block: str
+    inputs: Mapping[str, Any]
+    end: str = "Done"
+    after: bool = False
+
+
+@dataclass(frozen=True)
+class Snippet:
+    """One example.
+
+    Attributes:
+        pou: The block that it shows.
+        call: How it is called; None where the frame of the program is the example.
+        before: What runs first, each started by the end of the one before.
+        about: A sentence for the page.
+        events: What happens beside the start, as tables of a stimulus file.
+        stop: When `Start` becomes FALSE again, as text; empty: never.
+        size: Bytes of the areas.
+        frame: Inputs of FB_ReadArea and FB_WriteArea that are not the usual ones.
+        show: More lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`, `Main.Connected`.
+        buttons: More push buttons than Start; the events set them.
+        last: Outputs are read at the end of the run, not when the block has ended.
+    """
+
+    pou: Pou
+    call: Step | None
+    before: tuple[Step, ...]
+    about: str = ""
+    events: tuple[Mapping[str, Any], ...] = ()
+    stop: str = ""
+    size: int = 48
+    frame: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    show: tuple[str, ...] = ()
+    buttons: tuple[str, ...] = ()
+    last: bool = False
+
+    @property
+    def steps(self) -> list[Step]:
+        """All blocks that it adds to the frame, in the order of their calls."""
+        return [*self.before, *([self.call] if self.call else [])]
+
+    @property
+    def path(self) -> Path:
+        """Its program."""
+        return FOLDER / "programs" / f"{self.pou.name}.st"
+
+    @property
+    def stimulus_path(self) -> Path:
+        """What happens to it: a file of its own, or that of all."""
+        own = self.events or self.stop
+        return FOLDER / "programs" / f"{self.pou.name if own else 'start'}.toml"
+
+    @property
+    def words(self) -> bool:
+        """Its process image is made of words."""
+        return any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pou.pins)
+
+    def command(self, seconds: str) -> str:
+        """What a user types to run it."""
+        place = "docs/blocks/programs"
+        size = f" --size {self.size}" if self.size != 48 else ""
+        return (
+            f"rcx run {place}/{self.path.name} --robot {place}/robot.toml{size} \\\n"
+            f"  --stimulus {place}/{self.stimulus_path.name} --for {seconds}"
+        )
+
+
+@cache
+def snippets() -> dict[str, Snippet]:
+    """The examples by block.
+
+    Blocks that the file does not name have one if they are generated command blocks, which do
+    with their defaults; others have none.
+
+    Raises:
+        InputError: an entry that is wrong.
+    """
+    table = load_toml(_FILE)
+    named: dict[str, dict[str, Any]] = {}
+    for entry in table["block"]:
+        for name in entry.pop("names", None) or [entry.pop("name", "")]:
+            if name not in pous():
+                raise InputError(f"no block is called {name!r}", file=_FILE)
+            named[name] = entry
+    found = {}
+    for name, pou in pous().items():
+        entry = library().blocks.get(name)
+        generic = entry is not None and not entry.handwritten
+        if name in named or (generic and not pou.internal):
+            try:
+                found[name] = _snippet(pou, table["before"], **named.get(name, {}))
+            except (KeyError, TypeError) as error:
+                raise InputError(f"{name}: {error}", file=_FILE) from None
+    return found
+
+
+def without() -> dict[str, str]:
+    """Blocks that need no example, each with the reason."""
+    reasons: dict[str, str] = load_toml(_FILE).get("without", {})
+    return reasons
+
+
+def _snippet(
+    pou: Pou,
+    steps: Mapping[str, Mapping[str, Any]],
+    *,
+    inputs: Mapping[str, Any] | None = None,
+    before: Sequence[str] = (),
+    events: Sequence[Mapping[str, Any]] = (),
+    show: Sequence[str] = (),
+    buttons: Sequence[str] = (),
+    after: bool = False,
+    **rest: Any,
+) -> Snippet:
+    name = pou.name.removeprefix("FB_")
+    areas = ("ReadArea", "WriteArea", "ReadAreaWords", "WriteAreaWords")
+    call = None if name in areas else Step(name, pou.name, inputs or {}, after=after)
+    first = tuple(Step(**{"inputs": {}, **steps[one]}) for one in before)
+    return Snippet(
+        pou,
+        call,
+        first,
+        events=tuple(events),
+        show=tuple(show),
+        buttons=tuple(buttons),
+        **rest,
+    )
+
+
+def program(snippet: Snippet) -> str:
+    """The program as ST text."""
+    name = snippet.pou.name.removeprefix("FB_")
+    steps = snippet.steps
+    head = [
+        "(*",
+        f" * Example of {snippet.pou.name}, shown and run on its page docs/blocks.",
+        " *",
+        " * Generated from docs/blocks/snippets.toml by `make docs`.",
+        " *)",
+        f"PROGRAM {name}Example",
+    ]
+    body = list(_body(snippet, steps))
+    lines = [f"  {one}".rstrip() for one in body]
+    return "\n".join([*head, *_variables(snippet, steps), "", *lines, "END_PROGRAM", ""])
+
+
+def stimulus(snippet: Snippet) -> str:
+    """The stimulus file of an example that needs one of its own, else that of all."""
+    at = [{"time": f"{START_US // 1000}ms", "set": {"Main.Start": True}}]
+    if snippet.stop:
+        at.append({"time": snippet.stop, "set": {"Main.Start": False}})
+    lines = ["# Generated from docs/blocks/snippets.toml by `make docs`."]
+    for entry in [*snippet.events, *at]:
+        lines += ["", "[[at]]", *(f"{key} = {_toml(value)}" for key, value in entry.items())]
+    return "\n".join([*lines, ""])
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_toml(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"\w+", key) else f'"{key}"'
+
+
+def _body(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
+    kind = "Words" if snippet.words else ""
+    size = {"Size": snippet.size} if snippet.size != 48 else {}
+    read = {"Robot": "Robot", "Image": "InputArea", **size, "Connected": "Connected"}
+    write = {"Robot": "Robot", "Image": "OutputArea", **size, "Margin": "T#20ms"}
+    write |= {"EmergencyStopOk": "CellSafe", "StopOk": "CellSafe"}
+    yield from _call(f"ReadArea{kind}", read | dict(snippet.frame.get("read", {})))
+    yield ""
+    start = "Start"
+    between = [step for step in steps if not step.after]
+    for step in between:
+        yield from _step(step, start)
+        start = f"{step.instance}.{step.end}"
+    if between:
+        yield ""
+    yield from _call(f"WriteArea{kind}", write | dict(snippet.frame.get("write", {})))
+    if len(between) < len(steps):
+        yield ""
+    for step in steps[len(between) :]:
+        yield from _step(step, start)
+
+
+def _step(step: Step, start: str) -> Iterator[str]:
+    pou = pous()[step.block]
+    given: dict[str, Any] = {}
+    for pin in pou.pins:
+        if pin.section == "VAR_OUTPUT":
+            continue
+        if pin.name == "Image":
+            given[pin.name] = "InputArea" if pou.pin("m") else "OutputArea"
+        elif pin.section == "VAR_IN_OUT":
+            given[pin.name] = pin.name
+        elif pin.name in ("Execute", "Enable"):
+            given[pin.name] = step.inputs.get(pin.name, start)
+        elif pin.name in step.inputs:
+            given[pin.name] = step.inputs[pin.name]
+    unknown = step.inputs.keys() - given.keys()
+    if unknown:
+        raise InputError(f"{step.block} has no input {', '.join(sorted(unknown))}", file=_FILE)
+    types = {pin.name: pin.type for pin in pou.pins}
+    for name, value in given.items():
+        if isinstance(value, list):
+            element = kinds()[types[name]].element
+            for k, one in enumerate(value, 1):
+                if one not in (0, "WORD#16#0000"):
+                    yield f"{name}[{k}] := {_literal(one, element)};"
+            given[name] = name
+    texts = {name: _literal(value, types[name]) for name, value in given.items()}
+    yield from _call(step.instance, texts)
+
+
+def _literal(value: Any, kind: str) -> str:
+    if isinstance(value, bool):
+        return str(value).upper()
+    if kind == "REAL" and isinstance(value, (int, float)):
+        return str(float(value))
+    return str(value)
+
+
+def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
+    """A call with named arguments, in lines that are not too long."""
+    line = f"{instance}("
+    indent = " " * len(line)
+    parts = [f"{name} := {value}" for name, value in inputs.items()]
+    for k, part in enumerate(parts):
+        end = "," if k + 1 < len(parts) else ");"
+        if len(line) + len(part) + len(end) + 3 > _WIDTH:
+            yield line.rstrip()
+            line = indent
+        line += f"{part}{end} "
+    yield line.rstrip()
+
+
+def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
+    words = "_WORDS" if snippet.words else ""
+    kind = "Words" if snippet.words else ""
+    rows = [
+        ("InputArea", f"RCX_IMAGE{words}", "robot to PLC, filled by your scanner"),
+        ("OutputArea", f"RCX_IMAGE{words}", "PLC to robot, sent by your scanner"),
+        ("Connected", "BOOL", "your scanner's status"),
+        ("CellSafe", "BOOL := TRUE", "wire it to your safety circuit's answer"),
+        *((name, "BOOL", "push button") for name in ("Start", *snippet.buttons)),
+        ("Robot", "RCX_REF", ""),
+        (f"ReadArea{kind}", f"FB_ReadArea{kind}", ""),
+        (f"WriteArea{kind}", f"FB_WriteArea{kind}", ""),
+    ]
+    for step in steps:
+        rows.append((step.instance, step.block, ""))
+        for name, value in step.inputs.items():
+            pin = pous()[step.block].pin(name)
+            if isinstance(value, list) and pin:
+                rows.append((name, pin.type, ""))
+    width = max(len(name) for name, _, _ in rows)
+    column = max(len(kind) for _, kind, said in rows if said) + 2
+    yield "  VAR"
+    for name, kind, said in rows:
+        text = f"    {name:<{width}} : {kind + ';':<{column}} "
+        yield f"{text}(* {said} *)" if said else text.rstrip()
+    yield "  END_VAR"

@@ -1,0 +1,186 @@
+"""An example in the virtual cell: what it did, and how its signals changed."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.errors import InputError
+from rcx_harness.trace.chart import Lane, Timeline
+from rcx_tools.docs.blocks.examples import FOLDER, START_US, Snippet, program, snippets, stimulus
+from rcx_tools.docs.blocks.source import CONTRACT
+from rcx_tools.docs.blocks.tracks import DRAWN, not_too_many, tracks_of
+
+__all__ = ["Run", "run_of", "run_snippet"]
+
+_ROBOT = FOLDER / "programs/robot.toml"
+
+#: Longer than the longest movement of the examples.
+_LONGEST_US = 20_000_000
+#: How long a block without an end of its own runs from the start on, and any other after its end.
+_AFTER_US = 300_000
+
+#: WORD pins that say in numbers what a BOOL or a table of the page says.
+_NUMBERS = ("ErrorID", "AlarmGroup", "AlarmCategory", "Code")
+#: The contract's outputs after the inputs, and in this order.
+_ORDER = {"Busy": 2, "Active": 3, "Done": 4, "Valid": 4, "Error": 5}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run of an example showed.
+
+    Attributes:
+        snippet: The example.
+        lanes: The signals that changed, in the order of the chart.
+        left_out: Addresses of words that changed and are not drawn.
+        outputs: The block's own outputs at its end, by name.
+        took_us: From the start of the block to its end; None where it has none.
+        seconds: How long `rcx run` needs to show the same, as text.
+    """
+
+    snippet: Snippet
+    lanes: tuple[Lane, ...]
+    left_out: tuple[str, ...]
+    outputs: dict[str, Any]
+    took_us: int | None
+    seconds: str
+
+    @property
+    def timeline(self) -> Timeline:
+        """Its chart."""
+        return _Lanes(self.lanes)
+
+
+class _Lanes(Timeline):
+    """A chart of given lanes, from the start of the block on."""
+
+    def __init__(self, lanes: Sequence[Lane]) -> None:
+        super().__init__()
+        self._shown = list(lanes)
+
+    def lanes(self) -> list[Lane]:
+        return self._shown
+
+    def instants(self) -> list[int]:
+        every = super().instants()
+        before = [t_us for t_us in every if t_us < 0]
+        held = any(lane.kind == "word" and lane.value_at(-1) for lane in self._shown)
+        # A word that is still out then needs room for its digits.
+        return [*(before[-1:] if held else []), *(t_us for t_us in every if t_us >= 0)]
+
+
+@cache
+def run_of(name: str, engine: str = "builtin") -> Run:
+    """The run of a block's example."""
+    return run_snippet(snippets()[name], engine=engine)
+
+
+def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
+    """Run an example, as generated now, until its block has ended.
+
+    Raises:
+        InputError: it does not end as its page says, or a rule is broken on the way.
+    """
+    files = (snippet.path, snippet.stimulus_path)
+    texts = (program(snippet), stimulus(snippet))
+    if all(map(_has, files, texts)):
+        return _run(snippet, *files, engine)  # a file that lasts is compiled only once
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder, snippet.path.name), Path(folder, "stimulus.toml")
+        for file, text in zip(made, texts, strict=True):
+            file.write_text(text, encoding="utf-8")
+        return _run(snippet, *made, engine)
+
+
+def _has(file: Path, text: str) -> bool:
+    """Is this the text of the file?"""
+    return file.is_file() and file.read_text(encoding="utf-8") == text
+
+
+def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
+    pins = [pin for pin in snippet.pou.pins if pin.section != "VAR_IN_OUT"]
+    instance = snippet.pou.name.removeprefix("FB_")
+    shown = [pin for pin in pins if pin.type in DRAWN and pin.name not in _NUMBERS]
+    shown.sort(key=lambda pin: _ORDER.get(pin.name, 1 if pin.section == "VAR_OUTPUT" else 0))
+    flags = [f"Main.{instance}.{pin.name}" for pin in shown]
+    flags += [one for one in snippet.show if one.startswith("Main.") and one not in flags]
+    size = snippet.size
+    with Cell.build(source, engine=engine, robot=_ROBOT, size=size, watch=flags) as cell:
+        tracks = list(tracks_of(snippet, flags))
+        for track in tracks:
+            cell.trace.listen(track.take)
+        Stimulus.load(events).schedule(cell)
+        begin, end = _until_end(snippet, cell, f"Main.{instance}")
+        outputs = _outputs(snippet, cell, f"Main.{instance}")
+        cell.run(_AFTER_US)
+        stop = snippet.stop and max(entry.t_us for entry in Stimulus.load(events).entries)
+        if stop and cell.now_us < stop + _AFTER_US:
+            cell.run(stop + _AFTER_US - cell.now_us)
+        if snippet.last:
+            outputs = _outputs(snippet, cell, f"Main.{instance}")
+        if cell.violations:
+            raise InputError(f"{snippet.pou.name}: {cell.violations[0].text}", file=snippet.path)
+        if (
+            snippet.pou.pin("Error")
+            and cell[f"Main.{instance}.Error"]
+            and "Error" not in _may(snippet)
+        ):
+            raise _failed(snippet, cell, f"Main.{instance}")
+        last = cell.now_us
+    few, left_out = not_too_many([track for track in tracks if track.changed(begin, last)])
+    lanes = tuple(track.lane_of(begin) for track in few)
+    took = end - begin if snippet.pou.pin("Execute") or snippet.pou.pin("Enable") else None
+    seconds = f"{-(-last // 500_000) / 2:g}s"
+    return Run(snippet, lanes, tuple(left_out), outputs, took, seconds)
+
+
+def _may(snippet: Snippet) -> tuple[str, ...]:
+    """Outputs that may be TRUE at the end of a run; none but those of a broken link."""
+    return ("Error",) if any("link_down" in str(event) for event in snippet.events) else ()
+
+
+def _until_end(snippet: Snippet, cell: Cell, path: str) -> tuple[int, int]:
+    """Run until the block has ended; when it was started, and when it ended [us]."""
+    pou = snippet.pou
+    starts = "Execute" if pou.pin("Execute") else "Enable" if pou.pin("Enable") else ""
+    ends = "Done" if pou.pin("Done") else "Valid"
+    if not starts:
+        cell.run(START_US + _AFTER_US)
+        return (START_US if snippet.before else 0), cell.now_us
+    begin = 0
+    while cell.now_us < _LONGEST_US:
+        cell.scan()
+        if not begin and cell[f"{path}.{starts}"]:
+            begin = cell.now_us
+        if begin and cell[f"{path}.{ends}"]:
+            end = cell.now_us
+            if ends == "Valid":
+                cell.run(100_000)
+            return begin, end
+        for step in snippet.before:
+            if step.end != "Error" and cell[f"Main.{step.instance}.Error"]:
+                raise _failed(snippet, cell, f"Main.{step.instance}")
+        if cell[f"{path}.Error"]:
+            raise _failed(snippet, cell, path)
+    raise InputError(f"{pou.name} is still busy after 20 s", file=snippet.path)
+
+
+def _failed(snippet: Snippet, cell: Cell, path: str) -> InputError:
+    text = f"{snippet.pou.name}: {path} ends with ErrorID 16#{cell[path + '.ErrorID']:04X}"
+    with suppress(InputError):
+        text += f", alarm {cell[path + '.AlarmGroup']}.{cell[path + '.AlarmCategory']}"
+    return InputError(text, file=snippet.path)
+
+
+def _outputs(snippet: Snippet, cell: Cell, path: str) -> dict[str, Any]:
+    own = [pin.name for pin in snippet.pou.of("VAR_OUTPUT") if pin.name not in CONTRACT]
+    shown = [name for name in own if name not in ("AlarmGroup", "AlarmCategory")]
+    return {name: cell[f"{path}.{name}"] for name in shown}

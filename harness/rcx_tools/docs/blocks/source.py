@@ -1,0 +1,265 @@
+"""What the files of plc/lib say of a block: its head, its pins, its errors, what it is made of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+__all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kinds", "pous"]
+
+ROOT = Path(__file__).resolve().parents[4]
+
+#: Pins that every block of their kind has; everything else is the block's own.
+CONTRACT = ("Execute", "Enable", "Done", "Valid", "Busy", "Active", "Error", "ErrorID")
+
+_COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
+_SECTION = re.compile(r"^  (VAR\w*)\n(.*?)^  END_VAR", re.DOTALL | re.MULTILINE)
+_PIN = re.compile(r"^    (\w+)\s*:\s*(\w+)(?:\s*:=\s*(.*?))?;\s*(?:\(\* (.*?) \*\))?$")
+_MEMBER = re.compile(r"^    (\w+),?\s*\(\* (.*?) \*\)$", re.MULTILINE)
+_ARRAY = re.compile(r"ARRAY \[(\d+)\.\.(\d+)\] OF (\w+)")
+_UNIT = re.compile(r"(?:^|\s+)\[([^\]]+)\]")
+_POU = re.compile(r"\bF[BC]_\w+\b")
+_WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
+_ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
+
+#: What shared functions give, but not to every caller: an odd offset is wrong in an image of words
+#: only, an odd number with double words only.
+_ODD_OFFSET, _ODD_NUMBER = 0x8032, 0x8035
+
+#: What FB_Job adds on its own: a time limit and what else can happen to a turn. A remote command
+#: also ends with what FB_ReadArea finds, Robot.Answer; a channel of one's own has no queue.
+_JOB = "FB_Job"
+_CALLED_WRONG = {0x8013, 0x8016}
+_OWN = {0x8010} | _CALLED_WRONG
+_SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
+_NORMAL_END = 0x0200
+_ANSWER = re.compile(r"\bRobot\.Answer := WORD#16#([0-9A-F]{4});")
+
+#: Paragraphs of a head that the page says in another way.
+_NOT_SAID = ("Generated from", "Tests:")
+
+#: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
+Section = str
+
+
+@dataclass(frozen=True)
+class Pin:
+    """One pin as it is declared; `unit` is what its comment has in brackets."""
+
+    section: Section
+    name: str
+    type: str
+    default: str
+    unit: str
+    comment: str
+
+
+@dataclass(frozen=True)
+class Pou:
+    """A block or function of the library.
+
+    Attributes:
+        file: Its source.
+        folder: Folder below plc/lib.
+        does: The first sentence of its head.
+        about: The paragraphs after it, without those on tests and on what generates it.
+        section: Where the manual has it; empty for the library's own.
+        tests: The tests that its head names.
+        pins: The interface, in the order of declaration.
+        uses: Blocks and functions that its code names.
+        said: Blocks and functions that its comments name.
+        own_errors: ErrorIDs that its own code gives.
+        answers: ErrorIDs that it puts into Robot.Answer, for the blocks that take that.
+        job: How it calls its FB_Job; empty where it has none.
+        result: Type of a function's result.
+    """
+
+    file: Path
+    folder: str
+    does: str
+    about: tuple[str, ...]
+    section: str
+    tests: tuple[str, ...]
+    pins: tuple[Pin, ...]
+    uses: tuple[str, ...]
+    said: tuple[str, ...]
+    own_errors: frozenset[int]
+    answers: frozenset[int]
+    job: str
+    result: str
+
+    @property
+    def name(self) -> str:
+        """Its name, that of the file."""
+        return self.file.stem
+
+    @property
+    def is_function(self) -> bool:
+        """A FUNCTION, not a FUNCTION_BLOCK."""
+        return self.name.startswith("FC_")
+
+    @property
+    def internal(self) -> bool:
+        """Part of other blocks: no user calls it."""
+        head = " ".join((self.does, *self.about))
+        inside = any(pin.type == "RCX_CHANNEL" for pin in self.pins)
+        return inside or bool(re.search(r"\bPart of\b", head))
+
+    def of(self, *sections: Section) -> list[Pin]:
+        """Its pins of these sections."""
+        return [pin for pin in self.pins if pin.section in sections]
+
+    def pin(self, name: str) -> Pin | None:
+        """The pin of this name, if there is one."""
+        return next((pin for pin in self.pins if pin.name == name), None)
+
+    def errors(self) -> list[int]:
+        """ErrorIDs that it can give: its own, and those of what it is made of."""
+        found: set[int] = set()
+        todo, seen = [self], set[str]()
+        while todo:
+            pou = todo.pop()
+            seen.add(pou.name)
+            found |= pou.own_errors | _of_job(pou)
+            used = [pous()[name] for name in pou.uses if name in pous() and name not in seen]
+            todo += [one for one in used if one.name != _JOB]
+        if self.is_function:
+            return sorted(found)
+        if not any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pins):
+            found.discard(_ODD_OFFSET)
+        if "DoubleWord" not in self.name:
+            found.discard(_ODD_NUMBER)
+        return sorted(found)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A type of the library: the members of an enumeration, or what an array has.
+
+    Attributes:
+        file: Its source.
+        does: What it is, from its head.
+        members: Each with its meaning; empty for arrays and structures.
+        fields: Types of a structure's fields; empty for others.
+        count: Elements of an array, from 1 on; 0 for others.
+        element: Their type.
+    """
+
+    file: Path
+    does: str
+    members: Mapping[str, str]
+    fields: Mapping[str, str]
+    count: int
+    element: str
+
+
+@cache
+def pous() -> dict[str, Pou]:
+    """Blocks and functions by name, folder by folder."""
+    files = sorted((ROOT / "plc/lib").rglob("F[BC]_*.st"))
+    return {file.stem: _pou(file) for file in files}
+
+
+@cache
+def kinds() -> dict[str, Kind]:
+    """The types by name."""
+    return {file.stem: _kind(file) for file in sorted((ROOT / "plc/lib").rglob("RCX_*.st"))}
+
+
+def _pou(file: Path) -> Pou:
+    text = file.read_text(encoding="utf-8")
+    first, *rest = _head(text)
+    _, _, does = first.partition(": ")
+    where = _WHERE.search(does)
+    does = (does.replace(where[0], "", 1) if where else does).strip()
+    tests = re.findall(r"tests/[\w/]+\.py", text.partition("*)")[0])
+    code = _COMMENT.sub(" ", text)
+    said = dict.fromkeys(_POU.findall(" ".join(_COMMENT.findall(text))))
+    answers = _ANSWER.findall(code)
+    own = _ANSWER.sub(" ", code)
+    job = re.search(r"\bJob\((.*?)\);", code, re.DOTALL)
+    result = re.search(r"^FUNCTION \w+ : (\w+)", code, re.MULTILINE)
+    return Pou(
+        file=file,
+        folder=file.parent.name,
+        does=does[:1].upper() + does[1:],
+        about=tuple(one for one in rest if one and not one.startswith(_NOT_SAID)),
+        section=where[1] if where else "",
+        tests=tuple(tests),
+        pins=tuple(_pins(text)),
+        uses=tuple(name for name in dict.fromkeys(_POU.findall(code)) if name != file.stem),
+        said=tuple(name for name in said if name != file.stem),
+        own_errors=frozenset(int(number, 16) for number in _ERROR.findall(own)),
+        answers=frozenset(int(number, 16) for number in answers) - {0, _NORMAL_END},
+        job=job[1] if job and _JOB in code else "",
+        result=result[1] if result else "",
+    )
+
+
+def _of_job(pou: Pou) -> set[int]:
+    """ErrorIDs that a block has from its FB_Job."""
+    if not pou.job:
+        return set()
+    found = set(_SEQUENCE)
+    if "Remote := TRUE" in pou.job:
+        found = set(_REMOTE)
+    elif "Channel := Own" in pou.job:
+        found = set(_OWN)
+    if "Robot.Answer" in pou.job:
+        found |= {error for one in pous().values() for error in one.answers}
+    return found
+
+
+def _head(text: str) -> list[str]:
+    """The paragraphs of the comment at the head, each on one line."""
+    comment = text.partition("*)")[0]
+    lines = [re.sub(r"^\s*\(?\*", "", line).strip() for line in comment.splitlines()]
+    whole = "\n".join(lines).strip()
+    paragraphs = [" ".join(one.split()) for one in re.split(r"\n\n+", whole)]
+    return [part for one in paragraphs for part in re.split(r" (?=Tests: )", one)]
+
+
+def _pins(text: str) -> list[Pin]:
+    found = []
+    for section, body in _SECTION.findall(text):
+        if section == "VAR":
+            continue
+        for line in body.splitlines():
+            name, kind, default, comment = _groups(line)
+            if name:
+                unit, said = _unit(comment)
+                found.append(Pin(section, name, kind, default, unit, said))
+    return found
+
+
+def _groups(line: str) -> tuple[str, str, str, str]:
+    """Name, type, default and comment of a declaration; empty ones where the line is none."""
+    match = _PIN.match(line)
+    if match is None:
+        return "", "", "", ""
+    name, kind, default, comment = match.groups(default="")
+    return name, kind, default.strip(), comment
+
+
+def _unit(comment: str) -> tuple[str, str]:
+    """What stands in brackets, and the comment without it; several stay where they are."""
+    units = _UNIT.findall(comment)
+    if len(units) != 1:
+        return ", ".join(units), comment
+    return units[0], _UNIT.sub("", comment, count=1).strip()
+
+
+def _kind(file: Path) -> Kind:
+    text = file.read_text(encoding="utf-8")
+    does = _WHERE.sub("", _head(text)[0].partition(": ")[2])
+    array = _ARRAY.search(_COMMENT.sub("", text))
+    enumeration = f"{file.stem} : (\n" in text
+    members = dict(_MEMBER.findall(text)) if enumeration else {}
+    fields = {}
+    if f"{file.stem} : STRUCT" in text:
+        fields = {name: kind for name, kind, _, _ in map(_groups, text.splitlines()) if name}
+    count = int(array[2]) - int(array[1]) + 1 if array and file.stem + " : ARRAY" in text else 0
+    return Kind(file, does, members, fields, count, array[3] if array and count else "")

@@ -1,0 +1,239 @@
+"""The examples as the README of plc/examples runs them, and what their charts show.
+
+plc/examples/charts.toml says which signals a chart shows; what is drawn comes from a run. Like
+docs.py it works on the repository, not on an installed package.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache, partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Controller
+from rcx_harness.robot.ports import port
+from rcx_harness.spec import load_toml, signals
+from rcx_harness.trace import Cycle, Finding, Record, Scan
+from rcx_harness.units import parse_us
+from rcx_tools.docs.examples_svg import Track, run_svg
+
+__all__ = ["FOLDER", "ChartSpec", "Example", "Recorder", "chart_specs", "example_chart", "examples"]
+__all__ += ["files"]
+
+ROOT = Path(__file__).resolve().parents[3]
+FOLDER = ROOT / "plc/examples"
+
+_DURATION = "5s"
+_LANE = re.compile(r"(?:(\d):)?(.*)")
+
+
+@dataclass(frozen=True)
+class Example:
+    """One folder of plc/examples, with the options of its command in the README there."""
+
+    folder: Path
+    options: dict[str, list[str]]
+
+    @property
+    def name(self) -> str:
+        """`01_power_up`."""
+        return self.folder.name
+
+    @property
+    def duration(self) -> str:
+        """How long its command runs it, in virtual time."""
+        return self.options.get("for", [_DURATION])[0]
+
+    def build(
+        self,
+        engine: str = "auto",
+        link: str = "direct",
+        *,
+        program: Sequence[Path] | None = None,
+        lib: Path | None = None,
+        watch: Sequence[str] = (),
+    ) -> Cell:
+        """A cell as `rcx run` makes it, with the stimulus queued.
+
+        Args:
+            engine: As at `Cell.build`; so are `link`, `lib` and `watch`.
+            link: The network.
+            program: Other files than those of the folder.
+            lib: Folder of the library.
+            watch: Variables for the trace.
+        """
+        options = self.options
+        cell = Cell.build(
+            sorted(self.folder.glob("*.st")) if program is None else program,
+            lib=lib,
+            engine=engine,
+            link=link,
+            size=int(options["size"][0]) if "size" in options else None,
+            m=[int(value) for value in options.get("m", [])],
+            n=[int(value) for value in options.get("n", [])],
+            robot=[ROOT / file for file in options["robot"]] if "robot" in options else None,
+            watch=watch,
+        )
+        Stimulus.load(self.folder / "stimulus.toml").schedule(cell)
+        return cell
+
+
+@cache
+def examples() -> dict[str, Example]:
+    """The examples by name, in the README's order: every line there that begins with `rcx run`."""
+    found = {}
+    for line in (FOLDER / "README.md").read_text(encoding="utf-8").splitlines():
+        if line.startswith("rcx run "):
+            words = shlex.split(line)
+            options: dict[str, list[str]] = {}
+            for word, value in pairwise(words):
+                if word.startswith("--"):
+                    options.setdefault(word[2:], []).append(value)
+            folder = (ROOT / words[2]).parent
+            found[folder.name] = Example(folder, options)
+    return found
+
+
+@dataclass(frozen=True)
+class ChartSpec:
+    """One entry of charts.toml.
+
+    Attributes:
+        title: Above the chart.
+        begin_us: Where the chart begins, in the time of the run.
+        end_us: Where it ends.
+        lanes: The lanes as written there, from top to bottom.
+    """
+
+    title: str
+    begin_us: int
+    end_us: int
+    lanes: tuple[str, ...]
+
+
+@cache
+def chart_specs() -> dict[str, ChartSpec]:
+    """What the charts show, by the name of the example.
+
+    Raises:
+        InputError: the file cannot be read, or an entry is wrong.
+    """
+    file = FOLDER / "charts.toml"
+    found = {}
+    for name, entry in load_toml(file).items():
+        try:
+            begin, end = parse_us(entry["begin"]), parse_us(entry["end"])
+            found[name] = ChartSpec(entry["title"], begin, end, tuple(entry["lanes"]))
+        except (KeyError, TypeError) as error:
+            raise InputError(f"{name!r} is not complete: {error}", file=file) from None
+    return found
+
+
+@cache
+def example_chart(name: str) -> str:
+    """The chart of an example, from a run on the engine that is always there.
+
+    Raises:
+        InputError: the run broke a rule, or a lane names no signal.
+    """
+    example, recorder = examples()[name], Recorder(chart_specs()[name])
+    with example.build("builtin", watch=recorder.watch) as cell:
+        recorder.listen(cell)
+        cell.run(example.duration)
+    return recorder.chart()
+
+
+def files() -> dict[str, Callable[[], str]]:
+    """The charts by their path in the repository, with what draws each of them."""
+    return {
+        f"plc/examples/{name}/chart.svg": partial(example_chart, name) for name in chart_specs()
+    }
+
+
+@dataclass
+class Recorder:
+    """Follows the lanes of a chart through a run."""
+
+    spec: ChartSpec
+    tracks: list[Track] = field(init=False)
+    watch: list[str] = field(init=False)
+    """Variables to build the cell with."""
+
+    def __post_init__(self) -> None:
+        """Look up the signals of all lanes (InputError for one that does not exist)."""
+        self._lanes = [_Lane(lane) for lane in self.spec.lanes]
+        self.tracks = [lane.track for lane in self._lanes]
+        self.watch = [lane.signal for lane in self._lanes if lane.signal.startswith("Main.")]
+
+    def listen(self, cell: Cell) -> None:
+        """Follow the run of this cell from now on."""
+        cell.trace.listen(lambda record: self._take(cell, record))
+
+    def chart(self) -> str:
+        """What has been followed, as an SVG picture."""
+        spec = self.spec
+        return run_svg(spec.title, self.tracks, spec.begin_us, spec.end_us)
+
+    def _take(self, cell: Cell, record: Record) -> None:
+        if isinstance(record, Finding):
+            raise InputError(f"{self.spec.title}: {record.violation}")
+        for lane in self._lanes:
+            lane.take(cell, record)
+
+
+class _Lane:
+    """`SIGNAL = label`, `curve SIGNAL = label`, `stage SIGNAL = label`.
+
+    A signal is `Main.X`, `SI01` and `SO02` as the PLC writes and reads them, `axis 1` (its position
+    [pulses]), a port of the controller such as `DO(20)`, or `button`, its hard-wired emergency
+    stop. `2:` before it means the second controller.
+    """
+
+    def __init__(self, text: str) -> None:
+        name, _, label = (part.strip() for part in text.partition("="))
+        word, _, rest = name.partition(" ")
+        kind, name = (word, rest) if word in ("curve", "stage") else ("", name)
+        match = _LANE.fullmatch(name)
+        assert match is not None
+        self.signal, self._controller = match[2], int(match[1] or 1)
+        self._level: Callable[[Scan], Any] | None = None
+        self._state: Callable[[Controller], Any] | None = None
+        default = self._find(self.signal)
+        self.track = Track(label or self.signal, kind or default)
+
+    def take(self, cell: Cell, record: Record) -> None:
+        """Note a change; the controller's own state is looked at after each of its cycles."""
+        if isinstance(record, Finding) or record.controller != self._controller:
+            return
+        if self._level is not None and isinstance(record, Scan):
+            self.track.note(record.t_us, self._level(record))
+        elif self._state is not None and isinstance(record, Cycle):
+            self.track.note(record.t_us, self._state(cell.robots[self._controller - 1]))
+
+    def _find(self, name: str) -> str:
+        if name.startswith("Main."):
+            self._level = lambda scan: (scan.vars or {})[name]
+            return "variable"
+        if name.startswith("axis "):
+            axis = int(name[5:]) - 1
+            self._state = lambda robot: robot.positions[axis]
+            return "curve"
+        if name == "button":
+            self._state = lambda robot: robot.machine.hard_wired_stop
+            return "event"
+        if "(" in name:
+            place = port(name)
+            self._state = lambda robot: robot.machine.program.ports.read(place)
+            return "output"
+        row = signals().find(name)
+        byte, bit, out = row.byte, row.bit, row.short.startswith("SO")
+        self._level = lambda scan: (scan.so if out else scan.si)[byte] >> bit & 1
+        return "output" if out else "input"

@@ -1,0 +1,279 @@
+"""Write the generated pages of docs/, plc/lib and the output blocks of README.md, or check them.
+
+`python -m rcx_tools.docs.pages` writes, `python -m rcx_tools.docs.pages --check` only compares
+(exit 1 where a page is not current). It works on the repository, not on an installed package.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from rcx_harness import spec
+from rcx_tools.docs import blocks, examples, fidelity
+from rcx_tools.docs.blocks.panel import panel_page
+from rcx_tools.docs.commands import commands_page
+from rcx_tools.docs.diagnosis import diagnosis_page
+from rcx_tools.docs.processes import process_chart, processes
+from rcx_tools.docs.processes_svg import process_svg
+from rcx_tools.docs.words import words_page
+from rcx_tools.evidence.page import verification_page
+from rcx_tools.library import files as library_files
+from rcx_tools.library.alarm_texts import text_files
+
+__all__ = ["Header", "every_page", "headers", "main", "pages"]
+
+ROOT = Path(__file__).resolve().parents[3]
+
+#: From then on it says how far it is [s], after so many pages each time.
+_PATIENCE_S, _STEP = 2.0, 50
+
+_OUTPUT = re.compile(
+    r"^(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$", re.MULTILINE
+)
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the comment at the head of an ST file says."""
+
+    file: Path
+    name: str
+    purpose: str
+    section: str
+    tests: tuple[str, ...]
+
+
+def headers() -> list[Header]:
+    """The heads of all files in plc/lib, folder by folder."""
+    return [_header(file) for file in sorted((ROOT / "plc/lib").rglob("*.st"))]
+
+
+def _header(file: Path) -> Header:
+    comment = file.read_text(encoding="utf-8").partition("*)")[0]
+    lines = [re.sub(r"^\s*\(?\*", "", line).strip() for line in comment.splitlines()]
+    first = lines.index("", 1) if "" in lines[1:] else len(lines)
+    name, _, purpose = " ".join(lines[:first]).strip().partition(": ")
+    section = re.search(r" \(((?:remote command )?(?:chapter|guide).*)\)(?=[.:])", purpose)
+    if section:
+        purpose = purpose.replace(section[0], "", 1)
+    tests = re.findall(r"tests/[\w/]+\.py", comment)
+    return Header(file, name, purpose, section[1] if section else "", tuple(tests))
+
+
+def _link(path: str | Path) -> str:
+    relative = Path(path).resolve().relative_to(ROOT) if Path(path).is_absolute() else Path(path)
+    return f"[{relative.name}](../{relative.as_posix()})"
+
+
+def _page(title: str, source: str, body: Iterator[str]) -> str:
+    head = f"<!-- generated from {source} by `make docs`; do not edit -->\n\n# {title}\n\n"
+    return head + "\n".join(body) + "\n"
+
+
+def _blocks() -> Iterator[str]:
+    yield "A block's page has its pins, an example with its timing chart, its errors and its"
+    yield "neighbours; its source is one file, whose head is the interface. The dedicated bits,"
+    yield "codes and errors on one sheet for the panel: [panel.html](panel.html)."
+    columns = ("Block", "Source", "What it does", "Manual", "Tests", "Chart")
+    folders = sorted({head.file.parent.name for head in headers()}, key=_place)
+    for folder in folders:
+        yield f"\n## {folder}\n\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
+        for head in headers():
+            if head.file.parent.name == folder:
+                tests = ", ".join(_link(test) for test in head.tests)
+                source = f"[ST](../{head.file.relative_to(ROOT).as_posix()})"
+                cells = (_page_of(head.name), source, head.purpose, head.section, tests)
+                yield f"| {' | '.join((*cells, _charts(head.name)))} |"
+
+
+_FOLDERS = ("area", "sequence", "command", "diagnosis")
+
+
+def _place(folder: str) -> tuple[int, str]:
+    """Where a folder stands: those of the list first, the types last."""
+    if folder == "types":
+        return len(_FOLDERS) + 1, folder
+    return (_FOLDERS.index(folder) if folder in _FOLDERS else len(_FOLDERS)), folder
+
+
+def _page_of(name: str) -> str:
+    """The name, with a link to its page where it has one."""
+    if name.startswith("FC_"):
+        return f"[{name}](blocks/functions.md#{name.lower()})"
+    return f"[{name}](blocks/{name}.md)" if name.startswith("FB_") else name
+
+
+def _charts(block: str) -> str:
+    """Links to the charts that show a block."""
+    shown = [one for one in processes().values() if block in one.blocks]
+    return ", ".join(f"[{one.title}](processes.md#{_anchor(one.title)})" for one in shown)
+
+
+def _anchor(title: str) -> str:
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+_PROCESSES = """\
+What goes over the wire, and in which order, when the library's blocks run the processes of the
+manual: its timing charts of chapter 5, link loss, and remote commands. The charts are drawn from
+runs against the virtual controller; a test draws them anew and compares.
+
+**Which times are whose.** When the PLC changes an input is the library's doing, and holds on any
+controller: 100 ms + `Margin` between two changes. How long the controller takes to answer is not
+in the manual; the times shown are the virtual controller's, see [fidelity.md](fidelity.md). Only
+their order counts.
+
+To run one yourself, and change it:
+
+    rcx run docs/charts/servo_on.st --stimulus docs/charts/servo_on.toml --for 1s
+
+| Process | Manual | Blocks |
+|---|---|---|"""
+
+
+#: The program of a process and its stimulus.
+_FILES = (".st", ".toml")
+
+
+def _processes() -> Iterator[str]:
+    heads = {head.name: head for head in headers()}
+    yield _PROCESSES
+    for process in processes().values():
+        blocks = ", ".join(_link(heads[name].file) for name in process.blocks)
+        yield f"| [{process.title}](#{_anchor(process.title)}) | {process.section} | {blocks} |"
+    for process in processes().values():
+        blocks = ", ".join(_link(heads[name].file) for name in process.blocks)
+        tests = dict.fromkeys(test for name in process.blocks for test in heads[name].tests)
+        yield f"\n## {process.title}\n\n{process.about.strip()}\n"
+        yield f"![Timing chart: {process.title}](charts/{process.name}.svg)\n"
+        yield "| Step | Change | What happens | at [ms] | since last [ms] |"
+        yield "|---|---|---|---|---|"
+        for step in process_chart(process.name).steps:
+            cells = (step.number, step.change, step.text, step.at, step.since_last)
+            yield f"| {' | '.join(map(str, cells))} |"
+        yield f"\n```iecst\n{_body(process.program)}\n```\n"
+        files = ", ".join(f"[{process.name}{end}](charts/{process.name}{end})" for end in _FILES)
+        order = _link("tests/charts/test_process_charts.py")
+        yield f"- Blocks: {blocks}\n- Complete program, and what happens to it: {files}"
+        yield f"- Tests: {', '.join(map(_link, tests))}; order and intervals: {order}"
+        yield f"- Manual: {process.section}"
+
+
+def _body(program: Path) -> str:
+    """The statements of a program."""
+    text = program.read_text(encoding="utf-8")
+    body = text.rpartition("END_VAR\n")[2].partition("END_PROGRAM")[0].strip("\n")
+    return "\n".join(line.removeprefix("  ") for line in body.splitlines())
+
+
+def _errors() -> Iterator[str]:
+    yield "`ErrorID` of the blocks: the library's own codes. Alarms of the controller itself are"
+    yield "shown as `AlarmGroup` and `AlarmCategory` and explained in the controller's manual.\n"
+    yield "| ErrorID | Name | Cause | Remedy |\n|---|---|---|---|"
+    for error in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+        code = f"16#{error['id']:04X}"
+        yield f"| `{code}` | {error['name']} | {error['cause']} | {error['remedy']} |"
+
+
+def _signals() -> Iterator[str]:
+    table = spec.signals()
+    yield "The dedicated bits; bits and bytes that are not listed are reserved. m is the first byte"
+    yield "of the area that the master reads, n of the one it writes."
+    for title, rows in (("Controller to PLC", table.output), ("PLC to controller", table.input)):
+        yield f"\n## {title}\n\n| Signal | Address | Field | Meaning |\n|---|---|---|---|"
+        for row in rows:
+            yield f"| {row.signal} | ({row.address}).{row.bit} | `{row.name}` | {row.meaning} |"
+
+
+def _readme() -> str:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+
+    def paste(match: re.Match[str]) -> str:
+        return f"{match[1]}{_run(match['command'])}\n{match[3]}"
+
+    return _OUTPUT.sub(paste, text)
+
+
+def _run(command: str) -> str:
+    """Output of a command as a newcomer without matiec sees it."""
+    hidden = ("RCX_MATIEC", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
+    clean = {key: value for key, value in os.environ.items() if key not in hidden}
+    clean |= {"PATH": f"{ROOT / '.venv/bin'}:/usr/bin:/bin", "COLUMNS": "100", "TERM": "dumb"}
+    done = subprocess.run(
+        command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
+    )
+    return (done.stdout + done.stderr).strip("\n")
+
+
+def every_page() -> dict[str, Callable[[], str]]:
+    """Every generated file by its path in the repository, with what writes it."""
+    return {**pages(), **blocks.files(), **examples.files()}
+
+
+def pages() -> dict[str, Callable[[], str]]:
+    """The same without what takes seconds to run: the blocks' pages, the examples' charts."""
+    return {
+        **library_files(),
+        **text_files(),
+        "docs/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
+        "docs/commands.md": lambda: _page(
+            "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
+        ),
+        "docs/diagnosis.md": diagnosis_page,
+        "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
+        "docs/export-words.md": lambda: _page(
+            "What each tool's Structured Text has", "harness/rcx_harness/export/words", words_page()
+        ),
+        "docs/fidelity.md": fidelity.fidelity_page,
+        "docs/panel.html": panel_page,
+        "docs/processes.md": lambda: _page(
+            "Processes and their timing charts", "docs/charts", _processes()
+        ),
+        "docs/verification.md": verification_page,
+        "docs/signals.md": lambda: _page("Dedicated signals", "spec/signals.toml", _signals()),
+        **{f"docs/charts/{name}.svg": partial(_chart, name) for name in processes()},
+        "README.md": _readme,
+    }
+
+
+def _chart(name: str) -> str:
+    return process_svg(process_chart(name))
+
+
+def main(arguments: list[str]) -> int:
+    """Write the pages, or with `--check` compare them; return the exit code."""
+    stale = []
+    begin = time.monotonic()
+    every = every_page()
+    for number, (path, render) in enumerate(every.items(), 1):
+        if time.monotonic() - begin > _PATIENCE_S and number % _STEP == 0:
+            print(f"{number}/{len(every)} pages, {path}", file=sys.stderr)
+        file, text = ROOT / path, render().encode()
+        if file.exists() and file.read_bytes() == text:
+            continue
+        stale.append(path)
+        if "--check" not in arguments:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(text)
+            print(f"wrote {path}")
+    for path in blocks.leftovers(ROOT):
+        stale.append(path)
+        if "--check" not in arguments:
+            (ROOT / path).unlink()
+            print(f"removed {path}")
+    if stale and "--check" in arguments:
+        print(f"not current: {', '.join(stale)}; run `make docs`", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

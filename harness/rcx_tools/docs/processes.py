@@ -1,0 +1,359 @@
+"""The manual's processes as they happen in the cell: which step came when.
+
+docs/charts/processes.toml lists them; beside it lie the program and the stimulus of each, which
+`rcx run` takes as well. What is drawn comes from the trace of a run, never from the list: a step
+of the list that does not happen, or not in its turn, is an error.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.errors import InputError
+from rcx_harness.spec import load_toml, signals
+from rcx_harness.trace import Cycle, Record, Scan
+from rcx_harness.trace.chart import Lane, time_labels
+from rcx_harness.units import parse_us
+from rcx_harness.watch.wire import word
+
+__all__ = ["FOLDER", "Process", "ProcessChart", "Step", "TimedStep", "Track", "process_chart"]
+__all__ += ["processes", "run_process"]
+
+#: Where the list, the programs and the charts are, in the repository.
+FOLDER = Path(__file__).resolve().parents[3] / "docs/charts"
+
+
+@dataclass(frozen=True)
+class _Surrounding:
+    """What is on no wire to the PLC: its name, and the events and words that switch it ON, OFF."""
+
+    name: str
+    at_start: bool
+    events: tuple[str, str]
+    words: tuple[str, str]
+
+
+_SURROUNDINGS = {
+    "power": _Surrounding(
+        "Controller's power",
+        True,
+        ("power_on", "power_off"),
+        ("controller switched on", "controller switched off"),
+    ),
+    "cable": _Surrounding(
+        "Network cable plugged in",
+        True,
+        ("link_up", "link_down"),
+        ("network cable plugged in", "network cable unplugged"),
+    ),
+    "auto": _Surrounding(
+        "AUTO mode input (SAFETY connector)",
+        True,
+        ("auto_input_on", "auto_input_off"),
+        ("AUTO mode input ON", "AUTO mode input OFF"),
+    ),
+    "lock": _Surrounding(
+        "Programming box: manual lock",
+        False,
+        ("manual_lock_on", "manual_lock_off"),
+        ("manual lock ON", "manual lock OFF"),
+    ),
+    "pendant": _Surrounding(
+        "Programming box: control authority",
+        False,
+        ("pendant_on", "pendant_off"),
+        ("control authority taken", "control authority cancelled"),
+    ),
+    "button": _Surrounding(
+        "Hard-wired emergency stop",
+        False,
+        ("emergency_stop", "emergency_stop_release"),
+        ("emergency stop pressed", "emergency stop released"),
+    ),
+}
+
+_SURROUND, _PROGRAM = "Around the robot", "PLC program"
+_TO_ROBOT, _TO_PLC, _INSIDE = "PLC to controller", "Controller to PLC", "Inside the controller"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One numbered step: its edges, such as `("SI01", 1)`, and what happens in words."""
+
+    edges: tuple[tuple[str, int], ...]
+    text: str
+
+
+@dataclass(frozen=True)
+class Process:
+    """One entry of the list.
+
+    Attributes:
+        name: File name of its chart, program and stimulus.
+        title: What it is called on the page.
+        section: Where the manual has it.
+        blocks: The blocks that do it.
+        seen: From which side the chart is drawn.
+        about: A sentence or two below the title.
+        begin_us: Where the chart begins, in the time of the run.
+        end_us: Where it ends, and the run with it.
+        lanes: The signals to draw, each with its label or None for its own name.
+        steps: The steps in the manual's order.
+    """
+
+    name: str
+    title: str
+    section: str
+    blocks: tuple[str, ...]
+    seen: str
+    about: str
+    begin_us: int
+    end_us: int
+    lanes: tuple[tuple[str, str | None], ...]
+    steps: tuple[Step, ...]
+
+    @property
+    def program(self) -> Path:
+        """Its ST file."""
+        return FOLDER / f"{self.name}.st"
+
+    @property
+    def stimulus(self) -> Path:
+        """What happens to the cell, and when."""
+        return FOLDER / f"{self.name}.toml"
+
+
+@dataclass
+class Track:
+    """A lane of a chart, with the group it is drawn in and where its values come from."""
+
+    signal: str
+    group: str
+    lane: Lane
+    source: type[Scan] | type[Cycle] | None
+    value: Callable[[Any], int] = field(repr=False)
+
+    def take(self, record: Record) -> None:
+        """Note a change."""
+        if self.source is not None and isinstance(record, self.source):
+            new = self.value(record)
+            if new != self.lane.value_at(record.t_us):
+                self.lane.changes.append((record.t_us, new))
+
+    def says(self, value: int) -> str:
+        """A change to `value` in short: `SI(01) ON`, `n + 2 = 0x0004`."""
+        if self.lane.kind == "word":
+            return f"{self.lane.name.partition(':')[0]} = 0x{value:04X}"
+        if self.signal in _SURROUNDINGS:
+            return _SURROUNDINGS[self.signal].words[not value]
+        code = re.match(r"S[IO]\(\d+\)", self.lane.name)
+        inside = " inside" if self.signal.startswith("rcx.SI") else ""
+        return f"{code[0] if code else self.lane.name} {'ON' if value else 'OFF'}{inside}"
+
+    def when(self, value: int, since_us: int) -> int | None:
+        """The first change to `value` from `since_us` on."""
+        return next((t for t, new in self.lane.changes if t >= since_us and new == value), None)
+
+
+@dataclass(frozen=True)
+class TimedStep:
+    """A step as it happened.
+
+    Attributes:
+        number: From 1 on.
+        change: Its edges, `SI(01) ON`.
+        text: What happens, in words.
+        edges: Each signal with the time of its change.
+        t_us: The time of the last of them.
+        at: When, in ms from the first step; two times where its edges come at different ones.
+        since_last: How long after the step before, in ms; empty for the first.
+    """
+
+    number: int
+    change: str
+    text: str
+    edges: tuple[tuple[str, int], ...]
+    t_us: int
+    at: str
+    since_last: str
+
+
+@dataclass(frozen=True)
+class ProcessChart:
+    """What a run of a process showed.
+
+    Attributes:
+        process: The entry of the list.
+        tracks: The lanes, in the order of the list.
+        steps: The steps with their times.
+        inputs: When the PLC changed dedicated inputs, within the chart.
+        timing: Periods and pacing in words.
+    """
+
+    process: Process
+    tracks: tuple[Track, ...]
+    steps: tuple[TimedStep, ...]
+    inputs: tuple[int, ...]
+    timing: str
+
+    @property
+    def zero_us(self) -> int:
+        """The time of the first step's first edge, from which the chart counts."""
+        return min(t_us for _, t_us in self.steps[0].edges)
+
+    @property
+    def instants(self) -> tuple[int, ...]:
+        """All times at which something changes, within the chart."""
+        begin, end = self.process.begin_us, self.process.end_us
+        found = {t for track in self.tracks for t, _ in track.lane.changes if begin < t < end}
+        return tuple(sorted(found))
+
+
+@cache
+def processes() -> dict[str, Process]:
+    """The processes by name, in the manual's order.
+
+    Raises:
+        InputError: the list cannot be read, or an entry is wrong.
+    """
+    file = FOLDER / "processes.toml"
+    found = {}
+    for entry in load_toml(file)["process"]:
+        try:
+            found[entry["name"]] = _process(**entry)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"process {entry.get('name')!r}: {error}", file=file) from None
+    return found
+
+
+@cache
+def process_chart(name: str) -> ProcessChart:
+    """The chart of a process on the engine that is always there."""
+    return run_process(processes()[name], engine="builtin")
+
+
+def run_process(process: Process, *, engine: str = "auto") -> ProcessChart:
+    """Run a process in the cell and find its steps.
+
+    Raises:
+        InputError: a step does not happen in its turn, a rule is broken on the way, or a
+            dedicated input changes that the chart does not show.
+    """
+    tracks = [_track(signal, label) for signal, label in process.lanes]
+    watch = [track.signal for track in tracks if track.group == _PROGRAM]
+    wire = [_track(signal.short, None) for signal in signals().input]
+    with Cell.build(process.program, engine=engine, watch=watch) as cell:
+        for track in [*tracks, *wire]:
+            cell.trace.listen(track.take)
+        stimulus = Stimulus.load(process.stimulus)
+        stimulus.schedule(cell)
+        cell.run(process.end_us)
+        if cell.violations:
+            raise InputError(f"{process.name}: {cell.violations[0].text}", file=process.program)
+        margin = cell["Main.WriteArea.Margin"]
+        timing = f"Scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
+        timing += f", Interval 100 ms + Margin {margin.total_seconds() * 1000:g} ms"
+    for track in tracks:
+        _follow_events(track, stimulus)
+    shown = [track.signal for track in tracks]
+    begin, end = process.begin_us, process.end_us
+    changes = [(t, one) for one in wire for t, _ in one.lane.changes if begin < t < end]
+    for t_us, one in changes:
+        if one.signal not in shown:
+            text = f"{process.name}: {one.signal} changes at {t_us} us and is not shown"
+            raise InputError(text, file=FOLDER / "processes.toml")
+    inputs = tuple(sorted({t_us for t_us, _ in changes}))
+    return ProcessChart(process, tuple(tracks), _find_steps(process, tracks), inputs, timing)
+
+
+def _find_steps(process: Process, tracks: Sequence[Track]) -> tuple[TimedStep, ...]:
+    """The first occurrence of each step after the one before."""
+    by_signal = {track.signal: track for track in tracks}
+    found: list[TimedStep] = []
+    zero = 0
+    for number, step in enumerate(process.steps, 1):
+        since = found[-1].t_us if found else process.begin_us
+        edges = []
+        for signal, value in step.edges:
+            t_us = by_signal[signal].when(value, since)
+            if t_us is None or t_us >= process.end_us:
+                text = f"{process.name}, step {number}: no change of {signal} to {value}"
+                raise InputError(text, file=process.program)
+            edges.append((signal, t_us))
+        times = sorted({t_us for _, t_us in edges})
+        zero = zero if found else times[0]
+        at = " to ".join(time_labels([times[0] - zero, times[-1] - zero])[: len(times)])
+        gap = f"+{time_labels([times[-1] - since])[0]}" if found else ""
+        change = ", ".join(by_signal[signal].says(value) for signal, value in step.edges)
+        found.append(TimedStep(number, change, step.text, tuple(edges), times[-1], at, gap))
+    return tuple(found)
+
+
+def _process(*, begin: str, end: str, lanes: list[str], step: list[Any], **rest: Any) -> Process:
+    shown = [lane.partition("=") for lane in lanes]
+    rest["blocks"] = tuple(rest["blocks"])
+    return Process(
+        begin_us=parse_us(begin),
+        end_us=parse_us(end),
+        lanes=tuple((signal.strip(), label.strip() or None) for signal, _, label in shown),
+        steps=tuple(Step(tuple(map(_edge, one["edges"])), one["text"]) for one in step),
+        **rest,
+    )
+
+
+def _edge(text: str) -> tuple[str, int]:
+    """`SI01 ON` or `m+0 0x0200`."""
+    signal, _, value = text.rpartition(" ")
+    return signal, {"ON": 1, "OFF": 0}.get(value) or int(value.replace("OFF", "0"), 0)
+
+
+def _track(signal: str, label: str | None) -> Track:
+    """A lane by the name that the list gives it.
+
+    Names are `SI01` and `SO02` as the PLC writes and reads them, `rcx.SI01` as the controller
+    has them, `n+0` and `m+2` for words, `Main.X` for a BOOL, and those of the surroundings.
+    """
+    if signal in _SURROUNDINGS:
+        lane = Lane(label or _SURROUNDINGS[signal].name, "event")
+        return Track(signal, _SURROUND, lane, None, int)
+    if signal.startswith("Main."):
+        lane = Lane(label or signal.removeprefix("Main."), "variable")
+        return Track(signal, _PROGRAM, lane, Scan, lambda scan: int(scan.vars[signal]))
+    match = re.fullmatch(r"([mn])\+(\d+)", signal)
+    if match:
+        lane, at = Lane(label or signal, "word"), int(match[2])
+        if match[1] == "n":
+            return Track(signal, _TO_ROBOT, lane, Scan, lambda scan: word(scan.si, at))
+        return Track(signal, _TO_PLC, lane, Scan, lambda scan: word(scan.so, at))
+    row = signals().find(signal.removeprefix("rcx."))
+    byte, bit, out = row.byte, row.bit, row.short.startswith("SO")
+    lane = Lane(label or f"{row.signal} {row.title}", "output" if out else "input")
+    if signal.startswith("rcx."):
+        if out:
+            return Track(signal, _INSIDE, lane, Cycle, lambda one: one.rcx_so[byte] >> bit & 1)
+        # Without a connection nothing is sampled: the controller takes the inputs as OFF.
+        level = lambda one: one.rcx_si[byte] >> bit & 1 if one.rcx_si else 0  # noqa: E731
+        return Track(signal, _INSIDE, lane, Cycle, level)
+    if out:
+        return Track(signal, _TO_PLC, lane, Scan, lambda scan: scan.so[byte] >> bit & 1)
+    return Track(signal, _TO_ROBOT, lane, Scan, lambda scan: scan.si[byte] >> bit & 1)
+
+
+def _follow_events(track: Track, stimulus: Stimulus) -> None:
+    """The changes of what surrounds the robot are those of the stimulus."""
+    if track.signal not in _SURROUNDINGS:
+        return
+    one = _SURROUNDINGS[track.signal]
+    if one.at_start:
+        track.lane.changes.append((-1, 1))
+    for entry in stimulus.entries:
+        for event, _ in entry.events:
+            if event in one.events:
+                track.lane.changes.append((entry.t_us, int(event == one.events[0])))

@@ -1,0 +1,1 @@
+"""What is shown about this library: checks, their lists, their page."""

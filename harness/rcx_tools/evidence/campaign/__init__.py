@@ -1,0 +1,1 @@
+"""Random long runs of this library with every kind of fault."""

@@ -1,0 +1,8 @@
+"""`python -m rcx_harness.verify.campaign`."""
+
+import sys
+
+from rcx_tools.evidence.campaign.main import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,289 @@
+"""Each request and each execution: who asked for what, and whether it was done once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rcx_harness.engine.base import Program
+from rcx_harness.trace import Record, Scan
+from rcx_harness.units import format_us
+from rcx_harness.verify.campaign.recorder import Execution
+from rcx_tools.evidence.campaign.commands import COMMANDS, LEVELS, Telegrams
+
+__all__ = ["SEQUENCES", "Judge", "Request"]
+
+#: Ends after which the outcome is not known: link, CPU_OK, no end, turn lost, command lost.
+_UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
+_ABNORMAL = 0x8020
+_NORMAL_END, _ABNORMAL_END = 0x0200, 0x4000
+
+#: Sequence blocks: which dedicated inputs each may switch ON, and what its Done means
+#: (mask and value of the outputs' word m + 32).
+SEQUENCES: dict[str, tuple[int, tuple[int, int]]] = {
+    "AlarmReset": (1 << 14, (1 << 3, 0)),
+    "ServoOn": (1 << 1, (1 << 2, 1 << 2)),
+    "ProgramReset": (1 << 13, (1 << 12, 1 << 12)),
+    "AutoStart": (1 << 10, (1 << 11, 1 << 11)),
+    "ProgramStop": (0, (1 << 11, 0)),
+    "ProgramContinue": (1 << 10, (1 << 11, 1 << 11)),
+    "EmergencyStop": (0, (1 << 0 | 1 << 2, 1 << 0)),
+    "FromEmergency": (1 << 14 | 1 << 1, (1 << 0 | 1 << 2, 1 << 2)),
+    "PowerUp": (1 << 14 | 1 << 1 | 1 << 13 | 1 << 10, (1 << 2, 1 << 2)),
+    "ReturnToOrigin": (1 << 12 | 1 << 15, (1 << 9, 1 << 9)),
+}
+_JOGS = (0x0020, 0x0021, 0x0022)
+_SI00, _SI06, _SI10 = 1 << 0, 1 << 6, 1 << 8
+
+
+@dataclass
+class Request:
+    """One rising edge of Execute (or Enable) that a command block has taken.
+
+    Attributes:
+        block: Name of the instance.
+        words: The telegram that it must send, n to n + 30.
+        start_us: When it was taken.
+        level: The block has Enable; its end says nothing of the outcome.
+        end_us: When the block showed the end; None: it never did.
+        error_id: ErrorID at the end; 0 = Done.
+        shown: Outputs at the end that repeat the response.
+    """
+
+    block: str
+    words: tuple[int, ...]
+    start_us: int
+    level: bool = False
+    end_us: int | None = None
+    error_id: int = 0
+    shown: dict[str, Any] | None = None
+    alarm: tuple[int, int] = (0, 0)
+
+    @property
+    def certain(self) -> bool:
+        """It was executed: the block says Done, or shows the controller's abnormal end."""
+        ended = self.end_us is not None and not self.level
+        return ended and self.error_id in (0, _ABNORMAL)
+
+    @property
+    def possible(self) -> bool:
+        """It may have been executed."""
+        return self.end_us is None or self.level or self.error_id in _UNKNOWN
+
+    def __str__(self) -> str:
+        end = "no end"
+        if self.end_us is not None:
+            what = f"16#{self.error_id:04X}" if self.error_id else "Done"
+            end = f"{what} at {format_us(self.end_us)}"
+        return f"{self.block} of {format_us(self.start_us)} ({end})"
+
+
+@dataclass
+class _Watched:
+    """A block whose Busy, Error and ErrorID are read in every scan."""
+
+    name: str
+    place: str
+    telegrams: Telegrams | None = None
+    level: bool = False
+    busy: bool = False
+    request: Request | None = None
+
+
+class Judge:
+    """Follows the blocks scan by scan and compares them with the controller's list.
+
+    Args:
+        program: The running program.
+        found: Called with each finding: its kind, and a sentence.
+    """
+
+    def __init__(self, program: Program, found: Callable[[str, str], None]) -> None:
+        self._program, self._found = program, found
+        self.requests: list[Request] = []
+        self.ends: dict[str, int] = {}
+        """How often each end was seen: `Done`, `16#8011`; of commands only."""
+        self.done: dict[str, int] = {}
+        """How often each block was Done."""
+        commands = [_Watched(name, name, entry) for name, entry in COMMANDS.items()]
+        commands += [_Watched(name, f"{name}.Job", one, True) for name, one in LEVELS.items()]
+        self._blocks = commands + [_Watched(name, name) for name in SEQUENCES]
+        pins = ("Busy", "Error", "ErrorID")
+        self._look = program.reader(
+            [f"Main.{one.place}.{pin}" for one in self._blocks for pin in pins]
+            + ["Main.SequenceControl.Enable", "Main.EmergencyStopOk", "Main.StopOk"]
+            + ["Main.Robot.Phase", "Main.GeneralWord", "Main.GeneralBit", "Main.Jog.Enable"]
+        )
+        self._code = self._bits = 0
+        self._points: dict[int, list[list[int]]] = {}
+
+    def restart(self) -> None:
+        """The PLC has lost its memory: requests under way never end."""
+        for one in self._blocks:
+            one.busy, one.request = False, None
+        self._code = self._bits = 0
+
+    @property
+    def busy(self) -> list[str]:
+        """The blocks that are at work."""
+        return [one.name for one in self._blocks if one.busy]
+
+    def take(self, record: Record) -> None:
+        """A record of the trace; scans are judged."""
+        if isinstance(record, Scan):
+            self._scan(record)
+
+    def _scan(self, scan: Scan) -> None:
+        values = self._look()
+        able, telegrams = 0, []
+        outputs = int.from_bytes(scan.so[32:34], "little")
+        for k, one in enumerate(self._blocks):
+            busy, error, error_id = values[3 * k : 3 * k + 3]
+            if busy and not one.busy:
+                self._started(one, scan.t_us)
+            if busy or one.busy:
+                if one.request is not None:
+                    telegrams.append(one.request.words)
+                elif one.telegrams is None:
+                    able |= SEQUENCES[one.name][0]
+            if one.busy and not busy:
+                self._ended(one, scan.t_us, error_id, outputs, done=not error)
+            one.busy = busy
+        enable, emergency_ok, stop_ok, phase, word, bit, jog = values[-7:]
+        before = self._code
+        able |= _SI10 * enable | _SI00 * emergency_ok | _SI06 * stop_ok
+        self._follow_wire(scan, able, telegrams)
+        if before in _JOGS and self._code in _JOGS and not jog and scan.si[32] & _SI06:
+            self._found("jog goes on", "Jog.Enable is FALSE, SI(06) is ON and the code is out")
+        if phase in ("PHASE_READY", "PHASE_STATUS_RESET") and scan.si[4:6] != word.to_bytes(
+            2, "little"
+        ):
+            self._found("general word", f"{scan.si[4:6].hex()} is out between commands, not {word}")
+        if scan.si[34] != bit:
+            self._found("general bit", f"byte n+34 is {scan.si[34]:02x}, SI(20) is {bit}")
+
+    def _follow_wire(self, scan: Scan, able: int, telegrams: Sequence[tuple[int, ...]]) -> None:
+        code = scan.si[0] | scan.si[1] << 8
+        if code and not self._code:
+            words = tuple(int.from_bytes(scan.si[k : k + 2], "little") for k in range(0, 32, 2))
+            if words not in telegrams:
+                text = f"a telegram that nobody asked for goes out: {_hexed(words)}"
+                self._found("starts by itself", text)
+        self._code = code
+        bits = int.from_bytes(scan.si[32:34], "little")
+        if rising := bits & ~self._bits & ~able:
+            names = [f"SI{k >> 3}{k & 7}" for k in range(16) if rising >> k & 1]
+            self._found("starts by itself", f"{', '.join(names)} goes ON, asked for by no block")
+        self._bits = bits
+
+    def _pin(self, one: _Watched, pin: str) -> Any:
+        return self._program.read(f"Main.{one.name}.{pin}")
+
+    def _started(self, one: _Watched, t_us: int) -> None:
+        if one.telegrams is None:
+            return
+        pins = {pin: self._pin(one, pin) for pin in one.telegrams.inputs}
+        one.request = Request(one.name, one.telegrams.words(pins), t_us, one.level)
+        self.requests.append(one.request)
+        if one.name == "WritePoint":
+            self._points.setdefault(pins["Point"], []).append(pins["Pulses"])
+
+    def _ended(self, one: _Watched, t_us: int, error_id: int, outputs: int, *, done: bool) -> None:
+        if done:
+            self.done[one.name] = self.done.get(one.name, 0) + 1
+        request, one.request = one.request, None
+        if request is None or one.telegrams is None:
+            mask, value = SEQUENCES[one.name][1]
+            if done and outputs & mask != value:
+                text = f"{one.name}.Done, but the controller shows {outputs:04X} at m+32"
+                self._found("Done without its effect", text)
+            return
+        request.end_us, request.error_id = t_us, error_id
+        if one.level:
+            return
+        end = "Done" if done else f"16#{error_id:04X}"
+        self.ends[end] = self.ends.get(end, 0) + 1
+        request.alarm = (self._pin(one, "AlarmGroup"), self._pin(one, "AlarmCategory"))
+        request.shown = {pin: self._pin(one, pin) for pin in one.telegrams.outputs}
+        if done:
+            self._follow_points(one)
+
+    def _follow_points(self, one: _Watched) -> None:
+        """What was written last must be read; a write of unknown outcome may have been done."""
+        if one.name not in ("WritePoint", "ReadPoint"):
+            return
+        number, pulses = self._pin(one, "Point"), self._pin(one, "Pulses")
+        # Inputs are sampled at the edge; by now they may be those of the next request.
+        if one.name == "ReadPoint":
+            number = self._pin(one, "PointRead")
+            known = self._points.get(number)
+            if known and len(known) == 1 and pulses != known[0]:
+                text = f"point {number} was written as {known[0]} and is read as {pulses}"
+                self._found("wrong data", text)
+
+    # --- after the storm ---------------------------------------------------------------------
+
+    def settle(self, executions: list[Execution]) -> int:
+        """Compare all requests with what was executed; both lists are emptied.
+
+        Returns:
+            How many requests there were.
+        """
+        left = list(executions)
+        for request in [one for one in self.requests if one.certain]:
+            self._match_certain(request, left)
+        unsure = [one for one in self.requests if one.possible and not one.certain]
+        for execution in left:
+            owner = next(
+                (
+                    one
+                    for one in unsure
+                    if one.words == execution.words and one.start_us <= execution.t_us
+                ),
+                None,
+            )
+            if owner is None:
+                self._stray(execution)
+            else:
+                unsure.remove(owner)
+        count = len(self.requests)
+        self.requests.clear()
+        executions.clear()
+        return count
+
+    def _match_certain(self, request: Request, left: list[Execution]) -> None:
+        assert request.end_us is not None
+        found = [
+            one
+            for one in left
+            if one.words == request.words and request.start_us <= one.t_us <= request.end_us
+        ]
+        if not found:
+            self._found("not executed", f"{request} was never executed: {_hexed(request.words)}")
+            return
+        own = found[-1]  # one command runs at a time: its end is the last one before Done
+        left.remove(own)
+        status = _NORMAL_END if request.error_id == 0 else _ABNORMAL_END
+        if own.end is None or own.end[0] != status:
+            shown = "nothing" if own.end is None else f"16#{own.end[0]:04X}"
+            self._found("wrong end", f"{request}, but the controller answered {shown}")
+        elif request.error_id:
+            if request.alarm != own.end[1:3]:
+                text = f"{request} shows the alarm {request.alarm}, not {own.end[1:3]}"
+                self._found("wrong data", text)
+        elif request.shown != (wanted := COMMANDS[request.block].shown(own.end)):
+            self._found("wrong data", f"{request} shows {request.shown}, not {wanted}")
+
+    def _stray(self, execution: Execution) -> None:
+        same = [one for one in self.requests if one.words == execution.words]
+        kind = "executed twice" if any(one.certain for one in same) else "executed unasked"
+        requests = f": {', '.join(map(str, same[:3]))}" if same else ""
+        text = f"{_hexed(execution.words)} at {format_us(execution.t_us)}{requests}"
+        self._found(kind, text)
+
+
+def _hexed(words: Sequence[int]) -> str:
+    """The words up to the last that is not 0."""
+    last = max((k for k, word in enumerate(words) if word), default=0)
+    return " ".join(f"{word:04X}" for word in words[: last + 1])

@@ -1,0 +1,294 @@
+"""What befalls the cell in a storm: drawn in advance from the seed, as a list that can be cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from random import Random
+from typing import Any, NamedTuple
+
+from rcx_harness.cell.clock import Timing
+from rcx_harness.robot import RobotConfig, RobotProgram
+from rcx_harness.verify.campaign.network import BOTH
+from rcx_tools.evidence.campaign.commands import real
+from rcx_tools.evidence.campaign.judge import SEQUENCES
+
+__all__ = ["Act", "Conditions", "draw_conditions", "draw_storm"]
+
+
+class Act(NamedTuple):
+    """One thing that happens: when [us from the storm's begin], which kind, and its details."""
+
+    t_us: int
+    kind: str
+    details: dict[str, Any]
+
+    def __str__(self) -> str:
+        shown = ", ".join(f"{name} = {value}" for name, value in self.details.items())
+        return f"{self.t_us / 1000:9.1f} ms  {self.kind}: {shown}"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What stays the same in a run.
+
+    Attributes:
+        timing: Scan, packets and their time-out, for the longest packet interval.
+        intervals_us: The packet intervals that the run may change to.
+        latest_us: No packet arrives later than this.
+        robot: Properties of the controller.
+        timeouts_ms: Timeout of each block.
+    """
+
+    timing: Timing
+    intervals_us: tuple[int, ...]
+    latest_us: int
+    robot: RobotConfig
+    timeouts_ms: dict[str, int]
+
+    @property
+    def margin_us(self) -> int:
+        """What must stand at FB_WriteArea.Margin: every packet that a connection survives.
+
+        An earlier packet came at most `latest_us` late, and the next one that arrives came
+        before the connection's time-out; the controller looks every 5 ms (docs/scan-model.md).
+        """
+        return self.timing.timeout_us + self.latest_us + 10_000
+
+
+def draw_conditions(seed: int) -> Conditions:
+    """The cell of a run."""
+    random = Random(f"campaign {seed}")
+    scan_ms = random.choice((2, 5, 10, 10, 10, 20, 20, 50))
+    intervals = tuple(random.randint(2, 30) * 1000 for _ in range(3))
+    jitter_ms = random.randint(0, 10)
+    latest_ms = jitter_ms + random.randint(0, 60)
+    timing = Timing.make(
+        scan=scan_ms * 1000,
+        rpi=intervals[0],
+        jitter=jitter_ms * 1000,
+        timeout=max(4 * max(intervals), 100_000),
+        phases="random",
+        seed=seed,
+    )
+
+    def delay(longest: float) -> tuple[float, float]:
+        return 0.0, random.uniform(0.0, longest)
+
+    robot = RobotConfig(
+        boot_time=delay(800.0),
+        servo_on_delay=delay(300.0),
+        alarm_reset_delay=delay(200.0),
+        program_reset_delay=delay(300.0),
+        program_start_delay=delay(300.0),
+        program_stop_delay=delay(50.0),
+        sequence_delay=delay(50.0),
+        emergency_stop_delay=delay(20.0),
+        emergency_release_delay=delay(40.0),
+        origin_time=random.uniform(50.0, 500.0),
+        command_accept_delay=delay(60.0),
+        command_delay=delay(300.0),
+        status_reset_delay=delay(60.0),
+        skip_run_status=random.choice(("never", "short", "always")),
+        programs=(
+            RobotProgram(duration=random.uniform(400.0, 3000.0), loop=random.random() < 0.5),
+        ),
+        mp_ready_in_emergency_stop=random.random() < 0.5,
+    )
+    timeouts = {
+        name: random.choice((100, 300, 1000, 3000))
+        for name in (*SEQUENCES, "Jog", "Position", *_STARTS)
+    }
+    return Conditions(timing, intervals, latest_ms * 1000, robot, timeouts)
+
+
+# --- what is started --------------------------------------------------------------------------
+
+Pins = dict[str, Any]
+_Start = Callable[[int, Random], Pins]
+
+
+def _pulses(n: int) -> list[int]:
+    """Six numbers that no other request has."""
+    return [n % 30_000, -(n % 29_989), n // 7 % 20_000, n % 9_973, 0, 0]
+
+
+def _recent(n: int, random: Random) -> int:
+    """The number of a point that was written not long ago."""
+    return max(0, n - random.randint(1, 40)) % 20_000
+
+
+def _write_point(n: int, random: Random) -> Pins:
+    return {"Point": n % 20_000, "Pulses": _pulses(n)}
+
+
+def _read_point(n: int, random: Random) -> Pins:
+    return {"Point": _recent(n, random)}
+
+
+def _write_comment(n: int, random: Random) -> Pins:
+    return {"Point": n % 20_000, "Comment": f"P{n} X"}
+
+
+def _write_shift(n: int, random: Random) -> Pins:
+    return {"ShiftNumber": n % 40, "ShiftMm": [real(n % 8000 / 1000), 1.5, -2.25, 0.0]}
+
+
+def _assign_value(n: int, random: Random) -> Pins:
+    operation = random.choice(("ARITHMETIC_ADD", "ARITHMETIC_ASSIGN"))
+    return {"Operation": operation, "Variable1": n % 32, "ValueInteger": n}
+
+
+def _read_variable(n: int, random: Random) -> Pins:
+    return {"Variable": n % 32}
+
+
+def _move_ptp(n: int, random: Random) -> Pins:
+    return {
+        "Point": _recent(n, random),
+        "SpeedMode": "SPEED_DIRECT",
+        "Speed": real((4000 + n % 6000) / 100),
+    }
+
+
+def _move_pulses(n: int, random: Random) -> Pins:
+    return {"TargetPulses": _pulses(n)}
+
+
+def _raw(n: int, random: Random) -> Pins:
+    halves = [half for value in _pulses(n) for half in (value & 0xFFFF, value >> 16 & 0xFFFF)]
+    return {"Code": 0x0100, "Data": [0, 20_000 + n % 9_999, 0, *halves]}
+
+
+_STARTS: dict[str, _Start] = {
+    "WritePoint": _write_point,
+    "ReadPoint": _read_point,
+    "WriteComment": _write_comment,
+    "ReadComment": _read_point,
+    "WriteShift": _write_shift,
+    "AssignValue": _assign_value,
+    "ReadVariable": _read_variable,
+    "MovePtp": _move_ptp,
+    "MovePulses": _move_pulses,
+    "Raw": _raw,
+    "Again": _raw,
+}
+_CALLS = ("CallMovePtp", "CallWritePoint", "CallJog", "CallPosition", "CallServoOn")
+
+#: What befalls the controller, and what takes it back.
+_EVENTS = (
+    ("emergency_stop", "emergency_stop_release"),
+    ("pendant_on", "pendant_off"),
+    ("manual_mode", "auto_mode"),
+    ("main_power_off", "main_power_on"),
+    ("safety_on", "safety_off"),
+    ("power_off", "power_on"),
+    ("link_down", "link_up"),
+    ("link_down", "link_up"),
+)
+
+
+class _Storm:
+    """Draws the acts of one storm; `number` counts the requests of a run."""
+
+    def __init__(self, conditions: Conditions, random: Random, number: int, length_us: int) -> None:
+        self._conditions, self._random = conditions, random
+        self._number, self._length_us = number, length_us
+
+    def acts(self, pause_ms: int, roughness: float) -> Iterator[Act]:
+        random = self._random
+        t_us = 0
+        while t_us < self._length_us:
+            t_us += random.randint(1, 2 * pause_ms) * 1000
+            if random.random() < roughness:
+                yield from self._trouble(t_us)
+            elif random.random() < 0.2:
+                yield from self._use(t_us)
+            else:
+                yield from self._start(t_us, random.choice(list(_STARTS)))
+
+    def _start(self, t_us: int, block: str) -> Iterator[Act]:
+        """A rising edge, held for a scan, for a while, or until the end."""
+        self._number += 1
+        pins = _STARTS[block](self._number, self._random) if block in _STARTS else {}
+        sets = {f"Main.{block}.{pin}": value for pin, value in pins.items()}
+        yield Act(t_us, "set", {**sets, f"Main.{block}.Execute": True})
+        scan_us = self._conditions.timing.scan_us
+        held_us = self._random.choice((scan_us, scan_us, 100_000, 400_000, 1_500_000))
+        yield Act(t_us + held_us, "set", {f"Main.{block}.Execute": False})
+
+    def _use(self, t_us: int) -> Iterator[Act]:
+        """Sequences, level blocks and general-purpose outputs."""
+        random = self._random
+        kind = random.randrange(8)
+        if kind < 4:
+            yield from self._start(t_us, random.choice(list(SEQUENCES)))
+        elif kind == 4:
+            word, bit = random.randrange(65536), random.random() < 0.5
+            yield Act(t_us, "set", {"Main.GeneralWord": word, "Main.GeneralBit": bit})
+        elif kind == 5:
+            sets: Pins = {
+                "Main.Jog.Frame": random.choice(("JOG_PULSES", "JOG_CARTESIAN", "JOG_TOOL")),
+                "Main.Jog.Axis": random.randint(1, 4),
+                "Main.Jog.Direction": random.choice(("DIRECTION_PLUS", "DIRECTION_MINUS")),
+            }
+            yield from self._enable(t_us, "Jog", sets)
+        elif kind == 6:
+            unit = random.choice(("UNIT_PULSES", "UNIT_MM"))
+            yield from self._enable(t_us, "Position", {"Main.Position.Unit": unit})
+        else:
+            yield from self._enable(t_us, random.choice(("SequenceControl", "AutoMode", "Watch")))
+
+    def _enable(self, t_us: int, block: str, sets: Pins | None = None) -> Iterator[Act]:
+        yield Act(t_us, "set", {**(sets or {}), f"Main.{block}.Enable": True})
+        until_us = t_us + self._random.randint(1, 1500) * 1000
+        yield Act(until_us, "set", {f"Main.{block}.Enable": False})
+
+    def _trouble(self, t_us: int) -> Iterator[Act]:
+        random = self._random
+        lasts_us = random.choice((10, 60, 150, 400, 900)) * random.randint(500, 1000)
+        kind = random.randrange(12)
+        if kind < 4:
+            yield self._packets(t_us, t_us + lasts_us)
+        elif kind == 4:
+            scan_us = self._conditions.timing.scan_us
+            # Longer than this, and the PLC would not see the loss of a connection.
+            yield Act(t_us, "overrun", {"us": random.randint(1, 95_000 - scan_us)})
+        elif kind == 5:
+            pin = random.choice(("Main.EmergencyStopOk", "Main.StopOk"))
+            yield Act(t_us, "set", {pin: False})
+            yield Act(t_us + lasts_us, "set", {pin: True})
+        elif kind == 6:
+            call = f"Main.{random.choice(_CALLS)}"
+            yield Act(t_us, "set", {call: False})
+            yield Act(t_us + lasts_us, "set", {call: True})
+        elif kind == 7:
+            yield Act(t_us, "event", {"name": "alarm", "group": 2, "category": 334})
+        elif kind == 8 and random.random() < 0.5:
+            yield Act(t_us, "plc_power", {"off_us": random.randint(10, 600) * 1000})
+        elif kind == 9 and random.random() < 0.5:
+            interval_us = random.choice(self._conditions.intervals_us)
+            yield Act(t_us, "interval", {"us": interval_us})
+        else:
+            begin, end = random.choice(_EVENTS)
+            yield Act(t_us, "event", {"name": begin})
+            yield Act(t_us + lasts_us, "event", {"name": end})
+
+    def _packets(self, t_us: int, until_us: int) -> Act:
+        random = self._random
+        kind = random.choice(("lost", "late", "doubled"))
+        directions = random.choice((BOTH, BOTH[:1], BOTH[1:]))
+        share = random.choice((0.1, 0.3, 0.6, 1.0))
+        details = {"what": kind, "directions": directions, "share": share, "until_us": until_us}
+        return Act(t_us, "packets", details)
+
+
+def draw_storm(conditions: Conditions, seed: int, number: int) -> tuple[list[Act], int]:
+    """The acts of storm `number` of a run, in order of time, and how long it lasts [us]."""
+    random = Random(f"storm {seed} {number}")
+    length_us = random.randint(3_000, 15_000) * 1000
+    pause_ms = random.choice((15, 40, 100, 250))
+    roughness = random.choice((0.01, 0.03, 0.1, 0.3))
+    storm = _Storm(conditions, random, 100_000 * (number % 200) + 1000, length_us)
+    acts = sorted(storm.acts(pause_ms, roughness), key=lambda act: act.t_us)
+    return [act for act in acts if act.t_us < length_us], length_us

@@ -1,0 +1,143 @@
+"""Blocks broken on purpose: the campaign must find each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rcx_tools.evidence.broken import broken_library
+from rcx_tools.evidence.campaign.run import Failure, draw_run, run_storms
+from rcx_tools.evidence.campaign.station import Compiled
+
+__all__ = ["SEEDED", "Found", "Seeded", "find"]
+
+
+class Seeded(NamedTuple):
+    """A broken block: what is wrong, in which file, which text becomes which."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+    kinds: tuple[str, ...]
+    """The kinds of finding by which it may be found first."""
+
+
+class Found(NamedTuple):
+    """By which seed a broken block was found, and how."""
+
+    seed: int
+    failure: Failure
+
+
+SEEDED: tuple[Seeded, ...] = (
+    Seeded(
+        "a command is sent again after its end",
+        "area/FB_Handshake.st",
+        "  Robot.CodeRequest := FALSE;\n",
+        "",
+        ("starts by itself", "executed twice"),
+    ),
+    Seeded(
+        "Done without the end status",
+        "area/FB_TakeHead.st",
+        "  Robot.Answer := WORD#16#0000;",
+        "  Robot.Answer := WORD#16#0200;",
+        ("not executed", "wrong end", "wrong data", "Done without its effect"),
+    ),
+    Seeded(
+        "a link loss does not end the work: it goes on afterwards",
+        "area/FB_TakeHead.st",
+        "    Robot.Answer := WORD#16#8001;",
+        "    Robot.Answer := WORD#16#0000;",
+        ("executed twice", "executed unasked", "rule command held"),
+    ),
+    Seeded(
+        "an abnormal end is shown as Done",
+        "area/FB_TakeHead.st",
+        "    Robot.Answer := WORD#16#8020;",
+        "    Robot.Answer := WORD#16#0200;",
+        ("wrong end",),
+    ),
+    Seeded(
+        "the words of a position are swapped",
+        "command/FB_WritePoint.st",
+        "          Data[2 * k + 2] := FC_LowWord(Value := Pulses[k]);\n"
+        "          Data[2 * k + 3] := FC_HighWord(Value := Pulses[k]);",
+        "          Data[2 * k + 2] := FC_HighWord(Value := Pulses[k]);\n"
+        "          Data[2 * k + 3] := FC_LowWord(Value := Pulses[k]);",
+        ("starts by itself",),
+    ),
+    Seeded(
+        "inputs are taken while the block is busy",
+        "command/FB_MoveDirectPulses.st",
+        "  IF Execute AND NOT Job.Busy THEN",
+        "  IF Execute THEN",
+        ("rule command held", "rule hold-command", "starts by itself", "not executed"),
+    ),
+    Seeded(
+        "dedicated inputs follow each other at once",
+        "area/FB_DedicatedInputs.st",
+        "  IF Pace.Q AND NOT Restart THEN",
+        "  IF NOT Restart THEN",
+        ("rule interval",),
+    ),
+    Seeded(
+        "the margin for the network is forgotten",
+        "area/FB_MakeHead.st",
+        "  Spacing := Spacing + Extra;\n",
+        "",
+        ("rule interval", "rule ready-first", "rule hold-command"),
+    ),
+    Seeded(
+        "a turn is never given back after a timeout",
+        "area/FB_Handshake.st",
+        "    ELSE\n      Robot.Command.Serving := Robot.Command.Lowest;",
+        "    ELSIF NOT Robot.Command.Orphan THEN\n"
+        "      Robot.Command.Serving := Robot.Command.Lowest;",
+        ("not at rest",),
+    ),
+    Seeded(
+        "the hold of SI(00) comes back by itself",
+        "area/FB_MakeHead.st",
+        "  Robot.EmergencyStopOk := EmergencyStopOk AND NOT Robot.HoldEmergency;",
+        "  Robot.EmergencyStopOk := TRUE;",
+        ("starts by itself", "Done without its effect"),
+    ),
+    Seeded(
+        "a jog does not stop",
+        "command/FB_Jog.st",
+        "  Robot.StopJog := Robot.StopJog OR (Out AND Halt AND Job.Busy);\n",
+        "",
+        ("jog goes on",),
+    ),
+    Seeded(
+        "general-purpose words go out during a command",
+        "area/FB_MakeHead.st",
+        "  IF Robot.Phase = PHASE_COMMAND_DATA OR Robot.Phase = PHASE_COMMAND_RUN THEN",
+        "  IF Robot.Phase = PHASE_COMMAND_DATA THEN",
+        ("rule command held", "rule hold-command", "starts by itself", "not executed"),
+    ),
+)
+
+
+def find(
+    seeded: Seeded,
+    engine: str,
+    *,
+    storms: int = 2,
+    most: int = 30,
+    tried: Callable[[], None] = lambda: None,
+) -> Found | None:
+    """Run seed after seed on the broken library until one fails; None if none does."""
+    with broken_library(seeded.file, seeded.old, seeded.new) as lib:
+        compiled = Compiled(engine, lib)
+        for seed in range(most):
+            conditions, acts = draw_run(seed, storms)
+            try:
+                run_storms(compiled, conditions, acts, seed)
+            except Failure as failure:
+                return Found(seed, failure)
+            finally:
+                tried()
+    return None

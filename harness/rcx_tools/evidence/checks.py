@@ -1,0 +1,302 @@
+"""The checks, in the order of the page: what each says, which figures, and what it depends on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rcx_tools.evidence.results import ROOT
+
+__all__ = ["CHECKS", "Check", "Row", "digest", "library_state"]
+
+Figures = Mapping[str, Any]
+#: A label, and how its figure is told.
+Row = tuple[str, Callable[[Figures], str]]
+
+#: The library, its tables, and what compiles and runs it.
+_BASE = (
+    "plc/lib",
+    "spec",
+    *(f"harness/rcx_harness/{name}" for name in ("engine", "robot", "library", "cell", "contract")),
+    *(f"harness/rcx_harness/{name}" for name in ("clocks", "errors", "link", "monitor", "spec")),
+    *(f"harness/rcx_harness/{name}" for name in ("telegram", "trace", "units")),
+)
+_KINDS = {".py", ".st", ".toml", ".lark", ".c", ".jsonl"}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One of the checks behind `make verification`.
+
+    Attributes:
+        name: As in `make NAME` and out/verification/NAME.json.
+        title: For people.
+        kind: `proved`, where every case there is was looked at within a stated model, or `tested`.
+        about: What the figures say, and what they do not.
+        rows: Figures of the page.
+        inputs: Files and folders that it depends on, beyond the library and what runs it; a
+            name without its ending stands for all files that begin so.
+    """
+
+    name: str
+    title: str
+    kind: str
+    about: str
+    rows: tuple[Row, ...]
+    inputs: tuple[str, ...]
+
+    @property
+    def command(self) -> str:
+        """What runs it."""
+        return f"make {self.name}"
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Everything that it depends on."""
+        own = f"harness/rcx_harness/verify/{self.name}"
+        shared = ("harness/rcx_tools/evidence/broken.py", "harness/rcx_tools/evidence/results.py")
+        return (*_BASE, own, *shared, *self.inputs)
+
+
+def _files(root: Path, names: tuple[str, ...]) -> Iterator[Path]:
+    for name in names:
+        start = root / name
+        for found in [start] if start.exists() else start.parent.glob(f"{start.name}*"):
+            inside = found.rglob("*") if found.is_dir() else [found]
+            yield from (one for one in inside if one.suffix in _KINDS and one.is_file())
+
+
+def digest(names: tuple[str, ...], root: Path = ROOT) -> str:
+    """The state of some files and folders: 12 hexadecimal digits of names and contents."""
+    state = hashlib.sha256()
+    for file in sorted(set(_files(root, names))):
+        state.update(file.relative_to(root).as_posix().encode() + b"\0")
+        state.update(hashlib.sha256(file.read_bytes()).digest())
+    return state.hexdigest()[:12]
+
+
+def library_state(root: Path = ROOT) -> str:
+    """The state of plc/lib that figures belong to."""
+    return digest(("plc/lib",), root)
+
+
+def _number(*path: str) -> Callable[[Figures], str]:
+    """A figure with thousands marked."""
+
+    def told(figures: Figures) -> str:
+        value: Any = figures
+        for key in path:
+            value = value[key]
+        return f"{value:,}" if isinstance(value, (int, float)) else str(value)
+
+    return told
+
+
+def _count(key: str) -> Callable[[Figures], str]:
+    """How many there are: of a list, or in all of a table of numbers."""
+    return lambda figures: (
+        f"{sum(figures[key].values()):,}"
+        if isinstance(figures[key], dict)
+        else f"{len(figures[key])}"
+    )
+
+
+def _share(*path: str) -> Callable[[Figures], str]:
+    """`99.5 % (199 of 200, 1 justified)` of the coverage."""
+
+    def told(figures: Figures) -> str:
+        share: Any = figures
+        for key in path:
+            share = share[key]
+        more = f", {share['justified']} justified" if share["justified"] else ""
+        return f"{share['percent']:.2f} % ({share['covered']:,} of {share['total']:,}{more})"
+
+    return told
+
+
+def _of(found: str, every: str) -> Callable[[Figures], str]:
+    return lambda figures: f"{figures[found]} of {figures[every]}"
+
+
+def _models(figures: Figures) -> str:
+    models = figures["models"].values()
+    complete = sum(bool(one["complete"]) for one in models)
+    return f"{complete} of {len(models)}"
+
+
+def _longest(figures: Figures) -> str:
+    bounds = [
+        (bound * one["tick_ms"], bound)
+        for one in figures["models"].values()
+        for bound in one["bounds_scans"].values()
+    ]
+    time, scans = max(bounds, default=(0, 0))
+    return f"{scans} scans, {time:,} ms"
+
+
+def _relations(figures: Figures) -> str:
+    relations = figures["relations"].values()
+    return f"{len(relations)}, {sum(one['variants'] for one in relations):,} variants"
+
+
+def _survivors(figures: Figures) -> str:
+    return f"{len(figures['survivors'])}, {figures['survivors_with_a_reason']} with a reason"
+
+
+#: Mutants besides those of the library, and what they are of.
+_HARNESS_KINDS = (
+    ("controller", "the virtual controller"),
+    ("monitors", "the monitors"),
+    ("engine", "the built-in engine"),
+    ("tables", "the tables"),
+)
+
+
+def _mutants_of(kind: str) -> Callable[[Figures], str]:
+    """`270 of 280 killed, 96.4 %; survivors 10, 10 with a reason`."""
+
+    def told(figures: Figures) -> str:
+        one = figures["kinds"][kind]
+        killed = f"{one['killed']:,} of {one['mutants']:,} killed, {one['score']:.1f} %"
+        return f"{killed}; survivors {_survivors(one)}"
+
+    return told
+
+
+def _seeded(figures: Figures) -> str:
+    found = figures["kinds"]["seeded"]
+    return f"{found['killed']} of {found['mutants']}"
+
+
+CHECKS: tuple[Check, ...] = (
+    Check(
+        "explore",
+        "Exhaustive exploration",
+        "proved",
+        "Small programs of the real compiled blocks, in every state that they can reach, with "
+        "every choice of the environment in each scan: no rule of the wire or of the contract is "
+        "broken, and from every state the channel becomes free once the inputs are quiet. It is "
+        "a proof for these programs and this abstraction of time, not for any program.",
+        (
+            ("models explored to the end", _models),
+            ("states", _number("states")),
+            ("transitions", _number("transitions")),
+            ("longest until the channel is free", _longest),
+            ("broken rules", _number("broken_rules")),
+            ("seeded bugs found, with a shortest trace", _of("seeded_bugs_found", "seeded_bugs")),
+            ("processor time of the models [s]", _number("processor_seconds")),
+        ),
+        (),
+    ),
+    Check(
+        "contract",
+        "Contract monitor",
+        "tested",
+        "Every block under patterns of Execute, answers of the controller and faults at each "
+        "scan; in every scan the contract of the block, the interval of 100 ms and the "
+        "handshake are judged. `make test` includes all of these cases.",
+        (
+            ("cases: block x Execute x answer x moment", _number("instances")),
+            ("on a bench, all blocks", _number("instances_on_the_bench")),
+            ("on the virtual controller", _number("instances_on_the_virtual_controller")),
+            ("blocks on the bench", _number("blocks")),
+            ("scans judged on the bench", _number("scans_on_the_bench")),
+            ("failed", _count("failed")),
+            ("broken blocks found", _of("broken_blocks_found", "broken_blocks")),
+            ("run time [s]", _number("seconds")),
+        ),
+        ("tests/contract", "tests/faults", "tests/support"),
+    ),
+    Check(
+        "coverage",
+        "Coverage of the Structured Text",
+        "tested",
+        "What the tests execute, counted by the built-in engine. Masking MC/DC is demanded of "
+        "area, sequence and the two blocks under every command; gaps have a reason in "
+        "[conditions.toml](../tests/verify/conditions.toml) or in the line itself.",
+        (
+            ("statements", _share("all", "statements")),
+            ("branches", _share("all", "branches")),
+            ("conditions", _share("all", "conditions")),
+            ("MC/DC where it is demanded", _share("mcdc_demanded", "mcdc")),
+            ("tests", _number("tests")),
+            ("gaps without a reason", _number("gaps")),
+        ),
+        tuple(
+            f"tests/{name}"
+            for name in (
+                *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
+                *("faults", "examples", "support", "data", "verify/conditions.toml"),
+            )
+        ),
+    ),
+    Check(
+        "mutants",
+        "Mutation testing",
+        "tested",
+        "The library with one small fault at a time, of the kinds that happen in this field; and "
+        "so the virtual controller, the monitors, the built-in engine and the tables in spec/, "
+        "from which plc/lib is then generated anew. A mutant is killed when a test fails. "
+        "Generated command blocks are alike and are sampled, as is all that is not the library "
+        "(`MUTANTS=all` takes all). Survivors and why nothing can tell them: "
+        "[survivors.toml](../tests/verify/survivors.toml), "
+        "[survivors_harness.toml](../tests/verify/survivors_harness.toml). "
+        "Bugs that were thought of beforehand: [seeded.toml](../tests/verify/seeded.toml).",
+        (
+            ("mutants", _number("mutants")),
+            ("killed", _number("killed")),
+            ("score [%]", _number("score")),
+            ("survivors", _survivors),
+            *((f"mutants of {what}", _mutants_of(kind)) for kind, what in _HARNESS_KINDS),
+            ("seeded bugs found", _seeded),
+            ("mutants of each generated block", _number("of_each_generated_block")),
+            ("run time of the last run, which keeps known outcomes [s]", _number("run_time_s")),
+        ),
+        (
+            *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "chapters")),
+            *(f"tests/{name}" for name in ("faults", "examples", "library", "support", "data")),
+            *(f"tests/{name}" for name in ("robot", "cell", "contract", "engine", "spec")),
+            "tests/verify/survivors",
+            "tests/verify/seeded.toml",
+        ),
+    ),
+    Check(
+        "campaign",
+        "Fault campaign",
+        "tested",
+        "Random long runs with lost, late and doubled packets, scan overruns, power cycles, "
+        "alarms and operators: no rule is broken, no command is executed twice or lost without "
+        "an error, and the cell recovers each time. Every run can be repeated by its seed.",
+        (
+            ("virtual hours", _number("virtual hours")),
+            ("seeds", _number("seeds")),
+            ("scans", _number("scans")),
+            ("requests of command blocks", _number("requests of command blocks")),
+            ("executions in the controller", _number("executions in the controller")),
+            ("faults", _count("faults")),
+            ("longest until at rest [s]", _number("longest until the cell is at rest [s]")),
+            ("longest recovery [s]", _number("longest recovery with work [s]")),
+            ("failing seeds", _count("failing seeds")),
+            ("broken blocks found", _number("broken blocks found")),
+            ("engine", _number("engine")),
+        ),
+        (),
+    ),
+    Check(
+        "metamorphic",
+        "Metamorphic checks",
+        "tested",
+        "The same program gives the same result for other offsets, sizes, kinds of areas, scan "
+        "times, engines and links; what the same means is printed for each relation.",
+        (
+            ("relations", _relations),
+            ("scans compared", _number("scans compared")),
+            ("differences", _count("differences")),
+            ("broken blocks found", _number("broken blocks found")),
+        ),
+        ("plc/examples", "docs/charts", "harness/rcx_harness/enip"),
+    ),
+)

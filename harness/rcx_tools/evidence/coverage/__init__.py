@@ -1,0 +1,1 @@
+"""The coverage of this library by its tests."""

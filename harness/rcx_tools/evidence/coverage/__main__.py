@@ -1,0 +1,128 @@
+"""`python -m rcx_harness.verify.coverage`: run the tests and report; 1 where something is open."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from rcx_harness.spec import load_toml
+from rcx_harness.verify.coverage.html import write_pages
+from rcx_harness.verify.coverage.lcov import tracefile
+from rcx_harness.verify.coverage.measure import FileResult, Share, measure, merge
+from rcx_harness.verify.coverage.report import demands_mcdc, folder_table, full_text, gaps, totals
+from rcx_tools.evidence.coverage.run import Run, run_tests
+
+__all__ = ["figures", "main", "reasons"]
+
+ROOT = Path(__file__).resolve().parents[4]
+
+#: The table needs so much [characters].
+_WIDTH = 120
+
+#: Gaps that are printed; the rest is in the report.
+_MOST_GAPS = 30
+
+
+def reasons(file: Path) -> dict[tuple[str, str, str], str]:
+    """Why conditions have no MC/DC, by (POU, decision, condition), from a TOML file."""
+    table = load_toml(file)
+    return {
+        (one["pou"], one["decision"], condition): one["reason"]
+        for one in table.get("gap", [])
+        for condition in one["conditions"]
+    }
+
+
+def figures(results: Sequence[FileResult], run: Run) -> dict[str, Any]:
+    """The numbers of out/verification/coverage.json."""
+    folders = sorted({result.folder for result in results})
+    return {
+        "tests": run.passed,
+        "failed": run.failed,
+        "files": len(results),
+        "all": _shares(results),
+        "folders": {
+            one: _shares([result for result in results if result.folder == one]) for one in folders
+        },
+        "mcdc_demanded": _shares([result for result in results if demands_mcdc(result)]),
+        "gaps": len(gaps(results)),
+        "justified": len(gaps(results, justified=True)),
+    }
+
+
+def _shares(results: Sequence[FileResult]) -> dict[str, Any]:
+    return {name: _numbers(share) for name, share in totals(results).items()}
+
+
+def _numbers(share: Share) -> dict[str, float]:
+    return {
+        "covered": share.covered,
+        "total": share.total,
+        "justified": share.justified,
+        "percent": round(share.percent, 2),
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run; 0 where every statement and branch is covered or justified, and MC/DC as demanded."""
+    parser = argparse.ArgumentParser(prog="python -m rcx_harness.verify.coverage")
+    parser.add_argument("--report-only", action="store_true", help="use the counts of the last run")
+    parser.add_argument("--workers", default="auto", help="processes (pytest's -n)")
+    parser.add_argument("--out", type=Path, default=ROOT / "out", help="folder of the results")
+    options = parser.parse_args(arguments)
+    console = Console(highlight=False, emoji=False)
+    console.width = max(console.width, _WIDTH)
+    folder = options.out / "coverage"
+    counts = folder / "counts"
+    if options.report_only:
+        run = _last_run(folder)
+    else:
+        run = run_tests(ROOT, counts, options.workers, console)
+        last = {"passed": run.passed, "failed": run.failed, "skipped": run.skipped}
+        (folder / "run.json").write_text(json.dumps(last) + "\n", encoding="utf-8")
+    library = ROOT / "plc" / "lib"
+    results = measure(library, merge(counts), reasons(ROOT / "tests/verify/conditions.toml"))
+    write_pages(results, folder)
+    (folder / "coverage.txt").write_text(full_text(results), encoding="utf-8")
+    (folder / "coverage.lcov").write_text(tracefile(results, library), encoding="utf-8")
+    met = run.clean and not gaps(results)
+    data = {"command": "make coverage", "figures": figures(results, run), "met": met}
+    verification = options.out / "verification"
+    verification.mkdir(parents=True, exist_ok=True)
+    (verification / "coverage.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    _print(console, results, run, folder)
+    return 0 if met else 1
+
+
+def _last_run(folder: Path) -> Run:
+    file = folder / "run.json"
+    if not file.is_file():
+        raise SystemExit(f"there is no earlier run in {folder}")
+    last = json.loads(file.read_text(encoding="utf-8"))
+    return Run(last["passed"], last["failed"], last["skipped"], "")
+
+
+def _print(console: Console, results: Sequence[FileResult], run: Run, folder: Path) -> None:
+    if not run.clean:
+        console.print(run.output, markup=False)
+    console.print(f"{run.passed} tests passed, {run.failed} failed, {run.skipped} skipped\n")
+    console.print(folder_table(results))
+    found = gaps(results)
+    console.print(f"\ngaps: {len(found) or 'none'}; with a reason: ", end="")
+    console.print(len(gaps(results, justified=True)))
+    for gap in found[:_MOST_GAPS]:
+        console.print(f"  {gap}", markup=False, soft_wrap=True)
+    if len(found) > _MOST_GAPS:
+        console.print(f"  and {len(found) - _MOST_GAPS} more")
+    shown = folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder
+    console.print(f"\n{shown}/index.html, coverage.txt, coverage.lcov", soft_wrap=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The exploration of this library: its models and its seeded bugs."""

@@ -1,0 +1,8 @@
+"""`python -m rcx_harness.verify.explore`: see `command`."""
+
+import sys
+
+from rcx_tools.evidence.explore.command import main
+
+if __name__ == "__main__":
+    sys.exit(main())

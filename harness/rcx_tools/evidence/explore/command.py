@@ -1,0 +1,244 @@
+"""Explore the models in several processes, print the figures and write them.
+
+An outcome is kept as soon as it is there, and taken again while all that it rests on is the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import time
+from collections.abc import Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from queue import Queue
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from rcx_harness.verify.explore.model import Model
+from rcx_harness.verify.explore.replay import replay
+from rcx_harness.verify.explore.search import LIBRARY, ROOT, Broken, Explorer
+from rcx_tools.evidence.explore.known import Done, Found, Known
+from rcx_tools.evidence.explore.models import MODELS
+from rcx_tools.evidence.explore.models_small import SMALL
+from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
+
+__all__ = ["main"]
+
+_OUT = ROOT / "out/verification"
+_SEEDS = "seeded bugs"
+_MODELS = {model.name: model for model in (*MODELS, *SMALL)}
+
+
+class _Task(NamedTuple):
+    """What all explorations have in common: see the arguments of the command."""
+
+    library: tuple[Path, ...]
+    limit: int
+    seed: int
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run from the command line; 0 if every model is complete and no rule is broken."""
+    parser = argparse.ArgumentParser(
+        prog="python -m rcx_harness.verify.explore", description=__doc__
+    )
+    names = list(_MODELS)
+    parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")
+    parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1))
+    parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
+    parser.add_argument("--lib", type=Path, help="another copy of plc/lib")
+    parser.add_argument("--fresh", action="store_true", help="forget the outcomes of earlier runs")
+    parser.add_argument("--seed", type=int, default=1, help="of the checks of the abstraction")
+    chosen = parser.parse_args(arguments)
+    unknown = set(chosen.models) - set(names)
+    if unknown:
+        parser.error(f"no model {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    models = [one for one in _MODELS.values() if not chosen.models or one.name in chosen.models]
+    seeded = [bug for bug in SEEDED if bug.model in {model.name for model in models}]
+    console = Console()
+    started = time.monotonic()
+    library = LIBRARY if chosen.lib is None else tuple(sorted(chosen.lib.rglob("*.st")))
+    task = _Task(library, chosen.limit, chosen.seed)
+    known = Known(_OUT / "explore.jsonl", chosen.seed, library, fresh=chosen.fresh)
+    done, found = _run(models, seeded, chosen.jobs, task, known, console)
+    seconds = time.monotonic() - started
+    _print(console, done, found, seconds)
+    met = all(one.result.met for one in done) and all(one.scans for one in found)
+    if not chosen.models and not chosen.limit:
+        _write(done, found, met)
+    return 0 if met else 1
+
+
+def _run(
+    models: Sequence[Model],
+    seeded: Sequence[Seeded],
+    jobs: int,
+    task: _Task,
+    known: Known,
+    console: Console,
+) -> tuple[list[Done], list[Found]]:
+    """Explore all models and look for all seeded bugs, in several processes."""
+    columns = (
+        TextColumn("{task.description:<12}"),
+        BarColumn(24),
+        TextColumn("{task.completed:>7,.0f} of {task.total:>7,.0f} {task.fields[what]}"),
+        TimeElapsedColumn(),
+    )
+    context = multiprocessing.get_context("spawn")
+    with (
+        context.Manager() as manager,
+        ProcessPoolExecutor(jobs, mp_context=context) as pool,
+        Progress(*columns, console=console, transient=True) as progress,
+    ):
+        reports: Queue[tuple[str, int, int]] = manager.Queue()
+        tasks: dict[str, TaskID] = {}
+        outcomes: dict[str, Done | Found] = {}
+        running: dict[Future[Done | Found], str] = {}
+        for model in models:
+            if (done := known.model(model)) is not None:
+                outcomes[model.name] = done
+            else:
+                running[pool.submit(_explore, model.name, task, reports)] = model.name
+        for bug in seeded:
+            if (found := known.bug(bug, _MODELS[bug.model])) is not None:
+                outcomes[bug.name] = found
+            else:
+                running[pool.submit(_look_for, bug.name, task.library)] = bug.name
+        for name, outcome in outcomes.items():
+            console.print(f"{name}: known from an earlier run ({_line(outcome)})")
+        while running:
+            time.sleep(0.2)
+            for future in [one for one in running if one.done()]:
+                name, outcome = running.pop(future), future.result()
+                outcomes[name] = outcome
+                known.keep(outcome, _model_of(outcome))
+                progress.console.print(_line(outcome))
+            while not reports.empty():
+                name, number, states = reports.get()
+                if name not in tasks:
+                    tasks[name] = progress.add_task(name, what="known states", total=1)
+                progress.update(tasks[name], completed=number, total=states)
+            if seeded:
+                if _SEEDS not in tasks:
+                    tasks[_SEEDS] = progress.add_task(_SEEDS, what="looked for", total=len(seeded))
+                progress.update(tasks[_SEEDS], completed=sum(b.name in outcomes for b in seeded))
+    names = [*(model.name for model in models), *(bug.name for bug in seeded)]
+    every = [outcomes[name] for name in names]
+    return (
+        [one for one in every if isinstance(one, Done)],
+        [one for one in every if isinstance(one, Found)],
+    )
+
+
+def _model_of(outcome: Done | Found) -> Model:
+    """What was explored."""
+    return _MODELS[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
+
+
+def _line(done: Done | Found) -> str:
+    """What is printed as soon as it is known."""
+    if isinstance(done, Found):
+        return f"seeded: {done.bug.name}: {f'{done.scans} scans' if done.scans else 'NOT FOUND'}"
+    one = done.result
+    text = f"{one.model}: {one.states:,} states, {one.transitions:,} transitions"
+    return f"{text}, {f'BROKEN: {one.broken.rules[0]}' if one.broken else 'no rule broken'}"
+
+
+def _explore(name: str, task: _Task, reports: Queue[tuple[str, int, int]]) -> Done:
+    """Explore one model; a broken rule is replayed and written as trace and chart."""
+    model, started = _MODELS[name], time.process_time()
+    explorer = Explorer(model, task.library, task.seed)
+    result = explorer.run(task.limit, lambda at, known: reports.put((name, at, known)))
+    if result.broken is not None:
+        _draw(model, result.broken, task.library, name)
+        result.broken = replace(result.broken, quiet=None)
+    return Done(result, time.process_time() - started)
+
+
+def _look_for(name: str, library: Sequence[Path]) -> Found:
+    """Explore the model that is to find a seeded bug, and replay what it finds."""
+    bug = next(bug for bug in SEEDED if bug.name == name)
+    model = _MODELS[bug.model]
+    with TemporaryDirectory() as folder:
+        changed = bug.library(Path(folder), library)
+        result = Explorer(model, changed).run()
+        if result.broken is None:
+            return Found(bug, 0, result.states, ())
+        rules = _draw(model, result.broken, changed, f"seeded_{SEEDED.index(bug) + 1:02}")
+    known = any(rule.startswith(bug.rule) for rule in rules)
+    return Found(bug, len(result.broken.path) if known else 0, result.states, rules)
+
+
+def _draw(model: Model, broken: Broken, library: Sequence[Path], name: str) -> tuple[str, ...]:
+    """Replay a trace and write it with its chart; the rules that the replay finds broken."""
+    folder = _OUT / "explore"
+    folder.mkdir(parents=True, exist_ok=True)
+    shown = replay(model, broken, library, folder / f"{name}.jsonl")
+    title = f"{model.name}: {broken.rules[0].partition(':')[0]}"
+    (folder / f"{name}.svg").write_text(shown.chart(title), encoding="utf-8")
+    return tuple(shown.rules)
+
+
+def _print(console: Console, done: Sequence[Done], found: Sequence[Found], seconds: float) -> None:
+    table = Table("model", "states", "transitions", "depth", "quiet after", "processor", "result")
+    for column in table.columns[1:6]:
+        column.justify = "right"
+    for one in done:
+        result, took, model = one.result, one.seconds, _model_of(one)
+        bound = max(result.bounds.values(), default=0)
+        told = f"{bound} scans, {bound * model.tick_ms} ms" if result.complete else "-"
+        verdict = "all states, no rule broken" if result.met else "not complete"
+        if result.broken is not None:
+            verdict = f"BROKEN after {len(result.broken.path)} scans: {result.broken.rules[0]}"
+        numbers = (f"{result.states:,}", f"{result.transitions:,}", str(result.depth))
+        table.add_row(model.name, *numbers, told, f"{took:.0f} s", verdict)
+    console.print(table)
+    if found:
+        table = Table("seeded bug", "block", "scans", "found as")
+        for bug, scans, _, rules in found:
+            told = rules[0] if scans else f"NOT FOUND {' '.join(rules)}"
+            table.add_row(bug.name, bug.block, str(scans), told)
+        console.print(table)
+    console.print(f"{seconds:.0f} s; traces and charts of broken rules: out/verification/explore")
+
+
+def _write(done: Sequence[Done], found: Sequence[Found], met: bool) -> None:
+    figures = {
+        "states": sum(one.result.states for one in done),
+        "transitions": sum(one.result.transitions for one in done),
+        "checked_abstractions": sum(one.result.checked for one in done),
+        "longest_until_free_scans": max(
+            (bound for one in done for bound in one.result.bounds.values()), default=0
+        ),
+        "broken_rules": sum(one.result.broken is not None for one in done),
+        "seeded_bugs": len(found),
+        "seeded_bugs_found": sum(bool(one.scans) for one in found),
+        "processor_seconds": round(sum(one.seconds for one in done)),
+        "models": {
+            _model_of(one).name: {
+                "title": _model_of(one).title,
+                "states": one.result.states,
+                "transitions": one.result.transitions,
+                "cut": one.result.cut,
+                "depth_scans": one.result.depth,
+                "complete": one.result.complete,
+                "tick_ms": _model_of(one).tick_ms,
+                "bounds_scans": one.result.bounds,
+                "broken": list(one.result.broken.rules) if one.result.broken else [],
+                "processor_seconds": round(one.seconds),
+            }
+            for one in done
+        },
+        "seeded": {one.bug.name: {"scans": one.scans, "rules": one.rules} for one in found},
+    }
+    _OUT.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"command": "make explore", "figures": figures, "met": met}, indent=1)
+    (_OUT / "explore.json").write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,94 @@
+"""What earlier runs have found: nothing is explored twice while what it rests on is the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from rcx_harness.engine.needed import needed
+from rcx_harness.verify.explore.model import Model
+from rcx_harness.verify.explore.search import LIBRARY, ROOT, Result
+from rcx_harness.verify.store import Results, digest
+from rcx_tools.evidence.explore.models import MODELS
+from rcx_tools.evidence.explore.seeded import Seeded
+
+__all__ = ["Done", "Found", "Known"]
+
+_HERE = Path(__file__).parent
+#: What decides over states and rules, beside blocks and models: the engine, these of this package.
+_ENGINE = ("*.py", "*.lark")
+_OWN = ("abstraction", "kept", "model", "oracle", "search")
+
+
+class Done(NamedTuple):
+    """An exploration, and the processor time that it took [s]."""
+
+    result: Result
+    seconds: float
+
+
+class Found(NamedTuple):
+    """What became of a seeded bug: its scans (0: not found), and what the replay said."""
+
+    bug: Seeded
+    scans: int
+    states: int
+    rules: tuple[str, ...]
+
+
+class Known:
+    """Outcomes that need no second look: complete models without a broken rule, and bugs found.
+
+    Args:
+        file: Where they are kept.
+        seed: Of the checks of the abstraction.
+        library: Files of the library; of another one than this package's nothing is known.
+        fresh: Forget what is there.
+    """
+
+    def __init__(
+        self, file: Path, seed: int, library: Sequence[Path] = LIBRARY, *, fresh: bool = False
+    ) -> None:
+        self._seed, self._library = seed, library
+        self._kept = Results(file, fresh=fresh) if tuple(library) == LIBRARY else None
+        self._keys: dict[str, str] = {}
+
+    def model(self, model: Model) -> Done | None:
+        """The outcome of a model."""
+        found = self._kept.get(self._key(model, model.name)) if self._kept else None
+        return Done(Result(**found["result"]), found["seconds"]) if found else None
+
+    def bug(self, bug: Seeded, model: Model) -> Found | None:
+        """What became of a seeded bug in its model."""
+        found = self._kept.get(self._key(model, repr(bug))) if self._kept else None
+        return Found(bug, found["scans"], found["states"], tuple(found["rules"])) if found else None
+
+    def keep(self, outcome: Done | Found, model: Model) -> None:
+        """Keep an outcome, if it is one to be kept."""
+        if self._kept is None:
+            return
+        if isinstance(outcome, Found):
+            if outcome.scans:
+                key = self._key(model, repr(outcome.bug))
+                entry = {"scans": outcome.scans, "states": outcome.states, "rules": outcome.rules}
+                self._kept.add({"key": key, **entry})
+        elif outcome.result.met:
+            key = self._key(model, model.name)
+            self._kept.add(
+                {"key": key, "seconds": outcome.seconds, "result": asdict(outcome.result)}
+            )
+
+    def _key(self, model: Model, name: str) -> str:
+        if name not in self._keys:
+            with TemporaryDirectory() as folder:
+                files = needed([model.write(Path(folder))], self._library)
+            engine = ROOT / "harness/rcx_harness/engine"
+            rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
+            defined = ("models",) if model in MODELS else ("models", "models_small")
+            own = [_HERE / f"{part}.py" for part in (*_OWN, *defined)]
+            state = digest(ROOT, [*files, *rules, *own])
+            self._keys[name] = f"{model.name} {state} {self._seed} {name}"
+        return self._keys[name]

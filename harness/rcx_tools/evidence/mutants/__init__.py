@@ -1,0 +1,1 @@
+"""The mutants of this library and of what judges it."""

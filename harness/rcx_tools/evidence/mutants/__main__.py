@@ -1,0 +1,141 @@
+"""`python -m rcx_harness.verify.mutants`: one mistake after the other, and its tests.
+
+Mutants are made of plc/lib (`library`), of the virtual controller, the monitors and the engine,
+and of the tables in spec/. A mutant is one small change of one file that is still correct. It is
+killed where a test of the suite fails with it. Those of the library are put into programs that
+this process keeps, the others into throw-away copies of the repository; each runs in a child of
+its own. `seeded` are the bugs of tests/verify/seeded.toml: the tests of its row must find each.
+
+Outcomes are kept in out/verification/mutants.jsonl; one holds as long as the mutated file, what it
+is compiled with, and the test that has failed (or all that have not) are as they were, so that a
+run goes on where the last one ended. Survivors without a reason are written beside them as rows:
+mutants-without-reason.toml for tests/verify/survivors.toml, mutants-without-reason-harness.toml for
+survivors_harness.toml.
+
+Of the generated command blocks, which are alike, and of all that is not the library, a sample is
+taken: drawn by the seed, of each operator one first. `--all` or MUTANTS=all takes them all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from rcx_harness.errors import InputError
+from rcx_harness.verify.store import Results
+from rcx_tools.evidence.mutants.harness import KINDS, HarnessRun
+from rcx_tools.evidence.mutants.judging import Judging
+from rcx_tools.evidence.mutants.library import LibraryRun
+from rcx_tools.evidence.mutants.pool import PATIENCE_S
+from rcx_tools.evidence.mutants.report import GOAL, print_report, write_rows
+
+__all__ = ["main"]
+
+ROOT = Path(__file__).resolve().parents[4]
+_LIBRARY, _SEEDED = "library", "seeded"
+_ALL = (*(kind.name for kind in KINDS), _SEEDED, _LIBRARY)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run; 0 where the score is reached, every survivor has its reason, every bug is found."""
+    options = _options(arguments)
+    console = Console()
+    out = options.root / "out" / "verification"
+    started = time.monotonic()
+    judging = Judging(
+        console,
+        Results(out / "mutants.jsonl", fresh=options.fresh),
+        options.jobs,
+        options.patience,
+        started + 60 * options.minutes if options.minutes is not None else None,
+    )
+    try:
+        found = HarnessRun(options, judging).figures(options.kinds)
+        if _LIBRARY in options.kinds:
+            library = LibraryRun(options, judging).figures()
+            if library is None:
+                print("the tests could not be collected", file=sys.stderr)
+                return 2
+            found[_LIBRARY] = library
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("stopped; the next run goes on from here", file=sys.stderr)
+        return 130
+    _report(console, found, out, options.show)
+    met = all(_is_met(kind, one) for kind, one in found.items())
+    whole = not (options.blocks or options.named or options.sample)
+    if whole and _LIBRARY in found:
+        more = {name: one for name, one in found.items() if name != _LIBRARY}
+        figures = found[_LIBRARY] | {
+            "kinds": more,
+            "seed": options.seed,
+            "run_time_s": round(time.monotonic() - started, 1),
+        }
+        report = {"command": "make mutants", "figures": figures, "met": met}
+        (out / "mutants.json").write_text(json.dumps(report, indent=1) + "\n", "utf-8")
+    return 0 if met else 1
+
+
+def _report(console: Console, found: dict[str, dict[str, Any]], out: Path, show: int) -> None:
+    unexplained: list[Any] = []
+    for kind, one in found.items():
+        table = "survivors.toml" if kind == _LIBRARY else "survivors_harness.toml"
+        print_report(console, one, show=show, kind=kind, table_of=table)
+        if kind == _LIBRARY:
+            write_rows(out / "mutants-without-reason.toml", one["survivors"])
+        elif kind != _SEEDED:
+            unexplained += one["survivors"]
+    write_rows(out / "mutants-without-reason-harness.toml", unexplained)
+
+
+def _is_met(kind: str, figures: dict[str, Any]) -> bool:
+    if figures["not_run"]:
+        return False
+    if kind == _SEEDED:
+        return bool(figures["killed"] == figures["mutants"])
+    explained = figures["survivors_with_a_reason"] == len(figures["survivors"])
+    return bool(figures["score"] >= GOAL and explained)
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m rcx_harness.verify.mutants")
+    parser.add_argument(
+        "blocks", nargs="*", help="names of blocks, or parts of paths (default: all)"
+    )
+    parser.add_argument("--root", type=Path, default=ROOT, help="the repository")
+    parser.add_argument("--kinds", help=f"some of {','.join(_ALL)} (default: all)")
+    parser.add_argument("--all", action="store_true", help="every mutant, no sample")
+    parser.add_argument(
+        "--named", action="store_true", help="a quick look: only the tests that a file names"
+    )
+    parser.add_argument("--sample", type=int, help="a quick look: so many mutants of each file")
+    parser.add_argument("--seed", type=int, default=1, help="of the sample")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument(
+        "--patience", type=float, default=PATIENCE_S, help="seconds until a mutant is endless"
+    )
+    parser.add_argument("--minutes", type=float, help="start no mutant after so long")
+    parser.add_argument("--fresh", action="store_true", help="forget earlier outcomes")
+    parser.add_argument("--show", type=int, default=20, help="survivors that are printed")
+    options = parser.parse_args(arguments)
+    options.root = options.root.resolve()
+    options.kinds = options.kinds.split(",") if options.kinds else list(_ALL)
+    unknown = [kind for kind in options.kinds if kind not in _ALL]
+    if unknown:
+        parser.error(f"there is no kind {unknown[0]!r}; kinds are {', '.join(_ALL)}")
+    options.all = options.all or os.environ.get("MUTANTS") == "all"
+    return options
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,248 @@
+"""Throw-away copies of the repository: tests run in them, with one file changed, in a new process.
+
+Each child of this process forgets the package, and finds it, its tables and its tests in its copy.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import resource
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_tools.evidence.mutants.suite import pytest_options, settle_hypothesis
+
+__all__ = ["Copies", "Traced"]
+
+#: What no test in a copy needs.
+_LEFT_OUT = (".*", "out", "*.egg-info")
+#: So many files of tests are collected first; where one of their tests fails, that was all.
+_FEW = 3
+#: What a child may hold [byte]; a loop that never ends may fill a list.
+_MEMORY = 6 << 30
+
+
+class Traced:
+    """Notes per test whether it passes, its processor time [s], and which functions it has run.
+
+    Functions are `(file, line)`: of the files in `folder`, with the line where their code begins.
+    What a fixture runs that several tests share counts for each of them.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = str(folder)
+        self._seen: set[Any] = set()
+        self._shared: dict[int, set[Any]] = {}
+        self.passed: dict[str, bool] = {}
+        self.seconds: dict[str, float] = {}
+        self.ran: dict[str, set[tuple[str, int]]] = {}
+
+    def _call(self, frame: FrameType, event: str, arg: object) -> None:
+        self._seen.add(frame.f_code)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
+        """Run a test."""
+        self._seen = set()
+        start = time.process_time()
+        sys.settrace(self._call)
+        try:
+            done = yield
+        finally:
+            sys.settrace(None)
+        self.seconds[item.nodeid] = time.process_time() - start
+        info = getattr(item, "_fixtureinfo", None)
+        for definitions in info.name2fixturedefs.values() if info else ():
+            for one in definitions:
+                self._seen |= self._shared.get(id(one), set())
+        self.ran[item.nodeid] = {
+            (code.co_filename, code.co_firstlineno)
+            for code in self._seen
+            if code.co_filename.startswith(self._folder)
+        }
+        return done
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: Any) -> Any:
+        """Make a fixture; where tests share it, the others run it, too."""
+        outside, self._seen = self._seen, set()
+        try:
+            return (yield)
+        finally:
+            if fixturedef.scope != "function":
+                self._shared[id(fixturedef)] = self._seen
+            self._seen = self._seen | outside
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note what came of a part of it."""
+        so_far = self.passed.get(report.nodeid, True)
+        self.passed[report.nodeid] = so_far and not report.failed
+
+
+class _First:
+    """Keeps the wanted tests in the wanted order, and notes the first failure."""
+
+    def __init__(self, wanted: Sequence[str]) -> None:
+        self._places = {node: place for place, node in enumerate(wanted)}
+        self.failed: str | None = None
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = sorted((item for item in items if self._place(item) >= 0), key=self._place)
+
+    def _place(self, item: pytest.Item) -> int:
+        """Its place among the wanted tests, or that of its file; -1 where neither is wanted."""
+        file = item.nodeid.partition("::")[0]
+        return self._places.get(item.nodeid, self._places.get(file, -1))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed and self.failed is None:
+            self.failed = report.nodeid
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        if report.failed and self.failed is None:
+            self.failed = f"{report.nodeid} cannot be collected"
+
+
+class Copies:
+    """Copies of a repository, under a folder that `close` removes.
+
+    Args:
+        root: The repository; nothing is written there.
+
+    Raises:
+        InputError: it cannot be copied.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self._root = root.resolve()
+        self._base = Path(tempfile.mkdtemp(prefix="mutants-"))
+        self.original = self._base / "original"
+        left_out = shutil.ignore_patterns(*_LEFT_OUT)
+        try:
+            shutil.copytree(root, self.original, ignore=left_out, symlinks=True)
+        except OSError as error:  # shutil.Error is one
+            self.close()
+            told = f"the repository cannot be copied to {self._base.parent}: {error}"
+            raise InputError(told, hint="make room there, or set TMPDIR") from error
+        import hypothesis  # noqa: F401  # once for all children
+
+    def close(self) -> None:
+        """Remove them all."""
+        shutil.rmtree(self._base, ignore_errors=True)
+
+    def discard(self, pid: int) -> None:
+        """Remove the copy of a child that has ended."""
+        shutil.rmtree(self._base / str(pid), ignore_errors=True)
+
+    # --- in a child ---
+
+    def first_failure(
+        self, changed: Mapping[str, str], nodes: Sequence[str], *, regenerate: bool = False
+    ) -> str | None:
+        """Run tests in a copy up to the first that fails; that one, or what failed else.
+
+        Args:
+            changed: Texts of files, by their paths in the repository.
+            nodes: The tests, or whole files of them, in the order in which they run; those that
+                there are no more count as passed.
+            regenerate: Write the generated files of plc/lib anew.
+        """
+        own = self._base / str(os.getpid())
+        with suppress(OSError, ValueError):  # not everywhere
+            resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+        shutil.copytree(self.original, own, copy_function=_linked, symlinks=True)
+        for path, text in changed.items():
+            _write(own / path, text)
+        self._enter(own)
+        try:
+            if regenerate:
+                _regenerate(own)
+            files = list(dict.fromkeys(node.partition("::")[0] for node in nodes))
+            for part in (files[:_FEW], files[_FEW:]):
+                wanted = [node for node in nodes if node.partition("::")[0] in part]
+                if wanted:
+                    first = _First(wanted)
+                    code = _pytest(own, part, first, ["-x"])
+                    if first.failed or code not in (pytest.ExitCode.OK, _NO_TESTS):
+                        return first.failed or "the tests cannot be started"
+        except Exception as error:
+            return f"nothing runs: {type(error).__name__}"
+        return None
+
+    def traced(self, files: Collection[str], read: Callable[[Traced], None]) -> None:
+        """Run files of tests in the untouched copy, and tell what they did."""
+        self._enter(self.original)
+        sys.dont_write_bytecode = False
+        traced = Traced(self.original / "harness")
+        _pytest(self.original, sorted(files), traced, [])
+        read(traced)
+
+    def _enter(self, copy: Path) -> None:
+        """From here on everything comes from the copy, also what helps its tests."""
+        sys.dont_write_bytecode = True
+        os.chdir(copy)
+        helping = str(self._root / "tests") + os.sep
+        for name, module in list(sys.modules.items()):
+            file = getattr(module, "__file__", None) or ""
+            if name.partition(".")[0] == "rcx_harness" or file.startswith(helping):
+                del sys.modules[name]
+        sys.path.insert(0, str(copy / "harness"))
+        os.environ["PYTHONPATH"] = str(copy / "harness")
+        os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+        os.environ.pop("RCX_MATIEC", None)
+        os.environ["XDG_CACHE_HOME"] = str(copy / "out")
+        importlib.invalidate_caches()
+
+
+_NO_TESTS = pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+def _pytest(copy: Path, files: Sequence[str], plugin: object, more: Sequence[str]) -> int:
+    there = [file for file in files if (copy / file).is_file()]
+    if not there:
+        return _NO_TESTS
+    own = copy / "out" / str(os.getpid())
+    own.mkdir(parents=True, exist_ok=True)
+    options = [*pytest_options(copy), "--basetemp", str(own / "tests")]
+    return int(pytest.main([*options, *more, *there], plugins=[plugin, _Settled()]))
+
+
+class _Settled:
+    """The same examples in every run."""
+
+    def pytest_configure(self) -> None:
+        settle_hypothesis()
+
+
+def _regenerate(copy: Path) -> None:
+    """Write what is generated from the tables of this copy."""
+    files: Any = importlib.import_module("rcx_tools.library").files()
+    texts: Any = importlib.import_module("rcx_tools.library.alarm_texts").text_files()
+    for path, write in {**files, **texts}.items():
+        _write(copy / path, write())
+
+
+def _linked(source: str, target: str) -> None:
+    """The same file under another name, where that can be."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
+
+
+def _write(file: Path, text: str) -> None:
+    """Write a file anew; what is linked to it stays as it was."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.unlink(missing_ok=True)
+    file.write_text(text, encoding="utf-8")

@@ -1,0 +1,336 @@
+"""The mutants of what judges the library: virtual controller, monitors, engine, tables.
+
+Each runs in a throw-away copy of the repository, against the tests that have run its function; of a
+table, against those that bear the name of the entry or of what it is part of. plc/lib is generated
+from a changed table, so that the library and its tests read the same.
+"""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.verify.mutants.mutant import Mutant
+from rcx_harness.verify.store import digest
+from rcx_tools.evidence.mutants.baseline import Baseline
+from rcx_tools.evidence.mutants.copies import Copies, Traced
+from rcx_tools.evidence.mutants.judging import Judging, progress_bar
+from rcx_tools.evidence.mutants.pool import Task, run_tasks
+from rcx_tools.evidence.mutants.python import (
+    file_key,
+    functions,
+    python_changes,
+    python_meaning,
+)
+from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
+from rcx_tools.evidence.mutants.sample import sampled
+from rcx_tools.evidence.mutants.seeded import Bug, bugs
+from rcx_tools.evidence.mutants.select import Judges, TestStates
+from rcx_tools.evidence.mutants.suite import in_suite, spread
+from rcx_tools.evidence.mutants.tables import (
+    marks_of,
+    table_changes,
+    table_meaning,
+)
+
+__all__ = ["KINDS", "HarnessRun", "Kind"]
+
+_PACKAGE = "harness/rcx_harness"
+#: Files of tests of one run of the original.
+_SHARD = 6
+#: Longest that such a run may take [s].
+_PATIENCE_S = 1000.0
+#: Tests of a table that have no name in them, and of a module in which no function has run.
+_OTHERS = 12
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is changed, and what judges it.
+
+    Attributes:
+        name: For people.
+        sources: Files and folders.
+        folders: Of tests.
+        one_of: Of so many changes one is taken.
+    """
+
+    name: str
+    sources: tuple[str, ...]
+    folders: tuple[str, ...]
+    one_of: int
+
+
+_MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
+_ENGINE = tuple(f"{_PACKAGE}/engine/{name}" for name in ("builtin", "frontend"))
+_OF_TABLES = tuple(f"tests/{name}" for name in ("spec", "library", "command", "diagnosis"))
+KINDS = (
+    Kind("controller", (f"{_PACKAGE}/robot",), ("tests/robot", "tests/cell"), 20),
+    Kind("monitors", _MONITORS, ("tests/cell", "tests/contract"), 5),
+    Kind("engine", _ENGINE, ("tests/engine",), 40),
+    Kind("tables", ("spec",), (*_OF_TABLES, "tests/robot"), 24),
+)
+
+
+class HarnessRun:
+    """One run over everything that is not the library.
+
+    Args:
+        options: Of the command.
+        judging: What runs the mutants.
+    """
+
+    def __init__(self, options: Namespace, judging: Judging) -> None:
+        self._options = options
+        self._judging = judging
+        self._root: Path = options.root
+        self._out = self._root / "out" / "verification"
+        self._states = TestStates(self._root)
+        self._names: dict[str, dict[int, str]] = {}
+
+    def figures(self, wanted: Sequence[str]) -> dict[str, dict[str, Any]]:
+        """Run the wanted kinds, and `seeded`; the figures of each.
+
+        Raises:
+            InputError: a seeded bug cannot be put in.
+        """
+        table = self._root / "tests" / "verify" / "seeded.toml"
+        found_bugs = [bug for bug in bugs(table) if self._wants(bug.file)]
+        found_bugs = found_bugs if "seeded" in wanted else []
+        seeded = [bug.mutant(self._root) for bug in found_bugs]
+        kinds = [one for one in KINDS if one.name in wanted and self._files(one)]
+        if not kinds and not found_bugs:
+            return {}
+        copies = Copies(self._root)
+        try:
+            files = {file for kind in kinds for file in self._tests(kind.folders)}
+            files.update(*(self._tests(bug.tests) for bug in found_bugs))
+            baseline = self._baseline(copies, files)
+            for node in baseline.failed:
+                told = f"fails with the original, judges nothing: {node}"
+                self._judging.console.print(told, markup=False)
+            found = {one.name: self._kind(copies, one, baseline) for one in kinds}
+            if found_bugs:
+                rows = zip(found_bugs, seeded, strict=True)
+                found["seeded"] = self._seeded(copies, list(rows), baseline)
+            return found
+        finally:
+            copies.close()
+
+    def _files(self, kind: Kind) -> list[Path]:
+        """What a kind changes, as far as it is wanted."""
+        found = []
+        for source in kind.sources:
+            start = self._root / source
+            found += [start] if start.is_file() else sorted(start.rglob("*.py"))
+            found += sorted(start.glob("*.toml"))
+        paths = {file: file.relative_to(self._root).as_posix() for file in found}
+        return [file for file in found if self._wants(paths[file])]
+
+    def _wants(self, path: str) -> bool:
+        parts = self._options.blocks
+        return not parts or any(part in path for part in parts)
+
+    # --- the original ---
+
+    def _tests(self, paths: Sequence[str]) -> set[str]:
+        """The files of tests in files and folders."""
+        starts = [self._root / path for path in paths]
+        files = {one for start in starts for one in [start, *start.rglob("test_*.py")]}
+        return {one.relative_to(self._root).as_posix() for one in files if one.is_file()}
+
+    def _baseline(self, copies: Copies, files: Collection[str]) -> Baseline:
+        """Which tests run which functions; only tests that have changed are run for it."""
+        sources = [self._root / name for name in (_PACKAGE, "spec", "plc", "tests/support")]
+        every = [one for folder in sources for one in folder.rglob("*") if self._matters(one)]
+        state = digest(self._root, every)
+        kept_in = self._out / "mutants-harness-baseline.json"
+        kept = None if self._options.fresh else Baseline.read(kept_in, state)
+        if kept is None:
+            kept = Baseline({}, {}, (), (), {})
+        here = {*files, *(file for file in kept.states if (self._root / file).is_file())}
+        states = {file: self._states.of(file) for file in here}
+        new = sorted(file for file in files if kept.states.get(file) != states[file])
+        seconds = {
+            node: took
+            for node, took in kept.seconds.items()
+            if kept.holds(node, states.get(_file(node), ""))
+        }
+        ran = {node: kept.ran[node] for node in seconds if node in kept.ran}
+        for one in self._traced(copies, new):
+            seconds |= one["seconds"]
+            ran |= {node: self._named(one["ran"][node]) for node in one["passed"]}
+        failed = tuple(sorted(node for node in seconds if node not in ran))
+        baseline = Baseline(ran, seconds, failed, (), states)
+        baseline.write(kept_in, state)
+        judging = in_suite(sorted(node for node in ran if _file(node) in files))
+        return replace(baseline, ran={node: ran[node] for node in judging})
+
+    def _matters(self, path: Path) -> bool:
+        """A source that tests run; what is in this package none of them does."""
+        parts = path.relative_to(self._root).parts
+        return path.is_file() and not {"__pycache__", "verify"} & set(parts)
+
+    def _traced(self, copies: Copies, files: Sequence[str]) -> Iterator[dict[str, Any]]:
+        """Run files of tests, some in each child; what each has noted."""
+        shards = [tuple(files[k :: _shards(files)]) for k in range(_shards(files))]
+        folder = copies.original / "out"
+        folder.mkdir(exist_ok=True)
+
+        def run(task: Task) -> None:
+            copies.traced(task.tests, lambda traced: _write(folder / f"{task.key}.json", traced))
+
+        nothing = Mutant("", "the original", "", 0, "", "", "", None)
+        tasks = [Task(nothing, shard, _PATIENCE_S, str(k)) for k, shard in enumerate(shards)]
+        with progress_bar(self._judging.console) as progress:
+            bar = progress.add_task("the harness as it is", total=len(files), told="")
+            for outcome in run_tasks(tasks, run, self._judging.jobs):
+                left = folder / f"{outcome.task.key}.json"
+                tests = outcome.task.tests
+                progress.update(bar, advance=len(tests), told=tests[-1], refresh=True)
+                if not left.is_file():
+                    hint = f"run `python -m pytest {' '.join(tests)}`"
+                    raise InputError("tests of the harness cannot be run as it is", hint=hint)
+                yield json.loads(left.read_text(encoding="utf-8"))
+
+    def _named(self, ran: Sequence[tuple[str, int]]) -> frozenset[str]:
+        """Functions that a test has run, and the modules that they are in, in upper case."""
+        found = set()
+        for file, line in ran:
+            if file not in self._names:
+                self._names[file] = functions((self._root / file).read_text(encoding="utf-8"))
+            key = file_key(file)
+            if line in self._names[file]:
+                found |= {key.upper(), f"{key}:{self._names[file][line]}".upper()}
+        return frozenset(found)
+
+    # --- the mutants ---
+
+    def _kind(self, copies: Copies, kind: Kind, baseline: Baseline) -> dict[str, Any]:
+        mutants = [one for file in self._files(kind) for one in self._mutants(kind, file)]
+        ran = self._about(mutants, kind.folders, baseline)
+        judges = Judges(self._states, ran, baseline.seconds)
+        tasks = []
+        for mutant in mutants:
+            own = _own(mutant.file, ran)
+            module = mutant.pou.partition(":")[0]  # what has run at its import only
+            tests = judges.of(mutant.pou, own) or judges.of(module, own)
+            tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
+        return self._judged(copies, kind.name, tasks, judges)
+
+    def _seeded(
+        self, copies: Copies, rows: Sequence[tuple[Bug, Mutant]], baseline: Baseline
+    ) -> dict[str, Any]:
+        tasks = []
+        for bug, mutant in rows:
+            ran = self._about([mutant], bug.tests, baseline)
+            tests = [node for node, about in ran.items() if mutant.pou.upper() in about]
+            tasks.append(self._task(mutant, tests, baseline))
+        judges = Judges(self._states, baseline.ran, baseline.seconds)
+        return self._judged(copies, "seeded", tasks, judges)
+
+    def _about(
+        self, mutants: Sequence[Mutant], paths: Sequence[str], baseline: Baseline
+    ) -> dict[str, frozenset[str]]:
+        """What the tests in some files and folders are about: functions, or entries of tables."""
+        files = self._tests(paths)
+        ran = {node: about for node, about in baseline.ran.items() if _file(node) in files}
+        entries = {one.pou for one in mutants if _is_table(one.file)}
+        if not entries:
+            return ran
+        tables = sorted((self._root / "spec").glob("*.toml"))
+        marks = {entry: marks_of(entry, tables) for entry in entries}
+        return {node: _marked(node, marks) for node in ran}
+
+    def _task(self, mutant: Mutant, tests: Sequence[str], baseline: Baseline) -> Task:
+        """Of a table the outcome also depends on what generates the library."""
+        around = ""
+        if _is_table(mutant.file):
+            around = digest(self._root, (self._root / "harness/rcx_tools/library").glob("*.py"))
+        seconds = sum(baseline.seconds[node] for node in tests)
+        return Task(mutant, tuple(tests), seconds, f"{mutant.identity}{around}")
+
+    def _mutants(self, kind: Kind, file: Path) -> list[Mutant]:
+        text = file.read_text(encoding="utf-8")
+        path = file.relative_to(self._root).as_posix()
+        is_table = _is_table(path)
+        changes = table_changes(text) if is_table else python_changes(text, path)
+        one_of = 1 if self._options.all else kind.one_of
+        if self._options.sample:
+            one_of = max(1, len(changes) // self._options.sample)
+        meaning = table_meaning if is_table else python_meaning
+        seed = self._options.seed
+        return sampled(self._root, file, changes, meaning, one_of=one_of, seed=seed)
+
+    def _others(self, mutant: Mutant, ran: dict[str, frozenset[str]]) -> list[str]:
+        """For a module of which no test has run a function: tests of files that name it."""
+        name = Path(mutant.file).stem
+        files = sorted({_file(node) for node in ran})
+        naming = {file for file in files if name in (self._root / file).read_text("utf-8")}
+        return spread([node for node in ran if _file(node) in naming], _OTHERS)
+
+    def _judged(
+        self, copies: Copies, title: str, tasks: list[Task], judges: Judges
+    ) -> dict[str, Any]:
+        def run(task: Task) -> str | None:
+            mutant = task.mutant
+            nodes = judges.ordered(mutant.pou, task.tests, _own(mutant.file, judges.ran))
+            changed = {mutant.file: mutant.text}
+            return copies.first_failure(changed, nodes, regenerate=_is_table(mutant.file))
+
+        judged = self._judging.of(title, tasks, judges, run, copies.discard)
+        return self._told(judged, len(tasks))
+
+    def _told(self, judged: Sequence[Judged], of: int) -> dict[str, Any]:
+        reasons = Reasons(self._root / "tests" / "verify" / "survivors_harness.toml")
+        return figures(judged, reasons) | {"not_run": of - len(judged)}
+
+
+def _is_table(file: str) -> bool:
+    return file.endswith(".toml")
+
+
+def _file(node: str) -> str:
+    return node.partition("::")[0]
+
+
+def _shards(files: Sequence[str]) -> int:
+    return -(-len(files) // _SHARD)
+
+
+def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
+    """Files of tests whose path has the name of a module; of a table, those in tests/spec."""
+    stem = Path(file).stem
+    files = sorted({_file(node) for node in nodes})
+    if _is_table(file):
+        return tuple(one for one in files if one.startswith("tests/spec/"))
+    return tuple(one for one in files if stem in one)
+
+
+def _marked(node: str, marks: dict[str, tuple[str, ...]]) -> frozenset[str]:
+    """Entries that a test is about, by its name; all, in tests/spec and without parameters."""
+    if "[" not in node or node.startswith("tests/spec/"):
+        return frozenset(entry.upper() for entry in marks)
+    return frozenset(
+        entry.upper() for entry, names in marks.items() if any(name in node for name in names)
+    )
+
+
+def _write(file: Path, traced: Traced) -> None:
+    """Keep what a child has noted; paths from the package's folder on."""
+    base = file.parents[1]
+    content = {
+        "passed": [node for node, passed in traced.passed.items() if passed],
+        "failed": [node for node, passed in traced.passed.items() if not passed],
+        "seconds": {node: round(seconds, 4) for node, seconds in traced.seconds.items()},
+        "ran": {
+            node: [(Path(file_).relative_to(base).as_posix(), line) for file_, line in ran]
+            for node, ran in traced.ran.items()
+        },
+    }
+    file.write_text(json.dumps(content), encoding="utf-8")

@@ -1,0 +1,160 @@
+"""The mutants of plc/lib: which there are, which tests judge them, and what came of them."""
+
+from __future__ import annotations
+
+import os
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.needed import needed
+from rcx_harness.verify.mutants.engine import Workshop
+from rcx_harness.verify.mutants.mutant import Mutant, Mutants
+from rcx_harness.verify.store import digest
+from rcx_tools.evidence.mutants.baseline import Baseline
+from rcx_tools.evidence.mutants.judging import Judging, progress_bar
+from rcx_tools.evidence.mutants.pool import Task, remove_folders
+from rcx_tools.evidence.mutants.report import Reasons, figures
+from rcx_tools.evidence.mutants.select import Judges, TestStates, named_tests
+from rcx_tools.evidence.mutants.suite import Suite, forget_benches, private_folder
+from rcx_tools.library import files as generated_files
+from rcx_tools.library.alarm_texts import text_files
+
+__all__ = ["LibraryRun"]
+
+#: So many mutants of each generated block are taken.
+SAMPLE = 16
+
+
+class LibraryRun:
+    """One run over the library; tests, programs and mutants are kept in this process.
+
+    Args:
+        options: Of the command.
+        judging: What runs the mutants.
+    """
+
+    def __init__(self, options: Namespace, judging: Judging) -> None:
+        self._options = options
+        self._judging = judging
+        self._console = judging.console
+        self._root = root = options.root
+        self._out = root / "out" / "verification"
+        self._library = sorted((root / "plc/lib").rglob("*.st"))
+        self._generated = {*generated_files(), *text_files()}
+        self._states = TestStates(root)
+        self._suite = Suite(root)
+        self._workshop = Workshop()
+        self._found: dict[str, Any] | None = None
+
+    def figures(self) -> dict[str, Any] | None:
+        """Run; the figures, or None where the tests could not be collected."""
+        self._workshop.install()
+        self._suite.collected(self._run)
+        return self._found
+
+    def _run(self) -> None:
+        """Everything that needs the collected tests."""
+        baseline = self._baseline()
+        for node in baseline.failed:
+            self._console.print(f"fails with the original, judges nothing: {node}", markup=False)
+        named = {one: named_tests(one) for one in self._library}
+        judges = Judges(self._states, baseline.ran, baseline.seconds, self._options.named)
+        mutants = Mutants(self._root, self._library)
+        tasks = self._tasks(mutants, judges, named)
+
+        def run(task: Task) -> str | None:
+            mutant = task.mutant
+            file = self._root / mutant.file
+            private_folder(config, f"mutant{os.getpid()}")
+            self._workshop.put_in(file, mutant.text, mutant.pou.upper(), mutant.body)
+            return self._suite.run(judges.ordered(mutant.pou, task.tests, named[file]))
+
+        config = next(iter(self._suite.items.values())).config
+        judged = self._judging.of("library", tasks, judges, run)
+        remove_folders(config)
+        reasons = Reasons(self._root / "tests" / "verify" / "survivors.toml")
+        self._found = figures(judged, reasons) | {
+            "no_mutants": {"refused": mutants.counted.refused, "equal": mutants.counted.equal},
+            "not_run": len(tasks) - len(judged),
+            "tests": len(baseline.ran),
+            "tests_that_fail": list(baseline.failed),
+            "of_each_generated_block": "all" if self._options.all else SAMPLE,
+            "library": digest(self._root, self._library),
+        }
+
+    # --- the original ---
+
+    def _baseline(self) -> Baseline:
+        """Which tests run which POUs; only tests that have changed are run for it."""
+        tests, examples = self._root / "tests", self._root / "plc" / "examples"
+        around = [*tests.rglob("*.st"), *tests.rglob("conftest.py"), *examples.rglob("*.st")]
+        library = digest(self._root, [*self._library, *around])
+        file = self._out / "mutants-baseline.json"
+        kept = None if self._options.fresh else Baseline.read(file, library)
+        if kept is None:
+            kept = Baseline({}, {}, (), (), {})
+        items = self._suite.items
+        states = {
+            name: self._states.of(name) for name in {node.partition("::")[0] for node in items}
+        }
+        known = {node for node in items if kept.holds(node, states[node.partition("::")[0]])}
+        ran = {node: kept.ran[node] for node in known if node in kept.ran}
+        seconds = {node: kept.seconds[node] for node in known}
+        builders = [node for node in kept.builders if node in known]
+        self._workshop.watch()
+        for node in self._shown("compile", builders):
+            self._suite.timed(node)
+        for node in self._shown("the original", [node for node in items if node not in known]):
+            before = self._workshop.programs
+            self._workshop.watch()
+            passed, seconds[node] = self._suite.timed(node)
+            if passed:
+                ran[node] = frozenset(self._workshop.seen)
+            if self._workshop.programs > before:
+                builders.append(node)
+        self._workshop.unwatch()
+        forget_benches(self._root / "tests")
+        ran = {node: ran[node] for node in items if node in ran}
+        failed = tuple(node for node in items if node not in ran)
+        baseline = Baseline(ran, seconds, failed, tuple(builders), states)
+        baseline.write(file, library)
+        return baseline
+
+    def _shown(self, description: str, nodes: Sequence[str]) -> Iterator[str]:
+        with progress_bar(self._console) as progress:
+            bar = progress.add_task(description, total=len(nodes), told="")
+            for node in nodes:
+                yield node
+                progress.update(bar, advance=1, told=node.partition("::")[0], refresh=True)
+
+    # --- the mutants ---
+
+    def _tasks(
+        self, mutants: Mutants, judges: Judges, named: dict[Path, tuple[str, ...]]
+    ) -> list[Task]:
+        tasks = []
+        for file in self._library:
+            path = file.relative_to(self._root).as_posix()
+            if self._options.blocks and not any(
+                name in path or name == file.stem for name in self._options.blocks
+            ):
+                continue
+            others = [one for one in needed([file], self._library) if one != file]
+            around = digest(self._root, others)
+            for mutant in self._mutants_of(mutants, file):
+                tests = judges.of(mutant.pou, named[file])
+                seconds = sum(judges.seconds[node] for node in tests)
+                key = f"{mutant.identity}-{around[:8]}"
+                tasks.append(Task(mutant, tests, seconds, key))
+        return tasks
+
+    def _mutants_of(self, mutants: Mutants, file: Path) -> Iterator[Mutant]:
+        generated = file.relative_to(self._root).as_posix() in self._generated
+        if self._options.sample:
+            yield from mutants.sample(file, self._options.sample, self._options.seed)
+        elif generated and not self._options.all:
+            yield from mutants.sample(file, SAMPLE, self._options.seed)
+        else:
+            yield from mutants.of(file)

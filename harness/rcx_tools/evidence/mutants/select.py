@@ -1,0 +1,138 @@
+"""Which tests judge the mutants of a file, and in which order."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rcx_tools.evidence.mutants.suite import spread
+
+__all__ = ["Judges", "TestStates", "named_tests"]
+
+#: So many tests of each other file that runs the POU; fault runs are long.
+_OF_OTHERS, _OF_FAULTS = 8, 1
+
+
+class TestStates:
+    """What files of tests consist of.
+
+    Args:
+        root: The repository.
+    """
+
+    __test__ = False
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._hashes: dict[str, str] = {}
+
+    def of(self, file: str) -> str:
+        """A hash of a file of tests, of what it uses of tests/support, and of its tables."""
+        if file not in self._hashes:
+            digest = hashlib.sha256()
+            tables = (self._root / file).parent.rglob("*.toml")
+            for one in sorted([*self._with_support(self._root / file), *tables]):
+                digest.update(one.read_bytes())
+            self._hashes[file] = digest.hexdigest()[:16]
+        return self._hashes[file]
+
+    def _with_support(self, file: Path) -> set[Path]:
+        support = {one.stem: one for one in (self._root / "tests" / "support").glob("*.py")}
+        found, waiting = {file}, [file]
+        while waiting:
+            text = waiting.pop().read_text(encoding="utf-8")
+            for name in re.findall(r"^\s*(?:from|import) (\w+)", text, re.MULTILINE):
+                if name in support and support[name] not in found:
+                    found.add(support[name])
+                    waiting.append(support[name])
+        return found
+
+
+@dataclass
+class Judges:
+    """Selects tests by what they have run.
+
+    The tests that the head of the file names, and some of every other file, evenly spread; of
+    both those that run the POU.
+
+    Args:
+        states: Of the files of tests.
+        ran: Upper-case names of the POUs that each test has run, in the order of the tests.
+        seconds: Processor time of each test.
+        named_only: Take only the tests that the head of the file names.
+    """
+
+    states: TestStates
+    ran: Mapping[str, frozenset[str]]
+    seconds: Mapping[str, float]
+    named_only: bool = False
+    _kills: dict[str, Counter[str]] = field(default_factory=dict)
+    _chosen: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def of(self, pou: str, named: Sequence[str]) -> tuple[str, ...]:
+        """The tests for a POU; `named` are the files in the head of its file."""
+        key = pou.upper()
+        if key not in self._chosen:
+            self._chosen[key] = tuple(self._select(key, named))
+        return self._chosen[key]
+
+    def _select(self, key: str, named: Sequence[str]) -> list[str]:
+        by_file: dict[str, list[str]] = {}
+        for node, pous in self.ran.items():
+            if key in pous:
+                by_file.setdefault(node.partition("::")[0], []).append(node)
+        chosen: list[str] = []
+        for file, nodes in by_file.items():
+            most = _OF_FAULTS if "/faults/" in file else _OF_OTHERS
+            if file in named:
+                chosen += nodes
+            elif not self.named_only:
+                chosen += _own_first(nodes, key, most)
+        return chosen
+
+    def ordered(self, pou: str, nodes: Iterable[str], named: Sequence[str]) -> list[str]:
+        """The tests in the order in which they most likely find something soonest."""
+        key = pou.upper()
+        kills = self._kills.get(key, Counter())
+
+        def rank(node: str) -> tuple[float, bool, bool, float]:
+            seconds = self.seconds.get(node, 1.0) + 0.005
+            other_file = node.partition("::")[0] not in named
+            return -kills[node] / seconds, not _is_own(node, key), other_file, seconds
+
+        return sorted(nodes, key=rank)
+
+    def killed(self, pou: str, node: str) -> None:
+        """Remember that a test has found a mutant of a POU."""
+        self._kills.setdefault(pou.upper(), Counter())[node] += 1
+
+    def state(self, nodes: Iterable[str]) -> str:
+        """A hash of tests: their identifiers, and the texts that they consist of."""
+        names = sorted(nodes)
+        digest = hashlib.sha256("\n".join(names).encode())
+        for file in sorted({name.partition("::")[0] for name in names}):
+            digest.update(self.states.of(file).encode())
+        return digest.hexdigest()[:16]
+
+
+def _own_first(nodes: Sequence[str], key: str, most: int) -> list[str]:
+    """At most so many: those with the name of the POU in their parameters, others spread."""
+    own = [node for node in nodes if _is_own(node, key)][:most]
+    others = [node for node in nodes if node not in own]
+    return [*own, *spread(others, most - len(own))]
+
+
+def _is_own(node: str, key: str) -> bool:
+    """Whether the POU is among the parameters of a test."""
+    marks = (f"[{key}-", f"-{key}]", f"[{key}]")
+    return any(mark in node.upper() for mark in marks)
+
+
+def named_tests(file: Path) -> tuple[str, ...]:
+    """The test files in the head of a file of the library."""
+    head = file.read_text(encoding="utf-8").partition("*)")[0]
+    return tuple(re.findall(r"tests/[\w/]+\.py", head))

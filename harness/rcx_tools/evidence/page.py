@@ -1,0 +1,99 @@
+"""The text of docs/verification.md, from the figures in docs/verification.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.robot.rules import RULES
+from rcx_tools.evidence.checks import CHECKS, Check
+from rcx_tools.evidence.results import ROOT
+
+__all__ = ["KEPT", "is_met", "verification_page"]
+
+#: The figures of the page.
+KEPT = ROOT / "docs" / "verification.json"
+
+_HEAD = """\
+<!-- generated from docs/verification.json by `make verification`; do not edit -->
+
+# What is proved, what is tested, what is assumed
+
+Each figure has a command that anyone can run; `make verification` runs those whose sources have
+changed, and writes this page. All figures in full: `out/verification.json`.
+"""
+
+_MORE = """\
+## Also tested
+
+- `make test`: all tests, the cases of `make contract` and small runs of the other checks among
+  them. Tests bear the manual's sentences as names; [blocks.md](blocks.md) and
+  [commands.md](commands.md) lead from each block to its tests and to the manual.
+- The telegrams of all remote commands against the manual's own worked examples.
+- `make lint`: the Structured Text stays within what every PLC named in the README compiles.
+- `make fuzz`: broken and hostile frames against the EtherNet/IP adapter.
+
+## Assumed
+
+- **No real controller has been connected.** Everything here is about the blocks, and the virtual
+  controller that was written from the manual.
+- The virtual controller follows {manual} rules from the manual; {assumed} more are assumed, since
+  the manual is silent or open there: [fidelity.md](fidelity.md) lists both, rule by rule.
+- The PLC takes in and gives out the robot's area as a whole, between two scans, and `Margin` is as
+  large as [scan-model.md](scan-model.md) says.
+- The compiler of the PLC does what the standard says of the portable part of the language that the
+  library keeps to. The checks run on the built-in engine, or on matiec where it is found; the
+  metamorphic checks compare both.
+"""
+
+
+def verification_page(kept: Path = KEPT) -> str:
+    """The page as Markdown; what has not been run says so."""
+    figures: Mapping[str, Any] = {"library": "", "checks": {}}
+    if kept.is_file():
+        figures = json.loads(kept.read_text(encoding="utf-8"))
+    return "\n".join(_lines(figures)) + "\n"
+
+
+def _lines(figures: Mapping[str, Any]) -> Iterator[str]:
+    checks = figures["checks"]
+    yield _HEAD
+    yield f"The figures are those of library state `{figures['library']}`.\n"
+    yield "| Check | Kind | Result | Command |\n|---|---|---|---|"
+    for check in CHECKS:
+        link = f"[{check.title}](#{check.title.lower().replace(' ', '-')})"
+        yield f"| {link} | {check.kind} | {_result(figures, check)} | `{check.command}` |"
+    for kind in ("proved", "tested"):
+        for check in (one for one in CHECKS if one.kind == kind):
+            yield f"\n## {check.title}\n\n**{kind.capitalize()}.** {check.about}\n"
+            yield f"Run it: `{check.command}`. {_sentence(figures, check)}."
+            if check.name in checks:
+                yield "\n| Figure | Value |\n|---|---|"
+                for label, value in checks[check.name]["rows"]:
+                    yield f"| {label} | {value} |"
+    manual = sum(rule.from_manual for rule in RULES)
+    yield ""
+    yield _MORE.format(manual=manual, assumed=len(RULES) - manual).rstrip("\n")
+
+
+def _sentence(figures: Mapping[str, Any], check: Check) -> str:
+    told = _result(figures, check).replace("**", "")
+    return told[0].upper() + told[1:]
+
+
+def _result(figures: Mapping[str, Any], check: Check) -> str:
+    if check.name not in figures["checks"]:
+        return "not run"
+    result = figures["checks"][check.name]
+    told = "met" if result["met"] else "**not met**"
+    if result["library"] != figures["library"]:
+        told += f" by library state `{result['library'] or 'unknown'}`"
+    return told
+
+
+def is_met(figures: Mapping[str, Any], check: Check) -> bool:
+    """Has the check been met by the library state that the figures are of?"""
+    result = figures["checks"].get(check.name)
+    return bool(result and result["met"] and result["library"] == figures["library"])

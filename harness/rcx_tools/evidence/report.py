@@ -1,0 +1,198 @@
+"""`python -m rcx_tools.evidence.report`: run or reuse every check, write the page and the figures.
+
+A result is reused while the sources that its check depends on are as they were when it ran, and
+it was met. Written are out/verification.json (every figure), docs/verification.json (those of the
+page) and docs/verification.md.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from rcx_harness.errors import InputError
+from rcx_tools.evidence import page
+from rcx_tools.evidence.checks import CHECKS, Check, digest, library_state
+from rcx_tools.evidence.results import FOLDER, ROOT
+
+__all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
+
+#: Where the page and its figures are.
+DOCS = ROOT / "docs"
+
+Run = Callable[[Check, Sequence[str]], int]
+
+
+def _run(check: Check, arguments: Sequence[str]) -> int:
+    module = f"rcx_harness.verify.{check.name}"
+    return subprocess.run(
+        [sys.executable, "-m", module, *arguments], cwd=ROOT, check=False
+    ).returncode
+
+
+def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
+    """What a check has left, whatever its sources are now."""
+    file = folder / f"{check.name}.json"
+    if not file.is_file():
+        return None
+    result: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return result
+
+
+def stamped_run(check: Check, arguments: Sequence[str], folder: Path, run: Run) -> int:
+    """Run a check; note the state of its sources.
+
+    Nothing is noted, so that the check runs again, where they have changed meanwhile, where it has
+    left no new result, and where its arguments may have made it run in part.
+    """
+    stamp = folder / f"{check.name}.state"
+    stamp.unlink(missing_ok=True)
+    state, begin = digest(check.sources), time.monotonic()
+    before = _written(check, folder)
+    code = run(check, arguments)
+    new = _written(check, folder) != before
+    if new and not arguments and digest(check.sources) == state:
+        seconds = round(time.monotonic() - begin)
+        note = {"sources": state, "library": library_state(), "seconds": seconds}
+        stamp.write_text(json.dumps(note) + "\n", encoding="utf-8")
+    return code
+
+
+def _written(check: Check, folder: Path) -> int:
+    """When the result was written; 0 where there is none."""
+    file = folder / f"{check.name}.json"
+    return file.stat().st_mtime_ns if file.is_file() else 0
+
+
+def is_current(check: Check, folder: Path) -> bool:
+    """Is there a result that was met, of the sources as they are?"""
+    stamp, result = folder / f"{check.name}.state", result_of(check, folder)
+    if result is None or not result["met"] or not stamp.is_file():
+        return False
+    noted = json.loads(stamp.read_text(encoding="utf-8"))["sources"]
+    return bool(noted == digest(check.sources))
+
+
+def kept_figures(results: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The figures of the page.
+
+    Raises:
+        InputError: a check does not give a figure that the page shows.
+    """
+    checks = {
+        check.name: {
+            "met": results[check.name]["met"],
+            "library": results[check.name].get("state", {}).get("library", ""),
+            "rows": _rows(check, results[check.name]["figures"]),
+        }
+        for check in CHECKS
+        if check.name in results
+    }
+    return {"library": library_state(), "checks": checks}
+
+
+def _rows(check: Check, figures: dict[str, Any]) -> list[list[str]]:
+    rows = []
+    for label, told in check.rows:
+        try:
+            rows.append([label, told(figures)])
+        except (KeyError, TypeError) as error:
+            text = f"out/verification/{check.name}.json does not give: {label}"
+            raise InputError(text, hint=f"run `{check.command}` again") from error
+    return rows
+
+
+def stale(kept: Path) -> str:
+    """Why the page needs `make verification` before a release; empty if it does not."""
+    if not kept.is_file():
+        return "there are no figures yet"
+    figures = json.loads(kept.read_text(encoding="utf-8"))
+    if figures["library"] != library_state():
+        return f"its figures are of library state {figures['library']}, not {library_state()}"
+    open_ones = [one.name for one in CHECKS if not page.is_met(figures, one)]
+    return f"not met, not run or older: {', '.join(open_ones)}" if open_ones else ""
+
+
+def update(folder: Path, docs: Path) -> bool:
+    """Write page and figures from the results there are; were all of them met?"""
+    found = {check.name: result_of(check, folder) for check in CHECKS}
+    results = {name: result for name, result in found.items() if result is not None}
+    for name in results:
+        stamp = folder / f"{name}.state"
+        if stamp.is_file():
+            results[name]["state"] = json.loads(stamp.read_text(encoding="utf-8"))
+    kept = kept_figures(results)
+    met = all(page.is_met(kept, check) for check in CHECKS)
+    every = {"library": kept["library"], "met": met, "checks": results}
+    _write(folder.parent / "verification.json", every)
+    _write(docs / "verification.json", kept)
+    text = page.verification_page(docs / "verification.json")
+    (docs / "verification.md").write_text(text, encoding="utf-8")
+    return met
+
+
+def _write(file: Path, content: Any) -> None:
+    text = json.dumps(content, indent=1, ensure_ascii=False)
+    file.write_text(text + "\n", encoding="utf-8")
+
+
+def _options(arguments: Sequence[str] | None) -> tuple[Namespace, list[str]]:
+    parser = ArgumentParser(prog="python -m rcx_tools.evidence.report", description=__doc__)
+    names = [check.name for check in CHECKS]
+    parser.add_argument("--only", choices=names, help="given first: only this; the rest is for it")
+    parser.add_argument("--fresh", action="store_true", help="reuse nothing")
+    parser.add_argument("--page", action="store_true", help="run nothing, write what there is")
+    parser.add_argument("--check", action="store_true", help="1 where the page is not current")
+    parser.add_argument("--remind", action="store_true", help="only say where it is not current")
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    own = 2 if given[:1] == ["--only"] else len(given)
+    return parser.parse_args(given[:own]), given[own:]
+
+
+def main(arguments: Sequence[str] | None = None, run: Run = _run) -> int:
+    """Run or reuse; 0 where every check is met."""
+    options, rest = _options(arguments)
+    console = Console(highlight=False)
+    if options.check or options.remind:
+        why = stale(DOCS / "verification.json")
+        if why:
+            console.print(f"docs/verification.md: {why}; `make verification`", soft_wrap=True)
+        return int(bool(why) and options.check)
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    if options.only:
+        check = next(one for one in CHECKS if one.name == options.only)
+        return stamped_run(check, rest, FOLDER, run)
+    told = {check.name: "" if options.page else "run" for check in CHECKS}
+    for number, check in enumerate(CHECKS, 1):
+        if not options.fresh and is_current(check, FOLDER):
+            told[check.name] = "reused"
+        if not options.page:
+            console.print(f"{number}/{len(CHECKS)} {check.title}: {told[check.name]}")
+        if told[check.name] == "run":
+            stamped_run(check, (), FOLDER, run)
+    try:
+        met = update(FOLDER, DOCS)
+    except InputError as error:
+        console.print(str(error), markup=False, soft_wrap=True)
+        return 2
+    table = Table("check", "", "result", "command", box=None)
+    for check in CHECKS:
+        result = result_of(check, FOLDER)
+        verdict = "no result" if result is None else "met" if result["met"] else "NOT MET"
+        table.add_row(check.title, told[check.name], verdict, check.command)
+    console.print(table)
+    console.print("docs/verification.md, out/verification.json")
+    return 0 if met else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,189 @@
+"""The generated files of plc/lib: a command block each, and the types of their pins."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+
+from rcx_harness.spec.telegram import Command
+from rcx_tools.library.answer import answer
+from rcx_tools.library.checks import checks
+from rcx_tools.library.packing import packing
+from rcx_tools.library.st import case, indent, word
+from rcx_tools.library.tables import Array, Block, Enumeration, Input, Library, library
+
+__all__ = ["files"]
+
+_FROM = "Generated from spec/blocks.toml and spec/remote_commands.toml by `make docs`."
+_TESTS = "tests/command/test_command_blocks.py"
+
+#: Comments stand in one column, but for types that are longer than this.
+_KIND = 24
+
+#: Execute TRUE always leaves one of the others TRUE, so that no edge is missed.
+_IDLE = ["IF NOT (Execute OR Busy OR Done OR Error) THEN", "  RETURN;", "END_IF;"]
+
+_SHOWN = [
+    "Done := Job.Done;",
+    "Busy := Job.Busy;",
+    "Active := Job.Active;",
+    "Error := Job.Error;",
+    "ErrorID := Job.ErrorID;",
+    "AlarmGroup := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
+    "                           Response := Robot.Response[1]);",
+    "AlarmCategory := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, "
+    "Before := AlarmCategory,",
+    "                              Response := Robot.Response[2]);",
+]
+
+#: name, type with default, comment
+_Row = tuple[str, str, str]
+
+
+def files() -> dict[str, Callable[[], str]]:
+    """What writes each generated file, by its path in the repository."""
+    tables = library()
+    written: dict[str, Callable[[], str]] = {}
+    for enumeration in tables.enumerations.values():
+        written[f"plc/lib/types/{enumeration.name}.st"] = partial(_enumeration, enumeration)
+    for array in tables.arrays.values():
+        written[f"plc/lib/types/{array.name}.st"] = partial(_array, array)
+    for block in tables.blocks.values():
+        if not block.handwritten:
+            written[f"plc/lib/command/{block.name}.st"] = partial(_block, block, tables)
+    return written
+
+
+def _head(name: str, does: str, section: str, *paragraphs: Iterable[str]) -> list[str]:
+    """The comment at the head of a file."""
+    title = textwrap.wrap(f"{name}: {does} ({section}).", 97)
+    lines = ["(*", *(f" * {line}" for line in title)]
+    for paragraph in paragraphs:
+        lines += [" *", *(f" * {line}" for line in paragraph)]
+    return [*lines, " *)"]
+
+
+def _enumeration(one: Enumeration) -> str:
+    width = max(len(member.name) for member in one.members) + 1
+    last = one.members[-1]
+    rows = []
+    for member in one.members:
+        name = member.name if member is last else f"{member.name},"
+        rows.append(f"    {name:<{width}}  (* {member.meaning} *)")
+    head = _head(one.name, one.does, one.section, [_FROM])
+    return "\n".join([*head, "TYPE", f"  {one.name} : (", *rows, "  );", "END_TYPE", ""])
+
+
+def _array(one: Array) -> str:
+    head = _head(one.name, one.does, one.section, [_FROM])
+    body = f"  {one.name} : ARRAY [1..{one.count}] OF {one.of};"
+    return "\n".join([*head, "TYPE", body, "END_TYPE", ""])
+
+
+def _block(block: Block, tables: Library) -> str:
+    command = block.commands[0]
+    about = [line for part in block.about.strip().split("\n") for line in textwrap.wrap(part, 97)]
+    sections = " and ".join(dict.fromkeys(one.section for one in block.commands))
+    more = [about] if about else []
+    head = _head(block.name, block.does, f"guide {sections}", *more, [_FROM, f"Tests: {_TESTS}"])
+    body = [
+        *_IDLE,
+        "IF Execute AND NOT Job.Busy THEN",
+        *indent(
+            [
+                *_code(block, tables),
+                *checks(block, tables, packing(block, tables)),
+                "Job.Longest := FC_Milliseconds(Value := Timeout);",
+            ]
+        ),
+        "END_IF;",
+        "",
+        "Job(Channel := Robot.Command, Execute := Execute, Scan := Robot.Scan,",
+        "    Elapsed := Robot.Elapsed, Answer := Robot.Answer, Remote := TRUE,",
+        "    Applied := Robot.Phase = PHASE_COMMAND_RUN);",
+        "",
+        "IF Job.Request THEN",
+        "  Robot.Code := Robot.Command.Holder;",
+        "  Robot.Data := Data;",
+        "  Robot.CodeRequest := TRUE;",
+        "END_IF;",
+        *answer(block, tables),
+        *_SHOWN,
+    ]
+    text = "\n".join(body)
+    sections_of_pins = (
+        ("VAR_IN_OUT", [("Robot", "RCX_REF", "")]),
+        ("VAR_INPUT", _inputs(block, command)),
+        ("VAR_OUTPUT", _outputs(block)),
+        ("VAR", _inner(text)),
+    )
+    lines = [*head, f"FUNCTION_BLOCK {block.name}"]
+    for keyword, rows in sections_of_pins:
+        lines += [f"  {keyword}", *_declared(rows), "  END_VAR"]
+    lines += ["", *indent(body), "END_FUNCTION_BLOCK", ""]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _code(block: Block, tables: Library) -> list[str]:
+    """The code with the robot number, which the job shows while it has the turn."""
+    robot = " OR SHL(INT_TO_WORD(RobotNumber), 12)" if block.commands[0].robot else ""
+    if block.select is None:
+        return [f"Job.Holder := {word(block.commands[0].code)}{robot};"]
+    members = tables.enumerations[block.select.type].members
+    pairs = zip(members, block.commands, strict=True)
+    rows = [(one.name, f"Job.Holder := {word(command.code)}{robot};") for one, command in pairs]
+    return case(block.select.pin, rows)
+
+
+def _inputs(block: Block, command: Command) -> list[_Row]:
+    rows = [("Execute", "BOOL", "rising edge starts; may fall at once")]
+    if command.robot:
+        rows.append(("RobotNumber", "INT", f"1 to 4; 0 = {command.robot_zero}"))
+    for pin in (*([block.select] if block.select else []), *block.inputs):
+        rows.append((pin.pin, _type(pin), pin.comment))
+    rows.append(("Timeout", f"TIME := {block.timeout}", "longest wait for the end; T#0s = none"))
+    return rows
+
+
+def _type(pin: Input) -> str:
+    neutral = pin.default in ("", "0", "FALSE", "''", "0.0")
+    return pin.type if neutral else f"{pin.type} := {pin.default}"
+
+
+def _outputs(block: Block) -> list[_Row]:
+    return [
+        ("Done", "BOOL", f"{block.done}; kept while Execute"),
+        ("Busy", "BOOL", "under way, or waiting for its turn; keep calling"),
+        ("Active", "BOOL", "its turn: it holds the command words"),
+        ("Error", "BOOL", "refused, abnormal end, timeout or link; see ErrorID"),
+        ("ErrorID", "WORD", "docs/errors.md; 16#0000 = none"),
+        ("AlarmGroup", "WORD", "of an abnormal end: 12 of 12.600; otherwise 0"),
+        ("AlarmCategory", "WORD", "of an abnormal end: 600 of 12.600; otherwise 0"),
+        *((pin.pin, pin.type, pin.comment) for pin in block.outputs),
+    ]
+
+
+def _inner(body: str) -> list[_Row]:
+    every = (
+        ("Job", "FB_Job", ""),
+        ("Data", "RCX_WORDS", "held from the rising edge on"),
+        ("Refused", "WORD", "ErrorID of an input that is not legal"),
+        ("Number", "DINT", ""),
+        ("k", "INT", ""),
+    )
+    return [row for row in every if re.search(rf"(?<!\w|\.){row[0]}\b(?! := \w+[,)])", body)]
+
+
+def _declared(rows: Sequence[_Row]) -> list[str]:
+    width = max(len(name) for name, _, _ in rows)
+    kinds = max((len(kind) for _, kind, comment in rows if comment), default=0)
+    column = width + min(kinds, _KIND) + 10
+    lines = []
+    for name, kind, comment in rows:
+        text = f"    {name:<{width}} : {kind};"
+        if comment:
+            text = f"{text:<{column - 2}}  (* {comment} *)"
+        lines.append(text)
+    return lines

@@ -1,0 +1,237 @@
+"""What spec/blocks.toml says: the command blocks, their pins, and the types of these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import lru_cache
+from typing import Any
+
+from rcx_harness import spec
+from rcx_harness.errors import InputError
+from rcx_harness.spec.telegram import Command, Field, did_you_mean
+
+__all__ = ["Array", "Block", "Enumeration", "Input", "Library", "Member", "Output", "library"]
+
+#: A field, and the lowest and highest value with which a pin counts.
+When = tuple[str, int, int]
+
+
+@dataclass(frozen=True)
+class Member:
+    """Member of an enumeration; `value` is that on the wire."""
+
+    name: str
+    value: int
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """An enumerated type."""
+
+    name: str
+    does: str
+    section: str
+    members: tuple[Member, ...]
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array type, `ARRAY [1..count] OF of`."""
+
+    name: str
+    of: str
+    count: int
+    does: str
+    section: str
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input pin; see the head of blocks.toml for its keys."""
+
+    pin: str
+    type: str
+    comment: str
+    to: tuple[str, ...] = ()
+    default: str = ""
+    flag: str = ""
+    scale: float = 0
+    scale_by: Mapping[int, float] = field(default_factory=dict)
+    when: When | None = None
+    signed: bool = False
+    range: tuple[int, int] | None = None
+    encoding: str = ""
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output pin; see the head of blocks.toml for its keys."""
+
+    pin: str
+    type: str
+    comment: str
+    source: str
+    scale: float = 0
+    when: When | None = None
+    encoding: str = ""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A command block. With several commands, member k of the type of `select` chooses the k-th.
+
+    What it leaves to another block of the same command: `zero`, fields of the request that stay 0;
+    `only`, the values of a field that it sends; `echo`, fields of the response that are not shown,
+    because they repeat what was asked for.
+    """
+
+    name: str
+    does: str
+    commands: tuple[Command, ...]
+    about: str = ""
+    done: str = ""
+    timeout: str = ""
+    select: Input | None = None
+    inputs: tuple[Input, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    zero: tuple[str, ...] = ()
+    only: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    echo: tuple[str, ...] = ()
+    handwritten: bool = False
+
+    @property
+    def requests(self) -> Mapping[str, Field]:
+        """Request fields by name, with the values that the block sends; alike in all commands."""
+        every = {part.name: part for part in self.commands[0].request}
+        for name, sent in self.only.items():
+            every[name] = replace(every[name], values={k: every[name].values[k] for k in sent})
+        return every
+
+    @property
+    def responses(self) -> Mapping[str, Field]:
+        """Response fields by name."""
+        return {part.name: part for part in self.commands[0].response}
+
+
+@dataclass(frozen=True)
+class Library:
+    """All blocks and types by name."""
+
+    enumerations: Mapping[str, Enumeration]
+    arrays: Mapping[str, Array]
+    blocks: Mapping[str, Block]
+
+
+@lru_cache(maxsize=1)
+def library() -> Library:
+    """The tables, read and checked.
+
+    Raises:
+        InputError: something that is not known, or a field that no pin fills.
+    """
+    path = spec.folder() / "blocks.toml"
+    tables = spec.load_toml(path)
+    shared = {entry["pin"]: entry for entry in tables["pin"]}
+    blocks = {}
+    for entry in tables["block"]:
+        try:
+            blocks[entry["name"]] = _block(shared, **entry)
+        except (InputError, KeyError, TypeError) as error:
+            raise InputError(f"{entry.get('name')}: {error}", file=path) from error
+    return Library(
+        enumerations={one["name"]: _enumeration(**one) for one in tables["enumeration"]},
+        arrays={one["name"]: Array(**one) for one in tables["array"]},
+        blocks=blocks,
+    )
+
+
+def _enumeration(members: list[list[Any]], **entry: Any) -> Enumeration:
+    return Enumeration(**entry, members=tuple(Member(*member) for member in members))
+
+
+def _block(shared: Mapping[str, dict[str, Any]], **entry: Any) -> Block:
+    entry["commands"] = tuple(spec.command(name) for name in entry["commands"])
+    entry["zero"], entry["echo"] = tuple(entry.get("zero", ())), tuple(entry.get("echo", ()))
+    entry["only"] = {name: tuple(sent) for name, sent in entry.get("only", {}).items()}
+    if "select" in entry:
+        entry["select"] = _input(**entry["select"])
+    entry["inputs"] = tuple(_input(**_pin(shared, one)) for one in entry.get("inputs", ()))
+    entry["outputs"] = tuple(_output(**_pin(shared, one)) for one in entry.get("outputs", ()))
+    block = Block(**entry)
+    if not block.handwritten:
+        _check(block)
+    return block
+
+
+def _pin(shared: Mapping[str, dict[str, Any]], entry: str | dict[str, Any]) -> dict[str, Any]:
+    if isinstance(entry, dict):
+        return dict(entry)
+    if entry not in shared:
+        hint = did_you_mean(get_close_matches(entry, shared))
+        raise InputError(f"no pin is called {entry!r}", hint=hint)
+    return dict(shared[entry])
+
+
+def _input(**entry: Any) -> Input:
+    to = entry.pop("to", ())
+    by = dict(entry.pop("scale_by", {}))
+    by.pop("field", None)
+    when = _when(entry.pop("when", None))
+    if "range" in entry:
+        entry["range"] = tuple(entry["range"])
+    return Input(
+        to=(to,) if isinstance(to, str) else tuple(to),
+        scale_by={int(value): scale for value, scale in by.items()},
+        when=when,
+        **entry,
+    )
+
+
+def _output(**entry: Any) -> Output:
+    source, when = entry.pop("from"), _when(entry.pop("when", None))
+    return Output(source=source, when=when, **entry)
+
+
+def _when(entry: list[Any] | None) -> When | None:
+    if entry is None:
+        return None
+    name, value = entry
+    low, high = value if isinstance(value, list) else (value, value)
+    return (name, low, high)
+
+
+def _check(block: Block) -> None:
+    """Every field has a pin, every pin a field, and the commands differ in their code only."""
+    first = block.commands[0]
+    for command in block.commands:
+        same = (command.request, command.response, command.robot, command.product)
+        if same != (first.request, first.response, first.robot, first.product):
+            raise InputError(f"{command.name} has other fields than {first.name}")
+    if (len(block.commands) > 1) != (block.select is not None):
+        raise InputError("several commands need `select`, one has none")
+    fields = {part.name: part for part in first.request}
+    for name, sent in block.only.items():
+        known = sorted(fields[name].values) if name in fields else []
+        if not sent or not set(sent) <= set(known):
+            raise InputError(f"`only`: {list(sent)} are not values of {name}, which has {known}")
+    free = {name for name, part in block.requests.items() if part.fixed is not None}
+    filled = {name for pin in block.inputs for name in (*pin.to, pin.flag) if name}
+    shown = {one.source for one in block.outputs}
+    unknown = (filled - set(block.requests)) | (shown - set(block.responses))
+    if unknown:
+        raise InputError(f"no field is called {', '.join(sorted(unknown))}")
+    not_asked = set(block.echo) - (filled & set(block.responses))
+    if not_asked:
+        raise InputError(f"`echo`: no pin asks for {', '.join(sorted(not_asked))}")
+    missing = set(block.requests) - filled - free - set(block.zero)
+    missing |= set(block.responses) - shown - set(block.echo) - _NOT_SHOWN
+    if missing:
+        raise InputError(f"no pin for {', '.join(sorted(missing))}")
+
+
+#: m+6 bit 0 of 0x506 means nothing (guide 4.7.4).
+_NOT_SHOWN = {"flag_bit0"}
