@@ -18,7 +18,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
 from rcx_harness.robot.config.checks import _CHOICES, _RANGES
 from rcx_harness.robot.quantities import QUANTITIES
-from rcx_harness.robot.rules import RULES
+from rcx_harness.robot.rules import rules
 from rcx_harness.robot.stored import parameter_names, parameter_ranges
 
 _PAGE = (Path(__file__).resolve().parents[2] / "docs/files.md").read_text(encoding="utf-8")
@@ -52,7 +52,7 @@ def test_every_event_is_there_and_no_other() -> None:
 
 def test_every_key_of_a_robot_file_is_there_or_a_knob_of_the_page_on_fidelity() -> None:
     listed = {re.sub(r"[\[\]]|\.[NR]", "", key) for key in _table("Key")}
-    knobs = {knob for rule in RULES for knob in rule.knobs}
+    knobs = {knob for rule in rules() for knob in rule.knobs}
     names = {entry.name for entry in fields(RobotConfig)}
     assert "knobs" in listed
     assert listed - {"knobs"} <= names

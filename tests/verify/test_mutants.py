@@ -285,7 +285,7 @@ def test_the_workshop_tells_which_pous_have_run(house: Path) -> None:
 
 
 def _run(house: Path) -> tuple[int, str, dict[str, object]]:
-    command = [sys.executable, "-m", "rcx_harness.verify.mutants", "--root", str(house)]
+    command = [sys.executable, "-m", "rcx_tools.evidence.mutants", "--root", str(house)]
     done = subprocess.run(
         [*command, "--jobs", "2"], capture_output=True, text=True, check=False, cwd=house
     )

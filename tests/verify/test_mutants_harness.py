@@ -296,7 +296,7 @@ def house(tmp_path: Path, repository: Path) -> Path:
 
 
 def _run(house: Path) -> tuple[int, str, list[dict[str, object]]]:
-    command = [sys.executable, "-m", "rcx_harness.verify.mutants", "--root", str(house), "--all"]
+    command = [sys.executable, "-m", "rcx_tools.evidence.mutants", "--root", str(house), "--all"]
     done = subprocess.run(
         [*command, "--kinds", "controller,seeded", "--patience", "3", "latch.py", "blocks.toml"],
         capture_output=True,

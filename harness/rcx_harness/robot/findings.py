@@ -9,7 +9,7 @@ __all__ = ["Findings", "Violation"]
 
 @dataclass(frozen=True)
 class Violation:
-    """A broken rule: when [us], which (an id of rules.RULES), and one clear sentence."""
+    """A broken rule: when [us], which (an id of rules.toml), and one clear sentence."""
 
     t_us: int
     rule: str

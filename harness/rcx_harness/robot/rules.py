@@ -1,30 +1,33 @@
-"""Every rule that the virtual controller follows: what the manual says, and what is assumed.
-
-A manual rule has a section. An assumed one, where the manual is silent, has the knobs of
-RobotConfig that change it; without a knob it is a simplification of the model.
-Sections: `ch. 5, 3.1` is the main manual, `guide, 1.1` the remote command guide in it.
-"""
+"""Every rule that the virtual controller follows, as `spec/rules.toml` lists them."""
 
 from __future__ import annotations
 
-from rcx_harness.robot.rule import Rule
-from rcx_harness.robot.rules_commands import COMMAND_RULES
-from rcx_harness.robot.rules_data import DATA_RULES
-from rcx_harness.robot.rules_memory import MEMORY_RULES
-from rcx_harness.robot.rules_motion import MOTION_RULES
-from rcx_harness.robot.rules_movement import MOVEMENT_RULES
-from rcx_harness.robot.rules_settings import SETTING_RULES
-from rcx_harness.robot.rules_signals import SIGNAL_RULES
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
-__all__ = ["RULES", "Rule"]
+from rcx_harness import spec
 
-#: In the order of the areas: power and link, dedicated signals, remote commands by category.
-RULES: tuple[Rule, ...] = (
-    *SIGNAL_RULES,
-    *COMMAND_RULES,
-    *MOTION_RULES,
-    *MOVEMENT_RULES,
-    *SETTING_RULES,
-    *MEMORY_RULES,
-    *DATA_RULES,
-)
+__all__ = ["Rule", "rules"]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule; `section` for what the manual says, `knobs` for what is assumed."""
+
+    id: str
+    text: str
+    section: str = ""
+    knobs: tuple[str, ...] = ()
+
+    @property
+    def from_manual(self) -> bool:
+        """The manual says so."""
+        return bool(self.section)
+
+
+@lru_cache(maxsize=1)
+def rules() -> tuple[Rule, ...]:
+    """In the order of the areas: power and link, dedicated signals, remote commands."""
+    table: list[dict[str, Any]] = spec.load_toml(spec.folder() / "rules.toml")["rule"]
+    return tuple(Rule(**{**row, "knobs": tuple(row.get("knobs", ()))}) for row in table)

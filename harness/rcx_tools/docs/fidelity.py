@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import MISSING, fields
 
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.rules import RULES
+from rcx_harness.robot.rules import rules
 
 __all__ = ["fidelity_page"]
 
 _HEAD = """\
 # What the virtual controller knows, and what it assumes
 
-Written by the harness from `harness/rcx_harness/robot/rules.py`; do not edit.
+Written by the harness from `spec/rules.toml`; do not edit.
 The manual is that of the YAMAHA network board EtherNet/IP for RCX340/RCX320, Ver. 1.31.
 Nothing here has been compared with a real controller.
 """
@@ -34,10 +34,10 @@ def fidelity_page() -> str:
         if entry.default is not MISSING
     }
     lines = [_HEAD, "## From the manual\n", "| # | Rule | Section |", "|---|---|---|"]
-    for number, rule in enumerate((r for r in RULES if r.from_manual), 1):
+    for number, rule in enumerate((r for r in rules() if r.from_manual), 1):
         lines.append(f"| M{number} `{rule.id}` | {rule.text} | {rule.section} |")
     lines += ["", _ASSUMED_HEAD, "| # | Rule | Knobs |", "|---|---|---|"]
-    for number, rule in enumerate((r for r in RULES if not r.from_manual), 1):
+    for number, rule in enumerate((r for r in rules() if not r.from_manual), 1):
         knobs = [_knob(name, defaults.get(name)) for name in rule.knobs]
         lines.append(f"| A{number} `{rule.id}` | {rule.text} | {', '.join(knobs) or 'none'} |")
     return "\n".join(lines) + "\n"

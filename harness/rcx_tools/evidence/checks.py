@@ -20,9 +20,9 @@ Row = tuple[str, Callable[[Figures], str]]
 _BASE = (
     "plc/lib",
     "spec",
-    *(f"harness/rcx_harness/{name}" for name in ("engine", "robot", "library", "cell", "contract")),
-    *(f"harness/rcx_harness/{name}" for name in ("clocks", "errors", "link", "monitor", "spec")),
-    *(f"harness/rcx_harness/{name}" for name in ("telegram", "trace", "units")),
+    "harness/rcx_tools/library",
+    *(f"harness/rcx_harness/{name}" for name in ("cell", "engine", "errors", "robot", "spec")),
+    *(f"harness/rcx_harness/{name}" for name in ("trace", "units", "watch")),
 )
 _KINDS = {".py", ".st", ".toml", ".lark", ".c", ".jsonl"}
 
@@ -56,9 +56,11 @@ class Check:
     @property
     def sources(self) -> tuple[str, ...]:
         """Everything that it depends on."""
-        own = f"harness/rcx_harness/verify/{self.name}"
-        shared = ("harness/rcx_tools/evidence/broken.py", "harness/rcx_tools/evidence/results.py")
-        return (*_BASE, own, *shared, *self.inputs)
+        own = (
+            f"harness/{room}/{self.name}" for room in ("rcx_harness/verify", "rcx_tools/evidence")
+        )
+        shared = (f"harness/rcx_tools/evidence/{name}.py" for name in ("broken", "results"))
+        return (*_BASE, *own, *shared, *self.inputs)
 
 
 def _files(root: Path, names: tuple[str, ...]) -> Iterator[Path]:

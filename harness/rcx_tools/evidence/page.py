@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.robot.rules import RULES
+from rcx_harness.robot.rules import rules
 from rcx_tools.evidence.checks import CHECKS, Check
 from rcx_tools.evidence.results import ROOT
 
@@ -73,9 +73,9 @@ def _lines(figures: Mapping[str, Any]) -> Iterator[str]:
                 yield "\n| Figure | Value |\n|---|---|"
                 for label, value in checks[check.name]["rows"]:
                     yield f"| {label} | {value} |"
-    manual = sum(rule.from_manual for rule in RULES)
+    manual = sum(rule.from_manual for rule in rules())
     yield ""
-    yield _MORE.format(manual=manual, assumed=len(RULES) - manual).rstrip("\n")
+    yield _MORE.format(manual=manual, assumed=len(rules()) - manual).rstrip("\n")
 
 
 def _sentence(figures: Mapping[str, Any], check: Check) -> str:

@@ -33,7 +33,7 @@ Run = Callable[[Check, Sequence[str]], int]
 
 
 def _run(check: Check, arguments: Sequence[str]) -> int:
-    module = f"rcx_harness.verify.{check.name}"
+    module = f"rcx_tools.evidence.{check.name}"
     return subprocess.run(
         [sys.executable, "-m", module, *arguments], cwd=ROOT, check=False
     ).returncode

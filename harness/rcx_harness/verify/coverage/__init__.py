@@ -1,6 +1,6 @@
 """Coverage of the library's Structured Text by the tests: statements, branches, conditions, MC/DC.
 
-`python -m rcx_harness.verify.coverage` runs the tests on the built-in engine, which counts, and
+`python -m rcx_tools.evidence.coverage` runs the tests on the built-in engine, which counts, and
 writes out/coverage (text, HTML with source lines, lcov) and out/verification/coverage.json.
 
 A line that cannot be reached is removed, or has `(* unreachable: reason *)` on it or in a line

@@ -2,5 +2,5 @@
 
 For each of them a test must fail.
 
-`python -m rcx_harness.verify.mutants` says how; docs/verification.md says what came of it.
+`python -m rcx_tools.evidence.mutants` says how; docs/verification.md says what came of it.
 """

@@ -1,4 +1,4 @@
-"""`python -m rcx_harness.verify.campaign`."""
+"""`python -m rcx_tools.evidence.campaign`."""
 
 import sys
 

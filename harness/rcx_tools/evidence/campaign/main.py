@@ -1,4 +1,4 @@
-"""`python -m rcx_harness.verify.campaign`: random long runs with every kind of fault."""
+"""`python -m rcx_tools.evidence.campaign`: random long runs with every kind of fault."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def _explain(seed: int, options: Namespace, console: Console) -> None:
 
 
 def _options(arguments: list[str] | None) -> Namespace:
-    parser = ArgumentParser(prog="python -m rcx_harness.verify.campaign", description=__doc__)
+    parser = ArgumentParser(prog="python -m rcx_tools.evidence.campaign", description=__doc__)
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--runs", type=int, default=RUNS, help="how many seeds")
     parser.add_argument("--storms", type=int, default=STORMS, help="storms in each run")

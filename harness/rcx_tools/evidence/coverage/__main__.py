@@ -1,4 +1,4 @@
-"""`python -m rcx_harness.verify.coverage`: run the tests and report; 1 where something is open."""
+"""`python -m rcx_tools.evidence.coverage`: run the tests and report; 1 where something is open."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _numbers(share: Share) -> dict[str, float]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run; 0 where every statement and branch is covered or justified, and MC/DC as demanded."""
-    parser = argparse.ArgumentParser(prog="python -m rcx_harness.verify.coverage")
+    parser = argparse.ArgumentParser(prog="python -m rcx_tools.evidence.coverage")
     parser.add_argument("--report-only", action="store_true", help="use the counts of the last run")
     parser.add_argument("--workers", default="auto", help="processes (pytest's -n)")
     parser.add_argument("--out", type=Path, default=ROOT / "out", help="folder of the results")

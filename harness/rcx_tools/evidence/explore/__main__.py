@@ -1,4 +1,4 @@
-"""`python -m rcx_harness.verify.explore`: see `command`."""
+"""`python -m rcx_tools.evidence.explore`: see `command`."""
 
 import sys
 

@@ -48,7 +48,7 @@ class _Task(NamedTuple):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 if every model is complete and no rule is broken."""
     parser = argparse.ArgumentParser(
-        prog="python -m rcx_harness.verify.explore", description=__doc__
+        prog="python -m rcx_tools.evidence.explore", description=__doc__
     )
     names = list(_MODELS)
     parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")

@@ -1,4 +1,4 @@
-"""`python -m rcx_harness.verify.mutants`: one mistake after the other, and its tests.
+"""`python -m rcx_tools.evidence.mutants`: one mistake after the other, and its tests.
 
 Mutants are made of plc/lib (`library`), of the virtual controller, the monitors and the engine,
 and of the tables in spec/. A mutant is one small change of one file that is still correct. It is
@@ -108,7 +108,7 @@ def _is_met(kind: str, figures: dict[str, Any]) -> bool:
 
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m rcx_harness.verify.mutants")
+    parser = argparse.ArgumentParser(prog="python -m rcx_tools.evidence.mutants")
     parser.add_argument(
         "blocks", nargs="*", help="names of blocks, or parts of paths (default: all)"
     )

@@ -195,7 +195,7 @@ class Copies:
         helping = str(self._root / "tests") + os.sep
         for name, module in list(sys.modules.items()):
             file = getattr(module, "__file__", None) or ""
-            if name.partition(".")[0] == "rcx_harness" or file.startswith(helping):
+            if name.partition(".")[0] in ("rcx_harness", "rcx_tools") or file.startswith(helping):
                 del sys.modules[name]
         sys.path.insert(0, str(copy / "harness"))
         os.environ["PYTHONPATH"] = str(copy / "harness")

@@ -45,6 +45,8 @@ _PACKAGE = "harness/rcx_harness"
 _SHARD = 6
 #: Longest that such a run may take [s].
 _PATIENCE_S = 1000.0
+#: A table of sentences for people.
+_PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
 _OTHERS = 12
 
@@ -128,7 +130,7 @@ class HarnessRun:
         for source in kind.sources:
             start = self._root / source
             found += [start] if start.is_file() else sorted(start.rglob("*.py"))
-            found += sorted(start.glob("*.toml"))
+            found += sorted(set(start.glob("*.toml")) - {start / _PROSE})
         paths = {file: file.relative_to(self._root).as_posix() for file in found}
         return [file for file in found if self._wants(paths[file])]
 
