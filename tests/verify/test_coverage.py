@@ -364,7 +364,7 @@ def test_the_figures_are_met_only_without_gaps(measured: Measure) -> None:
 
 def test_every_reason_names_a_condition_of_the_library(repository: Path, tmp_path: Path) -> None:
     """A reason whose decision has been changed says nothing any more."""
-    named = reasons(repository / "tests/verify/conditions.toml")
+    named = reasons(repository / "tests/tools/evidence/conditions.toml")
     program = tmp_path / "Bench.st"
     blocks = sorted({pou for pou, _, _ in named if pou.startswith("FB_")})
     declared = "".join(f"    B{k} : {name};\n" for k, name in enumerate(blocks))

@@ -161,7 +161,7 @@ def _processes() -> Iterator[str]:
             yield f"| {' | '.join(map(str, cells))} |"
         yield f"\n```iecst\n{_body(process.program)}\n```\n"
         files = ", ".join(f"[{process.name}{end}](charts/{process.name}{end})" for end in _FILES)
-        order = _link("tests/charts/test_process_charts.py")
+        order = _link("tests/tools/docs/test_processes.py")
         yield f"- Blocks: {blocks}\n- Complete program, and what happens to it: {files}"
         yield f"- Tests: {', '.join(map(_link, tests))}; order and intervals: {order}"
         yield f"- Manual: {process.section}"

@@ -218,7 +218,7 @@ CHECKS: tuple[Check, ...] = (
         "tested",
         "What the tests execute, counted by the built-in engine. Masking MC/DC is demanded of "
         "area, sequence and the two blocks under every command; gaps have a reason in "
-        "[conditions.toml](../tests/verify/conditions.toml) or in the line itself.",
+        "[conditions.toml](../tests/tools/evidence/conditions.toml) or in the line itself.",
         (
             ("statements", _share("all", "statements")),
             ("branches", _share("all", "branches")),
@@ -231,6 +231,7 @@ CHECKS: tuple[Check, ...] = (
             f"tests/{name}"
             for name in (
                 *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
+                "watch",
                 *("faults", "examples", "support", "data", "verify/conditions.toml"),
             )
         ),
@@ -244,9 +245,9 @@ CHECKS: tuple[Check, ...] = (
         "from which plc/lib is then generated anew. A mutant is killed when a test fails. "
         "Generated command blocks are alike and are sampled, as is all that is not the library "
         "(`MUTANTS=all` takes all). Survivors and why nothing can tell them: "
-        "[survivors.toml](../tests/verify/survivors.toml), "
-        "[survivors_harness.toml](../tests/verify/survivors_harness.toml). "
-        "Bugs that were thought of beforehand: [seeded.toml](../tests/verify/seeded.toml).",
+        "[survivors.toml](../tests/tools/evidence/survivors.toml), "
+        "[survivors_harness.toml](../tests/tools/evidence/survivors_harness.toml). "
+        "Bugs that were thought of beforehand: [seeded.toml](../tests/tools/evidence/seeded.toml).",
         (
             ("mutants", _number("mutants")),
             ("killed", _number("killed")),
@@ -259,10 +260,13 @@ CHECKS: tuple[Check, ...] = (
         ),
         (
             *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "chapters")),
-            *(f"tests/{name}" for name in ("faults", "examples", "library", "support", "data")),
-            *(f"tests/{name}" for name in ("robot", "cell", "contract", "engine", "spec")),
+            *(
+                f"tests/{name}"
+                for name in ("faults", "examples", "tools/library", "support", "data")
+            ),
+            *(f"tests/{name}" for name in ("robot", "cell", "contract", "engine", "spec", "watch")),
             "tests/verify/survivors",
-            "tests/verify/seeded.toml",
+            "tests/tools/evidence/seeded.toml",
         ),
     ),
     Check(

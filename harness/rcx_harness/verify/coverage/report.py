@@ -140,7 +140,9 @@ def full_text(results: Sequence[FileResult]) -> str:
     console = Console(file=io.StringIO(), width=160, color_system=None, emoji=False)
     console.print("Coverage of plc/lib by the tests, on the built-in engine\n")
     console.print(folder_table(results))
-    console.print("\n(+n: justified in place, or with a reason in tests/verify/conditions.toml)\n")
+    console.print(
+        "\n(+n: justified in place, or with a reason in tests/tools/evidence/conditions.toml)\n"
+    )
     console.print(_table("file", [(result.path, [result]) for result in results]))
     for title, justified in (("Gaps", False), ("Justified", True)):
         found = gaps(results, justified=justified)

@@ -87,7 +87,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         last = {"passed": run.passed, "failed": run.failed, "skipped": run.skipped}
         (folder / "run.json").write_text(json.dumps(last) + "\n", encoding="utf-8")
     library = ROOT / "plc" / "lib"
-    results = measure(library, merge(counts), reasons(ROOT / "tests/verify/conditions.toml"))
+    results = measure(
+        library, merge(counts), reasons(ROOT / "tests/tools/evidence/conditions.toml")
+    )
     write_pages(results, folder)
     (folder / "coverage.txt").write_text(full_text(results), encoding="utf-8")
     (folder / "coverage.lcov").write_text(tracefile(results, library), encoding="utf-8")

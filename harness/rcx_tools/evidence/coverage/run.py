@@ -19,10 +19,10 @@ __all__ = ["FOLDERS", "Run", "run_tests"]
 #: Folders of tests in which blocks of the library run.
 FOLDERS = (
     *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract", "faults"),
-    "examples",
+    *("examples", "watch"),
 )
 #: What runs at the pace of the clock executes nothing that the others do not.
-_LEFT_OUT = ("tests/cell/test_realtime.py",)
+_LEFT_OUT = ("tests/cell/test_live.py",)
 
 _PERCENT = re.compile(r"\[ *(\d+)%\]")
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")

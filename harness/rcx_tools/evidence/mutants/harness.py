@@ -70,10 +70,10 @@ class Kind:
 
 _MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
 _ENGINE = tuple(f"{_PACKAGE}/engine/{name}" for name in ("builtin", "frontend"))
-_OF_TABLES = tuple(f"tests/{name}" for name in ("spec", "library", "command", "diagnosis"))
+_OF_TABLES = tuple(f"tests/{name}" for name in ("spec", "tools/library", "command", "diagnosis"))
 KINDS = (
-    Kind("controller", (f"{_PACKAGE}/robot",), ("tests/robot", "tests/cell"), 20),
-    Kind("monitors", _MONITORS, ("tests/cell", "tests/contract"), 5),
+    Kind("controller", (f"{_PACKAGE}/robot",), ("tests/robot", "tests/cell", "tests/watch"), 20),
+    Kind("monitors", _MONITORS, ("tests/cell", "tests/contract", "tests/watch"), 5),
     Kind("engine", _ENGINE, ("tests/engine",), 40),
     Kind("tables", ("spec",), (*_OF_TABLES, "tests/robot"), 24),
 )
@@ -101,7 +101,7 @@ class HarnessRun:
         Raises:
             InputError: a seeded bug cannot be put in.
         """
-        table = self._root / "tests" / "verify" / "seeded.toml"
+        table = self._root / "tests/tools/evidence/seeded.toml"
         found_bugs = [bug for bug in bugs(table) if self._wants(bug.file)]
         found_bugs = found_bugs if "seeded" in wanted else []
         seeded = [bug.mutant(self._root) for bug in found_bugs]
@@ -176,7 +176,7 @@ class HarnessRun:
     def _matters(self, path: Path) -> bool:
         """A source that tests run; what is in this package none of them does."""
         parts = path.relative_to(self._root).parts
-        return path.is_file() and not {"__pycache__", "verify"} & set(parts)
+        return path.is_file() and not {"__pycache__", "verify", "evidence"} & set(parts)
 
     def _traced(self, copies: Copies, files: Sequence[str]) -> Iterator[dict[str, Any]]:
         """Run files of tests, some in each child; what each has noted."""
@@ -289,7 +289,7 @@ class HarnessRun:
         return self._told(judged, len(tasks))
 
     def _told(self, judged: Sequence[Judged], of: int) -> dict[str, Any]:
-        reasons = Reasons(self._root / "tests" / "verify" / "survivors_harness.toml")
+        reasons = Reasons(self._root / "tests/tools/evidence/survivors_harness.toml")
         return figures(judged, reasons) | {"not_run": of - len(judged)}
 
 

@@ -74,7 +74,7 @@ class LibraryRun:
         config = next(iter(self._suite.items.values())).config
         judged = self._judging.of("library", tasks, judges, run)
         remove_folders(config)
-        reasons = Reasons(self._root / "tests" / "verify" / "survivors.toml")
+        reasons = Reasons(self._root / "tests/tools/evidence/survivors.toml")
         self._found = figures(judged, reasons) | {
             "no_mutants": {"refused": mutants.counted.refused, "equal": mutants.counted.equal},
             "not_run": len(tasks) - len(judged),

@@ -28,7 +28,8 @@ __all__ = [
 
 #: Folders whose tests run blocks of the library.
 FOLDERS = (
-    *("area", "sequence", "command", "diagnosis", "faults", "chapters", "examples", "library"),
+    *("area", "sequence", "command", "diagnosis", "faults", "chapters", "examples"),
+    "tools/library",
 )
 #: Tests of these names are of something else: the network, matiec, or how the tests work.
 _OTHERS = ("[enip", "-enip", "over_ethernet_ip", "matiec", "test_fault_runner", "test_files.py")

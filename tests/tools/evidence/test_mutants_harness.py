@@ -244,7 +244,7 @@ def test_filled(levels):
 
 
 def test_the_generated_block():
-    block = Path(__file__).parents[2] / "plc/lib/command/FB_MovePtp.st"
+    block = Path(__file__).parents[3] / "plc/lib/command/FB_MovePtp.st"
     assert "T#60s" in block.read_text(encoding="utf-8")
 """
 _SEEDED = """[[bug]]
@@ -284,7 +284,7 @@ def house(tmp_path: Path, repository: Path) -> Path:
     files = {
         "harness/rcx_harness/robot/latch.py": _LATCH,
         "tests/robot/test_latch.py": _TEST,
-        "tests/verify/seeded.toml": _SEEDED,
+        "tests/tools/evidence/seeded.toml": _SEEDED,
         "tests/support/nothing.py": "",
         "pyproject.toml": "[tool.pytest.ini_options]\n",
         block: (repository / block).read_text(encoding="utf-8"),
@@ -331,7 +331,7 @@ def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree
     rows = house / "out/verification/mutants-without-reason-harness.toml"
     text = rows.read_text(encoding="utf-8")
     assert text.count('block = "robot/latch.py:Latch.take"') == 3
-    table = house / "tests/verify/survivors_harness.toml"
+    table = house / "tests/tools/evidence/survivors_harness.toml"
     table.write_text(text.replace('reason = ""', 'reason = "nobody minds"'), encoding="utf-8")
     _, told, again = _run(house)
     assert len(again) == len(outcomes), told  # nothing was run anew
@@ -371,7 +371,7 @@ def test_a_seeded_bug_that_cannot_be_put_in_is_told_in_one_message(
         "tests": "tests = ['.']",
     }
     lines = (row | {line.partition(" ")[0]: line}).values()
-    table = tmp_path / "tests/verify/seeded.toml"
+    table = tmp_path / "tests/tools/evidence/seeded.toml"
     table.parent.mkdir(parents=True)
     table.write_text("\n".join(["[[bug]]", *lines]), encoding="utf-8")
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n", encoding="utf-8")
@@ -387,7 +387,7 @@ def test_a_full_disk_is_told_in_one_message(
     def full(*arguments: object, **options: object) -> None:
         raise OSError(28, "No space left on device")
 
-    table = tmp_path / "tests/verify/seeded.toml"
+    table = tmp_path / "tests/tools/evidence/seeded.toml"
     table.parent.mkdir(parents=True)
     table.write_text(_SEEDED.split("\n\n")[0], encoding="utf-8")
     (tmp_path / "tests/robot").mkdir()
@@ -427,7 +427,7 @@ _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
 #: Some whose file of tests is quick.
 _FEW = {
     "MOD takes the sign of the divisor": "tests/engine/builtin/test_arithmetic.py",
-    "exactly 100 ms count as too short": "tests/cell/test_monitor.py",
+    "exactly 100 ms count as too short": "tests/watch/test_wire.py",
     "semi-absolute axes keep their origin without power": "tests/robot/test_robot_origin.py",
 }
 

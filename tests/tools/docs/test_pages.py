@@ -10,7 +10,7 @@ import pytest
 
 from rcx_harness import docs
 
-_ROOT = Path(docs.__file__).resolve().parents[2]
+_ROOT = Path(docs.__file__).resolve().parents[3]
 _WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}
 _BY_HAND = ["README.md", "plc/examples/README.md", *sorted(_WRITTEN - set(docs.pages()))]
 

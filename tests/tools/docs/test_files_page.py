@@ -21,7 +21,7 @@ from rcx_harness.robot.quantities import QUANTITIES
 from rcx_harness.robot.rules import rules
 from rcx_harness.robot.stored import parameter_names, parameter_ranges
 
-_PAGE = (Path(__file__).resolve().parents[2] / "docs/files.md").read_text(encoding="utf-8")
+_PAGE = (Path(__file__).resolve().parents[3] / "docs/files.md").read_text(encoding="utf-8")
 _PLAIN = re.compile(r"`([^`]+)`")
 
 

@@ -14,7 +14,7 @@ from rcx_tools.bench import handshake
 from rcx_tools.bench.handshake import Case, grid, simulate_command, simulate_sequence
 from rcx_tools.bench.minimum import Clocks, command, sequence
 
-_PAGE = Path(__file__).resolve().parents[2] / "docs" / "timing.md"
+_PAGE = Path(__file__).resolve().parents[3] / "docs" / "timing.md"
 #: Numbers without a common divisor, and the ends of the ranges.
 _GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
 
