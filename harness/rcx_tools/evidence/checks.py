@@ -232,7 +232,7 @@ CHECKS: tuple[Check, ...] = (
             for name in (
                 *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
                 "watch",
-                *("faults", "examples", "support", "data", "verify/conditions.toml"),
+                *("faults", "examples", "support", "data", "tools/evidence/conditions.toml"),
             )
         ),
     ),
@@ -265,7 +265,7 @@ CHECKS: tuple[Check, ...] = (
                 for name in ("faults", "examples", "tools/library", "support", "data")
             ),
             *(f"tests/{name}" for name in ("robot", "cell", "contract", "engine", "spec", "watch")),
-            "tests/verify/survivors",
+            "tests/tools/evidence/survivors",
             "tests/tools/evidence/seeded.toml",
         ),
     ),
