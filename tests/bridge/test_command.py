@@ -15,10 +15,10 @@ import pytest
 from pymodbus.constants import ExcCodes
 
 from modbus_plc import ModbusPlc
-from rcx_harness import cli_bridge
 from rcx_harness.bridge.core import Limits, State
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.run import BridgeOptions, Running
+from rcx_harness.cli import bridge as cli_bridge
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.originator.scanner import Scanner

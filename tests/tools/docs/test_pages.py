@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness import docs
+from rcx_tools.docs import pages as docs
 
 _ROOT = Path(docs.__file__).resolve().parents[3]
 _WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}

@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rcx_harness import docs
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.engine.portability import lint
 from rcx_harness.errors import InputError
 from rcx_harness.trace.chart import Lane
+from rcx_tools.docs import pages as docs
 from rcx_tools.docs.processes import FOLDER, Step, process_chart, processes, run_process
 from rcx_tools.docs.processes_svg import process_svg
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness import docs
 from rcx_harness.errors import InputError
+from rcx_tools.docs import pages as docs
 from rcx_tools.evidence import checks, page, report
 from rcx_tools.evidence.checks import CHECKS, Check, digest
 

@@ -11,10 +11,22 @@ from rich.table import Table
 
 from rcx_harness.verify.coverage.measure import FileResult, Share
 
-__all__ = ["MCDC_FILES", "Gap", "demands_mcdc", "folder_table", "full_text", "gaps", "totals"]
+__all__ = [
+    "MCDC_FILES",
+    "REASONS",
+    "Gap",
+    "demands_mcdc",
+    "folder_table",
+    "full_text",
+    "gaps",
+    "totals",
+]
 
 #: Where MC/DC is demanded: folders and files.
 MCDC_FILES = ("area/", "sequence/", "command/FB_RemoteCommand.st")
+
+#: Why something need not be covered, below the repository.
+REASONS = "tests/tools/evidence/conditions.toml"
 
 _COLUMNS = ("statements", "branches", "conditions", "MC/DC", "unique-cause")
 
@@ -140,9 +152,7 @@ def full_text(results: Sequence[FileResult]) -> str:
     console = Console(file=io.StringIO(), width=160, color_system=None, emoji=False)
     console.print("Coverage of plc/lib by the tests, on the built-in engine\n")
     console.print(folder_table(results))
-    console.print(
-        "\n(+n: justified in place, or with a reason in tests/tools/evidence/conditions.toml)\n"
-    )
+    console.print(f"\n(+n: justified in place, or with a reason in {REASONS})\n")
     console.print(_table("file", [(result.path, [result]) for result in results]))
     for title, justified in (("Gaps", False), ("Justified", True)):
         found = gaps(results, justified=justified)

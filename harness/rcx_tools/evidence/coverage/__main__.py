@@ -15,7 +15,14 @@ from rcx_harness.spec import load_toml
 from rcx_harness.verify.coverage.html import write_pages
 from rcx_harness.verify.coverage.lcov import tracefile
 from rcx_harness.verify.coverage.measure import FileResult, Share, measure, merge
-from rcx_harness.verify.coverage.report import demands_mcdc, folder_table, full_text, gaps, totals
+from rcx_harness.verify.coverage.report import (
+    REASONS,
+    demands_mcdc,
+    folder_table,
+    full_text,
+    gaps,
+    totals,
+)
 from rcx_tools.evidence.coverage.run import Run, run_tests
 
 __all__ = ["figures", "main", "reasons"]
@@ -87,9 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         last = {"passed": run.passed, "failed": run.failed, "skipped": run.skipped}
         (folder / "run.json").write_text(json.dumps(last) + "\n", encoding="utf-8")
     library = ROOT / "plc" / "lib"
-    results = measure(
-        library, merge(counts), reasons(ROOT / "tests/tools/evidence/conditions.toml")
-    )
+    results = measure(library, merge(counts), reasons(ROOT / REASONS))
     write_pages(results, folder)
     (folder / "coverage.txt").write_text(full_text(results), encoding="utf-8")
     (folder / "coverage.lcov").write_text(tracefile(results, library), encoding="utf-8")

@@ -4,13 +4,13 @@ Mutants are made of plc/lib (`library`), of the virtual controller, the monitors
 and of the tables in spec/. A mutant is one small change of one file that is still correct. It is
 killed where a test of the suite fails with it. Those of the library are put into programs that
 this process keeps, the others into throw-away copies of the repository; each runs in a child of
-its own. `seeded` are the bugs of tests/tools/evidence/seeded.toml: the tests of its row must find each.
+its own. `seeded` are the bugs of seeded.toml: the tests of its row must find each.
 
 Outcomes are kept in out/verification/mutants.jsonl; one holds as long as the mutated file, what it
 is compiled with, and the test that has failed (or all that have not) are as they were, so that a
 run goes on where the last one ended. Survivors without a reason are written beside them as rows:
-mutants-without-reason.toml for tests/tools/evidence/survivors.toml, mutants-without-reason-harness.toml for
-survivors_harness.toml.
+mutants-without-reason.toml for survivors.toml, mutants-without-reason-harness.toml for
+survivors_harness.toml; these tables lie in tests/tools/evidence.
 
 Of the generated command blocks, which are alike, and of all that is not the library, a sample is
 taken: drawn by the seed, of each operator one first. `--all` or MUTANTS=all takes them all.
