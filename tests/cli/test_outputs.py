@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import resource
 import signal
 import subprocess
 import sys
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -96,6 +98,58 @@ def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> N
     assert (place.read_text(), place.stat().st_mode & 0o777) == ("new", 0o640)
     assert link.is_symlink()
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a", "link"]
+
+
+def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) -> None:
+    grows, whole = OutputFile(tmp_path / "a"), OutputFile(tmp_path / "b", whole=True)
+    assert [one.exists() for one in (tmp_path / "a", tmp_path / "b")] == [True, False]
+    for file in (grows, whole):
+        file.write("new")
+        file.close()
+        file.discard()  # too late
+    assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
+
+
+def test_what_fails_at_the_very_end_is_one_message_and_nothing_is_left(tmp_path: Path) -> None:
+    """A folder stands in its place by now; a network drive tells at the end that it is full."""
+    place = tmp_path / "a"
+    place.write_text("old")
+    file = OutputFile(place)
+    place.unlink()
+    place.mkdir()
+    with pytest.raises(InputError, match="a: cannot be written: Is a directory"):
+        file.close()
+    assert list(tmp_path.iterdir()) == [place]
+
+    class Full(BytesIO):
+        def close(self) -> None:
+            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+
+    other = tmp_path / "b"
+    file = OutputFile(other)
+    assert file._file is not None
+    file._file.close()
+    file._file = Full()
+    with pytest.raises(InputError, match="b: cannot be written: Disk quota exceeded"):
+        file.close()
+    assert list(tmp_path.iterdir()) == [place]
+
+
+def test_what_is_no_file_is_written_to_and_stays(tmp_path: Path) -> None:
+    """As `--trace /dev/stdout`; here a pipe."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        for end in ("close", "discard"):
+            file = OutputFile(pipe, whole=True)
+            file.write(end)
+            getattr(file, end)()
+            assert os.read(reader, 100) == end.encode()
+            assert pipe.is_fifo()
+    finally:
+        os.close(reader)
+    assert list(tmp_path.iterdir()) == [pipe]
 
 
 def test_of_several_files_none_takes_its_place_before_all_are_written(tmp_path: Path) -> None:
