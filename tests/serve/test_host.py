@@ -14,7 +14,7 @@ import pytest
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Host, Settings
-from serve_process import own_addresses
+from serve_process import own_addresses, watching
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"),
@@ -48,13 +48,15 @@ sys.stdin.read()
 """
 #: One that does not end when it should.
 _DEAF = """
+import os
 import time
 from rcx_harness.serve.status import Status
 
 print('{"size": 48}')
 print(Status().to_json(), flush=True)
-while True:
-    time.sleep(60)
+parent = os.getppid()
+while os.getppid() == parent:  # it must not stay for ever where this test fails
+    time.sleep(0.1)
 """
 
 Use = Callable[[str, str], None]
@@ -141,7 +143,9 @@ def test_a_process_that_does_not_end_is_killed_and_named(
     async def close() -> Host:
         host = _host()
         await host.start()
-        await asyncio.wait_for(host.close(), _PATIENCE_S)
+        assert host._process is not None
+        with watching([host._process.pid]):
+            await asyncio.wait_for(host.close(), _PATIENCE_S)
         return host
 
     host = asyncio.run(close())
