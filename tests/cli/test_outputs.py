@@ -315,3 +315,32 @@ def test_a_library_without_the_block_is_named_not_the_program(
         said = capsys.readouterr().err
         assert f"--lib {tmp_path} does not declare it" in said
         assert "look at the spelling" not in said
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_what_no_library_has_is_the_programs_mistake(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    (tmp_path / "lib").mkdir()
+    program = tmp_path / "Mine.st"
+    program.write_text("PROGRAM Mine\nVAR\n  a : FB_Nonsense;\nEND_VAR\n  a();\nEND_PROGRAM\n")
+    for lib in ([], ["--lib", str(tmp_path / "lib")]):
+        assert main([command, str(program), *lib]) == 2
+        said = capsys.readouterr().err
+        assert "Mine.st:3" in said
+        assert "there is no type FB_Nonsense" in said
+        assert "--lib" not in said
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_library_that_is_no_folder_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    program = tmp_path / "Mine.st"
+    program.write_text("PROGRAM Mine\nVAR\n  a : FB_ReadArea;\nEND_VAR\n  a();\nEND_PROGRAM\n")
+    for lib in (program, tmp_path / "nope"):
+        assert main([command, str(program), "--lib", str(lib)]) == 2
+        said = capsys.readouterr().err
+        assert f"--lib {lib} is no folder; it is the folder of the library" in said
+        assert "Mine.st:" not in said
+        assert said.count("\n") == 1

@@ -82,7 +82,7 @@ def _host() -> Host:
 async def _ended(host: Host) -> str:
     """Its failure, when it has ended."""
     try:
-        await host.start()
+        await asyncio.wait_for(host.start(), _PATIENCE_S)
         await asyncio.wait_for(host.ended.wait(), _PATIENCE_S)
         return host.failure
     finally:
