@@ -14,6 +14,7 @@ import pytest
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Host, Settings
+from rcx_harness.serve.status import Status
 from serve_process import own_addresses, watching
 
 pytestmark = pytest.mark.skipif(
@@ -102,6 +103,7 @@ def test_a_killed_controller_takes_no_event() -> None:
     async def kill_and_ask() -> None:
         host = _host()
         await host.start()
+        assert host.status != Status(), "it has told how it is"
         try:
             await host.happen("link_down", {})
             assert host._process is not None
