@@ -303,6 +303,7 @@ def test_a_duration_has_its_range(
         assert main(_run(repository, tmp_path, f"{option}={text}")) == 2
         told = capsys.readouterr().err
         assert said in told or ("can be" in told and "ms" in told)
+        assert told.startswith("rcx: --for: ") == (option == "--for")
         assert len(told) < 300
 
 
