@@ -17,6 +17,7 @@ from pymodbus.constants import ExcCodes
 from modbus_plc import ModbusPlc
 from rcx_harness.bridge.core import Limits, State
 from rcx_harness.bridge.loop import Loop
+from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.bridge.run import BridgeOptions, Running
 from rcx_harness.cli import bridge as cli_bridge
 from rcx_harness.cli.app import main
@@ -237,13 +238,16 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+@pytest.mark.parametrize(("part", "work"), [(Loop, "turn"), (RobotLink, "keep")])
 def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
-    bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+    bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:
-    def fail(loop: object) -> None:
+    """Either thread: the one that exchanges, the one that keeps the robot's connection."""
+
+    def fail(worker: object) -> None:
         raise SystemExit  # a thread that ends without a traceback
 
-    monkeypatch.setattr(Loop, "turn", fail)
+    monkeypatch.setattr(part, work, fail)
     assert bridge() == 1
     assert "the exchange has ended by itself" in capsys.readouterr().err
 

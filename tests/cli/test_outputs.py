@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import resource
 import signal
 import subprocess
 import sys
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -96,6 +98,58 @@ def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> N
     assert (place.read_text(), place.stat().st_mode & 0o777) == ("new", 0o640)
     assert link.is_symlink()
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a", "link"]
+
+
+def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) -> None:
+    grows, whole = OutputFile(tmp_path / "a"), OutputFile(tmp_path / "b", whole=True)
+    assert [one.exists() for one in (tmp_path / "a", tmp_path / "b")] == [True, False]
+    for file in (grows, whole):
+        file.write("new")
+        file.close()
+        file.discard()  # too late
+    assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
+
+
+def test_what_fails_at_the_very_end_is_one_message_and_nothing_is_left(tmp_path: Path) -> None:
+    """A folder stands in its place by now; a network drive tells at the end that it is full."""
+    place = tmp_path / "a"
+    place.write_text("old")
+    file = OutputFile(place)
+    place.unlink()
+    place.mkdir()
+    with pytest.raises(InputError, match="a: cannot be written: Is a directory"):
+        file.close()
+    assert list(tmp_path.iterdir()) == [place]
+
+    class Full(BytesIO):
+        def close(self) -> None:
+            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+
+    other = tmp_path / "b"
+    file = OutputFile(other)
+    assert file._file is not None
+    file._file.close()
+    file._file = Full()
+    with pytest.raises(InputError, match="b: cannot be written: Disk quota exceeded"):
+        file.close()
+    assert list(tmp_path.iterdir()) == [place]
+
+
+def test_what_is_no_file_is_written_to_and_stays(tmp_path: Path) -> None:
+    """As `--trace /dev/stdout`; here a pipe."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        for end in ("close", "discard"):
+            file = OutputFile(pipe, whole=True)
+            file.write(end)
+            getattr(file, end)()
+            assert os.read(reader, 100) == end.encode()
+            assert pipe.is_fifo()
+    finally:
+        os.close(reader)
+    assert list(tmp_path.iterdir()) == [pipe]
 
 
 def test_of_several_files_none_takes_its_place_before_all_are_written(tmp_path: Path) -> None:
@@ -249,6 +303,7 @@ def test_a_duration_has_its_range(
         assert main(_run(repository, tmp_path, f"{option}={text}")) == 2
         told = capsys.readouterr().err
         assert said in told or ("can be" in told and "ms" in told)
+        assert told.startswith("rcx: --for: ") == (option == "--for")
         assert len(told) < 300
 
 
@@ -261,3 +316,32 @@ def test_a_library_without_the_block_is_named_not_the_program(
         said = capsys.readouterr().err
         assert f"--lib {tmp_path} does not declare it" in said
         assert "look at the spelling" not in said
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_what_no_library_has_is_the_programs_mistake(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    (tmp_path / "lib").mkdir()
+    program = tmp_path / "Mine.st"
+    program.write_text("PROGRAM Mine\nVAR\n  a : FB_Nonsense;\nEND_VAR\n  a();\nEND_PROGRAM\n")
+    for lib in ([], ["--lib", str(tmp_path / "lib")]):
+        assert main([command, str(program), *lib]) == 2
+        said = capsys.readouterr().err
+        assert "Mine.st:3" in said
+        assert "there is no type FB_Nonsense" in said
+        assert "--lib" not in said
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_library_that_is_no_folder_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    program = tmp_path / "Mine.st"
+    program.write_text("PROGRAM Mine\nVAR\n  a : FB_ReadArea;\nEND_VAR\n  a();\nEND_PROGRAM\n")
+    for lib in (program, tmp_path / "nope"):
+        assert main([command, str(program), "--lib", str(lib)]) == 2
+        said = capsys.readouterr().err
+        assert f"--lib {lib} is no folder; it is the folder of the library" in said
+        assert "Mine.st:" not in said
+        assert said.count("\n") == 1

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,6 +16,7 @@ from rcx_harness.cell.clock import Timing
 from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.cli.run import _timeout as default_timeout
+from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
 from rcx_harness.trace import read_trace
 
@@ -45,6 +47,34 @@ def test_a_run_without_a_violation_ends_with_0(run: Run, capsys: Captured) -> No
         "1 s on the builtin engine: 50 scans, 200 controller cycles, no remote commands, "
         "no violations\n"
     )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+@pytest.mark.parametrize("options", [(), ("--realtime",)])
+def test_a_network_whose_adapter_dies_ends_the_run_with_1_and_one_line(
+    run: Run, monkeypatch: pytest.MonkeyPatch, capsys: Captured, options: tuple[str, ...]
+) -> None:
+    made: list[Adapter] = []
+
+    class Recorded(Adapter):
+        def __init__(self, *args: Any, **kwargs: Any) -> None:
+            super().__init__(*args, **kwargs)
+            made.append(self)
+
+    def dying(cell: Cell, duration: Any) -> None:
+        if cell.now_us:
+            (adapter,) = made
+            assert adapter._process is not None
+            adapter._process.kill()
+        going_on(cell, duration)
+
+    going_on = Cell.run
+    monkeypatch.setattr(Cell, "run", dying)
+    monkeypatch.setattr("rcx_harness.enip.links.lockstep.Adapter", Recorded)
+    monkeypatch.setattr("rcx_harness.enip.links.class1.Adapter", Recorded)
+    assert run("--link", "enip", "--for", "60s", *options) == 1
+    told = "the process of the EtherNet/IP adapter has ended by itself (killed by SIGKILL)"
+    assert capsys.readouterr().err == f"rcx: {told}\n"
 
 
 def test_a_run_with_a_violation_ends_with_1_and_tells_it(

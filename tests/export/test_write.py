@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import resource
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ import pytest
 
 from rcx_harness.cell.build import st_files
 from rcx_harness.cli.app import main
+from rcx_harness.output.files import OutputFile
 
 Captured = pytest.CaptureFixture[str]
 
@@ -84,6 +86,23 @@ def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
     assert "cannot be written" in capsys.readouterr().err
     assert _texts(plc) == changed
     assert not (plc / "out/new").exists()
+
+
+def test_without_its_record_no_file_of_a_folder_is_written(
+    plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """A later export would take them for files of others; the disk is full with the last one."""
+    write = OutputFile.write
+
+    def full(file: OutputFile, data: str | bytes) -> None:
+        if file._path.name == _RECORD:
+            raise file._failed(OSError(errno.ENOSPC, "No space left on device"))
+        write(file, data)
+
+    monkeypatch.setattr(OutputFile, "write", full)
+    assert _export("twincat", "out") == 2
+    assert f"{_RECORD}: cannot be written: No space left on device" in capsys.readouterr().err
+    assert not (plc / "out").exists()
 
 
 def test_a_link_stays_a_link_and_the_rights_stay(plc: Path) -> None:

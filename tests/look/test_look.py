@@ -10,7 +10,7 @@ import pytest
 from rcx_harness.cli import scan as cli_scan
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
-from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.scanner import Received, Scanner
 from rcx_harness.enip.target.assemblies import Assemblies
@@ -112,7 +112,9 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert "listen only connection" in capsys.readouterr().out
 
         assert scan("--write", "SI06=1") == 2
-        assert "0x0106, another master owns the outputs" in capsys.readouterr().err
+        error = capsys.readouterr().err
+        assert "0x0106, another master owns the outputs" in error
+        assert error.endswith("; it has a master; without --write it is only read\n")
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
@@ -137,6 +139,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
         (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
+        (["--heartbeat", "77"], "heartbeat connection point is another; name it with --heartbeat"),
         (["--config-instance", "77"], "0x0129, there is no such configuration instance"),
         (["--config-instance", "77"], "or none; name it with --config-instance"),
         (["--config-instance", "1", "--config-data", "0102"], "give its data with --config-data"),
@@ -145,6 +148,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--size", "64"], "the areas cannot be 64 bytes long"),
         (["--write", "SO00=1"], "SO00"),
         (["--listen-only", "--write", "SI00=1"], "exclude each other"),
+        (["--from", "192.0.2.1"], "no connection to the EtherNet/IP adapter"),
     ],
 )
 def test_a_refusal_is_told_in_words(
@@ -190,6 +194,65 @@ def test_a_refused_interval_comes_with_one_to_try(
     assert refused.value.hint == hint
 
 
+@pytest.mark.parametrize("code", [0x109, 0x127, 0x128])
+@pytest.mark.parametrize(
+    ("size", "hint"),
+    [
+        (48, "try --size 256"),
+        (256, "try --size 48"),
+        (64, "its EDS file has the sizes; give them with --input-size and --output-size"),
+    ],
+)
+def test_a_refused_size_comes_with_what_to_try(
+    running: Adapter, monkeypatch: pytest.MonkeyPatch, code: int, size: int, hint: str
+) -> None:
+    """Source: CIP volume 1, chapter 3, 5.6, extended status 0x109, 0x127 and 0x128: a size."""
+
+    def refuse(scanner: Scanner) -> None:
+        raise CipError("Forward Open", 0x01, (code,))
+
+    monkeypatch.setattr(Scanner, "open", refuse)
+    host, port = running.address
+    with pytest.raises(InputError) as refused:
+        look(ScanOptions(host, Assemblies(size, size), port=port), lambda line: None)
+    assert refused.value.hint == hint
+
+
+def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[ScanOptions] = []
+
+    def note(options: ScanOptions, tell: Callable[[str], None]) -> bool:
+        asked.append(options)
+        return True
+
+    monkeypatch.setattr(cli_scan, "look", note)
+    sizes = ["--input-size", "64", "--output-size", "32"]
+    points = ["--input-instance", "101", "--output-instance", "102", "--heartbeat", "103"]
+    configuration = ["--config-instance", "104", "--config-data", "0a 0B"]
+    where = ["--port", "105", "--from", "127.0.0.6"]
+    times = ["--rpi", "7ms", "--for", "8s"]
+    assert main(["scan", "name", *sizes, *points, *configuration, *where, *times]) == 0
+    assert main(["scan", "name", "--size", "256", "--write", "SI00=1", "--write", "SI06=1"]) == 0
+    assert main(["scan", "name", "--listen-only"]) == 0
+    assert asked == [
+        ScanOptions(
+            "name",
+            Assemblies(64, 32, 101, 102, 103, 104, b"\x0a\x0b"),
+            rpi_us=7_000,
+            duration_us=8_000_000,
+            port=105,
+            address="127.0.0.6",
+        ),
+        ScanOptions(
+            "name",
+            Assemblies(256, 256),
+            kind=ConnectionKind.EXCLUSIVE_OWNER,
+            writes=["SI00=1", "SI06=1"],
+        ),
+        ScanOptions("name", kind=ConnectionKind.LISTEN_ONLY, writes=()),
+    ]
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -206,10 +269,15 @@ def test_a_refused_interval_comes_with_one_to_try(
             "--config-instance x is no instance; write it as 151, or none",
         ),
         (["--config-instance", "65536"], "65536 is no instance of an assembly"),
+        (["--config-instance", "9" * 5_000], f"--config-instance {'9' * 40} is no instance; write"),
         (["--config-data", "01"], "configuration data need the instance that they are for"),
         (
             ["--config-instance", "1", "--config-data", "01"],
             "configuration data are an even number",
+        ),
+        (
+            ["--config-instance", "1", "--config-data", "00" * 512],
+            "configuration data are an even number of bytes, at most 510",
         ),
         (["--config-instance", "1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
         (["--from", "here"], "--from 'here' is no IPv4 address; write it as 192.168.0.10"),
@@ -281,6 +349,43 @@ def test_bytes_of_another_size_are_written_by_their_number(
     assert other.read_to_robot() == b"\x12" + bytes(598) + b"\xff"
     assert main(["scan", host, "--port", str(port), *sizes, "--write", "600=1"]) == 2
     assert "600 is none of the 600 bytes; write 3=0x12" in capsys.readouterr().err
+
+
+def test_changes_of_an_adapter_of_another_size_are_told_by_their_bytes(other: Adapter) -> None:
+    told: list[str] = []
+
+    def tell(line: str) -> None:
+        told.append(line)
+        if line.startswith("changes in the next"):
+            other.write_to_master(bytes([0x12, 0x35]) + bytes(597) + b"\xfe")
+        elif " s  " in line and line.endswith("0xFE"):
+            raise KeyboardInterrupt  # enough seen
+        elif " s  " in line:
+            assert line.endswith("byte 1 = 0x35")
+
+    host, port = other.address
+    assert look(ScanOptions(host, Assemblies(600, 600), duration_us=60_000_000, port=port), tell)
+    assert any(line.endswith(" s  byte 599 = 0xFE") for line in told)
+
+
+def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
+    running: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is connected to 100 and 150 here, as another adapter would let it be to 101 and 151."""
+    open_ = Scanner.open
+
+    def opening(scanner: Scanner) -> None:
+        scanner._asked = Assemblies()
+        open_(scanner)
+
+    monkeypatch.setattr(Scanner, "open", opening)
+    told: list[str] = []
+    host, port = running.address
+    asked = Assemblies(48, 48, 101, 151)
+    assert look(ScanOptions(host, asked, duration_us=0, port=port), told.append)
+    assert "robot to master (assembly 101, the area from m)" in told
+    at = told.index("master to robot (assembly 151, the area from n)")
+    assert told[at + 1] == "  cannot be read"
 
 
 def test_changed_bytes_are_told_by_their_number() -> None:

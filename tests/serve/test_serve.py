@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ import pytest
 from rcx_harness.cli.app import main
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.serve.host import Settings
+from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.run import serve, warnings
 from rcx_harness.serve.terminal import Lines
 from serve_process import ServeProcess, own_addresses, watching
@@ -147,6 +148,21 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     assert code == 0
     assert said.startswith("rcx: warning: 0.0.0.0 can be reached from the network: ")
     assert said.count("\n") == 1
+
+
+def test_the_warning_comes_also_where_it_is_told_to_end_at_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Others could reach it from its first open port on."""
+
+    async def started(hosts: Sequence[Host], stop: asyncio.Event) -> None:
+        stop.set()
+
+    monkeypatch.setattr("rcx_harness.serve.run._start", started)
+    assert asyncio.run(serve([Settings(host="0.0.0.0")], None, quiet=False)) == 0
+    said = capsys.readouterr()
+    assert said.err.startswith("rcx: warning: 0.0.0.0 can be reached from the network: ")
+    assert said.out == ""
 
 
 @pytest.mark.parametrize("quiet", [False, True])

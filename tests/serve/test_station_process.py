@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import queue
+import sys
+
+import pytest
 
 from rcx_harness.robot import Controller
 from rcx_harness.serve.station import Station
 from rcx_harness.serve.station_process import REPORT_CYCLES, Channel, run
 from served import NetworkInMemory
+
+#: Longest wait for anything [s].
+_PATIENCE_S = 60
 
 
 class Time:
@@ -97,3 +105,31 @@ def test_events_of_the_parent_happen_and_are_answered_by_their_number() -> None:
     reports = [one for one in told if "answer" not in one]
     assert reports[0]["alarms"][0].startswith("12.762")
     assert reports[0]["link_cut"]
+
+
+def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Alone, also where nothing is to be told; what it said before still counts."""
+    monkeypatch.setattr(sys, "stdin", io.StringIO('{"event": "link_down"}\n'))
+    channel = Channel()
+    channel.start()
+    assert channel.ended.wait(_PATIENCE_S)
+    assert channel.take() == {"event": "link_down"}
+
+
+def test_a_parent_that_hears_no_more_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Alone, also where its other pipe is still open."""
+
+    class Broken(io.StringIO):
+        def write(self, text: str) -> int:
+            raise BrokenPipeError
+
+    reader, writer = os.pipe()
+    with os.fdopen(reader) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        monkeypatch.setattr(sys, "stdout", Broken())
+        channel = Channel()
+        channel.start()
+        channel.tell("{}")
+        heard = channel.ended.wait(_PATIENCE_S)
+        os.close(writer)
+        assert heard

@@ -12,15 +12,15 @@ from typing import Any
 
 import pytest
 
-from pin_reading import Pins, every_block, every_enumeration
+from pin_reading import PinRow, Pins, every_block, every_enumeration
 from plc_bench import LIBRARY
 from rcx_harness import spec
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.spec import load_toml
-from rcx_harness.spec.telegram import Command, Field
+from rcx_harness.spec.telegram import WORDS, Command, Field
 from rcx_tools.library.tables import library
-from second_reading import FOLDER
+from second_reading import FOLDER, every_reading
 
 FILES = {file.stem: file for file in LIBRARY}
 ENUMERATIONS = every_enumeration()
@@ -107,6 +107,78 @@ def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> 
         if inputs.get(pin) != default
     ]
     assert not wrong, f"{block}:\n  " + "\n  ".join(wrong)
+
+
+@every_block_of_the_reading
+def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block: Pins) -> None:
+    """Both ends are legal, the numbers beside them are not; of an array they number its elements.
+
+    Source: remote command guide 4.2 to 4.9, legend of each command's table.
+    """
+    text = FILES[block.name].read_text(encoding="utf-8")
+    _, _, pins = text.partition("VAR_INPUT")
+    wrong: list[str] = []
+    for pin, said in re.findall(r"^    (\w+) +: [^(]* \(\* (.*) \*\)$", pins, re.MULTILINE):
+        rows = [one for one in (*block.inputs, *block.outputs) if one.pin == pin]
+        spans = [(_number(low), _number(high)) for low, high in _SPAN.findall(said)]
+        if pin in _ELSEWHERE and spans:
+            wrong += [] if spans == [_ELSEWHERE[pin]] else [f"{pin}: {said}"]
+        elif spans and not (rows and rows[0].members):
+            assert rows, f"{block}: {pin} is not in the reading"
+            zero = "; 0 = " in said or "; 0 for " in said
+            right = all(_is_span(block, rows[0], *span, zero=zero) for span in spans)
+            wrong += [] if right else [f"{pin}: {said}"]
+    assert not wrong, f"{block}:\n  " + "\n  ".join(wrong)
+
+
+#: Robots 1 to 4 (guide 1.1); of the patterns of a rotation three have a meaning (4.2.1 and 4.3.1).
+_ELSEWHERE = {"RobotNumber": (1, 4), "Arm1": (-1, 1), "Arm2": (-1, 1)}
+#: `1 to 16`, `16#00 to 16#FF`
+_SPAN = re.compile(r"(?<![\w.])(16#[0-9A-F]+|-?\d+) to (16#[0-9A-F]+|-?\d+)(?![.\d])")
+
+
+def _number(text: str) -> int:
+    return int(text.removeprefix("16#"), 16 if text.startswith("16#") else 10)
+
+
+def _is_span(block: Pins, row: PinRow, low: int, high: int, *, zero: bool) -> bool:
+    """Whether the section has this range; with `zero`, the comment says what 0 is besides."""
+    if len(row.places) > 1:
+        return high - low + 1 == len(row.places)
+    return all(_is_legal(block, row, one) for one in (low, high)) and not any(
+        _is_legal(block, row, one) for one in (low - 1, high + 1) if one or not zero
+    )
+
+
+def _is_legal(block: Pins, row: PinRow, number: int) -> bool:
+    (part,) = row.places
+    raw = [0] * WORDS
+    try:
+        row.write(raw, number)
+    except ValueError:  # no digits of a BCD
+        return False
+    fits = number <= part.width if row.how == "bit" else number < 1 << part.width
+    if not fits or (row.how == "pattern" and number < 0):
+        return False
+    for code in block.codes.values():
+        reading = every_reading()[code]
+        for entry in (*reading.request, *reading.response):
+            if part in entry.places:
+                sets = [legal for _, _, legal in entry.conditions] or [entry.legal]
+                return any(one.holds(part.read(raw)) for one in sets)
+    raise AssertionError(f"{block}: {row} is no row of the section")
+
+
+@pytest.mark.parametrize("block", ["FB_WriteIoPort", "FB_WriteIoPortBit", "FB_ReadIoPort"])
+def test_the_ports_in_the_head_of_a_block_are_those_of_the_section(block: str) -> None:
+    """Source: remote command guide 4.5.1 and 4.5.2, legend of the port numbers."""
+    head = FILES[block].read_text(encoding="utf-8").partition("*)")[0]
+    ports = {
+        "FB_WriteIoPort": "DO, MO and SO: 2 to 7, 10 to 17, 20 to 27; LO: 0, 1; TO: 0.",
+        "FB_WriteIoPortBit": "DO, MO and SO: 2 to 7, 10 to 17, 20 to 27; LO: 0, 1; TO: 0.",
+        "FB_ReadIoPort": "DI, DO, MO, SI and SO: 0 to 7, 10 to 17, 20 to 27; LO: 0, 1; TO: 0.",
+    }
+    assert ports[block] in " ".join(head.replace("*", " ").split())
 
 
 def _default(initial: object, kind: str) -> str:

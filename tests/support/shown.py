@@ -10,12 +10,13 @@ __all__ = ["differences", "hexadecimal_comparison", "written"]
 
 #: Words in a telegram: code or status, and fifteen more.
 _TELEGRAM = 16
-_IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory")
+_IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory", "Applied", "holder")
 
 
 def written(one: Value, name: str = "") -> str:
     """A value as the manual and docs/errors.md write it: words in 16#."""
-    return f"16#{one:04X}" if name in _IN_16 or (_is_word(one) and one > 0xFF) else repr(one)
+    is_word = name in _IN_16 or name.startswith("word ")
+    return f"16#{one:04X}" if is_word or (_is_word(one) and one > 0xFF) else repr(one)
 
 
 def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[Value]) -> str:

@@ -75,6 +75,7 @@ class Host:
         self.failure = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
+        self._heard = asyncio.Event()  # its first report, or its end
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[str]] = {}
 
@@ -108,10 +109,8 @@ class Host:
             await self.close()
             raise InputError(first["error"])
         self.size = first["size"]
-        status = await self._read_line()
-        if status is not None:
-            self.take(Status.from_table(status))
         self._reader = asyncio.create_task(self._read())
+        await self._heard.wait()
 
     async def happen(self, event: str, args: Mapping[str, int]) -> None:
         """Let something happen to the controller.
@@ -164,12 +163,14 @@ class Host:
                     self.failure = message["died"]
                 else:
                     self.take(Status.from_table(message))
+                    self._heard.set()
             how = how_ended(await self._process.wait())
             self.failure = self.failure or f"its process has ended by itself ({how})"
         except (ValueError, TypeError, LookupError) as error:  # a line too long, or not of ours
             self.failure = f"its process says what nobody understands ({error})"
         finally:
             self.ended.set()
+            self._heard.set()
 
     def take(self, status: Status) -> None:
         """Take what the controller tells."""

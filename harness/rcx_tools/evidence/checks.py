@@ -56,9 +56,8 @@ class Check:
     @property
     def sources(self) -> tuple[str, ...]:
         """Everything that it depends on."""
-        own = (
-            f"harness/{room}/{self.name}" for room in ("rcx_harness/verify", "rcx_tools/evidence")
-        )
+        rooms = ("harness/rcx_harness/verify", "harness/rcx_tools/evidence")
+        own = (f"{room}/{self.name}" for room in rooms if any((ROOT / room).glob(f"{self.name}*")))
         shared = (f"harness/rcx_tools/evidence/{name}.py" for name in ("broken", "results"))
         return (*_BASE, *own, *shared, *self.inputs)
 

@@ -1,0 +1,54 @@
+"""Durations, as people, ST and Python write them."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_harness.units import parse_us
+
+_YEAR_US = 365 * 24 * 3600 * 1_000_000
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("10ms", 10_000),
+        ("1.5s", 1_500_000),
+        ("T#1s500ms", 1_500_000),
+        ("time#1m_30s", 90_000_000),
+        (" 2h ", 7_200_000_000),
+        ("7us", 7),
+        ("0s", 0),
+        ("365d", _YEAR_US),
+        (5, 5),
+        (_YEAR_US, _YEAR_US),
+        (timedelta(milliseconds=20), 20_000),
+    ],
+)
+def test_a_duration_is_whole_microseconds(given: str | int | timedelta, expected: int) -> None:
+    assert parse_us(given) == expected
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("", "not a duration: ''; write it as 10ms, 1.5s or 1m30s"),
+        ("5", "not a duration: '5'; write it"),
+        ("1s2", "not a duration: '1s2'; write it"),
+        ("s" * 50, f"not a duration: '{'s' * 40}...'; write it"),
+        ("9" * 21 + "s", f"not a duration: {'9' * 21}s...; it can be 0s to 365d"),
+        ("0.5us", "a duration in whole microseconds is expected, not '0.5us'"),
+        ("364d25h", "'364d25h' is too long for a duration; it can be 0s to 365d"),
+        (_YEAR_US + 1, "a duration is too long; it can be 0s to 365d"),
+        (timedelta(days=366), "a duration is too long; it can be 0s to 365d"),
+        (-1, "a duration cannot be negative: -1 us"),
+        (timedelta(seconds=-1), "a duration cannot be negative: -1000000 us"),
+    ],
+)
+def test_anything_else_is_one_message(given: str | int | timedelta, message: str) -> None:
+    with pytest.raises(InputError) as refused:
+        parse_us(given)
+    assert str(refused.value).startswith(message)
