@@ -99,59 +99,11 @@ def test_a_completion_from_before_that_stays_on_counts_after_confirm() -> None:
     assert plc.scan_until(lambda: plc["Origin.Done"] is True) == 32
 
 
-@pytest.mark.parametrize(
-    ("output", "error"),
-    [
-        ({"SO01": False}, 0x8002),
-        ({"SO00": True}, 0x8003),
-        ({"SO03": True}, 0x8004),
-        ({"SO02": False}, 0x800C),
-        ({"SO13": True}, 0x8008),
-    ],
-)
-def test_refused_without_its_conditions_and_nothing_goes_out(
-    output: dict[str, bool], error: int
-) -> None:
-    """Source: manual chapter 5, 2; servos on and no program are assumed."""
-    plc = servo_on()
-    plc.outputs(**output)
-    plc["Origin.Execute"] = True
-    plc.scan(2)
-    assert plc["Origin.ErrorID"] == error
-    plc.scan(20)
-    assert plc.inputs == ["SI00", "SI06"]
-
-
-@pytest.mark.parametrize(("pin", "error"), [("EmergencyStopOk", 0x8003), ("StopOk", 0x8007)])
-def test_refused_while_the_application_keeps_a_safety_input_off(pin: str, error: int) -> None:
-    """Source: manual chapter 5, 2, SI(00) and SI(06)."""
-    plc = servo_on()
-    plc[pin] = False
-    plc.scan(20)
-    plc["Origin.Execute"] = True
-    plc.scan(2)
-    assert plc["Origin.ErrorID"] == error
-
-
 def _moving() -> PlcBench:
     plc = servo_on()
     plc["Origin.Execute"] = True
     plc.scan(5)
     return plc
-
-
-@pytest.mark.parametrize(
-    ("output", "error"),
-    [({"SO00": True}, 0x8003), ({"SO03": True}, 0x8004), ({"SO02": False}, 0x800C)],
-)
-def test_a_condition_that_is_lost_on_the_way_ends_it(output: dict[str, bool], error: int) -> None:
-    """Source: manual chapter 5, 3.1, shift to emergency stop."""
-    plc = _moving()
-    plc.outputs(**output)
-    plc.scan()
-    assert plc["Origin.ErrorID"] == error
-    plc.scan(12)
-    assert plc.inputs == ["SI00", "SI06"]
 
 
 def test_a_program_stop_ends_it() -> None:
@@ -161,23 +113,6 @@ def test_a_program_stop_ends_it() -> None:
     assert plc["Origin.ErrorID"] == 0x8007
     plc.scan(12)
     assert plc.inputs == ["SI00"]
-
-
-def test_a_lost_link_ends_it() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = _moving()
-    plc["Connected"] = False
-    plc.scan()
-    assert plc["Origin.ErrorID"] == 0x8001
-
-
-def test_a_return_that_does_not_end_is_given_up_at_the_time_limit() -> None:
-    plc = servo_on()
-    plc["Origin.Timeout"] = "T#300ms"
-    plc["Origin.Execute"] = True
-    plc.scan(31)
-    assert plc["Origin.ErrorID"] == 0x8010
-    assert plc.inputs == ["SI00", "SI06"]
 
 
 def test_a_program_that_runs_once_the_input_is_out_is_no_refusal() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from plc_bench import PlcBench
 
 
@@ -51,41 +49,6 @@ def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kep
     assert plc.scan_until(lambda: "SI01" not in plc.inputs) == 11
 
 
-@pytest.mark.parametrize(
-    ("output", "error"),
-    [
-        ({"SO01": False}, 0x8002),
-        ({"SO00": True}, 0x8003),
-        ({"SO03": True}, 0x8004),
-        ({"SO04": False}, 0x8005),
-    ],
-)
-def test_refused_without_its_conditions_and_nothing_goes_out(
-    output: dict[str, bool], error: int
-) -> None:
-    """Source: manual chapter 5, 2, SI(01) and SO(04); 3.1, from emergency stop status."""
-    plc = _plc()
-    plc.outputs(**output)
-    plc["ServoOn.Execute"] = True
-    plc.scan()
-    assert plc["ServoOn.Busy"]
-    assert plc.inputs == ["SI00", "SI06"]
-    plc.scan()
-    assert plc["ServoOn.ErrorID"] == error
-    plc.scan(30)
-    assert plc.inputs == ["SI00", "SI06"]
-
-
-def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> None:
-    """Source: manual chapter 5, 2, SI(01): SI(00) must be ON."""
-    plc = _plc()
-    plc["EmergencyStopOk"] = False
-    plc["ServoOn.Execute"] = True
-    plc.scan(20)
-    assert plc["ServoOn.ErrorID"] == 0x8003
-    assert plc.inputs == ["SI06"]
-
-
 def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
     """SI(00) goes ON only after the interval, and the controller answers later still.
 
@@ -100,32 +63,6 @@ def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
     plc.outputs(SO00=False)
     plc.scan_until(lambda: "SI01" in plc.inputs)
     assert plc["ServoOn.Active"]
-
-
-@pytest.mark.parametrize(("output", "error"), [({"SO00": True}, 0x8003), ({"SO03": True}, 0x8004)])
-def test_emergency_stop_or_alarm_on_the_way_ends_it_and_the_input_is_taken_back(
-    output: dict[str, bool], error: int
-) -> None:
-    """Source: manual chapter 5, 3.1, shift to emergency stop."""
-    plc = _plc()
-    plc["ServoOn.Execute"] = True
-    plc.scan(5)
-    plc.outputs(**output)
-    plc.scan()
-    assert plc["ServoOn.ErrorID"] == error
-    plc.scan(12)
-    assert "SI01" not in plc.inputs
-
-
-def test_a_missing_answer_ends_at_the_time_limit_and_the_input_is_taken_back() -> None:
-    plc = _plc()
-    plc["ServoOn.Timeout"] = "T#1s"
-    plc["ServoOn.Execute"] = True
-    plc.scan(100)
-    assert plc["ServoOn.Busy"]
-    plc.scan()
-    assert plc["ServoOn.ErrorID"] == 0x8010
-    assert plc.inputs == ["SI00", "SI06"]
 
 
 def test_a_second_servo_on_makes_an_edge_of_its_own() -> None:

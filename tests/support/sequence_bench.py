@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["in_emergency_stop", "pins", "sequences", "servo_on"]
+__all__ = ["in_emergency_stop", "pins", "program_stopped", "sequences", "servo_on"]
 
 
 def sequences() -> PlcBench:
@@ -33,6 +33,18 @@ def in_emergency_stop() -> PlcBench:
     plc["EmergencyStop.Execute"] = False
     plc.scan(30)
     assert plc.inputs == ["SI06"]
+    return plc
+
+
+def program_stopped() -> PlcBench:
+    """FB_ProgramStop holds SI(06) OFF, its Execute has fallen."""
+    plc = servo_on()
+    plc.outputs(SO14=False)
+    plc["ProgramStop.Execute"] = True
+    plc.scan(20)
+    plc["ProgramStop.Execute"] = False
+    plc.scan(20)
+    assert plc.inputs == ["SI00"]
     return plc
 
 

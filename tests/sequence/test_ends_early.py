@@ -1,0 +1,143 @@
+"""What ends a sequence block before its answer: conditions, the link, the time limit.
+
+The test plays the controller. Source: manual chapter 5, 2 and 3; the link: chapter 1, 5.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import pytest
+
+from plc_bench import PlcBench
+from sequence_bench import pins, program_stopped, servo_on
+
+
+def _up(**outputs: bool) -> Callable[[], PlcBench]:
+    """Power is up; then these outputs of the controller."""
+
+    def bench() -> PlcBench:
+        plc = PlcBench()
+        plc.power_up()
+        plc.outputs(**outputs)
+        return plc
+
+    return bench
+
+
+class Block(NamedTuple):
+    """A block that can do its work at once, and the input that it sets."""
+
+    ready: Callable[[], PlcBench]
+    signal: str
+
+
+_BLOCKS = {
+    "AlarmReset": Block(_up(SO03=True), "SI16"),
+    "AutoStart": Block(_up(SO02=True, SO14=True), "SI12"),
+    "ProgramReset": Block(_up(), "SI15"),
+    "ServoOn": Block(_up(), "SI01"),
+    "Origin": Block(servo_on, "SI14"),
+    "Resume": Block(program_stopped, "SI12"),
+}
+_ERRORS = {
+    "Connected=0": 0x8001,
+    "SO01=0": 0x8002,
+    "SO00=1": 0x8003,
+    "EmergencyStopOk=0": 0x8003,
+    "SO03=1": 0x8004,
+    "SO04=0": 0x8005,
+    "SO10=0": 0x8006,
+    "StopOk=0": 0x8007,
+    "SO13=1": 0x8008,
+    "SO02=0": 0x800C,
+}
+#: What the application and the link can refuse.
+_PINS = "EmergencyStopOk=0 StopOk=0 Connected=0"
+
+
+def _rows(table: dict[str, str]) -> list[tuple[str, str]]:
+    return [(block, cause) for block, causes in table.items() for cause in causes.split()]
+
+
+def _cause(plc: PlcBench, cause: str) -> None:
+    """`SO00=1`: an output of the controller; `StopOk=0`: a pin of the area blocks."""
+    name, _, value = cause.partition("=")
+    if name.startswith("SO"):
+        plc.outputs(**{name: value == "1"})
+    else:
+        plc[name] = value == "1"
+
+
+@pytest.mark.parametrize(
+    ("block", "cause"),
+    _rows(
+        {
+            "AlarmReset": "SO00=1 EmergencyStopOk=0 Connected=0",
+            "AutoStart": f"SO01=0 SO00=1 SO03=1 SO10=0 SO13=1 {_PINS}",
+            "ProgramReset": "SO01=0 SO10=0 Connected=0",
+            "ServoOn": "SO01=0 SO00=1 SO03=1 SO04=0 EmergencyStopOk=0 Connected=0",
+            "Origin": f"SO01=0 SO00=1 SO03=1 SO02=0 SO13=1 {_PINS}",
+            "Resume": "SO01=0 SO00=1 SO03=1 SO10=0 StopOk=0 Connected=0",
+        }
+    ),
+)
+def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: str) -> None:
+    """In the next scan; a continuation gives the stop input back first, and waits for the answer.
+
+    That a return to origin needs servos and no program is assumed.
+    """
+    plc = _BLOCKS[block].ready()
+    _cause(plc, cause)
+    plc.scan(20)
+    allowed = [plc.inputs, ["SI00", "SI06"]] if block == "Resume" else [plc.inputs]
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    assert plc[f"{block}.Busy"]
+    assert plc.inputs in allowed
+    plc.scan(19 if block == "Resume" else 1)
+    assert plc[f"{block}.ErrorID"] == _ERRORS[cause]
+    plc.scan(30)
+    assert plc.inputs in allowed
+
+
+@pytest.mark.parametrize(
+    ("block", "cause"),
+    _rows(
+        {
+            "AutoStart": "SO00=1 SO03=1 SO10=0 Connected=0",
+            "ProgramReset": "SO10=0 Connected=0",
+            "ServoOn": "SO00=1 SO03=1 Connected=0",
+            "Origin": "SO00=1 SO03=1 SO02=0 Connected=0",
+        }
+    ),
+)
+def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> None:
+    """The input is taken back."""
+    ready, signal = _BLOCKS[block]
+    plc = ready()
+    plc[f"{block}.Execute"] = True
+    plc.scan(5)
+    assert plc.inputs == sorted(["SI00", "SI06", signal])
+    _cause(plc, cause)
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == _ERRORS[cause]
+    plc.scan(12)
+    assert plc.inputs == ([] if cause == "Connected=0" else ["SI00", "SI06"])
+
+
+@pytest.mark.parametrize("block", _BLOCKS)
+def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(
+    block: str,
+) -> None:
+    """An alarm that stays, for one, needs a power restart: chapter 5, 2, SI(16)."""
+    plc = _BLOCKS[block].ready()
+    plc[f"{block}.Timeout"] = "T#300ms"
+    plc[f"{block}.Execute"] = True
+    plc.scan(30)
+    assert pins(plc, block) == "Busy Active"
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == 0x8010
+    plc.scan(12)
+    assert plc.inputs == ["SI00", "SI06"]
