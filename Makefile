@@ -76,7 +76,7 @@ clean:
 $(READY): pyproject.toml requirements/build.txt requirements/dev.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 	  { echo "Python 3.10 or newer is needed: make $(MAKECMDGOALS) PYTHON=/path/to/python3.12"; exit 2; }
-	@echo "Setting up .venv (once; about a minute) ..."
+	@echo "Setting up .venv (once; a minute or two) ..."
 	@$(PYTHON) -m venv .venv || \
 	  { echo "Python's venv module is needed (Debian and Ubuntu: python3-venv)"; exit 2; }
 	@$(BIN)/python $(PIP) --require-hashes -r requirements/build.txt
