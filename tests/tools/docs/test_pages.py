@@ -12,7 +12,8 @@ from rcx_tools.docs import pages as docs
 
 _ROOT = Path(docs.__file__).resolve().parents[3]
 _WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}
-_BY_HAND = ["README.md", "plc/examples/README.md", *sorted(_WRITTEN - set(docs.pages()))]
+_FRONT = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
+_BY_HAND = [*_FRONT, *sorted(_WRITTEN - set(docs.pages()))]
 
 
 @pytest.mark.parametrize("path", docs.pages())
@@ -27,7 +28,7 @@ def _links(page: str) -> list[tuple[str, str]]:
     return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
 
 
-@pytest.mark.parametrize("page", ["README.md", "plc/examples/README.md", *docs.pages()])
+@pytest.mark.parametrize("page", docs.pages())
 def test_every_link_of_a_page_leads_to_a_file(page: str) -> None:
     for target, _ in _links(page):
         assert ((_ROOT / page).parent / target).exists(), target
