@@ -51,6 +51,26 @@ def test_every_page_is_in_the_readmes_list() -> None:
     assert not pages - listed
 
 
+def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
+    """A block's page is among them, with its section of the manual."""
+    ways = [_ROOT / target for target, _ in _links("README.md") if target.endswith(".md")]
+    reached = {
+        (page.parent / target).resolve()
+        for page in ways
+        for target, _ in _links(page.relative_to(_ROOT).as_posix())
+    }
+    for head in docs.headers():
+        page = [_ROOT / f"docs/blocks/{head.name}.md"] if head.name.startswith("FB_") else []
+        wanted = {head.file, *(_ROOT / test for test in head.tests), *page}
+        assert not wanted - reached, head.name
+    assert {_ROOT / "harness/rcx_harness/robot", _ROOT / "spec/rules.toml"} <= reached
+
+
+def test_the_changelog_begins_with_the_version_of_the_package() -> None:
+    headings = re.findall(r"^## (.+)$", (_ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    assert headings[0].split()[0] == metadata.version("rcx-harness")
+
+
 @pytest.mark.parametrize("page", _BY_HAND)
 def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
     """The package is on no index: `pip install` takes the file that `pip wheel` has written."""
