@@ -11,20 +11,20 @@ __all__ = ["PLAN", "against", "arrows", "drawn", "rooms", "rooms_svg"]
 
 _PACKAGE = Path(__file__).resolve().parents[2] / "rcx_harness"
 
-#: Row by row, with the column of each: a room imports rooms below it, or to the right of it.
+#: Row by row, with the column of each: a room imports rooms below it, or to the right of it. The
+#: last row is the ground that any room may stand on.
 PLAN: tuple[Mapping[str, float], ...] = (
-    {"cli": 2.5},
-    {"testing": 0, "new": 1, "bridge": 2, "export": 3, "serve": 4, "look": 5},
+    {"cli": 3.5},
+    {"new": 1, "testing": 2, "export": 3, "bridge": 4, "serve": 5, "look": 6},
     {"verify": 0},
-    {"cell": 3},
-    {"trace": 1, "watch": 2},
-    {"engine": 1.5, "robot": 3, "enip": 5},
-    {"spec": 3},
-    {"output": 0, "units": 3},
-    {"errors": 1.5},
+    {"cell": 2.5},
+    {"trace": 1.5},
+    {"watch": 1.5},
+    {"engine": 0.8, "robot": 2.2, "enip": 4.5},
+    {"spec": 1.5, "output": 2.5, "units": 3.5, "errors": 4.5},
 )
 
-_COLUMN, _ROW, _WIDTH, _HEIGHT, _EDGE = 118, 74, 88, 30, 16
+_COLUMN, _ROW, _WIDTH, _HEIGHT, _EDGE = 108, 78, 84, 30, 16
 
 
 def rooms() -> set[str]:
@@ -94,18 +94,21 @@ def rooms_svg() -> str:
         for row, line in enumerate(PLAN)
         for name, column in line.items()
     }
-    body = [_arrow(places[upper], places[lower]) for upper, lower in drawn(arrows())]
+    upper = {name: below - set(PLAN[-1]) for name, below in arrows().items()}
+    body = [_arrow(places[name], places[below]) for name, below in drawn(upper)]
+    ground = _EDGE + (len(PLAN) - 1) * _ROW - 10
+    body.append(f'<path class="g" d="M{_EDGE} {ground}H{_EDGE + 6 * _COLUMN + _WIDTH}"/>')
     for name, (x, y) in places.items():
         body.append(f'<rect class="b" x="{x}" y="{y}" width="{_WIDTH}" height="{_HEIGHT}" rx="4"/>')
         body.append(f'<text x="{x + _WIDTH // 2}" y="{y + 20}">{name}</text>')
-    width = 2 * _EDGE + 5 * _COLUMN + _WIDTH
+    width = 2 * _EDGE + 6 * _COLUMN + _WIDTH
     height = 2 * _EDGE + (len(PLAN) - 1) * _ROW + _HEIGHT
     size = f'width="{width}" height="{height}"'
     head = [
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
         "<title>The rooms of rcx_harness and what each imports</title>",
         "<style>text{font:13px sans-serif;text-anchor:middle}.b{fill:#eef3f8;stroke:#456}"
-        ".a{fill:none;stroke:#789}</style>",
+        ".a{fill:none;stroke:#789}.g{stroke:#789;stroke-dasharray:5 4}</style>",
         '<defs><marker id="t" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '
         'markerHeight="8" orient="auto"><path d="M0 0L8 4L0 8z" fill="#789"/></marker></defs>',
         f'<rect {size} fill="#fff"/>',
@@ -114,12 +117,10 @@ def rooms_svg() -> str:
 
 
 def _arrow(upper: tuple[int, int], lower: tuple[int, int]) -> str:
-    """A line from the lower edge of a box to the upper edge of another, or beside it."""
+    """A line from the lower edge of a box to the upper edge of another."""
     (x, y), (to_x, to_y) = upper, lower
-    if y == to_y:
-        path = f"M{x + _WIDTH} {y + _HEIGHT // 2}H{to_x}"
-    else:
-        x, to_x, y = x + _WIDTH // 2, to_x + _WIDTH // 2, y + _HEIGHT
-        bend = (to_y - y) // 2
-        path = f"M{x} {y}C{x} {y + bend} {to_x} {to_y - bend} {to_x} {to_y}"
+    x, to_x, y = x + _WIDTH // 2, to_x + _WIDTH // 2, y + _HEIGHT
+    bend = to_y - (_ROW - _HEIGHT)  # straight down to there, past the rows between
+    middle = (bend + to_y) // 2
+    path = f"M{x} {y}V{bend}C{x} {middle} {to_x} {middle} {to_x} {to_y}"
     return f'<path class="a" marker-end="url(#t)" d="{path}"/>'
