@@ -6,7 +6,10 @@
 # make docs   write the generated pages and the README's output blocks anew
 # make verification   run every check below whose sources have changed; write docs/verification.md
 #   contract, coverage, mutants, explore, campaign, metamorphic: one check; MORE="..." goes to it
-# Each does its own set-up in .venv. It takes PYTHON=... where python3 is older than 3.10.
+# make newest run all tests with the newest versions of what is needed, in out/newest
+# make lock   write requirements/ anew, after a change of pyproject.toml; MORE=--upgrade: newest
+# Each does its own set-up in .venv, from the versions that requirements/ locks by their hashes.
+# It takes PYTHON=... where python3 is older than 3.10.
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -15,7 +18,11 @@ DEMO := plc/examples/01_power_up
 
 CHECKS := contract coverage mutants explore campaign metamorphic
 
-.PHONY: demo test fuzz bench lint docs clean verification $(CHECKS)
+PIP := -m pip install --quiet --disable-pip-version-check
+COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+  --custom-compile-command "make lock" $(MORE)
+
+.PHONY: demo test fuzz bench lint docs newest lock clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
@@ -50,14 +57,29 @@ verification: $(READY)
 $(CHECKS): $(READY)
 	@$(BIN)/python -m rcx_tools.evidence.report --only $@ $(MORE)
 
+newest: $(READY)
+	@$(PYTHON) -m venv --clear out/newest
+	@out/newest/bin/python $(PIP) --upgrade pip
+	@out/newest/bin/python $(PIP) -e '.[dev]'
+	@out/newest/bin/python -m pip list
+	@out/newest/bin/python -m pytest -n auto --dist worksteal $(MORE)
+
+lock:
+	@$(PYTHON) -m venv --clear out/lock
+	@out/lock/bin/python $(PIP) uv
+	@$(COMPILE) --extra dev pyproject.toml requirements/build.in -o requirements/dev.txt
+	@$(COMPILE) requirements/build.in -c requirements/dev.txt -o requirements/build.txt
+
 clean:
 	rm -rf .venv out
 
-$(READY): pyproject.toml
+$(READY): pyproject.toml requirements/build.txt requirements/dev.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 	  { echo "Python 3.10 or newer is needed: make $(MAKECMDGOALS) PYTHON=/path/to/python3.12"; exit 2; }
-	@echo "Setting up .venv (once; about a minute) ..."
+	@echo "Setting up .venv (once; a minute or two) ..."
 	@$(PYTHON) -m venv .venv || \
 	  { echo "Python's venv module is needed (Debian and Ubuntu: python3-venv)"; exit 2; }
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/python $(PIP) --require-hashes -r requirements/build.txt
+	@$(BIN)/python $(PIP) --require-hashes --no-build-isolation -r requirements/dev.txt
+	@$(BIN)/python $(PIP) --no-build-isolation --no-deps -e .
 	@touch $@

@@ -23,6 +23,7 @@ from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
 from rcx_tools.docs.processes import process_chart, processes
 from rcx_tools.docs.processes_svg import process_svg
+from rcx_tools.docs.rooms import rooms_svg
 from rcx_tools.docs.words import words_page
 from rcx_tools.evidence.page import verification_page
 from rcx_tools.library import files as library_files
@@ -234,6 +235,7 @@ def pages() -> dict[str, Callable[[], str]]:
         ),
         "docs/fidelity.md": fidelity.fidelity_page,
         "docs/panel.html": panel_page,
+        "docs/rooms.svg": rooms_svg,
         "docs/processes.md": lambda: _page(
             "Processes and their timing charts", "docs/charts", _processes()
         ),

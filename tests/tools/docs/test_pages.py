@@ -12,7 +12,8 @@ from rcx_tools.docs import pages as docs
 
 _ROOT = Path(docs.__file__).resolve().parents[3]
 _WRITTEN = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}
-_BY_HAND = ["README.md", "plc/examples/README.md", *sorted(_WRITTEN - set(docs.pages()))]
+_FRONT = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
+_BY_HAND = [*_FRONT, *sorted(_WRITTEN - set(docs.pages()))]
 
 
 @pytest.mark.parametrize("path", docs.pages())
@@ -27,7 +28,7 @@ def _links(page: str) -> list[tuple[str, str]]:
     return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
 
 
-@pytest.mark.parametrize("page", ["README.md", "plc/examples/README.md", *docs.pages()])
+@pytest.mark.parametrize("page", docs.pages())
 def test_every_link_of_a_page_leads_to_a_file(page: str) -> None:
     for target, _ in _links(page):
         assert ((_ROOT / page).parent / target).exists(), target
@@ -48,6 +49,26 @@ def test_every_page_is_in_the_readmes_list() -> None:
     listed = {target for target, _ in _links("README.md")}
     pages = {path.relative_to(_ROOT).as_posix() for path in (_ROOT / "docs").glob("*.md")}
     assert not pages - listed
+
+
+def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
+    """A block's page is among them, with its section of the manual."""
+    ways = [_ROOT / target for target, _ in _links("README.md") if target.endswith(".md")]
+    reached = {
+        (page.parent / target).resolve()
+        for page in ways
+        for target, _ in _links(page.relative_to(_ROOT).as_posix())
+    }
+    for head in docs.headers():
+        page = [_ROOT / f"docs/blocks/{head.name}.md"] if head.name.startswith("FB_") else []
+        wanted = {head.file, *(_ROOT / test for test in head.tests), *page}
+        assert not wanted - reached, head.name
+    assert {_ROOT / "harness/rcx_harness/robot", _ROOT / "spec/rules.toml"} <= reached
+
+
+def test_the_changelog_begins_with_the_version_of_the_package() -> None:
+    headings = re.findall(r"^## (.+)$", (_ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    assert headings[0].split()[0] == metadata.version("rcx-harness")
 
 
 @pytest.mark.parametrize("page", _BY_HAND)

@@ -1,0 +1,126 @@
+"""The rooms of rcx_harness and the arrows between them, as their imports draw them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+__all__ = ["PLAN", "against", "arrows", "drawn", "rooms", "rooms_svg"]
+
+_PACKAGE = Path(__file__).resolve().parents[2] / "rcx_harness"
+
+#: Row by row, with the column of each: a room imports rooms below it, or to the right of it. The
+#: last row is the ground that any room may stand on.
+PLAN: tuple[Mapping[str, float], ...] = (
+    {"cli": 3.5},
+    {"new": 1, "testing": 2, "export": 3, "bridge": 4, "serve": 5, "look": 6},
+    {"verify": 0},
+    {"cell": 2.5},
+    {"trace": 1.5},
+    {"watch": 1.5},
+    {"engine": 0.8, "robot": 2.2, "enip": 4.5},
+    {"spec": 1.5, "output": 2.5, "units": 3.5, "errors": 4.5},
+)
+
+_COLUMN, _ROW, _WIDTH, _HEIGHT, _EDGE = 108, 78, 84, 30, 16
+
+
+def rooms() -> set[str]:
+    """What stands at the top of the package: folders and modules, but for its own face."""
+    folders = {path.parent.name for path in _PACKAGE.glob("*/__init__.py")}
+    every = folders | {path.stem for path in _PACKAGE.glob("*.py")}
+    return {name for name in every if not name.startswith("_")}
+
+
+@cache
+def arrows() -> dict[str, set[str]]:
+    """Which rooms each room imports, types included."""
+    found: dict[str, set[str]] = {name: set() for name in rooms()}
+    for file in _PACKAGE.rglob("*.py"):
+        here = file.relative_to(_PACKAGE).parts[0].removesuffix(".py")
+        if here in found and "template" not in file.parts:
+            found[here] |= _imported(ast.parse(file.read_text(encoding="utf-8"))) & set(found)
+    return {name: below - {name} for name, below in found.items()}
+
+
+def _imported(tree: ast.AST) -> set[str]:
+    """The rooms that a module names."""
+    paths: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            paths += [f"{node.module}.{one.name}" for one in node.names]
+        elif isinstance(node, ast.Import):
+            paths += [one.name for one in node.names]
+    split = [path.split(".") for path in paths]
+    return {parts[1] for parts in split if parts[0] == _PACKAGE.name and len(parts) > 1}
+
+
+def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
+    """The arrows without those that a way over another room implies, where there is no circle."""
+
+    def reached(name: str) -> set[str]:
+        return set(every[name]).union(*(reached(one) for one in every[name]))
+
+    return sorted(
+        (name, below)
+        for name in every
+        for below in every[name]
+        if not any(below in reached(other) for other in every[name])
+    )
+
+
+def against(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
+    """The arrows that the plan forbids: they go up, or to the left. Without any there is no circle.
+
+    Raises:
+        KeyError: a room that has no place in the plan.
+    """
+    order = {name: (row, line[name]) for row, line in enumerate(PLAN) for name in line}
+    return [(name, one) for name in every for one in every[name] if order[one] <= order[name]]
+
+
+def rooms_svg() -> str:
+    """The plan as the text of an SVG file.
+
+    Raises:
+        ValueError: an import goes against the plan.
+    """
+    if wrong := against(arrows()):
+        raise ValueError(f"against the plan of the rooms: {wrong}")
+    places = {
+        name: (_EDGE + round(column * _COLUMN), _EDGE + row * _ROW)
+        for row, line in enumerate(PLAN)
+        for name, column in line.items()
+    }
+    upper = {name: below - set(PLAN[-1]) for name, below in arrows().items()}
+    body = [_arrow(places[name], places[below]) for name, below in drawn(upper)]
+    ground = _EDGE + (len(PLAN) - 1) * _ROW - 10
+    body.append(f'<path class="g" d="M{_EDGE} {ground}H{_EDGE + 6 * _COLUMN + _WIDTH}"/>')
+    for name, (x, y) in places.items():
+        body.append(f'<rect class="b" x="{x}" y="{y}" width="{_WIDTH}" height="{_HEIGHT}" rx="4"/>')
+        body.append(f'<text x="{x + _WIDTH // 2}" y="{y + 20}">{name}</text>')
+    width = 2 * _EDGE + 6 * _COLUMN + _WIDTH
+    height = 2 * _EDGE + (len(PLAN) - 1) * _ROW + _HEIGHT
+    size = f'width="{width}" height="{height}"'
+    head = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
+        "<title>The rooms of rcx_harness and what each imports</title>",
+        "<style>text{font:13px sans-serif;text-anchor:middle}.b{fill:#eef3f8;stroke:#456}"
+        ".a{fill:none;stroke:#789}.g{stroke:#789;stroke-dasharray:5 4}</style>",
+        '<defs><marker id="t" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '
+        'markerHeight="8" orient="auto"><path d="M0 0L8 4L0 8z" fill="#789"/></marker></defs>',
+        f'<rect {size} fill="#fff"/>',
+    ]
+    return "\n".join([*head, *body, "</svg>", ""])
+
+
+def _arrow(upper: tuple[int, int], lower: tuple[int, int]) -> str:
+    """A line from the lower edge of a box to the upper edge of another."""
+    (x, y), (to_x, to_y) = upper, lower
+    x, to_x, y = x + _WIDTH // 2, to_x + _WIDTH // 2, y + _HEIGHT
+    bend = to_y - (_ROW - _HEIGHT)  # straight down to there, past the rows between
+    middle = (bend + to_y) // 2
+    path = f"M{x} {y}V{bend}C{x} {middle} {to_x} {middle} {to_x} {to_y}"
+    return f'<path class="a" marker-end="url(#t)" d="{path}"/>'

@@ -1,0 +1,96 @@
+"""The plan of the rooms: what docs/architecture.md says is what the sources do."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rcx_tools.docs import rooms
+
+_ROOT = Path(rooms.__file__).resolve().parents[3]
+_HARNESS = _ROOT / "harness"
+_SUPPORT = _ROOT / "tests/support"
+
+#: What judges the rules of the wire, without .py; see docs/architecture.md.
+_JUDGES = {
+    "dedicated": _HARNESS / "rcx_harness/robot",
+    "handshake": _HARNESS / "rcx_harness/robot",
+    "wire": _HARNESS / "rcx_harness/watch",
+    "oracle": next(_HARNESS.rglob("explore/oracle.py")).parent,
+    "contract_rules": _SUPPORT,
+    "head_rules": _SUPPORT,
+}
+
+
+def _floor(room: str, arrows: dict[str, set[str]]) -> int:
+    """How many rooms stand below, on the longest way down."""
+    return 1 + max((_floor(below, arrows) for below in arrows[room]), default=0)
+
+
+def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it() -> None:
+    """Hence there is no circle of rooms."""
+    assert sorted(name for row in rooms.PLAN for name in row) == sorted(rooms.rooms())
+    assert rooms.against(rooms.arrows()) == []
+
+
+def test_there_are_at_most_18_rooms_on_at_most_9_floors() -> None:
+    arrows = rooms.arrows()
+    assert len(arrows) <= 18
+    assert max(_floor(room, arrows) for room in arrows) <= 9
+
+
+def test_engine_robot_and_enip_do_not_know_each_other() -> None:
+    arrows = rooms.arrows()
+    assert not arrows["robot"] & {"engine", "enip"}
+    assert not arrows["engine"] & {"robot", "enip"}
+    assert not arrows["enip"] & {"robot", "engine"}
+
+
+@pytest.mark.parametrize(("named", "room"), [("cpppo", "enip"), ("rcx_tools", "nowhere")])
+def test_only_one_room_imports_it(named: str, room: str) -> None:
+    """`rcx_tools` is not in the wheel; cpppo is behind enip."""
+    for file in (_HARNESS / "rcx_harness").rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        if re.search(rf"^\s*(?:import|from) {named}\b", text, re.MULTILINE):
+            assert room in file.parts, file
+
+
+def test_an_import_inside_a_function_or_for_types_is_an_arrow_too() -> None:
+    """`testing` loads the cell on first use, in a function."""
+    source = (_HARNESS / "rcx_harness/testing/plugin.py").read_text(encoding="utf-8")
+    assert re.search(r"^    from rcx_harness", source, re.MULTILINE)
+    assert "cell" in rooms.arrows()["testing"]
+
+
+def test_an_arrow_that_follows_from_others_is_not_drawn() -> None:
+    every = {"a": {"b", "c", "d"}, "b": {"c"}, "c": {"d"}, "d": set[str]()}
+    assert rooms.drawn(every) == [("a", "b"), ("b", "c"), ("c", "d")]
+
+
+def test_an_import_against_the_plan_is_told_and_not_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    every = {**rooms.arrows(), "robot": {"cell"}}
+    assert rooms.against(every) == [("robot", "cell")]
+    monkeypatch.setattr(rooms, "arrows", lambda: every)
+    with pytest.raises(ValueError, match=r"\('robot', 'cell'\)"):
+        rooms.rooms_svg()
+
+
+def test_the_page_has_a_row_for_each_room() -> None:
+    page = (_ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+    part = page.partition("| Room |")[2].partition("\n\n")[0]
+    listed = re.findall(r"^\| \[(\w+)\]\(\.\./harness/rcx_harness/(\w+)", part, re.MULTILINE)
+    assert sorted(listed) == sorted((name, name) for name in rooms.rooms())
+
+
+@pytest.mark.parametrize("judge", _JUDGES)
+def test_no_judge_of_the_wire_imports_another(judge: str) -> None:
+    """What one of them read wrongly, the others show."""
+    text = (_JUDGES[judge] / f"{judge}.py").read_text(encoding="utf-8")
+    imported = set(re.findall(r"^(?:from|import) ([\w.]+)", text, re.MULTILINE))
+    others = {f"{folder.name}.{name}" for name, folder in _JUDGES.items()} | set(_JUDGES)
+    found = {
+        name for name in imported if name in others or ".".join(name.split(".")[-2:]) in others
+    }
+    assert not found
