@@ -7,8 +7,8 @@ from dataclasses import fields
 from pathlib import Path
 
 from rcx_harness.robot import RobotConfig
-from rcx_harness.robot.rules import rules
 from rcx_tools.docs.fidelity import fidelity_page
+from rcx_tools.docs.rules import rules
 
 HERE = Path(__file__).parent
 #: Keys that describe a robot and assume nothing.

@@ -6,14 +6,11 @@ Definitions and the parameter that enables them are stored, as I/O parameters ar
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from rcx_harness.robot.quantities import quantity, take_axis
-
-if TYPE_CHECKING:
-    from rcx_harness.robot.config import RobotConfig
-    from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.stored import HIGH_WORD, QUANTITIES_OF_AXIS
 
 __all__ = ["Definition", "RealTimeOutput"]
 
@@ -28,6 +25,10 @@ class Definition:
     option1: int = 0
     option2: int = 0
 
+    def name(self, config: RobotConfig) -> str:
+        """The quantity that it shows; empty for an item that the configuration does not name."""
+        return config.real_time_items.get(self.item, "")
+
     def axis(self, config: RobotConfig) -> int | None:
         """Index of the axis that the options name; None if it is not there."""
         every = config.axes_of(self.option1) if self.option1 else ()
@@ -35,13 +36,8 @@ class Definition:
 
     def sound(self, config: RobotConfig) -> bool:
         """Its item is not one of an axis, or the axis is there."""
-        name = config.real_time_items.get(self.item, "")
-        return not take_axis(name) or self.axis(config) is not None
-
-    def value(self, machine: Machine) -> int:
-        """The word now; 0 for items that the configuration does not name."""
-        name = machine.config.real_time_items.get(self.item, "")
-        return quantity(machine, name, self.axis(machine.config) or 0) if name else 0
+        of_axis = self.name(config).removesuffix(HIGH_WORD) in QUANTITIES_OF_AXIS
+        return not of_axis or self.axis(config) is not None
 
 
 class RealTimeOutput:
@@ -53,7 +49,8 @@ class RealTimeOutput:
         words: What is put out at present, by number of the word.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
         self.enabled = False
         self.definitions: dict[int, Definition] = {}
         self.words: dict[int, int] = {}
@@ -75,12 +72,22 @@ class RealTimeOutput:
         """When the next update is due; None if nothing is put out."""
         return self._due_us if self.enabled and self.definitions else None
 
-    def observe(self, machine: Machine) -> None:
-        """Update the words, at the interval of the configuration."""
-        if not self.enabled or machine.now_us < self._due_us or machine.config.size < _EXTENDED:
+    def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
+        """Update the words, at the interval of the configuration.
+
+        Args:
+            now_us: Time of this cycle.
+            read: Gives a quantity as a word, by its name and the index of the axis; an item
+                without a name is 0.
+        """
+        config = self._config
+        if not self.enabled or now_us < self._due_us or config.size < _EXTENDED:
             return
-        self.words = {word: one.value(machine) for word, one in self.definitions.items()}
-        self._due_us = machine.now_us + round(machine.config.real_time_interval * 1000)
+        named = (
+            (word, one.name(config), one.axis(config)) for word, one in self.definitions.items()
+        )
+        self.words = {word: read(name, axis or 0) if name else 0 for word, name, axis in named}
+        self._due_us = now_us + round(config.real_time_interval * 1000)
 
     def lay_over(self, area: bytearray) -> None:
         """Put the words into an area."""

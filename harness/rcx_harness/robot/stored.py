@@ -1,4 +1,4 @@
-"""What the controller stores besides programs: its kinds of data, their numbers and names."""
+"""What the controller stores and shows besides programs: kinds of data, their numbers and names."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ __all__ = [
     "COUNTS",
     "EXAMPLE_POINTS",
     "FIRST_REAL",
+    "HIGH_WORD",
     "PALLET_POINTS",
+    "QUANTITIES",
+    "QUANTITIES_OF_AXIS",
     "ROBOTS",
     "ROBOT_PARAMETERS",
     "VARIABLES",
@@ -37,6 +40,26 @@ VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
+
+#: What a word of the real time output can show (guide, 4.9). The list of item numbers is in another
+#: manual; only motor duty, item 13, is in this one. So items are given by name, and the
+#: configuration says which number each of them has. Of an axis: option 1 is the robot, 2 the axis.
+QUANTITIES_OF_AXIS = (
+    "motor_duty",
+    "torque_of_max",
+    "torque_of_rated",
+    "position_pulses",
+    "servo_state",
+    "servo_on_count",
+    "servo_on_time",
+    "moving_distance",
+)
+_OF_SYSTEM = ("power_on_count", "motor_power_on_count", "operating_time")
+HIGH_WORD = ".high"
+#: All of them; with `.high` the upper of two words, for values beyond 16 bits.
+QUANTITIES = tuple(
+    name + half for name in (*QUANTITIES_OF_AXIS, *_OF_SYSTEM) for half in ("", HIGH_WORD)
+)
 
 #: Shift data of axes 1 to 4 [0.001 mm, 0.001 degree] (guide, 4.3.4).
 Shift = tuple[int, int, int, int]

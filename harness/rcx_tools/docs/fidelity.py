@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import MISSING, fields
 
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.rules import rules
+from rcx_tools.docs.rules import rules
 
 __all__ = ["fidelity_page"]
 

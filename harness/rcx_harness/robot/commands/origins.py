@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rcx_harness.robot.commands.axes import chosen_axes
-from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, act, last
-from rcx_harness.robot.commands.moving import Moving, check_movable
-from rcx_harness.robot.commands.planning import Pace, plan_ptp
+from rcx_harness.robot.commands.base import (
+    Call,
+    CommandError,
+    Execution,
+    Lasting,
+    Response,
+    act,
+    takes_time,
+)
+from rcx_harness.robot.commands.moves import Moving
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.origin import OriginRun
+from rcx_harness.robot.planning import Pace, plan_ptp
 from rcx_harness.robot.stored import ROBOTS
 
-__all__ = [
-    "absolute_reset",
-    "axes_of_type",
-    "move_to_absolute_reset",
-    "return_axis_to_origin",
-    "return_robot_to_origin",
-]
+__all__ = ["axes_of_type"]
 
 _QUARTERS = 4  # absolute reset positions per rotation of the motor
 
@@ -38,34 +39,32 @@ def axes_of_type(config: RobotConfig, indices: Iterable[int], kind: str) -> tupl
     return tuple(index for index in indices if config.axes[index].type in kinds)
 
 
-@last(0x030)
+@takes_time(0x030)
 def move_to_absolute_reset(machine: Machine, call: Call) -> Execution:
     """Move a mark method axis to the nearest position that way where it can be reset (4.2.10)."""
-    index = _mark_axis(machine, call)
-    place = machine.config.axes_of(call.robot).index(index)
-    check_movable(machine, call.robot, (place,))
-    quarter = machine.config.axes[index].motor_rotation // _QUARTERS
-    here = machine.positions[index]
+    arm, place = call.arm, _mark_axis(call)
+    machine.check_movable(arm, (place,))
+    quarter = arm.axes[place].motor_rotation // _QUARTERS
+    here = arm.here[place]
     down = bool(call.values["direction"])
     target = here // quarter * quarter if down else -(-here // quarter) * quarter
-    pace = Pace(share=machine.settings.of(call.robot).manual_speed / 100)
-    path = plan_ptp(machine, call.robot, {place: target}, pace)
-    return Moving(call, machine.move(call.robot, path))
+    path = plan_ptp(arm, {place: target}, Pace(share=arm.settings.manual_speed / 100))
+    return Moving(call, machine.move(arm.number, path))
 
 
 @act(0x031)
 def absolute_reset(machine: Machine, call: Call) -> Response:
     """Where a mark method axis is becomes its origin (4.2.11)."""
-    index = _mark_axis(machine, call)
-    quarter = machine.config.axes[index].motor_rotation // _QUARTERS
-    if machine.positions[index] % quarter:
+    place = _mark_axis(call)
+    if call.arm.here[place] % (call.arm.axes[place].motor_rotation // _QUARTERS):
         raise CommandError(machine.config.absolute_reset_alarm)
+    index = call.arm.indices[place]
     machine.positions[index] = 0
     machine.origins.complete[index] = True
     return {}
 
 
-@last(0x032)
+@takes_time(0x032)
 def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
     """Return-to-origin of all axes, or of those that a flag chooses; robot 0 is all (4.2.12)."""
     config, values = machine.config, call.values
@@ -82,20 +81,20 @@ def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
     return _return_to_origin(machine, chosen)
 
 
-@last(0x033)
+@takes_time(0x033)
 def return_axis_to_origin(machine: Machine, call: Call) -> Execution:
     """Return-to-origin of one axis (4.2.12)."""
-    return _return_to_origin(machine, chosen_axes(machine, call))
+    return _return_to_origin(machine, call.indices)
 
 
 def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
     """Absolute axes first, as SI(17) does; mark method axes do not take part."""
     config = machine.config
     for robot in range(1, ROBOTS + 1):
-        every = config.axes_of(robot)
-        places = [place for place, index in enumerate(every) if index in chosen]
+        arm = machine.arm(robot)
+        places = [place for place, index in enumerate(arm.indices) if index in chosen]
         if places:
-            check_movable(machine, robot, places)
+            machine.check_movable(arm, places)
     if machine.origin_running:
         raise CommandError(config.busy_alarm)
     marked = [index for index in chosen if config.axes[index].origin_method == "mark"]
@@ -107,10 +106,8 @@ def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
     return _Returning(machine, [group for group in (absolute, others) if group])
 
 
-class _Returning:
+class _Returning(Lasting):
     """A return-to-origin, until all its groups of axes have arrived."""
-
-    stoppable = False
 
     def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
         run = machine.return_to_origin(groups, by_command=True) if groups else None
@@ -121,12 +118,9 @@ class _Returning:
             raise CommandError(self._run.stopped_by)
         return {} if self._run is None or self._run.done else None
 
-    def interim(self, machine: Machine) -> Response:
-        return {}
 
-
-def _mark_axis(machine: Machine, call: Call) -> int:
-    (index,) = chosen_axes(machine, call)
-    if machine.config.axes[index].origin_method != "mark":
-        raise CommandError(machine.config.origin_method_alarm)
-    return index
+def _mark_axis(call: Call) -> int:
+    (place,) = call.places
+    if call.arm.axes[place].origin_method != "mark":
+        raise CommandError(call.arm.config.origin_method_alarm)
+    return place

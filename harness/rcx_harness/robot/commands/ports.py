@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.machine import Machine
-from rcx_harness.robot.outputs import dedicated_outputs
 from rcx_harness.robot.ports import port_of
-
-__all__ = ["read_port", "write_port", "write_port_bit"]
+from rcx_harness.robot.signals import dedicated_outputs
 
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
 _DEDICATED = 2  # SO0() and SO1()
@@ -17,7 +15,7 @@ _STOP_PORT, _STOP_BIT = 0, 6  # DI(06)
 @act(0x300)
 def write_port(machine: Machine, call: Call) -> Response:
     """Assign eight bits to an output port, as a robot program does."""
-    machine.program.ports.write(port_of(*_named(call)), call.values["pattern"])
+    machine.ports.write(port_of(*_named(call)), call.values["pattern"])
     return {}
 
 
@@ -25,7 +23,7 @@ def write_port(machine: Machine, call: Call) -> Response:
 def write_port_bit(machine: Machine, call: Call) -> Response:
     """Switch one bit of an output port."""
     place = port_of(*_named(call), bit=call.values["port_bit"])
-    machine.program.ports.write(place, call.values["pattern"])
+    machine.ports.write(place, call.values["pattern"])
     return {}
 
 
@@ -36,7 +34,7 @@ def read_port(machine: Machine, call: Call) -> Response:
     if kind == "SO" and number < _DEDICATED:
         pattern = dedicated_outputs(machine) >> 8 * number & 0xFF
     else:
-        pattern = machine.program.ports.read(port_of(kind, number))
+        pattern = machine.ports.read(port_of(kind, number))
     if (kind, number) == ("DI", _STOP_PORT) and machine.config.parallel_io != "none":
         mask = 1 << _STOP_BIT
         pattern = pattern | mask if machine.parallel_stop else pattern & ~mask

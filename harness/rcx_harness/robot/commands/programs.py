@@ -11,8 +11,6 @@ from rcx_harness.robot.commands.base import Call, CommandError, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.tasks import NEXT, RUN, STEP
 
-__all__ = ["execute", "execute_line", "read_info", "register", "reset", "skip"]
-
 _ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other is the name
 _NAME_LENGTH = 16
 _COMMON, _IN_COMMON = "COMMON", 10000

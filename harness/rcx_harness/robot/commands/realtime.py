@@ -6,8 +6,6 @@ from rcx_harness.robot.commands.base import Call, CommandError, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.realtime import Definition
 
-__all__ = ["define", "enable", "read_definition"]
-
 
 @act(0x701)
 def define(machine: Machine, call: Call) -> Response:

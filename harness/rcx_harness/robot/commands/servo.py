@@ -5,22 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP
-from rcx_harness.robot.commands.axes import chosen_axes
-from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, act, last
+from rcx_harness.robot.arm import BRAKE, FREE, SERVO
+from rcx_harness.robot.commands.base import (
+    Call,
+    CommandError,
+    Execution,
+    Lasting,
+    Response,
+    act,
+    takes_time,
+)
 from rcx_harness.robot.machine import Machine
-from rcx_harness.robot.servos import BRAKE, FREE, SERVO
-
-__all__ = ["motor_power_off", "motor_power_on", "release", "servo_on"]
 
 _OFF = 0x035
 _WITH_SERVOS = 0x042
 
 
-@last(0x034)
+@takes_time(0x034)
 def servo_on(machine: Machine, call: Call) -> Execution:
     """Servo ON of an axis, or of all axes of the robot (4.2.13)."""
-    indices = _named_or_all(machine, call)
-    check_power(machine)
+    indices = call.indices or call.arm.indices
+    _check_power(machine)
     if not machine.servos.motor_power and machine.config.servo_needs_motor_power:
         raise CommandError(machine.config.motor_power_alarm)
     return _SwitchOn(machine, indices)
@@ -29,7 +34,7 @@ def servo_on(machine: Machine, call: Call) -> Execution:
 @act(0x035, 0x036)
 def release(machine: Machine, call: Call) -> Response:
     """Servo OFF with brakes, or free without (4.2.13); a movement of these axes ends."""
-    indices = _named_or_all(machine, call)
+    indices = call.indices or call.arm.indices
     machine.halt_axes(indices, machine.config.servo_off_alarm)
     machine.servos.set(indices, BRAKE if call.code == _OFF else FREE)
     return {}
@@ -44,15 +49,15 @@ def motor_power_off(machine: Machine, call: Call) -> Response:
     return {}
 
 
-@last(0x042, 0x043)
+@takes_time(0x042, 0x043)
 def motor_power_on(machine: Machine, call: Call) -> Execution:
     """Motor power ON, with all servos or alone (4.2.20)."""
-    check_power(machine)
+    _check_power(machine)
     every = range(len(machine.config.axes))
     return _SwitchOn(machine, every if call.code == _WITH_SERVOS else ())
 
 
-def check_power(machine: Machine) -> None:
+def _check_power(machine: Machine) -> None:
     """Refuse to switch on in emergency stop, at a serious alarm, or without main power."""
     if machine.emergency:
         raise CommandError(EMERGENCY_STOP)
@@ -61,26 +66,17 @@ def check_power(machine: Machine) -> None:
         raise CommandError(next(serious, machine.config.motor_power_alarm))
 
 
-def _named_or_all(machine: Machine, call: Call) -> tuple[int, ...]:
-    return chosen_axes(machine, call) or machine.config.axes_of(call.robot)
-
-
-class _SwitchOn:
+class _SwitchOn(Lasting):
     """Motor power and the servos of some axes come ON after `servo_on_delay`."""
-
-    stoppable = False
 
     def __init__(self, machine: Machine, indices: Sequence[int]) -> None:
         self._indices = indices
         self._due_us = machine.now_us + machine.draw_us("servo_on_delay")
 
     def step(self, machine: Machine) -> Response | None:
-        check_power(machine)
+        _check_power(machine)
         if machine.now_us < self._due_us:
             return None
         machine.servos.motor_power = True
         machine.servos.set(self._indices, SERVO)
-        return {}
-
-    def interim(self, machine: Machine) -> Response:
         return {}

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from datetime import datetime
 from difflib import get_close_matches
 from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.script import Task, script
+from rcx_harness.robot.stored import QUANTITIES
 
 __all__ = ["alarm_code", "check_programs", "check_value", "expect", "is_number", "near"]
 
@@ -51,6 +53,9 @@ _RANGES = {
     "alarm_history_length": (1, 100_000),
 }
 _PROGRAMS = 100
+#: Item numbers of the real time output (guide, 4.9.1).
+_ITEMS = range(1, 46)
+_SLOTS = 4
 #: Alarms that need not be.
 _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
 #: What an alarm's key holds, or that of several.
@@ -97,6 +102,8 @@ def check_value(key: str, declared: str, value: Any) -> None:
         for number in value if listed else (value,):
             if number != "" or key not in _NO_ALARM:
                 alarm_code(number, key)
+    elif key == "clock":
+        expect(_is_moment(value), key, value, 'date and time as "2014-01-01 10:59:59"')
     elif declared == "str":
         expect(isinstance(value, str), key, value, "a text")
     elif key == "axes":
@@ -104,6 +111,12 @@ def check_value(key: str, declared: str, value: Any) -> None:
     elif key == "scara_robots":
         right = isinstance(value, tuple) and all(_whole(robot, 1, 4) for robot in value)
         expect(right, key, value, "a list of robot numbers 1 to 4")
+    elif key == "option_slots":
+        units = value if isinstance(value, tuple) else ()
+        right = len(units) == _SLOTS and all(_whole(unit, 0, 0xFFFF) for unit in units)
+        expect(right, key, value, f"{_SLOTS} unit numbers, such as [0x0401, 0, 0, 0]")
+    elif key == "real_time_items":
+        _check_items(key, value)
     elif key == "programs":
         expect(len(value) > 0, key, value, "at least one program")
         expect(len(value) <= _PROGRAMS, key, f"{len(value)} tables", f"{_PROGRAMS} at most")
@@ -200,3 +213,18 @@ def _check_axes(axes: Any) -> None:
         check_value("motor_rotation", "int", axis.motor_rotation)
         check_value("workpiece", "int | None", axis.workpiece)
         expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
+
+
+def _check_items(key: str, value: Mapping[int, Any]) -> None:
+    for number, name in value.items():
+        expect(number in _ITEMS, key, number, f"an item number, {_ITEMS[0]} to {_ITEMS[-1]}")
+        if name not in QUANTITIES:
+            hint = near(name, QUANTITIES) if isinstance(name, str) else ", ".join(QUANTITIES)
+            raise InputError(f"'{key}' cannot have {name!r}", hint=hint)
+
+
+def _is_moment(value: Any) -> bool:
+    try:
+        return 2000 <= datetime.strptime(value, "%Y-%m-%d %H:%M:%S").year <= 2099
+    except (TypeError, ValueError):
+        return False
