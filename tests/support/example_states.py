@@ -12,9 +12,9 @@ from typing import Any
 
 from rcx_harness.robot import Axis, Point, RobotConfig, RobotProgram
 from rcx_harness.robot.alarms import Place
+from rcx_harness.robot.data import Definition
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port
-from rcx_harness.robot.realtime import Definition
 from rcx_harness.robot.stored import Hand, Pallet
 from robot_master import Master
 

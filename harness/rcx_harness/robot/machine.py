@@ -14,8 +14,7 @@ from rcx_harness.robot.arm import Arm, Servos, Settings
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.data import Data
 from rcx_harness.robot.memory import Memory
-from rcx_harness.robot.motion import Motion, Movement
-from rcx_harness.robot.origin import OriginRun, Origins
+from rcx_harness.robot.motion import Motion, Movement, OriginRun, Origins
 from rcx_harness.robot.paths import Path
 from rcx_harness.robot.ports import Ports
 from rcx_harness.robot.stored import Point

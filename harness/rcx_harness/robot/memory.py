@@ -9,7 +9,6 @@ from typing import TypeVar
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.numbers import fits_integer, nearest, single, toward_zero
 from rcx_harness.robot.stored import (
     FIRST_REAL,
     ROBOT_PARAMETERS,
@@ -19,6 +18,10 @@ from rcx_harness.robot.stored import (
     Pallet,
     Point,
     Shift,
+    fits_integer,
+    nearest,
+    single,
+    toward_zero,
     variable_number,
 )
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 
 from rcx_harness.spec import command
@@ -24,8 +27,14 @@ __all__ = [
     "Pallet",
     "Point",
     "Shift",
+    "fits_integer",
+    "from_bits",
+    "nearest",
     "parameter_names",
     "parameter_ranges",
+    "single",
+    "to_bits",
+    "toward_zero",
     "variable_number",
 ]
 
@@ -138,3 +147,46 @@ def parameter_ranges() -> Mapping[str, tuple[float, float]]:
     """Lowest and highest value of each parameter by name, from the same table."""
     field = next(part for part in command("WriteParameter").request if part.name == "value")
     return {parameter_names()[k]: (pair[0], pair[-1]) for k, pair in field.ranges.items()}
+
+
+# Numbers as the controller keeps them: 32 bit integers and single-precision real numbers.
+
+
+def fits_integer(value: int) -> bool:
+    """It is a signed number of 32 bits."""
+    return -(2**31) <= value < 2**31
+
+
+def nearest(value: Fraction) -> int:
+    """The nearest integer; a half goes away from 0."""
+    size = math.floor(abs(value) + Fraction(1, 2))
+    return size if value >= 0 else -size
+
+
+def toward_zero(value: Fraction) -> int:
+    """The integer without what is behind the point."""
+    return math.trunc(value)
+
+
+def single(value: float) -> float:
+    """The nearest single-precision number; infinite where it is too large."""
+    try:
+        return from_bits(to_bits(value))
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+def from_bits(bits: int) -> float:
+    """The single-precision number with these 32 bits (signed or not)."""
+    value: float = struct.unpack("<f", struct.pack("<I", bits & 0xFFFFFFFF))[0]
+    return value
+
+
+def to_bits(value: float) -> int:
+    """The bits of a single-precision number as a signed integer.
+
+    Raises:
+        OverflowError: it is too large for single precision.
+    """
+    bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
+    return bits

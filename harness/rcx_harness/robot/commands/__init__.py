@@ -1,4 +1,4 @@
-"""What the remote commands do, by the guide's categories; category 1 is in five modules.
+"""What the remote commands do, by the guide's categories; category 1 is in three modules.
 
 A module registers its commands by code; the format of their telegrams is in
 spec/remote_commands.toml and checked before they are called. A new module is imported here.
@@ -9,13 +9,10 @@ from rcx_harness.robot.commands import (  # noqa: F401  (register)
     jog,
     moves,
     operations,
-    origins,
     ports,
     programs,
-    realtime,
     references,
-    servo,
-    settings,
+    setup,
     utility,
 )
 from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, start

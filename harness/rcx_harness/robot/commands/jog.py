@@ -9,7 +9,7 @@ from rcx_harness.robot.commands.base import Call, CommandError, Response, takes_
 from rcx_harness.robot.commands.moves import Moving, position_output
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
-from rcx_harness.robot.planning import Pace, plan_line, plan_ptp
+from rcx_harness.robot.paths import Pace, plan_line, plan_ptp
 
 _PULSES = (0x020, 0x024)
 _TOOL = (0x022, 0x026)

@@ -13,8 +13,7 @@ from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.commands.base import Call, CommandError, Lasting, Response, takes_time
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
-from rcx_harness.robot.paths import Path
-from rcx_harness.robot.planning import Arch, Pace, plan_arc, plan_arch, plan_line, plan_ptp
+from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
 from rcx_harness.robot.stored import Point
 
 __all__ = ["Moving", "position_output"]

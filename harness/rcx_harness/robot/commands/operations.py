@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from rcx_harness.robot.commands.base import Call, CommandError, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.memory import is_real
-from rcx_harness.robot.numbers import from_bits, to_bits
-from rcx_harness.robot.stored import parameter_names
+from rcx_harness.robot.stored import from_bits, parameter_names, to_bits
 
 _OPERATORS = {0x204: "+", 0x208: "-", 0x20C: "*", 0x210: "/"}
 #: Grams or kilograms in one kg of the maximum payload.

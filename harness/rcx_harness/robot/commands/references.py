@@ -12,7 +12,7 @@ from rcx_harness.robot.commands.base import (
     act,
     takes_time,
 )
-from rcx_harness.robot.commands.origins import axes_of_type
+from rcx_harness.robot.commands.setup import axes_of_type
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.stored import AXES

@@ -1,8 +1,9 @@
-"""Category 7: date and time, alarm reset and accumulated data (guide, 4.8)."""
+"""Categories 7 and 8: clock, alarm reset, accumulated data, real time output (guide, 4.8, 4.9)."""
 
 from __future__ import annotations
 
 from rcx_harness.robot.commands.base import Call, CommandError, Response, act
+from rcx_harness.robot.data import Definition
 from rcx_harness.robot.machine import Machine
 
 
@@ -57,4 +58,35 @@ def reset_all_data(machine: Machine, call: Call) -> Response:
     """Reset all accumulated data (4.8.6)."""
     machine.data.accumulated.reset_motors(range(len(machine.config.axes)))
     machine.data.accumulated.reset_system()
+    return {}
+
+
+@act(0x701)
+def define(machine: Machine, call: Call) -> Response:
+    """Define what a word shows (4.9.1)."""
+    values = call.values
+    definition = Definition(values["item"], values["option1"], values["option2"])
+    if not definition.sound(machine.config):
+        raise CommandError(machine.config.no_axis_alarm)
+    machine.data.real_time.define(values["output_word"], definition)
+    return {}
+
+
+@act(0x702)
+def read_definition(machine: Machine, call: Call) -> Response:
+    """What a word is defined to show (4.9.2); item 0 for nothing."""
+    word = call.values["output_word"]
+    definition = machine.data.real_time.definitions.get(word, Definition())
+    return {
+        "output_word": word,
+        "item": definition.item,
+        "option1": definition.option1,
+        "option2": definition.option2,
+    }
+
+
+@act(0x703)
+def enable(machine: Machine, call: Call) -> Response:
+    """Put the defined words out, or no longer (4.9.3)."""
+    machine.data.real_time.enable(bool(call.values["enabled"]))
     return {}

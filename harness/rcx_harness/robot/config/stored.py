@@ -13,7 +13,6 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config.checks import expect, is_number, near
-from rcx_harness.robot.numbers import fits_integer, single
 from rcx_harness.robot.stored import (
     AXES,
     COUNTS,
@@ -23,8 +22,10 @@ from rcx_harness.robot.stored import (
     Hand,
     Pallet,
     Point,
+    fits_integer,
     parameter_names,
     parameter_ranges,
+    single,
     variable_number,
 )
 
