@@ -12,7 +12,6 @@ from rcx_harness.robot.commands.base import (
     act,
     takes_time,
 )
-from rcx_harness.robot.commands.setup import axes_of_type
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.stored import AXES
@@ -135,7 +134,7 @@ def read_origins(machine: Machine, call: Call) -> Response:
         return {"origin_states": int(machine.origin_complete)}
     every = call.arm.indices
     kind = _TYPES.get(call.values["motor_type"])
-    asked = axes_of_type(machine.config, every, kind) if kind else every
+    asked = machine.config.axes_of_type(every, kind) if kind else every
     complete = machine.origins.complete
     states = [int(complete[index]) if index in asked else _NO_AXIS for index in every]
     return {"origin_states": _six(states, _NO_AXIS)}

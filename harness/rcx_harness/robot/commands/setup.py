@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from rcx_harness.robot.alarms import EMERGENCY_STOP
 from rcx_harness.robot.arm import BRAKE, FREE, SERVO
@@ -16,13 +16,10 @@ from rcx_harness.robot.commands.base import (
     takes_time,
 )
 from rcx_harness.robot.commands.moves import Moving
-from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import OriginRun
 from rcx_harness.robot.paths import Pace, plan_ptp
 from rcx_harness.robot.stored import ROBOTS, Point
-
-__all__ = ["axes_of_type"]
 
 _QUARTERS = 4  # absolute reset positions per rotation of the motor
 _OFF = 0x035
@@ -34,20 +31,6 @@ _SETTINGS = {
     0x039: ("auto_speed", "speed"),
     0x03A: ("program_speed", "speed"),
 }
-
-
-def axes_of_type(config: RobotConfig, indices: Iterable[int], kind: str) -> tuple[int, ...]:
-    """Those of the axes that are of a type as the commands know it.
-
-    Args:
-        config: The robot.
-        indices: Into its axes.
-        kind: `absolute` or `incremental`.
-    """
-    kinds = {kind}
-    if kind == "incremental" and config.semi_absolute_is_incremental:
-        kinds.add("semi_absolute")
-    return tuple(index for index in indices if config.axes[index].type in kinds)
 
 
 @act(*_SETTINGS)
@@ -136,9 +119,9 @@ def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
     wanted = (call.designated,) if call.designated else range(1, ROBOTS + 1)
     indices = [index for robot in wanted for index in config.axes_of(robot)]
     if values["incremental_flag"]:
-        chosen: Sequence[int] = axes_of_type(config, indices, "incremental")
+        chosen: Sequence[int] = config.axes_of_type(indices, "incremental")
     elif values["absolute_flag"]:
-        chosen = axes_of_type(config, indices, "absolute")
+        chosen = config.axes_of_type(indices, "absolute")
     elif values["incomplete_flag"]:
         chosen = [index for index in indices if not machine.origins.complete[index]]
     else:

@@ -1,6 +1,5 @@
 """What a controller and its robot are like: every property with its default."""
 
-from rcx_harness.robot.config.config import RobotConfig
-from rcx_harness.robot.config.sections import SECTIONS, Axis, RobotProgram
+from rcx_harness.robot.config.config import SECTIONS, Axis, RobotConfig, RobotProgram
 
 __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]

@@ -1,38 +1,300 @@
-"""What a virtual controller is like: all its properties in one value, and how a file gives them."""
+"""What a virtual controller is like: its properties by section, each a key of the robot file.
+
+Every assumption the controller makes where the manual is silent has its knob here; spec/rules.toml
+says which. Times are in milliseconds.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot.config import sections
-from rcx_harness.robot.config.checks import check_programs, check_value, near
-from rcx_harness.robot.config.sections import Axis, RobotProgram
-from rcx_harness.robot.config.stored import STORED, check_stored, read_stored
+from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
+from rcx_harness.robot.config.file import line_of, read_value
+from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec import load_toml
 
-__all__ = ["RobotConfig"]
+__all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 
+#: Milliseconds, fixed or as (shortest, longest), drawn anew each time from the seed.
+Delay = float | tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis. `pulses_per_mm` is per degree for a rotating axis; speeds are in pulses.
+
+    `type` is `absolute`, `incremental` or `semi_absolute`; `origin_method` is `sensor`,
+    `stroke_end` or `mark`.
+    """
+
+    robot: int = 1
+    type: str = "absolute"
+    origin_method: str = "sensor"
+    pulses_per_mm: float = 1000.0
+    max_speed: float = 1_000_000.0  # [pulses/s]
+    max_acceleration: float = 5_000_000.0  # [pulses/s^2]
+    soft_low: int = -1_000_000  # [pulses]
+    soft_high: int = 1_000_000  # [pulses]
+    start: int = 0  # position at power-on [pulses]
+    motor_rotation: int = 16384  # [pulses per rotation of the motor]
+    robot_type: int = 2000  # number of the robot's type; 2000 is a YK250X
+    holding_torque: int = 0  # with servo on, at rest [% of the maximum torque]
+    moving_torque: int = 10  # added on the way, in its direction [% of the maximum torque]
+    rated_torque: int = 20  # [% of the maximum torque]
+    workpiece: int | None = None  # where something stands that PUSH meets [pulses]
+
+
+@dataclass(frozen=True)
+class RobotProgram:
+    """A robot program that runs `duration` ms, or does its `steps` (see script.py).
+
+    Then it ends, or begins again if `loop`.
+    """
+
+    name: str = "MAIN"
+    duration: float = 1000.0
+    loop: bool = True
+    steps: tuple[str, ...] = ()
+
+
+#: Both inputs of a return-to-origin have something to do.
+_AXES = (Axis(), Axis(), Axis(type="incremental"), Axis(type="incremental"))
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Size of the areas, axes and programs."""
+
+    size: int = 48
+    axes: tuple[Axis, ...] = _AXES
+    scara_robots: tuple[int, ...] = (1, 2, 3, 4)
+    programs: tuple[RobotProgram, ...] = (RobotProgram(),)
+
+
+@dataclass(frozen=True)
+class StoredData:
+    """What is stored from the start; remote commands change it."""
+
+    points: Mapping[int, Point] = field(default_factory=lambda: dict(EXAMPLE_POINTS))
+    comments: Mapping[int, str] = field(default_factory=dict)
+    pallets: Mapping[int, Pallet] = field(default_factory=dict)
+    shifts: Mapping[int, Shift] = field(default_factory=dict)
+    hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and number
+    variables: Mapping[str, float] = field(default_factory=dict)  # by SGI5, SGR5
+    parameters: Mapping[str, int | tuple[int, ...]] = field(default_factory=dict)
+    comment_filler: str = "zeros"  # zeros, spaces
+    real_to_integer: str = "round"  # round, truncate
+    several_elements: bool = True
+    max_payload: int = 50  # [kg]
+
+
+@dataclass(frozen=True)
+class PowerAndLink:
+    """State at power-on and of the surroundings, and what power and link take away."""
+
+    booted: bool = True  # at time 0; boot_time counts from then on
+    auto_mode: bool = True
+    pendant_authority: bool = False
+    safety_disables_inputs: bool = False
+    origin_complete: bool = True
+    program_is_reset: bool = False
+    sequence_program: bool = True
+    parallel_io: str = "none"  # none, valid, invalid
+    parallel_stop: bool = True  # DI06 is ON
+    ip_address: str = "set"  # set, none, duplicate
+    idle_header: str = "loss"  # loss, hold
+    loss_clears_inputs: bool = True
+    power_loses_origin: bool = True
+    power_loses_settings: bool = False
+    power_clears_internal_outputs: bool = True
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How long the controller takes."""
+
+    boot_time: Delay = 200.0
+    link_error_delay: Delay = 100.0
+    emergency_stop_delay: Delay = 0.0
+    emergency_release_delay: Delay = 5.0
+    servo_on_delay: Delay = 50.0
+    alarm_reset_delay: Delay = 20.0
+    program_reset_delay: Delay = 20.0
+    program_start_delay: Delay = 20.0
+    program_stop_delay: Delay = 5.0
+    sequence_delay: Delay = 5.0
+    auto_mode_delay: Delay = 0.0
+    origin_time: Delay = 500.0
+    command_accept_delay: Delay = 0.0
+    command_delay: Delay = 10.0
+    status_reset_delay: Delay = 0.0
+
+
+@dataclass(frozen=True)
+class DedicatedSignals:
+    """What the dedicated inputs do, and what keeps them from it."""
+
+    min_interval: float = 100.0
+    late_levels: bool = True
+    recovery_edges: bool = False
+    mp_ready_in_emergency_stop: bool = True
+    reset_in_emergency_stop: bool = False
+    pendant_blocks_inputs: bool = True
+    safety_keeps_stops: bool = True
+    parallel_disables_si: bool = False
+    servo_on_with_alarm: bool = False
+    servo_off_brakes_free_axes: bool = True
+    emergency_stops_sequence: bool = False
+    reset_clears_warning: bool = False
+    origin_needs_servo: bool = True
+    origin_clears_complete: bool = True
+    di17_mode: str = "ABS/ORG"  # ABS, ABS/ORG
+
+
+@dataclass(frozen=True)
+class Programs:
+    """Robot programs and general-purpose ports."""
+
+    start_needs_auto: bool = True
+    program_needs_servo: bool = False
+    restart_begins_anew: bool = False
+    reset_while_running: bool = False
+    motor_power_stops_program: bool = True
+    manual_mode_stops_program: bool = True
+    running_shows_all_tasks: bool = True
+    main_ends_tasks: bool = False
+    reset_clears_outputs: bool = False
+    program_words_between_commands: bool = True
+    waiting_is_standby: bool = True
+    program_info_while_running: bool = True
+    name_filler: str = "spaces"  # zeros, spaces
+
+
+@dataclass(frozen=True)
+class Commands:
+    """The handshake of remote commands."""
+
+    first_image_commands: bool = True
+    skip_run_status: str = "short"  # never, short, always
+    strict_unused_words: bool = True
+    changed_command_status: str = "run"  # run, ready
+    data_belong_to_command: bool = True
+    early_command_waits: bool = False
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Speeds and movements."""
+
+    auto_speed: int = 100  # [%]
+    program_speed: int = 100  # [%]
+    manual_speed: int = 20  # [%]
+    inching_amount: int = 100  # [pulses or 0.001 mm]
+    movei_start_position: str = "keep"  # keep, reset
+    end_in_tolerance: bool = False
+    jog_limit: str = "alarm"  # alarm, normal
+    arch_zero_is_parameter: bool = False
+    motion_during_program: bool = True
+    servo_needs_motor_power: bool = True
+    semi_absolute_is_incremental: bool = True
+
+
+@dataclass(frozen=True)
+class References:
+    """What commands read of the controller: position, clock, versions, real time output."""
+
+    unasked_positions_zero: bool = True
+    position_flag_bit0: bool = True
+    position_hand: bool = False
+    clock: str = "2014-01-01 10:59:59"  # at time 0
+    option_slots: tuple[int, ...] = (0x0401, 0x0100, 0, 0)
+    ivy2_unit: int = 0
+    newest_message_first: bool = True
+    motor_data_of_all_robots: bool = False
+    real_time_items: Mapping[int, str] = field(default_factory=lambda: {13: "motor_duty"})
+    real_time_interval: float = 5.0  # [ms]
+    host_version: int = 0x0108
+    host_revision: int = 0x0030
+    fpga_version: int = 0x1001
+    driver_version: int = 0x0101
+
+
+@dataclass(frozen=True)
+class Alarms:
+    """How alarms behave, and the number of each that the manual does not give."""
+
+    power_on_alarm: str = ""
+    power_on_emergency_alarm: bool = False
+    link_error_alarm: str = "12.551"
+    link_loss_alarm: str = "12.552"
+    link_error_latches: bool = False
+    command_alarm_is_serious: bool = False
+    alarm_stops_servo: bool = True
+    minor_alarms: tuple[str, ...] = ("12.400",)
+    power_restart_alarms: tuple[str, ...] = ("12.762", "12.763", "12.900", "12.904")
+    module_fault_alarms: tuple[str, ...] = ("12.762", "12.900", "12.904")
+    module_error_alarms: tuple[str, ...] = ("12.763",)
+    cpu_fault_alarms: tuple[str, ...] = ()
+    main_power_alarm: str = ""
+    alarm_history_length: int = 500
+    format_alarm: str = "4.2"
+    undefined_code_alarm: str = "4.2"
+    absent_robot_alarm: str = "4.2"
+    no_axis_alarm: str = "4.2"
+    pendant_alarm: str = "4.2"
+    busy_alarm: str = "4.2"
+    servo_off_alarm: str = "4.2"
+    motor_power_alarm: str = "4.2"
+    not_scara_alarm: str = "4.2"
+    origin_method_alarm: str = "4.2"
+    absolute_reset_alarm: str = "4.2"
+    undefined_program_alarm: str = "4.2"
+    undefined_task_alarm: str = "4.2"
+    manual_mode_alarm: str = "4.2"
+    absent_controller_alarm: str = "4.2"
+    impossible_date_alarm: str = "4.2"
+    undefined_point_alarm: str = "4.2"
+    no_circle_alarm: str = "4.2"
+    undefined_pallet_alarm: str = "4.2"
+    undefined_data_alarm: str = ""  # comments, shifts, hands, messages; empty: they are empty or 0
+    work_position_alarm: str = "4.2"
+    point_unit_alarm: str = "4.2"
+    overflow_alarm: str = "4.2"
+    division_alarm: str = "4.2"
+
+
+#: All of them, in the order in which they are read and shown.
+SECTIONS: tuple[type, ...] = (
+    Robot,
+    StoredData,
+    PowerAndLink,
+    Timing,
+    DedicatedSignals,
+    Programs,
+    Commands,
+    Motion,
+    References,
+    Alarms,
+)
 #: The keys that are lists of tables, and what each table is.
 _TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
 
 
 @dataclass(frozen=True)
 class RobotConfig(  # fields of the last one come first
-    sections.Alarms,
-    sections.References,
-    sections.Motion,
-    sections.Commands,
-    sections.Programs,
-    sections.DedicatedSignals,
-    sections.Timing,
-    sections.PowerAndLink,
-    sections.StoredData,
-    sections.Robot,
+    Alarms,
+    References,
+    Motion,
+    Commands,
+    Programs,
+    DedicatedSignals,
+    Timing,
+    PowerAndLink,
+    StoredData,
+    Robot,
 ):
     """A virtual controller's properties; immutable, shared between snapshots."""
 
@@ -54,6 +316,13 @@ class RobotConfig(  # fields of the last one come first
         wanted = robot or 1
         return tuple(k for k, axis in enumerate(self.axes) if axis.robot == wanted)
 
+    def axes_of_type(self, indices: Iterable[int], kind: str) -> tuple[int, ...]:
+        """Those of these axes that remote commands take for `absolute` or `incremental`."""
+        kinds = {kind}
+        if kind == "incremental" and self.semi_absolute_is_incremental:
+            kinds.add("semi_absolute")
+        return tuple(index for index in indices if self.axes[index].type in kinds)
+
     @property
     def workpieces(self) -> Mapping[int, int]:
         """Where something stands that PUSH meets: index into `axes` to pulses."""
@@ -64,7 +333,7 @@ class RobotConfig(  # fields of the last one come first
     def load(cls, path: str | Path) -> RobotConfig:
         """Read a robot file: keys as the fields of this class.
 
-        Axes are `[[axes]]` tables, programs `[[programs]]` tables; config/stored.py says how points
+        Axes are `[[axes]]` tables, programs `[[programs]]` tables; config/file.py says how points
         and the other stored data are written.
 
         Raises:
@@ -73,59 +342,8 @@ class RobotConfig(  # fields of the last one come first
         file = Path(path)
         table = load_toml(file)
         try:
-            return cls(**{key: _value(cls, key, value) for key, value in table.items()})
+            values = {key: read_value(cls, key, value, _TABLES) for key, value in table.items()}
+            return cls(**values)
         except InputError as error:
-            line = _line_of(file, error.message)
+            line = line_of(file, error.message)
             raise InputError(error.message, file=file, line=line, hint=error.hint) from error
-
-
-def _value(kind: type[Any], key: str, value: Any) -> Any:
-    """A TOML value as the field `key` of the data class `kind` wants it (InputError)."""
-    _known(kind, key)
-    if key in _TABLES:
-        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-            raise InputError(f"'{key}' must be tables", hint=f"write [[{key}]]")
-        return tuple(_table(_TABLES[key], entry, key) for entry in value)
-    if key in STORED:
-        return read_stored(key, value)
-    if key == "real_time_items":
-        return _items(key, value)
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
-    values = {name: tuple(v) if isinstance(v, list) else v for name, v in entry.items()}
-    for name, value in values.items():
-        _known(kind, name, f" in [[{key}]]")
-        declared = next(str(one.type) for one in fields(kind) if one.name == name)
-        check_value(name, declared, value)
-    return kind(**values)
-
-
-def _items(key: str, value: Any) -> dict[int, str]:
-    """`real_time_items`: a table of item numbers and names."""
-    if not isinstance(value, dict) or not all(number.isdecimal() for number in value):
-        raise InputError(f"'{key}' must be a table", hint=f'write 13 = "motor_duty" in [{key}]')
-    return {int(number): name for number, name in value.items()}
-
-
-def _known(kind: type[Any], key: str, where: str = "") -> None:
-    names = [entry.name for entry in fields(kind)]
-    if key not in names:
-        raise InputError(f"unknown key '{key}'{where}", hint=near(key, names))
-
-
-def _line_of(file: Path, message: str) -> int | None:
-    """The line with the key that the message has in single quotes, as tomllib does not tell."""
-    quoted = re.search(r"'([\w.]+)'", message)
-    if not quoted:
-        return None
-    lines = file.read_text(encoding="utf-8").splitlines()
-    key = quoted[1]
-    while key:
-        pattern = re.compile(rf"^\s*(\[+\s*)?{re.escape(key)}\b")
-        for number, line in enumerate(lines, 1):
-            if pattern.match(line):
-                return number
-        key = key.rpartition(".")[0]  # `comments.50` stands in the table [comments]
-    return None
