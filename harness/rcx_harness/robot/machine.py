@@ -269,10 +269,6 @@ class Machine:
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
         return self.rng.randint(round(low * 1000), round(high * 1000))
 
-    def set_auto_mode(self, auto: bool) -> None:
-        """Select AUTO mode or MANUAL mode, by both of its switches."""
-        self.switch_mode(auto_input=auto, manual_lock=not auto)
-
     def switch_mode(
         self, *, auto_input: bool | None = None, manual_lock: bool | None = None
     ) -> None:

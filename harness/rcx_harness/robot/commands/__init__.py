@@ -8,8 +8,6 @@ from rcx_harness.robot.commands import (  # noqa: F401  (register)
     data,
     jog,
     moves,
-    operations,
-    ports,
     programs,
     references,
     setup,

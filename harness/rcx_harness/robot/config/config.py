@@ -266,19 +266,6 @@ class Alarms:
     division_alarm: str = "4.2"
 
 
-#: All of them, in the order in which they are read and shown.
-SECTIONS: tuple[type, ...] = (
-    Robot,
-    StoredData,
-    PowerAndLink,
-    Timing,
-    DedicatedSignals,
-    Programs,
-    Commands,
-    Motion,
-    References,
-    Alarms,
-)
 #: The keys that are lists of tables, and what each table is.
 _TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
 
@@ -347,3 +334,7 @@ class RobotConfig(  # fields of the last one come first
         except InputError as error:
             line = line_of(file, error.message)
             raise InputError(error.message, file=file, line=line, hint=error.hint) from error
+
+
+#: The sections in the order of their fields.
+SECTIONS: tuple[type, ...] = tuple(reversed(RobotConfig.__bases__))
