@@ -10,7 +10,7 @@ import pytest
 
 from live_master import LiveMaster
 from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
-from rcx_harness.robot.leds import Led
+from rcx_harness.robot import Led
 
 Lose = Callable[[LiveMaster], None]
 

@@ -19,7 +19,7 @@ def _build(name: str) -> Cell:
 
 
 def _hand(cell: Cell) -> bool:
-    return bool(cell.robot.machine.program.ports.read(_HAND))
+    return bool(cell.robot.machine.ports.read(_HAND))
 
 
 def _at_rest(cell: Cell, duration: str, look: Callable[[], Any] = lambda: None) -> list[Any]:

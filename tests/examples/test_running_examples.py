@@ -23,7 +23,7 @@ def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None
     """Source: guide 4.6.1, 4.6.2, 4.6.4."""
     mark = port("SO2()")
     with _build("08_program_by_name") as cell:
-        ports = cell.robot.machine.program.ports
+        ports = cell.robot.machine.ports
         cell.run("1600ms")
         assert _running(cell) == ["BOX_LARGE"]
         assert ports.read(mark) == 2
@@ -118,7 +118,7 @@ def test_after_an_emergency_stop_the_program_goes_on_or_begins_anew_as_the_opera
         begin = ["PROGRAM_RESET", "START", "RUNNING"]
         servo = ["STOPPED", "SERVO_ON", "READY"]
         assert stages == [*servo, *begin, *servo, "START", "RUNNING", *servo, *begin, "READY"]
-        assert cell.robot.machine.program.ports.read(port("SO(20)")) == 1, "run to its end"
+        assert cell.robot.machine.ports.read(port("SO(20)")) == 1, "run to its end"
         assert cell["Main.Fault"] == 0
         assert not cell.violations
 

@@ -10,7 +10,7 @@ import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, Point, RobotConfig, RobotProgram
-from rcx_harness.robot.config.stored import STORED
+from rcx_harness.robot.config.checks import STORED
 
 GOOD = """\
 size = 256

@@ -7,11 +7,9 @@ import math
 
 import pytest
 
-from rcx_harness.robot.curves import Arc, Line
-from rcx_harness.robot.kinematics import Frame
+from rcx_harness.robot.geometry import Arc, Frame, Line
 from rcx_harness.robot.motion import Motion, Movement
-from rcx_harness.robot.paths import ArchPath, AxisMove, CurvePath, PtpPath
-from rcx_harness.robot.profile import Profile
+from rcx_harness.robot.paths import ArchPath, AxisMove, CurvePath, Profile, PtpPath
 
 
 def test_a_profile_accelerates_moves_and_brakes() -> None:

@@ -7,8 +7,9 @@ from dataclasses import fields
 from pathlib import Path
 
 from rcx_harness.robot import RobotConfig
-from rcx_harness.robot.rules import rules
+from rcx_harness.robot.config import SECTIONS
 from rcx_tools.docs.fidelity import fidelity_page
+from rcx_tools.docs.rules import rules
 
 HERE = Path(__file__).parent
 #: Keys that describe a robot and assume nothing.
@@ -45,3 +46,20 @@ def test_the_page_shows_every_rule_with_its_section_or_knobs() -> None:
         assert all(f"`{knob}`" in page for knob in rule.knobs)
     assert "`min_interval` (100)" in page
     assert "`host_version` (0x0108)" in page
+
+
+def test_every_key_is_in_one_section_and_the_page_shows_it_there() -> None:
+    sections = {section.__name__: [entry.name for entry in fields(section)] for section in SECTIONS}
+    listed = [name for names in sections.values() for name in names]
+    assert listed == [entry.name for entry in fields(RobotConfig)]
+    rows = fidelity_page().partition("| Section | What it is | Keys |\n")[2].splitlines()[1:]
+    assert [row.split("`")[1] for row in rows] == list(sections)
+    for row, names in zip(rows, sections.values(), strict=True):
+        assert re.findall(r"`(\w+)`", row)[1:] == names
+
+
+def test_the_sections_can_be_read_each_by_itself() -> None:
+    """A configuration is one value; `RobotConfig(knob=...)` and `config.knob` know no section."""
+    config = RobotConfig(servo_on_delay=10.0, busy_alarm="6.7")
+    assert all(isinstance(config, section) for section in SECTIONS)
+    assert (config.servo_on_delay, config.busy_alarm, config.size) == (10.0, "6.7", 48)

@@ -12,9 +12,9 @@ from typing import Any
 
 from rcx_harness.robot import Axis, Point, RobotConfig, RobotProgram
 from rcx_harness.robot.alarms import Place
+from rcx_harness.robot.data import Definition
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port
-from rcx_harness.robot.realtime import Definition
 from rcx_harness.robot.stored import Hand, Pallet
 from robot_master import Master
 
@@ -147,7 +147,7 @@ def _make_latest_alarm(master: Master, entry: Mapping[str, str]) -> None:
 
 
 def _set_ports(master: Master, entries: Mapping[str, int]) -> None:
-    ports = master.robot.program.ports
+    ports = master.robot.machine.ports
     for name, value in entries.items():
         place = port(name)
         (ports.write if place.output else ports.set_input)(place, value)
@@ -269,7 +269,7 @@ _FOUND: Mapping[str, Callable[[Machine, Any], Any]] = {
         n: machine.memory.variables.integers[int(n)] for n in wanted
     },
     "parameters": _found_parameters,
-    "ports": lambda machine, wanted: {n: machine.program.ports.read(port(n)) for n in wanted},
+    "ports": lambda machine, wanted: {n: machine.ports.read(port(n)) for n in wanted},
     "registered": _found_registered,
     "running_tasks": lambda machine, _: [
         task.number for task in machine.program.tasks if task.state == "running"

@@ -9,16 +9,21 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot.alarms import AlarmList
 from rcx_harness.robot.area import CYCLE_US, Overlay, build_area, input_words
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.connection import lose_link, regain_link
 from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
 from rcx_harness.robot.findings import Findings, Violation
 from rcx_harness.robot.handshake import Handshake
-from rcx_harness.robot.leds import Led, module_led, network_led
 from rcx_harness.robot.machine import Machine
-from rcx_harness.robot.outputs import dedicated_outputs
 from rcx_harness.robot.ports import port
-from rcx_harness.robot.requests import REQUESTS
+from rcx_harness.robot.signals import (
+    REQUESTS,
+    Led,
+    dedicated_outputs,
+    lose_link,
+    module_led,
+    network_led,
+    regain_link,
+)
 from rcx_harness.robot.stored import Point
 from rcx_harness.robot.tasks import Programs
 
@@ -149,7 +154,7 @@ class Controller:
         Raises:
             InputError: no such port.
         """
-        return self.program.ports.read(port(name))
+        return self.machine.ports.read(port(name))
 
     def write_port(self, name: str, value: int) -> None:
         """Write an output as a robot program does: `SO(20)`, `SO2()`, `SOW(2)` or `SOD(2)`.
@@ -160,7 +165,7 @@ class Controller:
         Raises:
             InputError: no such output.
         """
-        self.program.ports.write(port(name), value)
+        self.machine.ports.write(port(name), value)
         self._state.wake_us = 0
 
     @property
@@ -237,7 +242,7 @@ class Controller:
             regain_link(machine)
             state.handshake.connect(input_words(si))
             state.was_connected = True
-        machine.program.ports.inputs = bytes(si)
+        machine.ports.inputs = bytes(si)
         edges = state.inputs.take(state.now_us, si)
         disabled = machine.inputs_disabled
         if not disabled or self.config.safety_keeps_stops:
@@ -270,7 +275,7 @@ class Controller:
         if words[0] == 0 and self.config.program_words_between_commands:
             words = words[:2]
         machine = state.machine
-        area = build_area(machine.program.ports.outputs, words, dedicated_outputs(machine))
+        area = build_area(machine.ports.outputs, words, dedicated_outputs(machine))
         machine.data.real_time.lay_over(area)
         state.overlay.apply(area)
         return bytes(area)

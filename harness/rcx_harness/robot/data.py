@@ -2,36 +2,307 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import struct
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, time, timedelta
 
-from rcx_harness.robot.accumulated import Accumulated
-from rcx_harness.robot.clock import Clock
+from rcx_harness.robot.arm import SERVO, Servos, Settings
 from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.realtime import RealTimeOutput
-from rcx_harness.robot.torques import Torques
+from rcx_harness.robot.stored import HIGH_WORD, QUANTITIES_OF_AXIS
 
-if TYPE_CHECKING:
-    from rcx_harness.robot.machine import Machine
+__all__ = ["Data", "Definition"]
 
-__all__ = ["Data"]
+_CENTURY = 2000  # only the lower two digits of a year go over the wire
+_HIGHEST_OF_RATED = 1000
+_S = 1_000_000  # [us]
+_EXTENDED = 256
+
+
+class Clock:
+    """Date and time, running on virtual time.
+
+    It shows `start` at time 0 and goes on without power.
+    """
+
+    def __init__(self, start: str) -> None:
+        self._zero = datetime.fromisoformat(start)
+
+    def now(self, now_us: int) -> datetime:
+        """Date and time at `now_us`, without fractions of a second."""
+        return (self._zero + timedelta(microseconds=now_us)).replace(microsecond=0)
+
+    def set_date(self, now_us: int, year: int, month: int, day: int) -> None:
+        """Change the date; the time goes on.
+
+        Args:
+            now_us: When it is changed.
+            year: Lower two digits of a year from 2000 on.
+            month: 1 to 12.
+            day: 1 to 31.
+
+        Raises:
+            ValueError: there is no such day.
+        """
+        shown = self._zero + timedelta(microseconds=now_us)
+        self._set(now_us, datetime.combine(date(_CENTURY + year, month, day), shown.time()))
+
+    def set_time(self, now_us: int, hour: int, minute: int, second: int) -> None:
+        """Change the time, which begins with that second; the date stays."""
+        today = self.now(now_us).date()
+        self._set(now_us, datetime.combine(today, time(hour, minute, second)))
+
+    def _set(self, now_us: int, moment: datetime) -> None:
+        self._zero = moment - timedelta(microseconds=now_us)
+
+
+class Torques:
+    """Current torque of each axis, by a simple model.
+
+    With the servo off it is 0; at rest it is what holds the axis, and on the way there is a share
+    in the direction of the movement, both from the configuration. The max. torque command value
+    limits it.
+
+    Attributes:
+        directions: Per axis which way it went in the last cycle: -1, 0 or 1.
+    """
+
+    def __init__(self, config: RobotConfig, servos: Servos, settings: Settings) -> None:
+        self._config, self._servos, self._settings = config, servos, settings
+        self._before = [axis.start for axis in config.axes]
+        self.directions = [0] * len(config.axes)
+
+    def observe(self, positions: Sequence[int]) -> None:
+        """Once in a cycle, after the axes have moved."""
+        if positions == self._before and not any(self.directions):
+            return
+        pairs = zip(positions, self._before, strict=True)
+        self.directions = [(now > before) - (now < before) for now, before in pairs]
+        self._before = list(positions)
+
+    def of_max(self, index: int) -> int:
+        """Of the maximum torque, -100 to 100 [%]."""
+        if self._servos.states[index] != SERVO:
+            return 0
+        axis = self._config.axes[index]
+        torque = axis.holding_torque + self.directions[index] * axis.moving_torque
+        limit = self._settings.torque_in_effect[index]
+        return max(-limit, min(limit, torque))
+
+    def of_rated(self, index: int) -> int:
+        """Of the rated torque, -1000 to 1000 [%]."""
+        share = self.of_max(index) * 100 / self._config.axes[index].rated_torque
+        return max(-_HIGHEST_OF_RATED, min(_HIGHEST_OF_RATED, round(share)))
+
+
+class Accumulated:
+    """Counts, times and ways; they survive a power cycle, and commands reset them (guide, 4.8).
+
+    Attributes:
+        servo_on_counts: Per axis: how often its servo was switched ON.
+        servo_on_us: Per axis: how long it was ON [us].
+        distances: Per axis: its way [pulses].
+        power_on_count: How often the controller was switched ON.
+        motor_power_on_count: How often the motor power was switched ON.
+        operating_us: How long the controller was ON [us].
+    """
+
+    def __init__(self, positions: list[int]) -> None:
+        self._positions = list(positions)
+        self._states: list[int] = []
+        self._servo_on: list[int] = []
+        self._motor_power = False
+        self._since_us: int | None = None
+        self.servo_on_counts = [0] * len(positions)
+        self.servo_on_us = [0] * len(positions)
+        self.distances = [0] * len(positions)
+        self.power_on_count = self.motor_power_on_count = self.operating_us = 0
+
+    def power_on(self) -> None:
+        """The controller is switched ON."""
+        self.power_on_count += 1
+        self._since_us = None
+
+    def observe(self, now_us: int, positions: list[int], servos: Servos) -> None:
+        """Once in every cycle in which something may have changed, while the power is ON."""
+        if self._since_us is not None:
+            passed_us = now_us - self._since_us
+            self.operating_us += passed_us
+            for index in self._servo_on:
+                self.servo_on_us[index] += passed_us
+        self._since_us = now_us
+        if positions != self._positions:
+            for index, (now, before) in enumerate(zip(positions, self._positions, strict=True)):
+                self.distances[index] += abs(now - before)
+            self._positions = list(positions)
+        if servos.states != self._states:
+            servo_on = [index for index, state in enumerate(servos.states) if state == SERVO]
+            for index in servo_on:
+                self.servo_on_counts[index] += index not in self._servo_on
+            self._servo_on = servo_on
+            self._states = list(servos.states)
+        self.motor_power_on_count += servos.motor_power and not self._motor_power
+        self._motor_power = servos.motor_power
+
+    def reset_motors(self, indices: Iterable[int], item: int = 0) -> None:
+        """Reset data of these axes.
+
+        Args:
+            indices: Into the axes.
+            item: 1 servo ON count, 2 servo ON time, 3 moving distance; 0 all of them.
+        """
+        kinds = {1: self.servo_on_counts, 2: self.servo_on_us, 3: self.distances}
+        for values in kinds.values() if item == 0 else (kinds[item],):
+            for index in indices:
+                values[index] = 0
+
+    def reset_system(self, item: int = 0) -> None:
+        """Reset data of the controller.
+
+        Args:
+            item: 1 power ON count, 2 motor power ON count, 3 operating time; 0 all of them.
+        """
+        if item in (0, 1):
+            self.power_on_count = 0
+        if item in (0, 2):
+            self.motor_power_on_count = 0
+        if item in (0, 3):
+            self.operating_us = 0
+
+
+@dataclass(frozen=True)
+class Definition:
+    """What a word shows: the item's number, and its options (of an axis: robot and axis)."""
+
+    item: int = 0
+    option1: int = 0
+    option2: int = 0
+
+    def name(self, config: RobotConfig) -> str:
+        """The quantity that it shows; empty for an item that the configuration does not name."""
+        return config.real_time_items.get(self.item, "")
+
+    def axis(self, config: RobotConfig) -> int | None:
+        """Index of the axis that the options name; None if it is not there."""
+        every = config.axes_of(self.option1) if self.option1 else ()
+        return every[self.option2 - 1] if 1 <= self.option2 <= len(every) else None
+
+    def sound(self, config: RobotConfig) -> bool:
+        """Its item is not one of an axis, or the axis is there."""
+        of_axis = self.name(config).removesuffix(HIGH_WORD) in QUANTITIES_OF_AXIS
+        return not of_axis or self.axis(config) is not None
+
+
+class RealTimeOutput:
+    """All definitions.
+
+    Attributes:
+        enabled: They are put out.
+        definitions: By number of the word, 24 to 127.
+        words: What is put out at present, by number of the word.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._config = config
+        self.enabled = False
+        self.definitions: dict[int, Definition] = {}
+        self.words: dict[int, int] = {}
+        self._due_us = 0
+
+    def define(self, word: int, definition: Definition) -> None:
+        """Define a word anew; it is taken up at the next update."""
+        self.definitions[word] = definition
+        self._due_us = 0
+
+    def enable(self, enabled: bool) -> None:
+        """Begin or end to put them out; words that are not put out are the robot programs'."""
+        self.enabled = enabled
+        self._due_us = 0
+        if not enabled:
+            self.words.clear()
+
+    def next_due_us(self) -> int | None:
+        """When the next update is due; None if nothing is put out."""
+        return self._due_us if self.enabled and self.definitions else None
+
+    def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
+        """Update the words, at the interval of the configuration.
+
+        Args:
+            now_us: Time of this cycle.
+            read: Gives a quantity as a word, by its name and the index of the axis; an item
+                without a name is 0.
+        """
+        config = self._config
+        if not self.enabled or now_us < self._due_us or config.size < _EXTENDED:
+            return
+        named = (
+            (word, one.name(config), one.axis(config)) for word, one in self.definitions.items()
+        )
+        self.words = {word: read(name, axis or 0) if name else 0 for word, name, axis in named}
+        self._due_us = now_us + round(config.real_time_interval * 1000)
+
+    def lay_over(self, area: bytearray) -> None:
+        """Put the words into an area."""
+        for word, value in self.words.items():
+            struct.pack_into("<H", area, 2 * word, value)
 
 
 class Data:
-    """It looks at the machine once in a cycle and changes nothing of it; kept without power."""
+    """It looks at the robots once in a cycle and changes nothing of them; kept without power."""
 
-    def __init__(self, config: RobotConfig) -> None:
-        positions = [axis.start for axis in config.axes]
+    def __init__(
+        self, config: RobotConfig, positions: list[int], servos: Servos, settings: Settings
+    ) -> None:
+        """`positions`, `servos` and `settings` are those that it looks at."""
+        self._config, self._positions, self._servos = config, positions, servos
         self.clock = Clock(config.clock)
-        self.torques = Torques(positions)
+        self.torques = Torques(config, servos, settings)
         self.accumulated = Accumulated(positions)
-        self.real_time = RealTimeOutput()
+        self.real_time = RealTimeOutput(config)
 
-    def observe(self, machine: Machine) -> None:
+    def observe(self, now_us: int) -> None:
         """The end of a cycle with the power ON."""
-        self.torques.observe(machine.positions)
-        self.accumulated.observe(machine.now_us, machine.positions, machine.servos)
-        self.real_time.observe(machine)
+        self.torques.observe(self._positions)
+        self.accumulated.observe(now_us, self._positions, self._servos)
+        self.real_time.observe(now_us, self.quantity)
 
     def next_due_us(self) -> int | None:
         """When there is something to look at although nothing else happens."""
         return self.real_time.next_due_us()
+
+    def quantity(self, name: str, index: int) -> int:
+        """What the real time output can show, now and as an unsigned word.
+
+        Args:
+            name: One of QUANTITIES.
+            index: Into the axes; not used where the quantity is not one of an axis.
+        """
+        plain = name.removesuffix(HIGH_WORD)
+        values = self._of_axis(index) if plain in QUANTITIES_OF_AXIS else self._of_system()
+        value = values[plain]
+        return (value >> 16 if name.endswith(HIGH_WORD) else value) & 0xFFFF
+
+    def _of_axis(self, index: int) -> dict[str, int]:
+        """Torques and duty [%], position [pulses], time [s], way [mm]."""
+        accumulated, torques = self.accumulated, self.torques
+        return {
+            "motor_duty": abs(torques.of_rated(index)),
+            "torque_of_max": torques.of_max(index),
+            "torque_of_rated": torques.of_rated(index),
+            "position_pulses": self._positions[index],
+            "servo_state": self._servos.states[index],
+            "servo_on_count": accumulated.servo_on_counts[index],
+            "servo_on_time": accumulated.servo_on_us[index] // _S,
+            "moving_distance": int(
+                accumulated.distances[index] / self._config.axes[index].pulses_per_mm
+            ),
+        }
+
+    def _of_system(self) -> dict[str, int]:
+        """Times in s."""
+        return {
+            "power_on_count": self.accumulated.power_on_count,
+            "motor_power_on_count": self.accumulated.motor_power_on_count,
+            "operating_time": self.accumulated.operating_us // _S,
+        }

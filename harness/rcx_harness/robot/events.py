@@ -27,13 +27,17 @@ def _parallel(machine: Machine, port: int, on: int) -> None:
     Of the dedicated ones only the stop signal counts (manual chapter 1, 4.1), see Machine.stopped;
     the others are what robot programs and I/O port reference read.
     """
-    machine.program.ports.set_input(port_by_name(f"DI({port:02})"), on)
+    machine.ports.set_input(port_by_name(f"DI({port:02})"), on)
     if port == _PARALLEL_STOP:
         machine.parallel_stop = bool(on)
 
 
 def _set(name: str, value: bool) -> Callable[[Machine], None]:
     return lambda machine: setattr(machine, name, value)
+
+
+def _mode(**switches: bool) -> Callable[[Machine], None]:
+    return lambda machine: machine.switch_mode(**switches)
 
 
 def _warning(value: bool) -> Callable[[Machine], None]:
@@ -60,24 +64,12 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     "warning_clear": ("the warning goes", _warning(False)),
     "pendant_on": ("the programming box takes control authority", _set("pendant_authority", True)),
     "pendant_off": ("the programming box gives it back", _set("pendant_authority", False)),
-    "manual_mode": ("select MANUAL mode", lambda machine: machine.set_auto_mode(False)),
-    "auto_mode": ("select AUTO mode", lambda machine: machine.set_auto_mode(True)),
-    "auto_input_on": (
-        "the AUTO input of the SAFETY connector turns ON",
-        lambda machine: machine.switch_mode(auto_input=True),
-    ),
-    "auto_input_off": (
-        "the AUTO input of the SAFETY connector turns OFF",
-        lambda machine: machine.switch_mode(auto_input=False),
-    ),
-    "manual_lock_on": (
-        "the programming box locks MANUAL mode",
-        lambda machine: machine.switch_mode(manual_lock=True),
-    ),
-    "manual_lock_off": (
-        "the programming box releases that lock",
-        lambda machine: machine.switch_mode(manual_lock=False),
-    ),
+    "manual_mode": ("select MANUAL mode", _mode(auto_input=False, manual_lock=True)),
+    "auto_mode": ("select AUTO mode", _mode(auto_input=True, manual_lock=False)),
+    "auto_input_on": ("the AUTO input of the SAFETY connector turns ON", _mode(auto_input=True)),
+    "auto_input_off": ("the AUTO input of the SAFETY connector turns OFF", _mode(auto_input=False)),
+    "manual_lock_on": ("the programming box locks MANUAL mode", _mode(manual_lock=True)),
+    "manual_lock_off": ("the programming box releases that lock", _mode(manual_lock=False)),
     "main_power_off": (
         "the motors' power goes, the controller's stays",
         lambda machine: machine.switch_main_power(False),

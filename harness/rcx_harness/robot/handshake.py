@@ -261,4 +261,4 @@ def _check(machine: Machine, words: Words) -> Call:
         raise CommandError(config.pendant_alarm)
     if entry.problem(words, unused_words=config.strict_unused_words):
         raise CommandError(config.format_alarm)
-    return Call(entry.code, robot or 1, entry.decode(words), robot)
+    return Call(entry.code, machine.arm(robot or 1), entry.decode(words), robot)

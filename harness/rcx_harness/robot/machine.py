@@ -9,24 +9,18 @@ from __future__ import annotations
 import random
 from collections.abc import Hashable, Iterable
 
-from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList
+from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList, CommandError
+from rcx_harness.robot.arm import Arm, Servos, Settings
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.data import Data
 from rcx_harness.robot.memory import Memory
-from rcx_harness.robot.motion import Motion, Movement
-from rcx_harness.robot.origin import OriginRun, Origins
+from rcx_harness.robot.motion import Motion, Movement, OriginRun, Origins
 from rcx_harness.robot.paths import Path
-from rcx_harness.robot.servos import Servos
-from rcx_harness.robot.settings import Settings
+from rcx_harness.robot.ports import Ports
 from rcx_harness.robot.stored import Point
 from rcx_harness.robot.tasks import Programs
 
 __all__ = ["Machine"]
-
-#: Outputs that are memory in the controller; and what need not be lost with its power: these, and
-#: the inputs of the parallel I/O board, which are the surroundings'.
-_INTERNAL = ("MO", "LO", "TO")
-_KEPT = ("DI", *_INTERNAL)
 
 
 class Machine:
@@ -49,7 +43,8 @@ class Machine:
         self.origins = Origins(config)
         self.settings = Settings(config)
         self.servos = Servos(len(config.axes))
-        self.data = Data(config)
+        self.data = Data(config, self.positions, self.servos, self.settings)
+        self.ports = Ports(config.size)
         self.auto_input = config.auto_mode
         self.manual_lock = not config.auto_mode
         self.pendant_authority = config.pendant_authority
@@ -57,7 +52,6 @@ class Machine:
         self.parallel_stop = config.parallel_stop
         self.hard_wired_stop = False
         self.main_power = True
-        self.program = Programs(config, config.program_is_reset)
         self.powered = False
         self.power_on()
         if config.booted:
@@ -76,10 +70,8 @@ class Machine:
         self.link = "none"
         self.auto_mode = self._auto_selected
         self.sequence_running = False
-        banks = self.program.ports.banks
-        self.program = Programs(self.config, self.config.program_is_reset)
-        cleared = _INTERNAL if self.config.power_clears_internal_outputs else ()
-        self.program.ports.keep(banks, [kind for kind in _KEPT if kind not in cleared])
+        self.ports.lose_power(clears_internal=self.config.power_clears_internal_outputs)
+        self.program = Programs(self.config, self.ports)
         self.motion.forget()
         self.pending: dict[str, int] = {}
         self.schedule("boot_time")
@@ -87,7 +79,7 @@ class Machine:
     def power_off(self) -> None:
         """Switch the controller off: all that is not stored is lost."""
         if self.powered:
-            self.data.observe(self)
+            self.data.observe(self.now_us)
         self.powered = self.booted = False
         self.servos.switch_all_off()
         self.settings.lose_power()
@@ -120,10 +112,6 @@ class Machine:
         """SO(02): the motor power is ON."""
         return self.servos.motor_power
 
-    def servos_on(self, indices: Iterable[int]) -> bool:
-        """The servo of each of these axes is on."""
-        return self.servos.are_on(indices)
-
     @property
     def origin_running(self) -> bool:
         """A return-to-origin is under way."""
@@ -147,7 +135,7 @@ class Machine:
         self.program.advance(now_us)
         if self.motion.under_way:
             self.motion.advance(now_us, self.positions)
-        self.data.observe(self)
+        self.data.observe(self.now_us)
 
     def next_due_us(self) -> int | None:
         """When something happens by itself; None if nothing is under way."""
@@ -197,6 +185,35 @@ class Machine:
         self.switch_servos_off(config.servo_off_alarm, stop_programs=programs)
         if self.booted and config.main_power_alarm:
             self.raise_alarm(config.main_power_alarm)
+
+    def arm(self, robot: int) -> Arm:
+        """One of the robots, 1 to 4."""
+        return Arm(robot, self.config, self.memory, self.settings, self.positions)
+
+    def check_movable(self, arm: Arm, places: Iterable[int] | None = None) -> None:
+        """Refuse a movement in emergency stop, in stop, with servos off, or beside another one.
+
+        Args:
+            arm: The robot that is to move.
+            places: Its axes that are to move; None: all.
+
+        Raises:
+            CommandError: with the alarm that says why.
+        """
+        config = self.config
+        indices = arm.indices if places is None else [arm.indices[place] for place in places]
+        if self.emergency:
+            raise CommandError(EMERGENCY_STOP)
+        if self.stopped:
+            raise CommandError(STOP)
+        if not self.servos.are_on(indices):
+            raise CommandError(config.servo_off_alarm)
+        for alarm in self.alarms.active:
+            if alarm.serious:
+                raise CommandError(alarm.number)
+        program = self.program.running and not config.motion_during_program
+        if program or self.motion.moving(arm.number) or self.origins.moves(arm.indices):
+            raise CommandError(config.busy_alarm)
 
     def move(
         self, robot: int, path: Path, *, relative: Hashable | None = None, pushing: bool = False
@@ -251,10 +268,6 @@ class Machine:
         delay = getattr(self.config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
         return self.rng.randint(round(low * 1000), round(high * 1000))
-
-    def set_auto_mode(self, auto: bool) -> None:
-        """Select AUTO mode or MANUAL mode, by both of its switches."""
-        self.switch_mode(auto_input=auto, manual_lock=not auto)
 
     def switch_mode(
         self, *, auto_input: bool | None = None, manual_lock: bool | None = None

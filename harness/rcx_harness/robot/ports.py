@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -19,6 +18,8 @@ _EXTENDED = range(24, 128)
 
 #: Ports that are not in the areas, and how many there are of each kind; SI and SO from 16() on.
 _BANKS = {"DI": 24, "DO": 24, "MO": 24, "LO": 2, "TO": 1, "SI": 24, "SO": 24}
+#: Those of them that are memory in the controller.
+_INTERNAL = ("MO", "LO", "TO")
 
 _NAME = re.compile(r"S([IO])(?:([WD])\(?(\d+)\)?|(1?[0-7])\(\)|\(?(1?[0-7])([0-7])\)?)")
 _OTHER = re.compile(r"(D[IO]|MO|LO|TO)(?:([0-2]?[0-7])\(\)|\(([0-2]?[0-7])([0-7])\))")
@@ -118,9 +119,17 @@ class Ports:
         self.inputs = bytes(size)
         self.outputs = bytearray(size)
 
-    def keep(self, banks: Mapping[str, bytearray], kinds: Iterable[str]) -> None:
-        """Take over ports of these kinds as they were in `banks`."""
-        self.banks.update({kind: bytearray(banks[kind]) for kind in kinds})
+    def lose_power(self, *, clears_internal: bool) -> None:
+        """All OFF or 0 but what need not be lost with the power.
+
+        That are the outputs that are memory in the controller, unless these are cleared, too; and
+        the inputs of the parallel I/O board, which are the surroundings'.
+        """
+        self.forget_inputs()
+        self.outputs = bytearray(len(self.outputs))
+        for kind, bank in self.banks.items():
+            if kind != "DI" and (clears_internal or kind not in _INTERNAL):
+                bank[:] = bytes(len(bank))
 
     def forget_inputs(self) -> None:
         """There is no connection: all inputs are OFF or 0."""

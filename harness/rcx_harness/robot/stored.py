@@ -1,9 +1,12 @@
-"""What the controller stores besides programs: its kinds of data, their numbers and names."""
+"""What the controller stores and shows besides programs: kinds of data, their numbers and names."""
 
 from __future__ import annotations
 
+import math
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 
 from rcx_harness.spec import command
@@ -13,7 +16,10 @@ __all__ = [
     "COUNTS",
     "EXAMPLE_POINTS",
     "FIRST_REAL",
+    "HIGH_WORD",
     "PALLET_POINTS",
+    "QUANTITIES",
+    "QUANTITIES_OF_AXIS",
     "ROBOTS",
     "ROBOT_PARAMETERS",
     "VARIABLES",
@@ -21,8 +27,14 @@ __all__ = [
     "Pallet",
     "Point",
     "Shift",
+    "fits_integer",
+    "from_bits",
+    "nearest",
     "parameter_names",
     "parameter_ranges",
+    "single",
+    "to_bits",
+    "toward_zero",
     "variable_number",
 ]
 
@@ -37,6 +49,26 @@ VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
+
+#: What a word of the real time output can show (guide, 4.9). The list of item numbers is in another
+#: manual; only motor duty, item 13, is in this one. So items are given by name, and the
+#: configuration says which number each of them has. Of an axis: option 1 is the robot, 2 the axis.
+QUANTITIES_OF_AXIS = (
+    "motor_duty",
+    "torque_of_max",
+    "torque_of_rated",
+    "position_pulses",
+    "servo_state",
+    "servo_on_count",
+    "servo_on_time",
+    "moving_distance",
+)
+_OF_SYSTEM = ("power_on_count", "motor_power_on_count", "operating_time")
+HIGH_WORD = ".high"
+#: All of them; with `.high` the upper of two words, for values beyond 16 bits.
+QUANTITIES = tuple(
+    name + half for name in (*QUANTITIES_OF_AXIS, *_OF_SYSTEM) for half in ("", HIGH_WORD)
+)
 
 #: Shift data of axes 1 to 4 [0.001 mm, 0.001 degree] (guide, 4.3.4).
 Shift = tuple[int, int, int, int]
@@ -115,3 +147,46 @@ def parameter_ranges() -> Mapping[str, tuple[float, float]]:
     """Lowest and highest value of each parameter by name, from the same table."""
     field = next(part for part in command("WriteParameter").request if part.name == "value")
     return {parameter_names()[k]: (pair[0], pair[-1]) for k, pair in field.ranges.items()}
+
+
+# Numbers as the controller keeps them: 32 bit integers and single-precision real numbers.
+
+
+def fits_integer(value: int) -> bool:
+    """It is a signed number of 32 bits."""
+    return -(2**31) <= value < 2**31
+
+
+def nearest(value: Fraction) -> int:
+    """The nearest integer; a half goes away from 0."""
+    size = math.floor(abs(value) + Fraction(1, 2))
+    return size if value >= 0 else -size
+
+
+def toward_zero(value: Fraction) -> int:
+    """The integer without what is behind the point."""
+    return math.trunc(value)
+
+
+def single(value: float) -> float:
+    """The nearest single-precision number; infinite where it is too large."""
+    try:
+        return from_bits(to_bits(value))
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+def from_bits(bits: int) -> float:
+    """The single-precision number with these 32 bits (signed or not)."""
+    value: float = struct.unpack("<f", struct.pack("<I", bits & 0xFFFFFFFF))[0]
+    return value
+
+
+def to_bits(value: float) -> int:
+    """The bits of a single-precision number as a signed integer.
+
+    Raises:
+        OverflowError: it is too large for single precision.
+    """
+    bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
+    return bits

@@ -146,18 +146,19 @@ class Programs:
     """All tasks, and what they act on: ports and variables.
 
     Attributes:
+        ports: The controller's general-purpose ports.
         tasks: One for each program of the configuration, in the order of their numbers.
         is_reset: The program has been reset and not started since: SO(14).
         variables: The variables of the programs, by name.
     """
 
-    def __init__(self, config: RobotConfig, is_reset: bool) -> None:
+    def __init__(self, config: RobotConfig, ports: Ports) -> None:
         self._config = config
-        self.ports = Ports(config.size)
+        self.ports = ports
         self.variables: dict[str, int] = {}
         self.tasks = [Task(program, config.size) for program in config.programs]
         self.tasks[0].number = TASKS[0]
-        self.is_reset = is_reset
+        self.is_reset = config.program_is_reset
         self._now_us = 0
         self._pulses: list[tuple[int, Port]] = []
         self._to_start: dict[int, str] | None = None

@@ -231,7 +231,7 @@ class _Lane:
             return "event"
         if "(" in name:
             place = port(name)
-            self._state = lambda robot: robot.machine.program.ports.read(place)
+            self._state = lambda robot: robot.machine.ports.read(place)
             return "output"
         row = signals().find(name)
         byte, bit, out = row.byte, row.bit, row.short.startswith("SO")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import MISSING, fields
 
-from rcx_harness.robot.config import RobotConfig
-from rcx_harness.robot.rules import rules
+from rcx_harness.robot.config import SECTIONS, RobotConfig
+from rcx_tools.docs.rules import rules
 
 __all__ = ["fidelity_page"]
 
@@ -25,6 +25,12 @@ its default is in brackets, delays are in ms, fixed or as `[shortest, longest]`.
 A rule without a knob is a simplification of the model.
 """
 
+_SECTIONS_HEAD = """\
+## Keys of the robot file by section
+
+As `RobotConfig` groups them; in the file all of them stand side by side.
+"""
+
 
 def fidelity_page() -> str:
     """The page as Markdown."""
@@ -40,6 +46,10 @@ def fidelity_page() -> str:
     for number, rule in enumerate((r for r in rules() if not r.from_manual), 1):
         knobs = [_knob(name, defaults.get(name)) for name in rule.knobs]
         lines.append(f"| A{number} `{rule.id}` | {rule.text} | {', '.join(knobs) or 'none'} |")
+    lines += ["", _SECTIONS_HEAD, "| Section | What it is | Keys |", "|---|---|---|"]
+    for section in SECTIONS:
+        keys = ", ".join(_knob(entry.name, defaults.get(entry.name)) for entry in fields(section))
+        lines.append(f"| `{section.__name__}` | {section.__doc__} | {keys} |")
     return "\n".join(lines) + "\n"
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.robot.rules import rules
+from rcx_tools.docs.rules import rules
 from rcx_tools.evidence.checks import CHECKS, Check
 from rcx_tools.evidence.results import ROOT
 

@@ -361,7 +361,7 @@ def test_the_test_itself_sees_a_change_in_every_corner() -> None:
         lambda machine: machine.data.clock.set_time(machine.now_us, 1, 2, 3),
         lambda machine: machine.data.real_time.enable(True),
         lambda machine: machine.data.accumulated.reset_system(1),
-        lambda machine: machine.program.ports.banks["MO"].__setitem__(9, 1),
+        lambda machine: machine.ports.banks["MO"].__setitem__(9, 1),
         lambda machine: machine.program.tasks[0].skip(),
         lambda machine: machine.alarms.activate("99.9", 0, serious=True),
     ]

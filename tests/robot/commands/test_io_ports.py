@@ -42,7 +42,7 @@ def test_the_printed_examples_write_do12_and_read_it_back() -> None:
     master = _master()
     assert master.execute(0x0300, 0, 0x1120, 7) == NORMAL_END
     assert master.execute(0x0304, 0, 0x1120) == (0x0200, 0, 0x1120, 7, *(0,) * 12)
-    assert master.robot.program.ports.read(port("DO12()")) == 7
+    assert master.robot.machine.ports.read(port("DO12()")) == 7
 
 
 def test_the_printed_example_switches_bit_1_of_do2() -> None:
@@ -217,7 +217,7 @@ def test_robot_programs_have_the_same_ports_as_the_commands(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["SI(20)", "SO(20)", "DO(20)"])
 def test_only_inputs_of_the_parallel_board_are_set_from_outside(name: str) -> None:
-    ports = _master().robot.program.ports
+    ports = _master().robot.machine.ports
     with pytest.raises(InputError, match="not an input of the parallel I/O board"):
         ports.set_input(port(name), 1)
 

@@ -11,7 +11,7 @@ import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, RobotConfig
-from rcx_harness.robot.quantities import QUANTITIES
+from rcx_harness.robot.stored import QUANTITIES
 from robot_master import NORMAL_END, Master, abnormal_end
 
 DEFINE, READ, ENABLE = 0x701, 0x702, 0x703

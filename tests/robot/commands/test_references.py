@@ -298,11 +298,10 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
     torques = master.robot.machine.data.torques
     master.send(0x0001, 4, 0, 1, 19)  # point 19: axis 1 plus, axis 2 minus
     master.run(50)
-    machine = master.robot.machine
-    assert [torques.of_max(machine, axis) for axis in (0, 1)] == [5, -10]
-    assert [torques.of_rated(machine, axis) for axis in (0, 1)] == [50, -50]
+    assert [torques.of_max(axis) for axis in (0, 1)] == [5, -10]
+    assert [torques.of_rated(axis) for axis in (0, 1)] == [50, -50]
     master.turn_and_wait("SI06", False)
-    assert [torques.of_max(machine, axis) for axis in (0, 1)] == [-5, 0]
+    assert [torques.of_max(axis) for axis in (0, 1)] == [-5, 0]
 
 
 def test_a_negative_torque_is_shown_as_such() -> None:

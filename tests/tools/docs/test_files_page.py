@@ -17,9 +17,8 @@ from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
 from rcx_harness.robot.config.checks import _CHOICES, _RANGES
-from rcx_harness.robot.quantities import QUANTITIES
-from rcx_harness.robot.rules import rules
-from rcx_harness.robot.stored import parameter_names, parameter_ranges
+from rcx_harness.robot.stored import QUANTITIES, parameter_names, parameter_ranges
+from rcx_tools.docs.rules import rules
 
 _PAGE = (Path(__file__).resolve().parents[3] / "docs/files.md").read_text(encoding="utf-8")
 _PLAIN = re.compile(r"`([^`]+)`")

@@ -8,19 +8,22 @@ from typing import Any, Protocol, TypeVar
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.area import CYCLE_US
+from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
 
 __all__ = [
+    "Action",
     "Call",
     "CommandError",
     "Execution",
+    "Lasting",
     "Response",
     "act",
     "answers_absent",
-    "last",
     "registered",
     "start",
+    "takes_time",
 ]
 
 #: Response fields by their names in remote_commands.toml.
@@ -29,15 +32,35 @@ Response = Mapping[str, FieldValue]
 
 @dataclass(frozen=True)
 class Call:
-    """A command as the master gave it: code without R, robot 1 to 4, and the fields.
+    """A command as the master gave it: code without R, the robot that it is for, and the fields.
 
     `designated` is R as it was sent, 0 to 4, for the commands where 0 is not robot 1.
     """
 
     code: int
-    robot: int
+    arm: Arm
     values: Mapping[str, Any]
     designated: int = 0
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """The axes that it names with `axis_designation` and `axes`, else all of the robot.
+
+        Raises:
+            CommandError: the robot does not have one of them.
+        """
+        count = len(self.arm.axes)
+        if not self.values.get("axis_designation", "axes" in self.values):
+            return tuple(range(count))
+        chosen = self.values["axes"]
+        if chosen >> count:
+            raise CommandError(self.arm.config.no_axis_alarm)
+        return tuple(place for place in range(count) if chosen >> place & 1)
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """The same axes as indices into all axes of the controller."""
+        return tuple(self.arm.indices[place] for place in self.places)
 
 
 class Execution(Protocol):
@@ -55,6 +78,16 @@ class Execution(Protocol):
 
     def interim(self, machine: Machine) -> Response:
         """What is shown together with status 0x0100."""
+
+
+class Lasting:
+    """A command under way that the status reset command does not end, and that shows nothing."""
+
+    stoppable = False
+
+    def interim(self, machine: Machine) -> Response:
+        """Nothing is shown before the end."""
+        return {}
 
 
 _Action = Callable[[Machine, Call], Response]
@@ -88,7 +121,7 @@ def answers_absent(code: int) -> bool:
     return code in _ABSENT
 
 
-def last(*codes: int) -> Callable[[_S], _S]:
+def takes_time(*codes: int) -> Callable[[_S], _S]:
     """Register a class, or a function that gives an Execution, for a command that takes time."""
 
     def register(starter: _S) -> _S:
@@ -116,13 +149,11 @@ def start(machine: Machine, call: Call) -> Execution:
     raise CommandError(machine.config.undefined_code_alarm)
 
 
-class Action:
+class Action(Lasting):
     """A command that acts once, `command_delay` after it was taken.
 
     One that is shorter than a cycle acts at once, so that the run status may be skipped.
     """
-
-    stoppable = False
 
     def __init__(self, machine: Machine, call: Call) -> None:
         self._call = call
@@ -134,7 +165,3 @@ class Action:
         if machine.now_us < self._due_us:
             return None
         return _ACTIONS[self._call.code](machine, self._call)
-
-    def interim(self, machine: Machine) -> Response:
-        """Nothing is shown before the end."""
-        return {}

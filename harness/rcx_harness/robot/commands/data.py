@@ -1,92 +1,239 @@
-"""Category 6: versions, configuration and current position (guide, 4.7.1 to 4.7.4, 4.7.15)."""
+"""Categories 2 and 3: stored data, and operations with them (guide, 4.3 and 4.4)."""
 
 from __future__ import annotations
 
-from rcx_harness.robot.commands.base import (
-    Action,
-    Call,
-    CommandError,
-    Execution,
-    Response,
-    act,
-    last,
-)
-from rcx_harness.robot.commands.moving import positions_of
+import math
+from collections.abc import Sequence
+
+from rcx_harness.robot.commands.base import Call, CommandError, Response, act
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.memory import is_real
+from rcx_harness.robot.stored import Hand, Pallet, Point, from_bits, parameter_names, to_bits
 
-__all__ = [
-    "read_configuration",
-    "read_option_slots",
-    "read_position",
-    "read_position_once",
-    "read_version",
-]
-
-_MM = 0x506
-_DRIVERS = 4
+_TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0
+_LENGTH = 16
+_OPERATORS = {0x204: "+", 0x208: "-", 0x20C: "*", 0x210: "/"}
+#: Grams or kilograms in one kg of the maximum payload.
+_PAYLOADS = {"WEIGHT": 1, "WEIGHTG": 1000, "AXWGHT": 1}
+_SUBTRACT = 0x235
+_MM = 0x241
 
 
-@act(0x501)
-def read_version(machine: Machine, call: Call) -> Response:
-    """Software versions (4.7.1); drivers that are not there show 0."""
-    config = machine.config
-    present = min(len(config.axes), _DRIVERS)
+@act(0x100)
+def write_point(machine: Machine, call: Call) -> Response:
+    """Define a point (4.3.1); hand and arm rotation count only in mm, and with a SCARA robot."""
+    values = call.values
+    mm = bool(values["unit"])
+    scara = mm and bool(machine.config.scara_robots)
+    machine.points[values["point"]] = Point(
+        data=values["positions"],
+        mm=mm,
+        hand=values["hand"] % 3 if scara else 0,  # 3 is none, as 0
+        arm1=_TURNS.get(values["arm1"], 0) if scara else 0,
+        arm2=_TURNS.get(values["arm2"], 0) if scara else 0,
+    )
+    return {}
+
+
+@act(0x101)
+def read_point(machine: Machine, call: Call) -> Response:
+    """Give a point back in its own unit (4.3.1)."""
+    number = call.values["point"]
+    point = machine.memory.point(number)
     return {
-        "host_version": config.host_version,
-        "host_revision": config.host_revision,
-        "fpga_version": config.fpga_version,
-        "driver_versions": (config.driver_version,) * present,
+        "point": number,
+        "unit": int(point.mm),
+        "hand": point.hand,
+        "arm1": point.arm1 & 0xF,
+        "arm2": point.arm2 & 0xF,
+        "positions": point.data,
     }
 
 
-@act(0x502)
-def read_configuration(machine: Machine, call: Call) -> Response:
-    """Type of a robot and of its axes (4.7.2)."""
-    config = machine.config
-    types = tuple(config.axes[index].robot_type for index in config.axes_of(call.robot))
-    return {"robot_type": types[0], "axis_types": types}
+@act(0x104)
+def write_comment(machine: Machine, call: Call) -> Response:
+    """Define the comment of a point; the point itself need not be defined."""
+    machine.memory.comments[call.values["point"]] = call.values["comment"].rstrip(" ")
+    return {}
 
 
-@act(0x513)
-def read_option_slots(machine: Machine, call: Call) -> Response:
-    """Units in the option slots (4.7.15); there is one controller."""
-    if call.values["controller"] != 1:
-        raise CommandError(machine.config.absent_controller_alarm)
-    return {"slots": machine.config.option_slots, "ivy2": machine.config.ivy2_unit}
+@act(0x105)
+def read_comment(machine: Machine, call: Call) -> Response:
+    """Give the comment of a point back, filled up behind the text."""
+    number = call.values["point"]
+    filler = "\0" if machine.config.comment_filler == "zeros" else " "
+    return {"point": number, "comment": machine.memory.comment(number).ljust(_LENGTH, filler)}
 
 
-@act(0x505, 0x506)
-def read_position_once(machine: Machine, call: Call) -> Response:
-    """Current position (4.7.4)."""
-    mm = call.code == _MM
-    values = {"positions": positions_of(machine, call.robot, mm=mm)}
-    if not mm:
-        return values
-    config = machine.config
-    hand = config.position_hand and call.robot in config.scara_robots
+@act(0x108)
+def write_pallet(machine: Machine, call: Call) -> Response:
+    """Define a pallet; its points are looked at only where a work position is wanted."""
+    values = call.values
+    pallet = Pallet(values["nx"], values["ny"], values["nz"], values["first_point"])
+    machine.memory.pallets[values["pallet"]] = pallet
+    return {}
+
+
+@act(0x109)
+def read_pallet(machine: Machine, call: Call) -> Response:
+    """Give the definition of a pallet back."""
+    number = call.values["pallet"]
+    pallet = machine.memory.pallet(number)
     return {
-        **values,
-        "flag_bit0": int(config.position_flag_bit0),
-        "hand": 1 + machine.settings.of(call.robot).arm_status if hand else 0,
+        "pallet": number,
+        "nx": pallet.nx,
+        "ny": pallet.ny,
+        "nz": pallet.nz,
+        "first_point": pallet.first,
     }
 
 
-@last(0x505, 0x506)
-def read_position(machine: Machine, call: Call) -> Execution:
-    """Current position, once or until the status reset command (4.7.4)."""
-    return _Continuous(call) if call.values["continuous"] else Action(machine, call)
+@act(0x10C)
+def write_shift(machine: Machine, call: Call) -> Response:
+    """Define a shift."""
+    machine.memory.shifts[call.values["shift"]] = call.values["shift_data"]
+    return {}
 
 
-class _Continuous:
-    """Status 0x0100 with the position of every cycle; it has no end of its own."""
+@act(0x10D)
+def read_shift(machine: Machine, call: Call) -> Response:
+    """Give a shift back."""
+    number = call.values["shift"]
+    return {"shift": number, "shift_data": machine.memory.shift(number)}
 
-    stoppable = True
 
-    def __init__(self, call: Call) -> None:
-        self._call = call
+@act(0x110)
+def write_hand(machine: Machine, call: Call) -> Response:
+    """Define a hand of a robot; its data are kept as they are on the wire."""
+    values = call.values
+    hand = Hand((values["data1"], values["data2"], values["data3"], values["data4"]))
+    machine.memory.hands[call.arm.number, values["hand_number"]] = hand
+    return {}
 
-    def step(self, machine: Machine) -> Response | None:
-        return None
 
-    def interim(self, machine: Machine) -> Response:
-        return read_position_once(machine, self._call)
+@act(0x111)
+def read_hand(machine: Machine, call: Call) -> Response:
+    """Give a hand of a robot back, with the number of the robot."""
+    number = call.values["hand_number"]
+    hand = machine.memory.hand(call.arm.number, number)
+    data = {f"data{k}": value for k, value in enumerate(hand.data, 1)}
+    return {"hand_number": number, "robot_number": call.arm.number, **data}
+
+
+@act(0x200, 0x204, 0x208, 0x20C, 0x210)
+def assign_value(machine: Machine, call: Call) -> Response:
+    """Variable 1 = value, or variable 1 = variable 1 (+ - * /) value."""
+    number, raw = call.values["variable1"], call.values["value"]
+    value = from_bits(raw) if is_real(number) else raw
+    if not math.isfinite(value):
+        raise CommandError(machine.config.format_alarm)
+    _put(machine, call.code, number, value)
+    return {}
+
+
+@act(0x201, 0x205, 0x209, 0x20D, 0x211)
+def assign_variable(machine: Machine, call: Call) -> Response:
+    """Variable 1 = variable 2, or variable 1 = variable 1 (+ - * /) variable 2."""
+    value = machine.memory.variables.value(call.values["variable2"])
+    _put(machine, call.code & ~1, call.values["variable1"], value)
+    return {}
+
+
+@act(0x214)
+def read_variable(machine: Machine, call: Call) -> Response:
+    """Give the value of a variable back; a real number as its bits."""
+    number = call.values["variable"]
+    value = machine.memory.variables.value(number)
+    return {"variable": number, "value": to_bits(value) if is_real(number) else value}
+
+
+@act(0x220)
+def write_parameter(machine: Machine, call: Call) -> Response:
+    """Assign a value; a payload is at most the maximum payload."""
+    name, axis, value = _name(call), _axis(call), call.values["value"]
+    if name in _PAYLOADS and value > machine.config.max_payload * _PAYLOADS[name]:
+        raise CommandError(machine.config.format_alarm)
+    machine.memory.parameters.set(call.arm.number, name, value, axis)
+    return {}
+
+
+@act(0x224)
+def read_parameter(machine: Machine, call: Call) -> Response:
+    """Give the value of a parameter back."""
+    value = call.arm.parameter(_name(call), _axis(call))
+    asked = {key: call.values[key] for key in ("parameter", "axes")}
+    return {**asked, "value": value}
+
+
+@act(0x230)
+def assign_point(machine: Machine, call: Call) -> Response:
+    """Point 1 = point 2, with all that belongs to its data."""
+    machine.points[call.values["point1"]] = machine.memory.point(call.values["point2"])
+    return {}
+
+
+@act(0x234, 0x235)
+def add_point(machine: Machine, call: Call) -> Response:
+    """Point 1 = point 1 + point 2 or point 1 - point 2; point 1 keeps its hand and arm rotation."""
+    memory = machine.memory
+    first, second = memory.point(call.values["point1"]), memory.point(call.values["point2"])
+    if first.mm != second.mm:
+        raise CommandError(machine.config.point_unit_alarm)
+    sign = -1 if call.code == _SUBTRACT else 1
+    data = tuple(a + sign * b for a, b in zip(first.data, second.data, strict=True))
+    memory.points[call.values["point1"]] = memory.changed(first, data)
+    return {}
+
+
+@act(0x238)
+def assign_pallet_point(machine: Machine, call: Call) -> Response:
+    """Point = work position of a pallet."""
+    values = call.values
+    machine.points[values["point"]] = machine.memory.work_point(values["pallet"], values["work"])
+    return {}
+
+
+@act(0x240, 0x241)
+def assign_point_element(machine: Machine, call: Call) -> Response:
+    """Assign a value to one element of a point that has the same unit."""
+    memory, number = machine.memory, call.values["point"]
+    point = memory.point(number)
+    if point.mm != (call.code == _MM):
+        raise CommandError(machine.config.point_unit_alarm)
+    memory.points[number] = memory.changed(point, _replaced(machine, call, point.data))
+    return {}
+
+
+@act(0x245)
+def assign_shift_element(machine: Machine, call: Call) -> Response:
+    """Assign a value to one element of a shift."""
+    number = call.values["shift"]
+    one, two, three, four = _replaced(machine, call, machine.memory.shift(number))
+    machine.memory.shifts[number] = (one, two, three, four)
+    return {}
+
+
+def _put(machine: Machine, code: int, number: int, value: float) -> None:
+    operator = _OPERATORS.get(code)
+    if operator:
+        machine.memory.variables.calculate(number, operator, value)
+    else:
+        machine.memory.variables.assign(number, value)
+
+
+def _name(call: Call) -> str:
+    return parameter_names()[call.values["parameter"]]
+
+
+def _axis(call: Call) -> int:
+    """Place of the axis in the robot; 0 for a parameter of the robot."""
+    places = call.places
+    return places[0] if places else 0
+
+
+def _replaced(machine: Machine, call: Call, data: Sequence[int]) -> tuple[int, ...]:
+    """The data with the value in the place (or places) that the data number designates."""
+    bits, value = call.values["data_number"], call.values["value"]
+    if bits & (bits - 1) and not machine.config.several_elements:
+        raise CommandError(machine.config.format_alarm)
+    return tuple(value if bits >> k & 1 else old for k, old in enumerate(data))

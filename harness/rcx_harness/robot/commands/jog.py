@@ -5,19 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from rcx_harness.robot.alarms import SOFT_LIMIT, STOP
-from rcx_harness.robot.commands.base import Call, CommandError, Response, last
-from rcx_harness.robot.commands.moving import (
-    Moving,
-    Pace,
-    check_movable,
-    chosen_places,
-    position_output,
-)
-from rcx_harness.robot.commands.planning import beyond, frame_of, here, plan_line, plan_ptp
+from rcx_harness.robot.commands.base import Call, CommandError, Response, takes_time
+from rcx_harness.robot.commands.moves import Moving, position_output
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
-
-__all__ = ["Jog", "inch"]
+from rcx_harness.robot.paths import Pace, plan_line, plan_ptp
 
 _PULSES = (0x020, 0x024)
 _TOOL = (0x022, 0x026)
@@ -26,7 +18,7 @@ _PROBE = 1000  # 1 mm or 1 degree: far enough to see which axes a direction move
 _STEP = 250.0  # how closely the way of a turning hand is looked at [0.001 degree]
 
 
-@last(0x020, 0x021, 0x022)
+@takes_time(0x020, 0x021, 0x022)
 class Jog(Moving):
     """Moves until the stop input goes OFF, at most to a soft limit.
 
@@ -36,91 +28,87 @@ class Jog(Moving):
 
     def __init__(self, machine: Machine, call: Call) -> None:
         if call.code in _PULSES:
-            movement = _drive(machine, call, *_end(machine, call))
+            movement = _drive(machine, call, *_end(call))
         else:
-            movement = _follow(machine, call, lambda: _reach(machine, call))
+            movement = _follow(machine, call, lambda: _reach(call))
         super().__init__(call, movement)
 
     def step(self, machine: Machine) -> Response | None:
         """The position where it was stopped, if it was asked for."""
         if self.movement.stopped_by == STOP:
-            raise CommandError(STOP, position_output(machine, self.call))
+            raise CommandError(STOP, position_output(self.call))
         response = super().step(machine)
         if response is not None and machine.config.jog_limit == "alarm":
             raise CommandError(SOFT_LIMIT, axis=self.call.values["axes"].bit_length())
         return response
 
 
-@last(0x024, 0x025, 0x026)
+@takes_time(0x024, 0x025, 0x026)
 def inch(machine: Machine, call: Call) -> Moving:
     """Move by the inching amount, in pulses or 0.001 mm."""
-    amount = machine.settings.of(call.robot).inching_amount
+    amount = call.arm.settings.inching_amount
     if call.code not in _PULSES:
         return Moving(call, _follow(machine, call, lambda: amount))
-    place, sign = _axis(machine, call)
-    target = here(machine, call.robot)[place] + sign * amount
+    place, sign = _axis(call)
+    target = call.arm.here[place] + sign * amount
     return Moving(call, _drive(machine, call, place, target))
 
 
-def _axis(machine: Machine, call: Call) -> tuple[int, int]:
+def _axis(call: Call) -> tuple[int, int]:
     """Place of the axis that is named, and +1 or -1."""
-    (place,) = chosen_places(machine, call)
+    (place,) = call.places
     return place, -1 if call.values["direction"] else 1
 
 
-def _end(machine: Machine, call: Call) -> tuple[int, int]:
+def _end(call: Call) -> tuple[int, int]:
     """Place of the axis and where its jog ends: at the limit, or here if that is behind it."""
-    place, sign = _axis(machine, call)
-    axis = machine.config.axes[machine.config.axes_of(call.robot)[place]]
-    now = here(machine, call.robot)[place]
+    place, sign = _axis(call)
+    axis, now = call.arm.axes[place], call.arm.here[place]
     return place, max(now, axis.soft_high) if sign > 0 else min(now, axis.soft_low)
 
 
 def _drive(machine: Machine, call: Call, place: int, target: int) -> Movement:
     """One axis alone, to `target` [pulses]."""
-    check_movable(machine, call.robot, (place,))
-    path = plan_ptp(machine, call.robot, {place: target}, _manual(machine, call))
-    return machine.move(call.robot, path)
+    machine.check_movable(call.arm, (place,))
+    return machine.move(call.arm.number, plan_ptp(call.arm, {place: target}, _manual(call)))
 
 
 def _follow(machine: Machine, call: Call, distance: Callable[[], float]) -> Movement:
     """The tool along its direction by `distance` [0.001 mm or 0.001 degree]."""
-    robot = call.robot
-    check_movable(machine, robot, beyond(machine, robot, _ways(machine, call, _PROBE), mm=True))
-    target = beyond(machine, robot, _ways(machine, call, distance()), mm=True)
-    path = plan_line(machine, robot, target, _manual(machine, call))
-    return machine.move(robot, path)
+    arm = call.arm
+    machine.check_movable(arm, arm.beyond(_ways(call, _PROBE), mm=True))
+    target = arm.beyond(_ways(call, distance()), mm=True)
+    return machine.move(arm.number, plan_line(arm, target, _manual(call)))
 
 
-def _manual(machine: Machine, call: Call) -> Pace:
-    return Pace(machine.settings.of(call.robot).manual_speed / 100)
+def _manual(call: Call) -> Pace:
+    return Pace(call.arm.settings.manual_speed / 100)
 
 
-def _ways(machine: Machine, call: Call, distance: float) -> Mapping[int, float]:
+def _ways(call: Call, distance: float) -> Mapping[int, float]:
     """What of each coordinate changes on such a way along the axis of the coordinates, by place."""
-    place, sign = _axis(machine, call)
+    place, sign = _axis(call)
     ways = {place: sign * distance}
     if call.code in _TOOL:
-        frame = frame_of(machine, call.robot)
-        position = frame.to_mm(here(machine, call.robot))
+        frame = call.arm.frame
+        position = frame.to_mm(call.arm.here)
         way = [ways.get(k, 0.0) for k in range(len(position))]
         end = frame.tool_to_mm(position, way)
         ways = {k: end[k] - position[k] for k in range(len(position)) if end[k] != position[k]}
     return ways
 
 
-def _reach(machine: Machine, call: Call) -> float:
+def _reach(call: Call) -> float:
     """How far the tool can go until an axis is at its soft limit [0.001 mm or 0.001 degree]."""
-    config, frame = machine.config, frame_of(machine, call.robot)
-    start = frame.to_mm(here(machine, call.robot))
-    ways = _ways(machine, call, 1.0)
+    axes, frame = call.arm.axes, call.arm.frame
+    start = frame.to_mm(call.arm.here)
+    ways = _ways(call, 1.0)
 
     def at(distance: float) -> tuple[float, ...]:
         return frame.to_pulses([v + ways.get(k, 0.0) * distance for k, v in enumerate(start)])
 
     turning = frame.turning_hand and _R in ways
     now, then, reach = at(0.0), at(1.0), []
-    axes = [config.axes[index] for index in config.axes_of(call.robot)]
     for place, axis in enumerate(axes):
         rate = then[place] - now[place]
         if rate and (place in ways or not turning):

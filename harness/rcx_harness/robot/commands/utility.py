@@ -1,12 +1,29 @@
-"""Category 7: alarm reset and accumulated data (guide, 4.8.3 to 4.8.6)."""
+"""Categories 7 and 8: clock, alarm reset, accumulated data, real time output (guide, 4.8, 4.9)."""
 
 from __future__ import annotations
 
-from rcx_harness.robot.commands.axes import chosen_axes
 from rcx_harness.robot.commands.base import Call, CommandError, Response, act
+from rcx_harness.robot.data import Definition
 from rcx_harness.robot.machine import Machine
 
-__all__ = ["reset_alarm", "reset_all_data", "reset_motor_data", "reset_system_data"]
+
+@act(0x602)
+def set_date(machine: Machine, call: Call) -> Response:
+    """Set the date (4.8.1), if there is such a day."""
+    values = call.values
+    try:
+        machine.data.clock.set_date(machine.now_us, values["year"], values["month"], values["day"])
+    except ValueError:
+        raise CommandError(machine.config.impossible_date_alarm) from None
+    return {}
+
+
+@act(0x603)
+def set_time(machine: Machine, call: Call) -> Response:
+    """Set the time (4.8.2)."""
+    hour, minute, second = (call.values[name] for name in ("hour", "minute", "second"))
+    machine.data.clock.set_time(machine.now_us, hour, minute, second)
+    return {}
 
 
 @act(0x604)
@@ -23,8 +40,8 @@ def reset_motor_data(machine: Machine, call: Call) -> Response:
     """Reset one kind of accumulated data of one motor or of all (4.8.4)."""
     config = machine.config
     of_all = config.motor_data_of_all_robots
-    motors = range(len(config.axes)) if of_all else config.axes_of(call.robot)
-    indices = chosen_axes(machine, call) or motors
+    motors = range(len(config.axes)) if of_all else call.arm.indices
+    indices = call.indices or motors
     machine.data.accumulated.reset_motors(indices, call.values["item"])
     return {}
 
@@ -41,4 +58,35 @@ def reset_all_data(machine: Machine, call: Call) -> Response:
     """Reset all accumulated data (4.8.6)."""
     machine.data.accumulated.reset_motors(range(len(machine.config.axes)))
     machine.data.accumulated.reset_system()
+    return {}
+
+
+@act(0x701)
+def define(machine: Machine, call: Call) -> Response:
+    """Define what a word shows (4.9.1)."""
+    values = call.values
+    definition = Definition(values["item"], values["option1"], values["option2"])
+    if not definition.sound(machine.config):
+        raise CommandError(machine.config.no_axis_alarm)
+    machine.data.real_time.define(values["output_word"], definition)
+    return {}
+
+
+@act(0x702)
+def read_definition(machine: Machine, call: Call) -> Response:
+    """What a word is defined to show (4.9.2); item 0 for nothing."""
+    word = call.values["output_word"]
+    definition = machine.data.real_time.definitions.get(word, Definition())
+    return {
+        "output_word": word,
+        "item": definition.item,
+        "option1": definition.option1,
+        "option2": definition.option2,
+    }
+
+
+@act(0x703)
+def enable(machine: Machine, call: Call) -> Response:
+    """Put the defined words out, or no longer (4.9.3)."""
+    machine.data.real_time.enable(bool(call.values["enabled"]))
     return {}

@@ -4,14 +4,42 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
+from datetime import datetime
 from difflib import get_close_matches
 from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.script import Task, script
+from rcx_harness.robot.stored import (
+    AXES,
+    COUNTS,
+    PALLET_POINTS,
+    QUANTITIES,
+    ROBOT_PARAMETERS,
+    ROBOTS,
+    Pallet,
+    Point,
+    fits_integer,
+    parameter_names,
+    parameter_ranges,
+    single,
+    variable_number,
+)
 
-__all__ = ["alarm_code", "check_programs", "check_value", "expect", "is_number", "near"]
+__all__ = [
+    "STORED",
+    "alarm_code",
+    "check_programs",
+    "check_stored",
+    "check_value",
+    "is_number",
+    "is_whole",
+    "near",
+]
+
+#: The keys of stored data.
+STORED = ("points", "comments", "pallets", "shifts", "hands", "variables", "parameters")
 
 #: A robot program's name, as remote commands can carry it (guide 4.6.1).
 _NAME = re.compile("[A-Z0-9_]+")
@@ -51,6 +79,9 @@ _RANGES = {
     "alarm_history_length": (1, 100_000),
 }
 _PROGRAMS = 100
+#: Item numbers of the real time output (guide, 4.9.1).
+_ITEMS = range(1, 46)
+_SLOTS = 4
 #: Alarms that need not be.
 _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
 #: What an alarm's key holds, or that of several.
@@ -79,34 +110,71 @@ def check_value(key: str, declared: str, value: Any) -> None:
     if key in _CHOICES:
         choices = _CHOICES[key]
         right = value in choices and type(value) is type(choices[0])
-        expect(right, key, value, " or ".join(map(str, choices)))
+        _expect(right, key, value, " or ".join(map(str, choices)))
     elif declared == "Delay":
         _check_delay(key, value)
     elif declared == "bool":
-        expect(isinstance(value, bool), key, value, "true or false")
+        _expect(isinstance(value, bool), key, value, "true or false")
     elif declared == "int | None" and value is None:
         pass
     elif declared in ("int", "int | None"):
         low, high = _RANGES.get(key, _INT32)
-        expect(_whole(value, low, high), key, value, f"{low} to {high}")
+        _expect(is_whole(value, low, high), key, value, f"{low} to {high}")
     elif declared == "float":
         _check_number(key, value)
     elif key.endswith(("_alarm", "_alarms")):
         listed = declared != "str"
-        expect(isinstance(value, tuple if listed else str), key, value, _ALARMS[listed])
+        _expect(isinstance(value, tuple if listed else str), key, value, _ALARMS[listed])
         for number in value if listed else (value,):
             if number != "" or key not in _NO_ALARM:
                 alarm_code(number, key)
+    elif key == "clock":
+        _expect(_is_moment(value), key, value, 'date and time as "2014-01-01 10:59:59"')
     elif declared == "str":
-        expect(isinstance(value, str), key, value, "a text")
+        _expect(isinstance(value, str), key, value, "a text")
     elif key == "axes":
         _check_axes(value)
     elif key == "scara_robots":
-        right = isinstance(value, tuple) and all(_whole(robot, 1, 4) for robot in value)
-        expect(right, key, value, "a list of robot numbers 1 to 4")
+        right = isinstance(value, tuple) and all(is_whole(robot, 1, 4) for robot in value)
+        _expect(right, key, value, "a list of robot numbers 1 to 4")
+    elif key == "option_slots":
+        units = value if isinstance(value, tuple) else ()
+        right = len(units) == _SLOTS and all(is_whole(unit, 0, 0xFFFF) for unit in units)
+        _expect(right, key, value, f"{_SLOTS} unit numbers, such as [0x0401, 0, 0, 0]")
+    elif key == "real_time_items":
+        _check_items(key, value)
     elif key == "programs":
-        expect(len(value) > 0, key, value, "at least one program")
-        expect(len(value) <= _PROGRAMS, key, f"{len(value)} tables", f"{_PROGRAMS} at most")
+        _expect(len(value) > 0, key, value, "at least one program")
+        _expect(len(value) <= _PROGRAMS, key, f"{len(value)} tables", f"{_PROGRAMS} at most")
+
+
+def check_stored(key: str, value: Any, axes: int) -> None:
+    """Refuse stored data that no controller could have.
+
+    Args:
+        key: One of STORED.
+        value: What RobotConfig holds under that key.
+        axes: How many axes the controller has.
+
+    Raises:
+        InputError: the key and what may stand there.
+    """
+    for number, entry in value.items():
+        if key == "variables":
+            _check_variable(number, entry)
+        elif key == "parameters":
+            _check_parameter(number, entry, axes)
+        elif key == "hands":
+            robot, hand = number
+            name = f"hands.{robot}.{hand}"
+            _expect(1 <= robot <= ROBOTS, name, robot, f"robot 1 to {ROBOTS}")
+            _check_place(name, "hands", hand)
+            _check_wire(name, entry.data, 4)
+            _expect(entry.data[3] in (0, 1), name, entry.data[3], "data 4 is 0 or 1")
+        else:
+            name = f"{key}.{number}"
+            _check_place(name, key, number)
+            _CHECKS[key](name, entry)
 
 
 def check_programs(programs: Any, size: int) -> None:
@@ -114,13 +182,13 @@ def check_programs(programs: Any, size: int) -> None:
     for program in programs:
         steps = program.steps
         texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
-        expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
+        _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
         for step in script(steps, size):
             number = step.number if isinstance(step, Task) else 1
             allowed = f"START 1 to START {len(programs)}"
-            expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
+            _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
-        expect(named, "name", program.name, "upper case letters, digits and _")
+        _expect(named, "name", program.name, "upper case letters, digits and _")
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
@@ -132,11 +200,11 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,5})\.(\d{1,5})", number) if isinstance(number, str) else None
     code = (int(match[1]), int(match[2])) if match else (-1, -1)
     fits = all(0 <= part <= 0xFFFF for part in code)
-    expect(fits, key, number, 'group and category as "12.600"')
+    _expect(fits, key, number, 'group and category as "12.600"')
     return code
 
 
-def expect(condition: bool, key: str, value: Any, allowed: str) -> None:
+def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
     """Refuse the value of a key unless the condition holds (InputError)."""
     if not condition:
         raise InputError(f"'{key}' cannot be {_shown(value)}", hint=f"it may be {allowed}")
@@ -155,6 +223,11 @@ def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 
+def is_whole(value: Any, low: float = -math.inf, high: float = math.inf) -> bool:
+    """It is an integer from `low` to `high`."""
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
 def near(name: str, known: Iterable[str]) -> str:
     """A hint on a name that is not known: what is near, else all there are, or the nearest."""
     names = list(known)
@@ -171,32 +244,105 @@ def near(name: str, known: Iterable[str]) -> str:
 def _check_delay(key: str, value: Any) -> None:
     pair = value if isinstance(value, tuple) else (value, value)
     right = len(pair) == 2 and all(map(is_number, pair)) and 0 <= pair[0] <= pair[1] <= _MOST
-    expect(right, key, value, f"milliseconds up to {_MOST}, or [shortest, longest]")
+    _expect(right, key, value, f"milliseconds up to {_MOST}, or [shortest, longest]")
 
 
 def _check_number(key: str, value: Any) -> None:
     if key in _POSITIVE or key == "duration":
         right = is_number(value) and _LEAST <= value <= _MOST
-        expect(right, key, value, f"a number above 0, {_LEAST:f} to {_MOST}")
+        _expect(right, key, value, f"a number above 0, {_LEAST:f} to {_MOST}")
     else:
         right = is_number(value) and 0 <= value <= _MOST
-        expect(right, key, value, f"a number from 0 on, up to {_MOST}")
-
-
-def _whole(value: Any, low: int, high: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+        _expect(right, key, value, f"a number from 0 on, up to {_MOST}")
 
 
 def _check_axes(axes: Any) -> None:
     for robot in {axis.robot for axis in axes} | {1}:
         count = sum(axis.robot == robot for axis in axes)
-        expect(1 <= count <= 6, "axes", count, f"1 to 6 for robot {robot}")
+        _expect(1 <= count <= 6, "axes", count, f"1 to 6 for robot {robot}")
     for axis in axes:
         for name in _POSITIVE:
             _check_number(name, getattr(axis, name))
-        expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
+        _expect(1 <= axis.robot <= 4, "robot", axis.robot, "1 to 4")
         for name in ("type", "origin_method"):
             check_value(name, "str", getattr(axis, name))
         check_value("motor_rotation", "int", axis.motor_rotation)
         check_value("workpiece", "int | None", axis.workpiece)
-        expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
+        _expect(axis.soft_low < axis.soft_high, "soft_low", axis.soft_low, "below soft_high")
+
+
+def _check_items(key: str, value: Mapping[int, Any]) -> None:
+    for number, name in value.items():
+        _expect(number in _ITEMS, key, number, f"an item number, {_ITEMS[0]} to {_ITEMS[-1]}")
+        if name not in QUANTITIES:
+            hint = near(name, QUANTITIES) if isinstance(name, str) else ", ".join(QUANTITIES)
+            raise InputError(f"'{key}' cannot have {name!r}", hint=hint)
+
+
+def _is_moment(value: Any) -> bool:
+    try:
+        return 2000 <= datetime.strptime(value, "%Y-%m-%d %H:%M:%S").year <= 2099
+    except (TypeError, ValueError):
+        return False
+
+
+def _check_place(name: str, key: str, number: Any) -> None:
+    right = is_whole(number) and 0 <= number < COUNTS[key]
+    _expect(right, name, number, f"0 to {COUNTS[key] - 1}")
+
+
+def _check_point(name: str, point: Point) -> None:
+    _check_wire(name, point.data, AXES)
+    _expect(point.hand in (0, 1, 2), name, point.hand, "hand 0, 1 or 2")
+    for turn in (point.arm1, point.arm2):
+        _expect(turn in (-1, 0, 1), name, turn, "arm rotation -1, 0 or 1")
+
+
+def _check_comment(name: str, text: str) -> None:
+    right = len(text) <= 16 and all(" " <= character <= "~" for character in text)
+    _expect(right, name, text, "up to 16 characters from 16#20 to 16#7E")
+
+
+def _check_pallet(name: str, pallet: Pallet) -> None:
+    for count in (pallet.nx, pallet.ny, pallet.nz, pallet.count):
+        _expect(1 <= count <= 32767, name, count, "1 to 32767 work positions, also in all")
+    last = COUNTS["points"] - PALLET_POINTS
+    _expect(0 <= pallet.first <= last, name, pallet.first, f"first point 0 to {last}")
+
+
+_CHECKS: Mapping[str, Callable[[str, Any], None]] = {
+    "points": _check_point,
+    "comments": _check_comment,
+    "pallets": _check_pallet,
+    "shifts": lambda name, shift: _check_wire(name, shift, 4),
+}
+
+
+def _check_variable(name: str, value: Any) -> None:
+    number = variable_number(name)
+    _expect(number is not None, "variables", name, "SGI0 to SGI31, SGR0 to SGR31")
+    if name.startswith("SGI"):
+        _expect(is_whole(value) and fits_integer(value), name, value, "a 32 bit integer")
+    else:
+        right = is_number(value) and abs(single(value)) < float("inf")
+        _expect(right, name, value, "a number of single precision")
+
+
+def _check_parameter(name: str, value: Any, axes: int) -> None:
+    known = tuple(parameter_names().values())
+    if name not in known:
+        raise InputError(f"unknown key '{name}' in [parameters]", hint=near(name, known))
+    low, high = parameter_ranges()[name]
+    each = value if isinstance(value, tuple) else (value,)
+    for one in each:
+        _expect(is_whole(one) and low <= one <= high, name, one, f"{low} to {high}")
+    count = ROBOTS if name in ROBOT_PARAMETERS else axes
+    owner = "robot" if name in ROBOT_PARAMETERS else "axis"
+    listed = not isinstance(value, tuple) or len(value) == count
+    _expect(listed, name, value, f"one number, or {count}: one per {owner}")
+
+
+def _check_wire(name: str, data: Any, count: int) -> None:
+    _expect(len(data) == count, name, data, f"{'six' if count == AXES else 'four'} numbers")
+    for value in data:
+        _expect(is_whole(value) and fits_integer(value), name, value, "32 bit numbers")

@@ -1,24 +1,22 @@
-"""What a virtual controller is like: its size, axes, delays and the readings of the manual.
+"""What a virtual controller is like: its properties by section, each a key of the robot file.
 
-Every assumption the controller makes where the manual is silent has its knob here; rules.py says
-which. Times are in milliseconds.
+Every assumption the controller makes where the manual is silent has its knob here; spec/rules.toml
+says which. Times are in milliseconds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot.config.checks import check_programs, check_value
-from rcx_harness.robot.config.data import DATA, check_data
+from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
 from rcx_harness.robot.config.file import line_of, read_value
-from rcx_harness.robot.config.stored import STORED, check_stored
-from rcx_harness.robot.stored import AXES, EXAMPLE_POINTS, ROBOTS, Hand, Pallet, Point, Shift
+from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec import load_toml
 
-__all__ = ["AXES", "ROBOTS", "Axis", "Delay", "Point", "RobotConfig", "RobotProgram"]
+__all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 
 #: Milliseconds, fixed or as (shortest, longest), drawn anew each time from the seed.
 Delay = float | tuple[float, float]
@@ -67,11 +65,19 @@ _AXES = (Axis(), Axis(), Axis(type="incremental"), Axis(type="incremental"))
 
 
 @dataclass(frozen=True)
-class RobotConfig:
-    """A virtual controller's properties; immutable, shared between snapshots."""
+class Robot:
+    """Size of the areas, axes and programs."""
 
     size: int = 48
     axes: tuple[Axis, ...] = _AXES
+    scara_robots: tuple[int, ...] = (1, 2, 3, 4)
+    programs: tuple[RobotProgram, ...] = (RobotProgram(),)
+
+
+@dataclass(frozen=True)
+class StoredData:
+    """What is stored from the start; remote commands change it."""
+
     points: Mapping[int, Point] = field(default_factory=lambda: dict(EXAMPLE_POINTS))
     comments: Mapping[int, str] = field(default_factory=dict)
     pallets: Mapping[int, Pallet] = field(default_factory=dict)
@@ -79,24 +85,39 @@ class RobotConfig:
     hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and number
     variables: Mapping[str, float] = field(default_factory=dict)  # by SGI5, SGR5
     parameters: Mapping[str, int | tuple[int, ...]] = field(default_factory=dict)
-    programs: tuple[RobotProgram, ...] = (RobotProgram(),)
+    comment_filler: str = "zeros"  # zeros, spaces
+    real_to_integer: str = "round"  # round, truncate
+    several_elements: bool = True
+    max_payload: int = 50  # [kg]
 
-    # State at power-on and of the surroundings
+
+@dataclass(frozen=True)
+class PowerAndLink:
+    """State at power-on and of the surroundings, and what power and link take away."""
+
     booted: bool = True  # at time 0; boot_time counts from then on
-    boot_time: Delay = 200.0
-    link_error_delay: Delay = 100.0
     auto_mode: bool = True
     pendant_authority: bool = False
     safety_disables_inputs: bool = False
     origin_complete: bool = True
     program_is_reset: bool = False
     sequence_program: bool = True
-    power_on_alarm: str = ""
     parallel_io: str = "none"  # none, valid, invalid
     parallel_stop: bool = True  # DI06 is ON
     ip_address: str = "set"  # set, none, duplicate
+    idle_header: str = "loss"  # loss, hold
+    loss_clears_inputs: bool = True
+    power_loses_origin: bool = True
+    power_loses_settings: bool = False
+    power_clears_internal_outputs: bool = True
 
-    # How long the controller takes
+
+@dataclass(frozen=True)
+class Timing:
+    """How long the controller takes."""
+
+    boot_time: Delay = 200.0
+    link_error_delay: Delay = 100.0
     emergency_stop_delay: Delay = 0.0
     emergency_release_delay: Delay = 5.0
     servo_on_delay: Delay = 50.0
@@ -111,66 +132,81 @@ class RobotConfig:
     command_delay: Delay = 10.0
     status_reset_delay: Delay = 0.0
 
-    # Dedicated inputs
+
+@dataclass(frozen=True)
+class DedicatedSignals:
+    """What the dedicated inputs do, and what keeps them from it."""
+
     min_interval: float = 100.0
     late_levels: bool = True
     recovery_edges: bool = False
-    first_image_commands: bool = True
-    power_on_emergency_alarm: bool = False
     mp_ready_in_emergency_stop: bool = True
     reset_in_emergency_stop: bool = False
     pendant_blocks_inputs: bool = True
     safety_keeps_stops: bool = True
+    parallel_disables_si: bool = False
     servo_on_with_alarm: bool = False
     servo_off_brakes_free_axes: bool = True
-    motor_power_stops_program: bool = True
-    manual_mode_stops_program: bool = True
-    start_needs_auto: bool = True
-    restart_begins_anew: bool = False
     emergency_stops_sequence: bool = False
     reset_clears_warning: bool = False
-    program_needs_servo: bool = False
-    reset_while_running: bool = False
     origin_needs_servo: bool = True
     origin_clears_complete: bool = True
-    power_loses_origin: bool = True
     di17_mode: str = "ABS/ORG"  # ABS, ABS/ORG
-    parallel_disables_si: bool = False
 
-    # Robot programs and general-purpose ports
+
+@dataclass(frozen=True)
+class Programs:
+    """Robot programs and general-purpose ports."""
+
+    start_needs_auto: bool = True
+    program_needs_servo: bool = False
+    restart_begins_anew: bool = False
+    reset_while_running: bool = False
+    motor_power_stops_program: bool = True
+    manual_mode_stops_program: bool = True
     running_shows_all_tasks: bool = True
     main_ends_tasks: bool = False
     reset_clears_outputs: bool = False
-    power_clears_internal_outputs: bool = True
-    loss_clears_inputs: bool = True
-    idle_header: str = "loss"  # loss, hold
     program_words_between_commands: bool = True
     waiting_is_standby: bool = True
     program_info_while_running: bool = True
     name_filler: str = "spaces"  # zeros, spaces
 
-    # Remote commands
+
+@dataclass(frozen=True)
+class Commands:
+    """The handshake of remote commands."""
+
+    first_image_commands: bool = True
     skip_run_status: str = "short"  # never, short, always
     strict_unused_words: bool = True
     changed_command_status: str = "run"  # run, ready
     data_belong_to_command: bool = True
     early_command_waits: bool = False
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Speeds and movements."""
+
     auto_speed: int = 100  # [%]
     program_speed: int = 100  # [%]
+    manual_speed: int = 20  # [%]
+    inching_amount: int = 100  # [pulses or 0.001 mm]
     movei_start_position: str = "keep"  # keep, reset
     end_in_tolerance: bool = False
     jog_limit: str = "alarm"  # alarm, normal
-    manual_speed: int = 20  # [%]
-    inching_amount: int = 100  # [pulses or 0.001 mm]
-    scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     arch_zero_is_parameter: bool = False
-    power_loses_settings: bool = False
+    motion_during_program: bool = True
     servo_needs_motor_power: bool = True
     semi_absolute_is_incremental: bool = True
-    comment_filler: str = "zeros"  # zeros, spaces
-    real_to_integer: str = "round"  # round, truncate
-    several_elements: bool = True
-    max_payload: int = 50  # [kg]
+
+
+@dataclass(frozen=True)
+class References:
+    """What commands read of the controller: position, clock, versions, real time output."""
+
+    unasked_positions_zero: bool = True
     position_flag_bit0: bool = True
     position_hand: bool = False
     clock: str = "2014-01-01 10:59:59"  # at time 0
@@ -180,13 +216,18 @@ class RobotConfig:
     motor_data_of_all_robots: bool = False
     real_time_items: Mapping[int, str] = field(default_factory=lambda: {13: "motor_duty"})
     real_time_interval: float = 5.0  # [ms]
-    unasked_positions_zero: bool = True
     host_version: int = 0x0108
     host_revision: int = 0x0030
     fpga_version: int = 0x1001
     driver_version: int = 0x0101
 
-    # Alarms
+
+@dataclass(frozen=True)
+class Alarms:
+    """How alarms behave, and the number of each that the manual does not give."""
+
+    power_on_alarm: str = ""
+    power_on_emergency_alarm: bool = False
     link_error_alarm: str = "12.551"
     link_loss_alarm: str = "12.552"
     link_error_latches: bool = False
@@ -204,7 +245,6 @@ class RobotConfig:
     absent_robot_alarm: str = "4.2"
     no_axis_alarm: str = "4.2"
     pendant_alarm: str = "4.2"
-    motion_during_program: bool = True
     busy_alarm: str = "4.2"
     servo_off_alarm: str = "4.2"
     motor_power_alarm: str = "4.2"
@@ -225,13 +265,31 @@ class RobotConfig:
     overflow_alarm: str = "4.2"
     division_alarm: str = "4.2"
 
+
+#: The keys that are lists of tables, and what each table is.
+_TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
+
+
+@dataclass(frozen=True)
+class RobotConfig(  # fields of the last one come first
+    Alarms,
+    References,
+    Motion,
+    Commands,
+    Programs,
+    DedicatedSignals,
+    Timing,
+    PowerAndLink,
+    StoredData,
+    Robot,
+):
+    """A virtual controller's properties; immutable, shared between snapshots."""
+
     def __post_init__(self) -> None:
         """Refuse values that no controller could have (InputError)."""
         for entry in fields(self):
             if entry.name in STORED:
                 check_stored(entry.name, getattr(self, entry.name), len(self.axes))
-            elif entry.name in DATA:
-                check_data(entry.name, getattr(self, entry.name))
             else:
                 check_value(entry.name, str(entry.type), getattr(self, entry.name))
         check_programs(self.programs, self.size)
@@ -245,6 +303,13 @@ class RobotConfig:
         wanted = robot or 1
         return tuple(k for k, axis in enumerate(self.axes) if axis.robot == wanted)
 
+    def axes_of_type(self, indices: Iterable[int], kind: str) -> tuple[int, ...]:
+        """Those of these axes that remote commands take for `absolute` or `incremental`."""
+        kinds = {kind}
+        if kind == "incremental" and self.semi_absolute_is_incremental:
+            kinds.add("semi_absolute")
+        return tuple(index for index in indices if self.axes[index].type in kinds)
+
     @property
     def workpieces(self) -> Mapping[int, int]:
         """Where something stands that PUSH meets: index into `axes` to pulses."""
@@ -255,7 +320,7 @@ class RobotConfig:
     def load(cls, path: str | Path) -> RobotConfig:
         """Read a robot file: keys as the fields of this class.
 
-        Axes are `[[axes]]` tables, programs `[[programs]]` tables; config_stored.py says how points
+        Axes are `[[axes]]` tables, programs `[[programs]]` tables; config/file.py says how points
         and the other stored data are written.
 
         Raises:
@@ -264,9 +329,12 @@ class RobotConfig:
         file = Path(path)
         table = load_toml(file)
         try:
-            tables: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
-            values = {key: read_value(cls, key, value, tables) for key, value in table.items()}
+            values = {key: read_value(cls, key, value, _TABLES) for key, value in table.items()}
             return cls(**values)
         except InputError as error:
             line = line_of(file, error.message)
             raise InputError(error.message, file=file, line=line, hint=error.hint) from error
+
+
+#: The sections in the order of their fields.
+SECTIONS: tuple[type, ...] = tuple(reversed(RobotConfig.__bases__))

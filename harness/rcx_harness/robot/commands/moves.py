@@ -1,0 +1,310 @@
+"""Category 1: programmed movements (guide, 4.2.1 to 4.2.5, 4.2.21, 4.2.23).
+
+MOVE, MOVEI and MOVET with all axes, DRIVE and DRIVEI with one, pallet movement and PUSH; and what
+all commands that move have in common.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import replace
+
+from rcx_harness.robot.arm import Arm
+from rcx_harness.robot.commands.base import Call, CommandError, Lasting, Response, takes_time
+from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.motion import Movement
+from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
+from rcx_harness.robot.stored import Point
+
+__all__ = ["Moving", "position_output"]
+
+_Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
+
+_DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3  # speed modes; the first in 0.01 % of the maximum
+_LINEAR = (0x003, 0x00A, 0x045)
+_MM = (0x006, 0x00E, 0x012, 0x016, 0x04C)
+_DRIVE_TO_POINT = (0x010, 0x04B)
+_DRIVEI_BY_POINT = 0x014
+_PALLET_ARCH = 0x019
+_R_ONLY = (3,)  # places, from 0 on
+_R_AND_ARM = (0, 1, 3)
+
+
+class Moving(Lasting):
+    """A command that is done when its movement is."""
+
+    def __init__(self, call: Call, movement: Movement) -> None:
+        """`movement` is under way."""
+        self.call = call
+        self.movement = movement
+
+    def step(self, machine: Machine) -> Response | None:
+        """The position at the end, if it was asked for.
+
+        Raises:
+            CommandError: the movement was stopped.
+        """
+        if self.movement.stopped_by:
+            raise CommandError(self.movement.stopped_by)
+        return position_output(self.call) if self.movement.done else None
+
+
+def position_output(call: Call) -> Response:
+    """The position in the unit that was asked for; nothing where the command has no such flags."""
+    if "position_mm" not in call.values:
+        return {}
+    mm = bool(call.values["position_mm"])
+    asked = mm or call.values["position_pulses"]
+    if not asked and call.arm.config.unasked_positions_zero:
+        return {}
+    return {"positions": call.arm.shown(mm=mm)}
+
+
+@takes_time(0x001, 0x003)
+def move_to_point(machine: Machine, call: Call) -> Moving:
+    """MOVE with PTP or linear interpolation to a point (4.2.1)."""
+    places = _movable_places(machine, call)
+    point = machine.memory.point(call.values["point"])
+    path = _plan(call)(call.arm, _target(call.arm, point, places), _pace(call))
+    return _begin(machine, call, path, point.hand)
+
+
+@takes_time(0x002)
+def move_arch(machine: Machine, call: Call) -> Moving:
+    """In an arch to a point; an arch axis that is not designated comes back to where it was."""
+    places = _movable_places(machine, call)
+    point = machine.memory.point(call.values["point"])
+    arch = _arch(call)
+    path = plan_arch(call.arm, _target(call.arm, point, places), _pace(call), arch)
+    return _begin(machine, call, path, point.hand)
+
+
+@takes_time(0x004)
+def move_circular(machine: Machine, call: Call) -> Moving:
+    """On an arc through the first point to the second one, with all axes."""
+    places = _movable_places(machine, call)
+    points = [machine.memory.point(call.values[name]) for name in ("point1", "point2")]
+    via, target = (_target(call.arm, point, places) for point in points)
+    path = plan_arc(call.arm, via, target, _pace(call))
+    return _begin(machine, call, path, points[1].hand)
+
+
+@takes_time(0x006, 0x007)
+def move_direct(machine: Machine, call: Call) -> Moving:
+    """PTP to a position in the command; axis 4 of a SCARA robot takes axes 1 and 2 along in mm."""
+    mm = call.code in _MM
+    places = _movable_places(machine, call)
+    if mm and places == _R_ONLY and call.arm.scara:
+        places = _R_AND_ARM
+    pulses = call.arm.pulses_of(call.values["targets"], mm=mm)
+    path = plan_ptp(call.arm, {place: pulses[place] for place in places}, _pace(call))
+    return _begin(machine, call, path, _hand(call))
+
+
+@takes_time(0x009, 0x00A, 0x014)
+def move_by_point(machine: Machine, call: Call) -> Moving:
+    """MOVEI with PTP or linear interpolation (4.2.2), DRIVEI (4.2.4): by the data of a point."""
+    places = _movable_places(machine, call)
+    point = machine.memory.point(call.values["point"])
+    ways = {place: point.data[place] for place in places}
+    hand = 0 if call.code == _DRIVEI_BY_POINT else point.hand
+    return _go_by(machine, call, ways, mm=point.mm, hand=hand)
+
+
+@takes_time(0x00E, 0x00F)
+def movei_direct(machine: Machine, call: Call) -> Moving:
+    """MOVEI by distances in the command."""
+    ways = {place: call.values["distances"][place] for place in _movable_places(machine, call)}
+    return _go_by(machine, call, ways, mm=call.code in _MM, hand=_hand(call))
+
+
+@takes_time(0x016, 0x017)
+def drivei_direct(machine: Machine, call: Call) -> Moving:
+    """DRIVEI by the distance in the command."""
+    ways = dict.fromkeys(_movable_places(machine, call), call.values["distance"])
+    return _go_by(machine, call, ways, mm=call.code in _MM)
+
+
+@takes_time(0x010, 0x012, 0x013)
+def drive(machine: Machine, call: Call) -> Moving:
+    """DRIVE: PTP with one axis to an absolute position (4.2.3)."""
+    target = _axis_target(machine, call)
+    return _begin(machine, call, plan_ptp(call.arm, target, _pace(call)))
+
+
+@takes_time(0x018, 0x019)
+def move_to_work_position(machine: Machine, call: Call) -> Moving:
+    """To a work position of a pallet (4.2.5): all axes with PTP, or in an arch."""
+    places = _movable_places(machine, call)
+    point = machine.memory.work_point(call.values["pallet"], call.values["work"])
+    target = _target(call.arm, point, places)
+    pace = _pace(call)
+    if call.code == _PALLET_ARCH:
+        path = plan_arch(call.arm, target, pace, _arch(call))
+    else:
+        path = plan_ptp(call.arm, target, pace)
+    return _begin(machine, call, path, point.hand)
+
+
+@takes_time(0x044, 0x045)
+def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
+    """MOVET (4.2.21): from where the tool is, by the point's data along the axes of the tool.
+
+    The designated axes are those of the tool: the robot's axes move as these need them.
+    """
+    arm, places = call.arm, _movable_places(machine, call)
+    point = machine.memory.point(call.values["point"])
+    way = [0.0] * len(arm.axes)
+    for place in places:
+        scale = 1 if point.mm else 1000 / arm.axes[place].pulses_per_mm
+        way[place] = point.data[place] * scale
+    frame, start = arm.frame, arm.here
+    ends = frame.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
+    target = {
+        place: round(end)
+        for place, end in enumerate(ends)
+        if place in places or round(end) != start[place]
+    }
+    return _begin(machine, call, _plan(call)(arm, target, _pace(call)), point.hand)
+
+
+@takes_time(0x04B, 0x04C, 0x04D)
+class Push(Moving):
+    """One axis moves to a target and pushes what stands in its way (4.2.23).
+
+    It ends when the axis has pushed for the push time, or has reached its target. A time that is
+    not given is the axis' parameter PSHTIME; PSHSPD reduces the speed. The force is checked and has
+    no effect in this model.
+    """
+
+    def __init__(self, machine: Machine, call: Call) -> None:
+        arm, values = call.arm, call.values
+        target = _axis_target(machine, call)
+        (place,) = target
+        timed = values["push_time_flag"]
+        time_ms = values["push_time"] if timed else arm.parameter("PSHTIME", place)
+        self._time_us = time_ms * 1000
+        pace = _pace(call)
+        pace = replace(pace, share=pace.share * arm.parameter("PSHSPD", place) / 100)
+        path = plan_ptp(arm, target, pace)
+        super().__init__(call, machine.move(arm.number, path, pushing=True))
+
+    def step(self, machine: Machine) -> Response | None:
+        """The completion result: 1 after the push time, 0 at the target."""
+        reached = super().step(machine)
+        if reached is not None:
+            return {**reached, "push_done": 0}
+        since = self.movement.blocked_us
+        if since is None or machine.now_us - since < self._time_us:
+            return None
+        machine.motion.cancel(self.call.arm.number)
+        return {**position_output(self.call), "push_done": 1}
+
+
+def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
+    """The places (0 to 5) of the axes that the command designates.
+
+    Raises:
+        CommandError: the robot has no such axis, or these axes cannot move now.
+    """
+    places = call.places
+    machine.check_movable(call.arm, places)
+    return places
+
+
+def _pace(call: Call) -> Pace:
+    """Speed, acceleration and deceleration that a command gives, or those that count without.
+
+    Raises:
+        CommandError: more mm/s than such a robot may be told.
+    """
+    values, settings = call.values, call.arm.settings
+    mode, speed = values.get("speed_mode", 0), values.get("speed", 0)
+    up = values["acceleration"] / 100 if values.get("acceleration_flag") else None
+    down = values["deceleration"] / 100 if values.get("deceleration_flag") else None
+    if mode == _MM_PER_S:
+        if speed > call.arm.line_speed:
+            raise CommandError(call.arm.config.format_alarm)
+        return Pace(up=up, down=down, mm_per_s=speed)
+    if mode == _DIRECT_SPEED:
+        return Pace(speed / 10000, up, down)
+    percent = speed if mode == _PERCENT else settings.program_speed
+    return Pace(settings.auto_speed / 100 * percent / 100, up, down)
+
+
+def _plan(call: Call) -> _Plan:
+    return plan_line if call.code in _LINEAR else plan_ptp
+
+
+def _hand(call: Call) -> int:
+    return int(call.values.get("hand", 0)) % 3  # 3 is none, as 0
+
+
+def _target(arm: Arm, point: Point, places: Iterable[int]) -> dict[int, int]:
+    """Where a point is, by place [pulses]."""
+    pulses = arm.pulses_of(point.data, mm=point.mm)
+    return {place: pulses[place] for place in places}
+
+
+def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
+    """Place of the one axis, and where it is to go [pulses]: point, or position in the command.
+
+    Raises:
+        CommandError: no such axis or point, or the axis cannot move now.
+    """
+    places = _movable_places(machine, call)
+    if call.code in _DRIVE_TO_POINT:
+        return _target(call.arm, machine.memory.point(call.values["point"]), places)
+    value, mm = call.values["target"], call.code in _MM
+    return {place: call.arm.place_pulses(place, value, mm=mm) for place in places}
+
+
+def _arch(call: Call) -> Arch:
+    """The arch axis, its position and its distances [pulses].
+
+    Raises:
+        CommandError: the robot has no such axis, or a distance is negative.
+    """
+    arm, values, mm = call.arm, call.values, bool(call.values["arch_unit"])
+    place = int(values["arch_axis"]).bit_length() - 1
+    if place >= len(arm.axes):
+        raise CommandError(arm.config.no_axis_alarm)
+    distances = values["arch_distance1"], values["arch_distance2"]
+    if min(distances) < 0:
+        raise CommandError(arm.config.format_alarm)
+    ways = [arm.way_pulses(place, one, mm=mm) for one in distances]
+    if arm.config.arch_zero_is_parameter:
+        pairs = zip(ways, ("ARCHP1", "ARCHP2"), strict=True)
+        ways = [way or arm.parameter(name, place) for way, name in pairs]
+    position = arm.place_pulses(place, values["arch_position"], mm=mm)
+    return Arch(place, position, *ways)
+
+
+def _go_by(
+    machine: Machine, call: Call, ways: Mapping[int, int], *, mm: bool, hand: int = 0
+) -> Moving:
+    """Move each axis (by its place) by its way [pulses or 0.001 mm].
+
+    A movement that was interrupted goes on to where it was to end when the same command comes again
+    (parameter "MOVEI/DRIVEI start position": Keep); with Reset it starts anew from where it is. It
+    is the same again where code, axes and ways are the same; speed and output may differ.
+    """
+    arm = call.arm
+    again = (call.code, mm, tuple(sorted(ways.items())))
+    kept = machine.motion.kept_target(arm.number, again)
+    if kept is None:
+        target = arm.beyond(ways, mm=mm)
+    else:
+        target = {place: kept[arm.indices[place]] for place in ways}
+    path = _plan(call)(arm, target, _pace(call))
+    return _begin(machine, call, path, hand, relative=again)
+
+
+def _begin(
+    machine: Machine, call: Call, path: Path, hand: int = 0, *, relative: Hashable | None = None
+) -> Moving:
+    """Start a movement; a SCARA robot takes the hand system (1 right, 2 left) of its target."""
+    movement = machine.move(call.arm.number, path, relative=relative)
+    if hand and call.arm.scara:
+        call.arm.settings.arm_status = hand - 1
+    return Moving(call, movement)

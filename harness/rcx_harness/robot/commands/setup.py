@@ -1,0 +1,235 @@
+"""Category 1 but for movements: teaching, origins, servos, settings (guide, 4.2.8 to 4.2.22)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rcx_harness.robot.alarms import EMERGENCY_STOP
+from rcx_harness.robot.arm import BRAKE, FREE, SERVO
+from rcx_harness.robot.commands.base import (
+    Call,
+    CommandError,
+    Execution,
+    Lasting,
+    Response,
+    act,
+    takes_time,
+)
+from rcx_harness.robot.commands.moves import Moving
+from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.motion import OriginRun
+from rcx_harness.robot.paths import Pace, plan_ptp
+from rcx_harness.robot.stored import ROBOTS, Point
+
+_QUARTERS = 4  # absolute reset positions per rotation of the motor
+_OFF = 0x035
+_WITH_SERVOS = 0x042
+#: The setting that each command changes, and the field that holds its new value.
+_SETTINGS = {
+    0x027: ("inching_amount", "amount"),
+    0x038: ("manual_speed", "speed"),
+    0x039: ("auto_speed", "speed"),
+    0x03A: ("program_speed", "speed"),
+}
+
+
+@act(*_SETTINGS)
+def change_setting(machine: Machine, call: Call) -> Response:
+    """Change a speed or the inching amount of a robot (4.2.8, 4.2.14 to 4.2.16)."""
+    setting, field = _SETTINGS[call.code]
+    setattr(call.arm.settings, setting, call.values[field])
+    return {}
+
+
+@act(0x03B)
+def select_shift(machine: Machine, call: Call) -> Response:
+    """Select a shift (4.2.17)."""
+    number = call.values["shift"]
+    machine.memory.shift(number)  # ends the command where it would end a reference
+    call.arm.settings.shift = number
+    return {}
+
+
+@act(0x03C)
+def select_hand(machine: Machine, call: Call) -> Response:
+    """Select a hand (4.2.18)."""
+    number = call.values["hand_number"]
+    machine.memory.hand(call.arm.number, number)  # as above
+    call.arm.settings.hand = number
+    return {}
+
+
+@act(0x03D)
+def select_arm(machine: Machine, call: Call) -> Response:
+    """Change the arm designation of a SCARA robot (4.2.19); the arm follows when it moves."""
+    if not call.arm.scara:
+        raise CommandError(machine.config.not_scara_alarm)
+    call.arm.settings.arm = call.values["arm"]
+    return {}
+
+
+@act(0x048)
+def set_max_torque(machine: Machine, call: Call) -> Response:
+    """Change the max. torque command value of an axis (4.2.22), for its next movement."""
+    (index,) = call.indices
+    machine.settings.torque[index] = call.values["torque"]
+    return {}
+
+
+@act(0x028)
+def teach_point(machine: Machine, call: Call) -> Response:
+    """Store where the robot is as a point; axes that it does not have are 0.
+
+    The point has no hand system and no arm rotation, as the current position reference has none.
+    """
+    mm = bool(call.values["unit"])
+    machine.points[call.values["point"]] = Point(call.arm.shown(mm=mm), mm=mm)
+    return {}
+
+
+@takes_time(0x030)
+def move_to_absolute_reset(machine: Machine, call: Call) -> Execution:
+    """Move a mark method axis to the nearest position that way where it can be reset (4.2.10)."""
+    arm, place = call.arm, _mark_axis(call)
+    machine.check_movable(arm, (place,))
+    quarter = arm.axes[place].motor_rotation // _QUARTERS
+    here = arm.here[place]
+    down = bool(call.values["direction"])
+    target = here // quarter * quarter if down else -(-here // quarter) * quarter
+    path = plan_ptp(arm, {place: target}, Pace(share=arm.settings.manual_speed / 100))
+    return Moving(call, machine.move(arm.number, path))
+
+
+@act(0x031)
+def absolute_reset(machine: Machine, call: Call) -> Response:
+    """Where a mark method axis is becomes its origin (4.2.11)."""
+    place = _mark_axis(call)
+    if call.arm.here[place] % (call.arm.axes[place].motor_rotation // _QUARTERS):
+        raise CommandError(machine.config.absolute_reset_alarm)
+    index = call.arm.indices[place]
+    machine.positions[index] = 0
+    machine.origins.complete[index] = True
+    return {}
+
+
+@takes_time(0x032)
+def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
+    """Return-to-origin of all axes, or of those that a flag chooses; robot 0 is all (4.2.12)."""
+    config, values = machine.config, call.values
+    wanted = (call.designated,) if call.designated else range(1, ROBOTS + 1)
+    indices = [index for robot in wanted for index in config.axes_of(robot)]
+    if values["incremental_flag"]:
+        chosen: Sequence[int] = config.axes_of_type(indices, "incremental")
+    elif values["absolute_flag"]:
+        chosen = config.axes_of_type(indices, "absolute")
+    elif values["incomplete_flag"]:
+        chosen = [index for index in indices if not machine.origins.complete[index]]
+    else:
+        chosen = indices
+    return _return_to_origin(machine, chosen)
+
+
+@takes_time(0x033)
+def return_axis_to_origin(machine: Machine, call: Call) -> Execution:
+    """Return-to-origin of one axis (4.2.12)."""
+    return _return_to_origin(machine, call.indices)
+
+
+@takes_time(0x034)
+def servo_on(machine: Machine, call: Call) -> Execution:
+    """Servo ON of an axis, or of all axes of the robot (4.2.13)."""
+    indices = call.indices or call.arm.indices
+    _check_power(machine)
+    if not machine.servos.motor_power and machine.config.servo_needs_motor_power:
+        raise CommandError(machine.config.motor_power_alarm)
+    return _SwitchOn(machine, indices)
+
+
+@act(0x035, 0x036)
+def release(machine: Machine, call: Call) -> Response:
+    """Servo OFF with brakes, or free without (4.2.13); a movement of these axes ends."""
+    indices = call.indices or call.arm.indices
+    machine.halt_axes(indices, machine.config.servo_off_alarm)
+    machine.servos.set(indices, BRAKE if call.code == _OFF else FREE)
+    return {}
+
+
+@act(0x041)
+def motor_power_off(machine: Machine, call: Call) -> Response:
+    """Motor power and all servos OFF, with all brakes (4.2.20)."""
+    config = machine.config
+    programs = config.motor_power_stops_program
+    machine.switch_servos_off(config.servo_off_alarm, lock=True, stop_programs=programs)
+    return {}
+
+
+@takes_time(0x042, 0x043)
+def motor_power_on(machine: Machine, call: Call) -> Execution:
+    """Motor power ON, with all servos or alone (4.2.20)."""
+    _check_power(machine)
+    every = range(len(machine.config.axes))
+    return _SwitchOn(machine, every if call.code == _WITH_SERVOS else ())
+
+
+def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
+    """Absolute axes first, as SI(17) does; mark method axes do not take part."""
+    config = machine.config
+    for robot in range(1, ROBOTS + 1):
+        arm = machine.arm(robot)
+        places = [place for place, index in enumerate(arm.indices) if index in chosen]
+        if places:
+            machine.check_movable(arm, places)
+    if machine.origin_running:
+        raise CommandError(config.busy_alarm)
+    marked = [index for index in chosen if config.axes[index].origin_method == "mark"]
+    if not all(machine.origins.complete[index] for index in marked):
+        raise CommandError(config.origin_method_alarm)
+    moving = [index for index in chosen if index not in marked]
+    absolute = tuple(index for index in moving if config.axes[index].type == "absolute")
+    others = tuple(index for index in moving if index not in absolute)
+    return _Returning(machine, [group for group in (absolute, others) if group])
+
+
+class _Returning(Lasting):
+    """A return-to-origin, until all its groups of axes have arrived."""
+
+    def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
+        run = machine.return_to_origin(groups, by_command=True) if groups else None
+        self._run: OriginRun | None = run
+
+    def step(self, machine: Machine) -> Response | None:
+        if self._run and self._run.stopped_by:
+            raise CommandError(self._run.stopped_by)
+        return {} if self._run is None or self._run.done else None
+
+
+def _mark_axis(call: Call) -> int:
+    (place,) = call.places
+    if call.arm.axes[place].origin_method != "mark":
+        raise CommandError(call.arm.config.origin_method_alarm)
+    return place
+
+
+def _check_power(machine: Machine) -> None:
+    """Refuse to switch on in emergency stop, at a serious alarm, or without main power."""
+    if machine.emergency:
+        raise CommandError(EMERGENCY_STOP)
+    if not machine.may_switch_servo_on():
+        serious = (alarm.number for alarm in machine.alarms.active if alarm.serious)
+        raise CommandError(next(serious, machine.config.motor_power_alarm))
+
+
+class _SwitchOn(Lasting):
+    """Motor power and the servos of some axes come ON after `servo_on_delay`."""
+
+    def __init__(self, machine: Machine, indices: Sequence[int]) -> None:
+        self._indices = indices
+        self._due_us = machine.now_us + machine.draw_us("servo_on_delay")
+
+    def step(self, machine: Machine) -> Response | None:
+        _check_power(machine)
+        if machine.now_us < self._due_us:
+            return None
+        machine.servos.motor_power = True
+        machine.servos.set(self._indices, SERVO)
+        return {}
