@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from ctypes import c_float
+from dataclasses import dataclass
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
@@ -25,7 +26,7 @@ from rcx_harness.engine.types import (
 )
 from rcx_harness.errors import InputError
 
-__all__ = ["Declarations"]
+__all__ = ["Declarations", "Scope"]
 
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
@@ -157,7 +158,7 @@ class Declarations:
             raise where.error(f"{name} with {spec.extra} is not supported", spec.at, hint)
         if key in ELEMENTARY:
             kind = ELEMENTARY[key]
-            return kind, default_scalar(kind)
+            return kind, _default_scalar(kind)
         if key in self.types:
             return self.types[key], self.initial[key]
         if key in BLOCKS:
@@ -354,11 +355,32 @@ class Declarations:
         return text
 
 
+@dataclass(frozen=True)
+class Scope:
+    """What names mean inside one POU."""
+
+    pou: Pou
+    where: Declared
+    registry: Registry
+    declarations: Declarations
+
+    def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
+        """An error in this POU's file."""
+        return self.where.error(message, at, hint)
+
+    def symbol(self, key: str) -> Symbol | None:
+        """The variable of this upper-case name, a function's result included."""
+        result = self.pou.result
+        if result is not None and result.name.upper() == key:
+            return result
+        return self.pou.symbols.get(key)
+
+
 def _bits(kind: ElementaryType) -> int:
     return {"BOOL": 1, "REAL": 32, "LREAL": 64, **WIDTH}.get(kind.name, 0)
 
 
-def default_scalar(kind: ElementaryType) -> bool | int | float | str:
+def _default_scalar(kind: ElementaryType) -> bool | int | float | str:
     """The initial value the standard gives a type: 0, FALSE or the empty string."""
     if kind.name == "BOOL":
         return False

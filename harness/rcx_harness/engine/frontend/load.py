@@ -12,8 +12,7 @@ from rcx_harness.engine.deep import deeply
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.bodies import check_body
 from rcx_harness.engine.frontend.configure import add_globals, configure, located
-from rcx_harness.engine.frontend.declare import Declarations
-from rcx_harness.engine.frontend.expressions import Scope
+from rcx_harness.engine.frontend.declare import Declarations, Scope
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project, Unit
 from rcx_harness.engine.frontend.registry import Declared, Registry, parts_of
