@@ -26,7 +26,7 @@ from rcx_harness.engine.types import (
 )
 from rcx_harness.errors import InputError
 
-__all__ = ["Declarations", "Scope"]
+__all__ = ["Declarations", "Scope", "default_scalar"]
 
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
@@ -158,7 +158,7 @@ class Declarations:
             raise where.error(f"{name} with {spec.extra} is not supported", spec.at, hint)
         if key in ELEMENTARY:
             kind = ELEMENTARY[key]
-            return kind, _default_scalar(kind)
+            return kind, default_scalar(kind)
         if key in self.types:
             return self.types[key], self.initial[key]
         if key in BLOCKS:
@@ -380,7 +380,7 @@ def _bits(kind: ElementaryType) -> int:
     return {"BOOL": 1, "REAL": 32, "LREAL": 64, **WIDTH}.get(kind.name, 0)
 
 
-def _default_scalar(kind: ElementaryType) -> bool | int | float | str:
+def default_scalar(kind: ElementaryType) -> bool | int | float | str:
     """The initial value the standard gives a type: 0, FALSE or the empty string."""
     if kind.name == "BOOL":
         return False
