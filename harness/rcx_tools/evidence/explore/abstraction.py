@@ -30,7 +30,7 @@ from rcx_harness.engine.types import (
     StructType,
     Type,
 )
-from rcx_harness.verify.explore.kept import TYPES, Kept
+from rcx_tools.evidence.explore.kept import TYPES, Kept
 
 __all__ = ["NOW_US", "Abstraction"]
 
