@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.coverage import Collector
-from rcx_harness.engine.builtin.probes import Decision, Plan
+from rcx_harness.engine.builtin.coverage import Collector, Decision, Plan
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.coverage.html import write_pages

@@ -314,7 +314,7 @@ def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Pat
     outcomes.write_text("\n".join(known[:-3]) + '\n{"key": "cut o', encoding="utf-8")
     reason = "equivalent: both are the same where they are equal"
     table = house / "tests/tools/evidence/survivors.toml"
-    table.parent.mkdir()
+    table.parent.mkdir(parents=True)
     rows = (house / "out/verification/mutants-without-reason.toml").read_text("utf-8")
     row = f'block = "FC_Sample"\nline = "{line}"\nbecomes = "{line.replace(">=", ">")}"\n'
     assert rows == f'[[survivor]]\n{row}reason = ""\n'

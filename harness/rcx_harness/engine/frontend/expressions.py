@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 
-from rcx_harness.engine.deep import MOST_OPERATORS
+from rcx_harness.engine.compiling import MOST_OPERATORS
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.calls import function_arguments, standard_arguments

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rcx_harness.engine.builtin.probes import Decision, Plan
+from rcx_harness.engine.builtin.coverage import Decision, Plan
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.types import ElementaryType, EnumType

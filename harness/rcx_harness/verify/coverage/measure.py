@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.builtin.coverage import Collector
-from rcx_harness.engine.builtin.probes import Decision
+from rcx_harness.engine.builtin.coverage import Collector, Decision
 from rcx_harness.engine.frontend.load import checked
 from rcx_harness.verify.coverage.listing import Listing, listing, text_of
 
