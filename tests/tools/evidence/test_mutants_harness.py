@@ -244,7 +244,7 @@ def test_filled(levels):
 
 
 def test_the_generated_block():
-    block = Path(__file__).parents[3] / "plc/lib/command/FB_MovePtp.st"
+    block = Path(__file__).parents[2] / "plc/lib/command/FB_MovePtp.st"
     assert "T#60s" in block.read_text(encoding="utf-8")
 """
 _SEEDED = """[[bug]]
@@ -440,7 +440,7 @@ def test_each_seeded_bug_can_be_put_in(bug: Bug, repository: Path) -> None:
 def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
     files = [bug.file for bug in _BUGS]
     assert len({bug.what for bug in _BUGS}) == len(_BUGS) >= 30
-    for part in ("spec/", "/robot/", "/monitor.py", "/contract.py", "/engine/"):
+    for part in ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engine/"):
         assert sum(part in file for file in files) >= 3, part
 
 
