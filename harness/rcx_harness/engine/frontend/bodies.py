@@ -95,8 +95,8 @@ class _Statements:
         if isinstance(node, s.Exit):
             if not self._loops:
                 raise self._scope.error("EXIT outside a loop", node.at)
-            return t.Exit(node.at)
-        return t.Return(node.at)
+            return node
+        return node
 
     def _condition(self, node: s.Expression) -> t.Expression:
         return self._expressions.check(node, BOOL)

@@ -262,7 +262,6 @@ class Declarations:
                     for symbol in symbols.values()
                     if symbol.section != "VAR_TEMP"
                 ),
-                node.kind == "PROGRAM",
             )
             self.blocks[node.name.key] = pou.block
         self.pous[node.name.key] = pou

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Iterable
 
 from rcx_harness.engine.compiling import MOST_OPERATORS
 from rcx_harness.engine.frontend import syntax as s
@@ -104,10 +105,7 @@ class Expressions:
 
     def _undeclared(self, node: s.Name) -> InputError:
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
-        near = {name.upper(): name for name in symbols}
-        close = difflib.get_close_matches(node.key, near, n=2)
-        hint = f"did you mean {' or '.join(near[key] for key in close)}?" if close else ""
-        return self.scope.error(f"{node.text} is not declared", node.at, hint)
+        return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
     def _member(self, base: t.Variable, node: s.Field) -> t.Member:
         kind, key = base.type, node.name.key
@@ -115,7 +113,7 @@ class Expressions:
             for name, field in kind.fields:
                 if name.upper() == key:
                     return t.Member(base, name, field)
-            near = {name.upper(): name for name, _ in kind.fields}
+            near = _near(key, [name for name, _ in kind.fields])
         elif isinstance(kind, BlockType):
             for pin in kind.variables:
                 if pin.name.upper() == key:
@@ -124,12 +122,10 @@ class Expressions:
                             f"{pin.name} is internal to {kind.name}", node.name.at
                         )
                     return t.Member(base, pin.name, pin.type)
-            near = {pin.name.upper(): pin.name for pin in kind.variables}
+            near = _near(key, [pin.name for pin in kind.variables])
         else:
             raise self.scope.error(f"a {describe(kind)} has no members", node.name.at)
-        close = difflib.get_close_matches(key, near, n=2)
-        hint = f"did you mean {' or '.join(near[name] for name in close)}?" if close else ""
-        raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, hint)
+        raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
 
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
         kind = base.type
@@ -515,6 +511,13 @@ class Expressions:
         if isinstance(want, ElementaryType) and want.name in ANY_INT:
             return want
         return ELEMENTARY["INT"]
+
+
+def _near(key: str, names: Iterable[str]) -> str:
+    """A hint on the names that are near an upper-case one."""
+    known = {name.upper(): name for name in names}
+    close = difflib.get_close_matches(key, known, n=2)
+    return f"did you mean {' or '.join(known[name] for name in close)}?" if close else ""
 
 
 def _default(found: t.Constant) -> Type:

@@ -67,7 +67,6 @@ class Abstraction:
         self.root: Any = program.holder("Main")
         self._now = NOW_US * 1000
         self._tick, self._cap = tick_us * 1000, ticks
-        self._free = {name.upper() for name in free}
         self._objects: dict[str, Any] = {}
         self._slots: list[_Slot] = []
         self._junk: list[str] = []
