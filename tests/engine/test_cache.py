@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine import cache, checked
+from rcx_harness.engine import cache, load
 from rcx_harness.engine.builtin.compile import Module
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
@@ -35,7 +35,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of entries, empty, where the tests' files count as lasting."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv("RCX_CACHE", raising=False)
-    monkeypatch.setattr(checked, "is_lasting", lambda _: True)
+    monkeypatch.setattr(cache, "is_lasting", lambda _: True)
     _forget(monkeypatch)
     return tmp_path / "cache" / "rcx-harness"
 
@@ -62,7 +62,7 @@ def test_the_same_sources_are_checked_and_written_once(
     assert _sum(program) == 12
     assert _kinds(kept) == [".code", ".project"]
     _forget(monkeypatch)
-    monkeypatch.setattr(checked, "load_anew", _fail)
+    monkeypatch.setattr(load, "load_anew", _fail)
     monkeypatch.setattr(Module, "_written", _fail)
     assert _sum(program) == 12
 
@@ -114,7 +114,7 @@ def test_switched_off_nothing_is_kept(
 def test_nothing_is_kept_of_temporary_files(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: engine/checked.py: nobody compiles them a second time."""
+    """Source: engine/load.py: nobody compiles them a second time."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
     assert _sum(program) == 12

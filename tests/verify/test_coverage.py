@@ -13,16 +13,13 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.coverage import Collector
-from rcx_harness.engine.builtin.probes import Decision, Plan
+from rcx_harness.engine.builtin.coverage import Collector, Decision, Plan
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.coverage.html import write_pages
-from rcx_harness.verify.coverage.lcov import tracefile
-from rcx_harness.verify.coverage.mcdc import judge
-from rcx_harness.verify.coverage.measure import FileResult, measure, merge
-from rcx_harness.verify.coverage.report import full_text, gaps
-from rcx_harness.verify.coverage.text_of import text_of
+from rcx_harness.verify.coverage.listing import text_of
+from rcx_harness.verify.coverage.measure import FileResult, judge, measure, merge
+from rcx_harness.verify.coverage.report import full_text, gaps, tracefile
 from rcx_tools.evidence.coverage.__main__ import figures, reasons
 from rcx_tools.evidence.coverage.run import Run
 
@@ -95,7 +92,7 @@ def measured(tmp_path: Path) -> Measure:
 
     def run(scans: list[Give], block: str = _BLOCK, **options: object) -> FileResult:
         library = tmp_path / "lib"
-        (library / "part").mkdir(parents=True)
+        (library / "part").mkdir(parents=True, exist_ok=True)
         (library / "part/FB_Probe.st").write_text(block)
         (library / "part/RCX_SIZE.st").write_text(_SIZE)
         program = tmp_path / "Bench.st"
@@ -246,29 +243,22 @@ def test_all_operands_are_evaluated_where_python_would_stop(measured: Measure) -
     assert dict(first.vectors) == {0b10: False}
 
 
-def test_conditions_are_demanded_of_some_folders_only(
-    measured: Measure, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_conditions_are_demanded_of_some_folders_only(measured: Measure) -> None:
     scans = [*_EVERYTHING[:1], (20, True, "SIZE_LARGE"), *_EVERYTHING[2:]]
-    result = measured(scans)
-    assert _open(result) == []
-    monkeypatch.setattr("rcx_harness.verify.coverage.report.MCDC_FILES", ("part/",))
-    assert _open(result) == [
+    assert _open(measured(scans)) == []
+    assert _open(measured(scans, demanded=("part/",))) == [
         "15: no MC/DC of Ready in Level > 10 AND Ready",
         "32: no MC/DC of Shown > 2 in Ready OR Shown > 2",
     ]
 
 
-def test_a_condition_without_mcdc_may_have_a_reason(
-    measured: Measure, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("rcx_harness.verify.coverage.report.MCDC_FILES", ("part/",))
+def test_a_condition_without_mcdc_may_have_a_reason(measured: Measure) -> None:
     why = {
         ("FB_Probe", "Level > 10 AND Ready", "Ready"): "it always is",
         ("FB_Probe", "Ready OR Shown > 2", "Ready"): "but this one has it",
     }
     scans = [*_EVERYTHING[:1], (20, True, "SIZE_LARGE"), *_EVERYTHING[2:]]
-    result = measured(scans, reasons=why)
+    result = measured(scans, reasons=why, demanded=("part/",))
     assert [gap.reason for gap in gaps([result], justified=True)] == ["it always is"]
     assert _open(result) == [
         "32: a reason for no MC/DC of Ready, but it has it",
@@ -320,8 +310,10 @@ def test_a_process_writes_its_counts_when_it_ends(tmp_path: Path) -> None:
 
 def test_the_reports_show_the_source_and_the_gaps(measured: Measure, tmp_path: Path) -> None:
     result = measured([(20, True, "SIZE_SMALL")])
-    assert "part/FB_Probe.st:17: not taken: ELSIF Level > 5" in full_text([result])
-    write_pages([result], tmp_path / "html")
+    assert "part/FB_Probe.st:17: not taken: ELSIF Level > 5" in full_text(
+        [result], "lib", "reasons.toml"
+    )
+    write_pages([result], tmp_path / "html", "lib")
     page = (tmp_path / "html/part-FB_Probe.html").read_text()
     assert '<tr id="L18" class="bad">' in page
     assert "Level &gt; 10 AND Ready" in page

@@ -75,6 +75,15 @@ def test_library_tables_and_template_are_in_it_as_in_the_repository(
         assert {name: held[name] for name in held if name.startswith(place + "/")} == expected
 
 
+def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
+    """Source: docs/architecture.md, the rooms."""
+    with ZipFile(wheel) as archive:
+        tops = {name.partition("/")[0] for name in archive.namelist()}
+        told = archive.read(next(n for n in archive.namelist() if n.endswith("entry_points.txt")))
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"rcx_harness"}
+    assert b"rcx_tools" not in told
+
+
 def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     wheel: Path, tmp_path: Path
 ) -> None:

@@ -18,7 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-__all__ = ["folder", "kept", "put", "remembered", "sources_key"]
+__all__ = ["folder", "is_lasting", "kept", "put", "remembered", "sources_key"]
 
 #: Entries of one kind in the folder, and of all kinds in this process.
 _IN_FOLDER, _IN_PROCESS = 256, 48
@@ -66,6 +66,13 @@ def sources_key(paths: Sequence[Path]) -> str:
     except OSError:
         return ""
     return digest.hexdigest()
+
+
+def is_lasting(paths: Sequence[Path]) -> bool:
+    """Are these files to be there tomorrow? What is made of temporary ones is not kept."""
+    temporary = Path(tempfile.gettempdir()).resolve()
+    folders = [folder.resolve() for folder in {path.parent for path in paths}]
+    return not any(temporary in (folder, *folder.parents) for folder in folders)
 
 
 def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:

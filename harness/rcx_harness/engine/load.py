@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from rcx_harness.engine import cache
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.checked import load
-from rcx_harness.engine.collecting import uncollected
+from rcx_harness.engine.compiling import uncollected
+from rcx_harness.engine.frontend import Project
+from rcx_harness.engine.frontend import load as load_anew
+from rcx_harness.engine.matiec.build import MISSING, Matiec, find_c_compiler, find_matiec
 from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.engine.matiec.tool import MISSING, Matiec, find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 
-__all__ = ["ENGINES", "MISSING", "Built", "Matiec", "build", "find_c_compiler", "find_matiec"]
+__all__ = [
+    "ENGINES",
+    "MISSING",
+    "Built",
+    "Matiec",
+    "build",
+    "find_c_compiler",
+    "find_matiec",
+    "load",
+]
 
 #: What `--engine` takes.
 ENGINES = ("auto", "matiec", "builtin")
@@ -62,3 +73,16 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
     notice = f"{missing}: running on the built-in engine"
     return Built(BuiltinProgram.build(project), notice)
+
+
+def load(paths: Sequence[Path]) -> Project:
+    """A checked project; from the cache where the same files were loaded before."""
+    key = cache.sources_key(paths)
+
+    def made() -> Project:
+        return replace(load_anew(paths), key=key if cache.is_lasting(paths) else "")
+
+    def found() -> Project:
+        return cache.kept("project", key if cache.is_lasting(paths) else "", made)
+
+    return cache.remembered("project", key, found)

@@ -68,7 +68,6 @@ class BlockType:
 
     name: str
     variables: tuple[Variable, ...] = field(default_factory=tuple)
-    is_program: bool = False
 
 
 Type: TypeAlias = ElementaryType | EnumType | ArrayType | StructType | BlockType

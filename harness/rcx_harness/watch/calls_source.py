@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rcx_harness.engine import cache
-from rcx_harness.engine.checked import is_lasting
+from rcx_harness.engine.cache import is_lasting
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.watch.steady import bodies_of

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rcx_harness.engine import cache
-from rcx_harness.engine.checked import is_lasting
+from rcx_harness.engine.cache import is_lasting
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 

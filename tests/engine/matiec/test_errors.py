@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.frontend import Project, load
+from rcx_harness.engine.matiec.build import Matiec, Message, TranslationError
 from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.matiec.source import SourceText, explain, join_sources
-from rcx_harness.engine.matiec.tool import Matiec, Message, TranslationError
 from rcx_harness.errors import InputError
 
 Compile = Callable[..., MatiecProgram]

@@ -8,14 +8,15 @@ import pytest
 
 from rcx_harness.trace import Record, Scan
 from rcx_harness.verify.campaign.network import BOTH
-from rcx_harness.verify.campaign.recorder import Execution
+from rcx_harness.verify.campaign.requests import Request
+from rcx_harness.verify.campaign.station import Act, Compiled, Execution, Station
+from rcx_harness.verify.campaign.storms import Failure, Storm, shrink
 from rcx_tools.evidence.broken import broken_library
-from rcx_tools.evidence.campaign.judge import Judge, Request
-from rcx_tools.evidence.campaign.run import Failure, Storm, draw_run, run_storms
-from rcx_tools.evidence.campaign.schedule import Act
+from rcx_tools.evidence.campaign.judge import Judge
+from rcx_tools.evidence.campaign.run import compiled as compiled_campaign
+from rcx_tools.evidence.campaign.run import run_storms
+from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
-from rcx_tools.evidence.campaign.shrink import shrink
-from rcx_tools.evidence.campaign.station import Compiled, Station
 
 SEEDS = range(3)
 #: The broken blocks that are found at once; `make campaign` takes all of them.
@@ -32,7 +33,7 @@ TELEGRAM = (0x0100, 0, 19, *[0] * 13)
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
     """The campaign's program."""
-    found = Compiled()
+    found = compiled_campaign()
     yield found
     found.program.close()
 
@@ -171,7 +172,7 @@ def test_a_failing_run_is_made_short() -> None:
     """Of all the acts of a storm only those are left that the failure needs."""
     seeded = next(one for one in SEEDED if one.name == JOG)
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
-        compiled = Compiled("builtin", lib)
+        compiled = compiled_campaign("builtin", lib)
         conditions, _ = draw_run(0, 0)
         enable = {"Main.Jog.Enable": True}
         noise = [Act(k * 100_000, "set", {"Main.GeneralWord": k}) for k in range(12)]
@@ -180,7 +181,9 @@ def test_a_failing_run_is_made_short() -> None:
         storms = [Storm(acts, 1_500_000)]
         with pytest.raises(Failure) as raised:
             run_storms(compiled, conditions, storms, 0)
-        short, failure = shrink(compiled, conditions, storms, 0, raised.value)
+        short, failure = shrink(
+            lambda some: run_storms(compiled, conditions, some, 0), storms, raised.value
+        )
         assert failure.kind == "jog goes on"
         assert [list(storm.acts) for storm in short] == [jog[:1]], (
             "the end of a storm ends the jog, too"

@@ -12,12 +12,16 @@ from typing import Any
 
 from rcx_harness.engine import cache
 from rcx_harness.engine.builtin.blocks import BODIES, CLASSES
-from rcx_harness.engine.builtin.coverage import Collector, CountingWriter, environment_collector
-from rcx_harness.engine.builtin.probes import Plan
+from rcx_harness.engine.builtin.coverage import (
+    Collector,
+    CountingWriter,
+    Plan,
+    environment_collector,
+)
 from rcx_harness.engine.builtin.runtime import NAMES
 from rcx_harness.engine.builtin.statements import Writer
 from rcx_harness.engine.builtin.storage import Storage
-from rcx_harness.engine.deep import deeply
+from rcx_harness.engine.compiling import deeply
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.errors import InputError

@@ -5,22 +5,17 @@ from __future__ import annotations
 import math
 import re
 from ctypes import c_float
+from datetime import datetime, timedelta
 from typing import Any, NoReturn
 
-from rcx_harness.engine.builtin.moments import (
-    date_text,
-    day_of,
-    dt_text,
-    time_of,
-    time_text,
-    tod_text,
-)
-from rcx_harness.engine.frontend.scalars import STRING_MAX
+from rcx_harness.engine.frontend.scalars import NANOSECONDS_PER_DAY, STRING_MAX
 
 __all__ = ["FUSE", "NAMES", "ProgramError"]
 
 #: Rounds after which a loop counts as endless; a scan with so many would not fit any PLC.
 FUSE = range(1_000_000)
+
+_SECOND = 1_000_000_000
 
 
 class ProgramError(Exception):
@@ -189,6 +184,52 @@ def _real_to_string(value: float) -> str:
     return f"{value:.10g}"
 
 
+def _day_of(moment: int) -> int:
+    """Midnight of a DT, as a DATE."""
+    return moment - moment % NANOSECONDS_PER_DAY
+
+
+def _time_of(moment: int) -> int:
+    """Time of day of a DT, as a TOD."""
+    return moment % NANOSECONDS_PER_DAY
+
+
+def _time_text(time: int) -> str:
+    """A duration as `T#1d2h3m4s5.6ms`, down to the last part that is not zero."""
+    sign, rest = ("-", -time) if time < 0 else ("", time)
+    parts = []
+    for size, unit in ((86_400, "d"), (3_600, "h"), (60, "m"), (1, "s")):
+        amount, rest = divmod(rest, size * _SECOND)
+        parts.append(f"{sign if amount else ''}{amount}{unit}")
+        if not rest:
+            return f"T#{''.join(parts)}"
+    return f"T#{''.join(parts)}{sign}{rest / 1_000_000:g}ms"
+
+
+def _date_text(moment: int) -> str:
+    """`D#2024-12-31`."""
+    day = datetime(1970, 1, 1) + timedelta(days=moment // NANOSECONDS_PER_DAY)
+    return f"D#{day:%Y-%m-%d}"
+
+
+def _tod_text(moment: int) -> str:
+    """`TOD#13:30:00`, with six decimals where the seconds are not whole."""
+    return f"TOD#{_clock(moment)}"
+
+
+def _dt_text(moment: int) -> str:
+    """`DT#2024-12-31-13:30:00`, with six decimals where the seconds are not whole."""
+    return f"DT#{_date_text(moment)[2:]}-{_clock(moment)}"
+
+
+def _clock(moment: int) -> str:
+    seconds, rest = divmod(moment % NANOSECONDS_PER_DAY, _SECOND)
+    minutes, second = divmod(seconds, 60)
+    hour, minute = divmod(minutes, 60)
+    shown = f"{second + rest / _SECOND:09.6f}" if rest else f"{second:02d}"
+    return f"{hour:02d}:{minute:02d}:{shown}"
+
+
 #: The names that generated code finds.
 NAMES: dict[str, Any] = {
     "FUSE": FUSE,
@@ -219,12 +260,12 @@ NAMES: dict[str, Any] = {
     "string_to_bool": _string_to_bool,
     "bits_to_string": _bits_to_string,
     "real_to_string": _real_to_string,
-    "time_text": time_text,
-    "date_text": date_text,
-    "tod_text": tod_text,
-    "dt_text": dt_text,
-    "day_of": day_of,
-    "time_of": time_of,
+    "time_text": _time_text,
+    "date_text": _date_text,
+    "tod_text": _tod_text,
+    "dt_text": _dt_text,
+    "day_of": _day_of,
+    "time_of": _time_of,
     "trunc": math.trunc,
     "math": math,
 }

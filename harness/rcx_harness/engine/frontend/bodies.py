@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterable
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.blocks import BlockCalls
+from rcx_harness.engine.frontend.calls import block_arguments, pin_of
 from rcx_harness.engine.frontend.constants import constant
-from rcx_harness.engine.frontend.expressions import Expressions, Scope, group
+from rcx_harness.engine.frontend.declare import Scope
+from rcx_harness.engine.frontend.expressions import Expressions, group
 from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL
+from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.types import EnumType, Type
+from rcx_harness.engine.types import BlockType, EnumType, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["check_body"]
@@ -45,7 +47,7 @@ class _Statements:
         self._scope = scope
         self._report = report
         self._expressions = Expressions(scope)
-        self._calls = BlockCalls(self._expressions)
+        self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
         self.assigned: set[t.Symbol] = set()
 
@@ -93,8 +95,8 @@ class _Statements:
         if isinstance(node, s.Exit):
             if not self._loops:
                 raise self._scope.error("EXIT outside a loop", node.at)
-            return t.Exit(node.at)
-        return t.Return(node.at)
+            return node
+        return node
 
     def _condition(self, node: s.Expression) -> t.Expression:
         return self._expressions.check(node, BOOL)
@@ -160,3 +162,166 @@ class _Statements:
             raise self._scope.error("this label occurs twice in the CASE", label.at)
         seen.append((low, high))
         return low, high
+
+
+class _BlockCalls:
+    """The block calls and assignment targets of one POU; shares its expressions."""
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._scope = expressions.scope
+
+    def target(self, node: s.Variable) -> t.Variable:
+        """A variable that is to be written.
+
+        Raises:
+            InputError: it cannot be written here: an input, a constant, a block or an output
+                of a block.
+        """
+        known = not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None
+        if isinstance(node, s.Name) and not known and node.key in self._scope.registry.members:
+            raise self._scope.error(f"{node.text} is a member of an enumeration", node.at)
+        found = self._expressions.variable(node)
+        if isinstance(found.type, BlockType):
+            raise self._scope.error("a block cannot be assigned", node.at)
+        part: t.Variable = found
+        while not isinstance(part, t.Use):
+            if isinstance(part, t.Member) and isinstance(part.base.type, BlockType):
+                pin = pin_of(part.base.type, part.name)
+                if pin is None or pin.section != "VAR_INPUT":
+                    raise self._scope.error(
+                        f"{part.name} is an output of {part.base.type.name}", node.at
+                    )
+            part = part.base
+        symbol = part.symbol
+        if symbol.section == "VAR_INPUT":
+            raise self._scope.error(
+                f"{symbol.name} is a VAR_INPUT and cannot be written inside",
+                node.at,
+                "copy it to a variable of its own",
+            )
+        external = symbol.section == "VAR_EXTERNAL"
+        source = self._scope.declarations.globals.get(symbol.name.upper()) if external else None
+        if symbol.constant or (source is not None and source.constant):
+            raise self._scope.error(f"{symbol.name} is CONSTANT", node.at)
+        return found
+
+    def check(self, node: s.CallStatement) -> t.CallBlock:
+        """Type a call of a block instance.
+
+        Raises:
+            InputError: no block instance, arguments that do not fit, or a VAR_IN_OUT left out.
+        """
+        instance = self._instance(node)
+        block = instance.type
+        assert isinstance(block, BlockType)
+        given = block_arguments(node, block, self._scope)
+        inputs: list[tuple[str, t.Expression]] = []
+        in_outs: list[tuple[str, t.Variable]] = []
+        for pin in block.variables:
+            argument = given.get(pin.name.upper())
+            if pin.section == "VAR_IN_OUT":
+                if argument is None:
+                    raise self._scope.error(
+                        f"the VAR_IN_OUT {pin.name} of {block.name} is missing", node.at
+                    )
+                in_outs.append((pin.name, self._in_out(argument, pin, block)))
+            elif argument is not None and pin.section == "VAR_INPUT":
+                inputs.append((pin.name, self._expressions.check(argument.value, pin.type)))
+        self._check_aliases(in_outs, block, node)
+        outputs = [self._output(argument, block) for argument in node.arguments if argument.output]
+        return t.CallBlock(instance, block, tuple(inputs), tuple(in_outs), tuple(outputs), node.at)
+
+    def _instance(self, node: s.CallStatement) -> t.Variable:
+        callee = node.callee
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            pou = self._scope.declarations.pous.get(callee.key)
+            if callee.key in BLOCKS or (pou is not None and pou.kind == "FUNCTION_BLOCK"):
+                raise self._scope.error(
+                    f"{callee.text} is a type of block", callee.at, "declare and call an instance"
+                )
+            if self._scope.registry.is_standard(callee.key) or pou is not None:
+                raise self._scope.error(
+                    f"the result of {callee.text} is not used", callee.at, "assign it"
+                )
+        found = self._expressions.variable(callee)
+        if not isinstance(found.type, BlockType):
+            raise self._scope.error(
+                f"a {describe(found.type)} cannot be called; only blocks can", callee.at
+            )
+        return found
+
+    def _in_out(self, argument: s.Argument, pin: Variable, block: BlockType) -> t.Variable:
+        value = argument.value
+        if not isinstance(value, (s.Name, s.Field, s.Index)):
+            raise self._scope.error(
+                f"the VAR_IN_OUT {pin.name} of {block.name} needs a variable", argument.at
+            )
+        found = self.target(value)
+        if found.type != pin.type:
+            raise self._scope.error(
+                f"{pin.name} of {block.name} needs a {describe(pin.type)},"
+                f" not a {describe(found.type)}",
+                argument.at,
+            )
+        part: t.Variable = found
+        while not isinstance(part, t.Use):
+            if isinstance(part.base.type, BlockType):
+                raise self._scope.error(
+                    f"a pin of a block cannot be passed to the VAR_IN_OUT {pin.name}", argument.at
+                )
+            part = part.base
+        return found
+
+    def _check_aliases(
+        self, in_outs: list[tuple[str, t.Variable]], block: BlockType, node: s.CallStatement
+    ) -> None:
+        """One variable under two names behaves differently on each PLC, so it is refused."""
+        reached = self._scope.declarations.externals(block)
+        for position, (name, variable) in enumerate(in_outs):
+            root = _path(variable)[0]
+            assert isinstance(root, t.Symbol)
+            if root.section == "VAR_EXTERNAL" and root.name.upper() in reached:
+                raise self._scope.error(
+                    f"{block.name} also uses the global variable {root.name} itself", node.at
+                )
+            for other_name, other in in_outs[:position]:
+                if _overlap(_path(variable), _path(other)):
+                    raise self._scope.error(
+                        f"{other_name} and {name} are given the same variable", node.at
+                    )
+
+    def _output(self, argument: s.Argument, block: BlockType) -> tuple[str, t.Variable]:
+        assert argument.name is not None
+        pin = pin_of(block, argument.name.text)
+        if pin is None or pin.section != "VAR_OUTPUT":
+            outputs = [pin.name for pin in block.variables if pin.section == "VAR_OUTPUT"]
+            raise self._scope.error(
+                f"{block.name} has no output {argument.name.text}",
+                argument.at,
+                f"it has {', '.join(outputs)}",
+            )
+        assert isinstance(argument.value, (s.Name, s.Field, s.Index))
+        found = self.target(argument.value)
+        if found.type != pin.type:
+            raise self._scope.error(
+                f"{pin.name} is a {describe(pin.type)}, its target a {describe(found.type)}",
+                argument.at,
+            )
+        return pin.name, found
+
+
+def _path(variable: t.Variable) -> list[object]:
+    """The symbol, then each member name or constant index; None for an index unknown yet."""
+    if isinstance(variable, t.Use):
+        return [variable.symbol]
+    if isinstance(variable, t.Member):
+        return [*_path(variable.base), variable.name]
+    indices = variable.indices
+    known = all(isinstance(index, t.Constant) for index in indices)
+    step = tuple(index.value for index in indices if isinstance(index, t.Constant))
+    return [*_path(variable.base), step if known else None]
+
+
+def _overlap(first: list[object], second: list[object]) -> bool:
+    return all(a is None or b is None or a == b for a, b in zip(first, second, strict=False))

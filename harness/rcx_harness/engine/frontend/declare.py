@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from ctypes import c_float
+from dataclasses import dataclass
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
@@ -25,7 +26,7 @@ from rcx_harness.engine.types import (
 )
 from rcx_harness.errors import InputError
 
-__all__ = ["Declarations"]
+__all__ = ["Declarations", "Scope", "default_scalar"]
 
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
@@ -261,7 +262,6 @@ class Declarations:
                     for symbol in symbols.values()
                     if symbol.section != "VAR_TEMP"
                 ),
-                node.kind == "PROGRAM",
             )
             self.blocks[node.name.key] = pou.block
         self.pous[node.name.key] = pou
@@ -352,6 +352,27 @@ class Declarations:
                 f"{text} is also declared as {describe(self._addresses[text])}", node.address.at
             )
         return text
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What names mean inside one POU."""
+
+    pou: Pou
+    where: Declared
+    registry: Registry
+    declarations: Declarations
+
+    def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
+        """An error in this POU's file."""
+        return self.where.error(message, at, hint)
+
+    def symbol(self, key: str) -> Symbol | None:
+        """The variable of this upper-case name, a function's result included."""
+        result = self.pou.result
+        if result is not None and result.name.upper() == key:
+            return result
+        return self.pou.symbols.get(key)
 
 
 def _bits(kind: ElementaryType) -> int:

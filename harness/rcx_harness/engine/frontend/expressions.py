@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
 
-from rcx_harness.engine.deep import MOST_OPERATORS
+from rcx_harness.engine.compiling import MOST_OPERATORS
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.calls import Calls
+from rcx_harness.engine.frontend.calls import function_arguments, standard_arguments
 from rcx_harness.engine.frontend.constants import adapt, literal, member
-from rcx_harness.engine.frontend.declare import Declarations
-from rcx_harness.engine.frontend.registry import Declared, Registry
+from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.scalars import (
     ANY_BIT,
     ANY_DATE,
@@ -24,7 +23,7 @@ from rcx_harness.engine.frontend.scalars import (
     SIGNED,
     TIME,
 )
-from rcx_harness.engine.frontend.standard import conversion
+from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, Signature, conversion
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import (
     ArrayType,
@@ -36,33 +35,34 @@ from rcx_harness.engine.types import (
 )
 from rcx_harness.errors import InputError
 
-__all__ = ["Expressions", "Scope"]
+__all__ = ["Expressions", "group"]
 
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _LOGIC = ("AND", "OR", "XOR")
+#: Standard functions that are operators, and the time functions written as such.
+_OPERATORS = {
+    "ADD": "+",
+    "SUB": "-",
+    "MUL": "*",
+    "DIV": "/",
+    "MOD": "MOD",
+    "EXPT": "**",
+    "AND": "AND",
+    "OR": "OR",
+    "XOR": "XOR",
+    "GT": ">",
+    "GE": ">=",
+    "EQ": "=",
+    "LE": "<=",
+    "LT": "<",
+    "NE": "<>",
+    "ADD_TIME": "+",
+    "SUB_TIME": "-",
+    "MULTIME": "*",
+    "DIVTIME": "/",
+}
 #: No type holds so much, nor half of it on the way to a smaller result.
 _LARGEST = 1 << 128
-
-
-@dataclass(frozen=True)
-class Scope:
-    """What names mean inside one POU."""
-
-    pou: t.Pou
-    where: Declared
-    registry: Registry
-    declarations: Declarations
-
-    def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
-        """An error in this POU's file."""
-        return self.where.error(message, at, hint)
-
-    def symbol(self, key: str) -> t.Symbol | None:
-        """The variable of this upper-case name, a function's result included."""
-        result = self.pou.result
-        if result is not None and result.name.upper() == key:
-            return result
-        return self.pou.symbols.get(key)
 
 
 def group(kind: Type | None) -> str:
@@ -79,7 +79,6 @@ class Expressions:
 
     def __init__(self, scope: Scope) -> None:
         self.scope = scope
-        self._calls = Calls(self)
         # By `id` of a piece of syntax: long expressions are asked the same at each operator.
         self._inferred: dict[int, Type | None] = {}
         self._folded: dict[int, t.Constant | None] = {}
@@ -106,10 +105,7 @@ class Expressions:
 
     def _undeclared(self, node: s.Name) -> InputError:
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
-        near = {name.upper(): name for name in symbols}
-        close = difflib.get_close_matches(node.key, near, n=2)
-        hint = f"did you mean {' or '.join(near[key] for key in close)}?" if close else ""
-        return self.scope.error(f"{node.text} is not declared", node.at, hint)
+        return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
     def _member(self, base: t.Variable, node: s.Field) -> t.Member:
         kind, key = base.type, node.name.key
@@ -117,7 +113,7 @@ class Expressions:
             for name, field in kind.fields:
                 if name.upper() == key:
                     return t.Member(base, name, field)
-            near = {name.upper(): name for name, _ in kind.fields}
+            near = _near(key, [name for name, _ in kind.fields])
         elif isinstance(kind, BlockType):
             for pin in kind.variables:
                 if pin.name.upper() == key:
@@ -126,12 +122,10 @@ class Expressions:
                             f"{pin.name} is internal to {kind.name}", node.name.at
                         )
                     return t.Member(base, pin.name, pin.type)
-            near = {pin.name.upper(): pin.name for pin in kind.variables}
+            near = _near(key, [pin.name for pin in kind.variables])
         else:
             raise self.scope.error(f"a {describe(kind)} has no members", node.name.at)
-        close = difflib.get_close_matches(key, near, n=2)
-        hint = f"did you mean {' or '.join(near[name] for name in close)}?" if close else ""
-        raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, hint)
+        raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
 
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
         kind = base.type
@@ -174,7 +168,7 @@ class Expressions:
         if isinstance(node, s.Unary):
             return self.infer(node.operand)
         if isinstance(node, s.Call):
-            return self._calls.infer(node)
+            return self._result_of(node)
         if node.op in _COMPARISONS:
             return BOOL
         left = self.infer(node.left)
@@ -238,7 +232,7 @@ class Expressions:
         if isinstance(node, (s.Name, s.Field, s.Index)):
             return self.variable(node)
         if isinstance(node, s.Call):
-            return self._calls.check(node, want)
+            return self._call(node, want)
         folded = self._fold(node)
         if folded is not None:
             if folded.typed:
@@ -402,6 +396,128 @@ class Expressions:
             kind = ELEMENTARY[name]
             return t.Binary(op, self.check(left, kind), self.check(right, TIME), kind)
         raise self.scope.error(f"{op} is not defined for {name}", at)
+
+    # --- calls of functions ---
+
+    def _result_of(self, node: s.Call) -> Type | None:
+        """Type of the result; None where it is what the context asks for."""
+        key = node.function.key
+        declared = self.scope.declarations.pous.get(key)
+        if declared is not None and declared.result is not None:
+            return declared.result.type
+        pair = conversion(key)
+        if pair is not None:
+            return ELEMENTARY[pair[1]]
+        signature = FUNCTIONS.get(key)
+        if signature is None or signature.result == "ANY_INT":
+            return None
+        if signature.result != "T":
+            return ELEMENTARY[signature.result]
+        return self._common_type(node, signature)
+
+    def _common_type(self, node: s.Call, signature: Signature) -> Type | None:
+        for argument, (_, kind) in standard_arguments(node, signature, self.scope):
+            found = self.infer(argument.value) if kind == "T" else None
+            if found is not None:
+                return found
+        return None
+
+    def _call(self, node: s.Call, want: Type | None) -> t.Expression:
+        key, name, at = node.function.key, node.function.text, node.at
+        pou = self.scope.declarations.pous.get(key)
+        if pou is not None and pou.kind == "FUNCTION" and pou.result is not None:
+            return self._user(node, pou)
+        if pou is not None or key in BLOCKS:
+            raise self.scope.error(
+                f"{name} is a block, not a function", at, "declare an instance and call that"
+            )
+        if conversion(key) is not None:
+            return self._conversion(node)
+        if key not in FUNCTIONS:
+            symbol = self.scope.symbol(key)
+            if symbol is not None:
+                raise self.scope.error(f"{name} is a {describe(symbol.type)}, not a function", at)
+            raise self.scope.error(
+                f"there is no function {name}", at, "name its file too, or look at the spelling"
+            )
+        if key in _OPERATORS and len(node.arguments) <= 2:
+            pairs = standard_arguments(node, FUNCTIONS[key], self.scope)
+            left, right = (argument.value for argument, _ in pairs)
+            if key in ("ADD_TIME", "SUB_TIME", "MULTIME", "DIVTIME"):
+                self.check(left, ELEMENTARY["TIME"])
+            return self.binary(_OPERATORS[key], left, right, want, at)
+        return self._standard(node, FUNCTIONS[key], want)
+
+    def _user(self, node: s.Call, pou: t.Pou) -> t.Expression:
+        given = function_arguments(node, pou, self.scope)
+        arguments = tuple(
+            self.check(given[symbol.name.upper()].value, symbol.type)
+            if symbol.name.upper() in given
+            else None
+            for symbol in pou.section("VAR_INPUT")
+        )
+        assert pou.result is not None
+        return t.CallFunction(pou.name.upper(), arguments, pou.result.type)
+
+    def _conversion(self, node: s.Call) -> t.Expression:
+        pair = conversion(node.function.key)
+        assert pair is not None
+        signature = Signature((("IN", pair[0]),), (), pair[1])
+        ((argument, _),) = standard_arguments(node, signature, self.scope)
+        value = self.check(argument.value, ELEMENTARY[pair[0]])
+        return t.Standard(f"{pair[0]}_TO_{pair[1]}", (value,), ELEMENTARY[pair[1]])
+
+    def _standard(self, node: s.Call, signature: Signature, want: Type | None) -> t.Expression:
+        name = node.function.key
+        pairs = standard_arguments(node, signature, self.scope)
+        common = self._common_type(node, signature)
+        if common is None and any(kind == "T" for _, (_, kind) in pairs):
+            wanted = (
+                want if isinstance(want, ElementaryType) and want.name in signature.group else None
+            )
+            first = next(argument.value for argument, (_, kind) in pairs if kind == "T")
+            common = (wanted if signature.result == "T" else None) or self.check(first, None).type
+        if common is not None and (
+            not isinstance(common, ElementaryType) or common.name not in signature.group
+        ):
+            raise self.scope.error(f"{name} is not defined for {describe(common)}", node.at)
+        arguments = []
+        for argument, (_, kind) in pairs:
+            expected: Type | None
+            if kind == "T":
+                expected = common
+            elif kind in ("ANY_INT", "ANY_NUM"):
+                expected = self._number(argument, ANY_INT if kind == "ANY_INT" else ANY_NUM)
+            else:
+                expected = ELEMENTARY[kind]
+            arguments.append(self.check(argument.value, expected))
+        return t.Standard(name, tuple(arguments), self._result(signature, common, want))
+
+    def _number(self, argument: s.Argument, allowed: tuple[str, ...]) -> Type:
+        found = self.infer(argument.value)
+        if found is None:
+            return self.check(argument.value, None).type
+        if not isinstance(found, ElementaryType) or found.name not in allowed:
+            raise self.scope.error(
+                f"a number is expected here, not a {describe(found)}", argument.at
+            )
+        return found
+
+    def _result(self, signature: Signature, common: Type | None, want: Type | None) -> Type:
+        if signature.result == "T":
+            return common or BOOL
+        if signature.result != "ANY_INT":
+            return ELEMENTARY[signature.result]
+        if isinstance(want, ElementaryType) and want.name in ANY_INT:
+            return want
+        return ELEMENTARY["INT"]
+
+
+def _near(key: str, names: Iterable[str]) -> str:
+    """A hint on the names that are near an upper-case one."""
+    known = {name.upper(): name for name in names}
+    close = difflib.get_close_matches(key, known, n=2)
+    return f"did you mean {' or '.join(known[name] for name in close)}?" if close else ""
 
 
 def _default(found: t.Constant) -> Type:

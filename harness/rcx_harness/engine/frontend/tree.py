@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rcx_harness.engine.frontend.scalars import Scalar
-from rcx_harness.engine.frontend.syntax import Position
+from rcx_harness.engine.frontend.syntax import Exit, Position, Return
 from rcx_harness.engine.types import BlockType, Type
 
 __all__ = [
@@ -207,20 +207,6 @@ class Repeat:
 
     body: tuple[Statement, ...]
     condition: Expression
-    at: Position
-
-
-@dataclass(frozen=True)
-class Exit:
-    """Leaves the innermost loop."""
-
-    at: Position
-
-
-@dataclass(frozen=True)
-class Return:
-    """Leaves the POU."""
-
     at: Position
 
 

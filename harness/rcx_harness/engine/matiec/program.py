@@ -18,10 +18,9 @@ from rcx_harness.engine.base import Located, Value
 from rcx_harness.engine.frontend.paths import resolve, walk
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.values import array_length, describe, from_python
-from rcx_harness.engine.matiec.build import Wanted, compile_program
+from rcx_harness.engine.matiec.build import Matiec, TranslationError, Wanted, compile_program
 from rcx_harness.engine.matiec.memory import Codec, Layout, layout_expressions, memory_at
 from rcx_harness.engine.matiec.source import HIDDEN_INSTANCE, explain, join_sources
-from rcx_harness.engine.matiec.tool import Matiec, TranslationError
 from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from rcx_harness.errors import InputError
 

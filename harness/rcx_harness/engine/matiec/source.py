@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.matiec.tool import Matiec, TranslationError
+from rcx_harness.engine.matiec.build import Matiec, TranslationError
 from rcx_harness.errors import InputError
 
 __all__ = ["HIDDEN_INSTANCE", "SourceText", "explain", "join_sources"]

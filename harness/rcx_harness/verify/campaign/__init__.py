@@ -1,8 +1,7 @@
-"""The fault campaign: random long runs in which everything fails, again and again.
+"""Fault campaigns: random long runs in which everything fails, again and again.
 
-One program with most kinds of blocks is driven at random while packets are lost, late and
-doubled, the packet interval changes, scans overrun, PLC and controller lose their power, people
-press stops and take over; then the causes go. Checked is that no rule of the wire or of the
-contract is broken, that each command is executed exactly once, or at most once with an error that
-says so, that nothing starts by itself, and that the documented way back leads to a working cell.
+A program is driven while packets are lost, late and doubled, the packet interval changes, scans
+overrun, PLC and controller lose their power; then the causes go. `station` is the cell, `storms`
+runs what befalls it and makes a failing run short, `requests` compares what was asked for with
+what was executed. What drives a program, and its way back, comes from who knows the program.
 """

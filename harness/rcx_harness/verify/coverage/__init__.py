@@ -1,7 +1,7 @@
-"""Coverage of the library's Structured Text by the tests: statements, branches, conditions, MC/DC.
+"""Coverage of Structured Text by tests: statements, branches, conditions, MC/DC.
 
-`python -m rcx_tools.evidence.coverage` runs the tests on the built-in engine, which counts, and
-writes out/coverage (text, HTML with source lines, lcov) and out/verification/coverage.json.
+The tests run on the built-in engine, which counts (`engine.builtin.coverage`); `measure` makes
+results of the counts, which are written as text, as HTML with source lines and for lcov.
 
 A line that cannot be reached is removed, or has `(* unreachable: reason *)` on it or in a line
 of its own before it; the comment covers the statements and branches of that line. The branch of

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from rcx_harness.verify.coverage.measure import Condition, DecisionResult, FileResult, Item, Share
-from rcx_harness.verify.coverage.report import demands_mcdc, gaps, totals
+from rcx_harness.verify.coverage.report import gaps, totals
 
 __all__ = ["write_pages"]
 
@@ -17,15 +17,16 @@ _COLUMNS = ("Statements", "Branches", "Conditions", "MC/DC", "Unique-cause")
 _MOST_VECTORS = 64
 
 
-def write_pages(results: Sequence[FileResult], folder: Path) -> None:
+def write_pages(results: Sequence[FileResult], folder: Path, library: str) -> None:
     """Write index.html and a page per file.
 
     Args:
         results: All files.
         folder: Where to; it is made.
+        library: What to call their folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    _write(folder / "index.html", "Coverage of plc/lib", "", _overview(results))
+    _write(folder / "index.html", f"Coverage of {library}", "", _overview(results))
     for result in results:
         back = '<a href="index.html">all files</a>'
         _write(folder / _page(result), result.path, back, _file(result))
@@ -54,7 +55,7 @@ def _overview(results: Sequence[FileResult]) -> Iterator[str]:
     yield f"<table>{_head('Folder')}"
     for folder in sorted({result.folder for result in results}):
         yield _row(folder, [one for one in results if one.folder == folder], demanded=False)
-    demanded = [one for one in results if demands_mcdc(one)]
+    demanded = [one for one in results if one.demands_mcdc]
     yield _row("with MC/DC demanded", demanded, demanded=True)
     yield f"{_row('all', results, demanded=False)}</table>"
     for title, justified in (("Gaps", False), ("Justified", True)):
@@ -69,7 +70,7 @@ def _overview(results: Sequence[FileResult]) -> Iterator[str]:
     yield f"<h2>Files</h2><table>{_head('File')}"
     for result in results:
         link = f'<a href="{_page(result)}">{result.path}</a>'
-        yield _row(link, [result], demanded=demands_mcdc(result))
+        yield _row(link, [result], demanded=result.demands_mcdc)
     yield "</table>"
 
 
@@ -93,7 +94,7 @@ def _cell(share: Share, *, free: bool) -> str:
 
 
 def _file(result: FileResult) -> Iterator[str]:
-    yield f"<table>{_head('')}{_row('', [result], demanded=demands_mcdc(result))}</table>"
+    yield f"<table>{_head('')}{_row('', [result], demanded=result.demands_mcdc)}</table>"
     yield "<h2>Source</h2><table class='code'>"
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)

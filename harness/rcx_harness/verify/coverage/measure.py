@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.builtin.coverage import Collector
-from rcx_harness.engine.frontend import load
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.verify.coverage.listing import Listing, listing
-from rcx_harness.verify.coverage.mcdc import judge
-from rcx_harness.verify.coverage.text_of import text_of
+from rcx_harness.engine.builtin.coverage import Collector, Decision
+from rcx_harness.engine.frontend.load import checked
+from rcx_harness.verify.coverage.listing import Listing, listing, text_of
 
 __all__ = [
     "Condition",
     "DecisionResult",
     "FileResult",
     "Item",
+    "Judged",
     "Merged",
     "Share",
+    "judge",
     "measure",
     "merge",
 ]
@@ -96,11 +94,12 @@ class FileResult:
     """The results of one file.
 
     Attributes:
-        path: Below the library, as in `area/FB_ReadArea.st`.
+        path: Below the library, as in `folder/Block.st`.
         source: Its lines.
         pous: Name, line and number of calls of each function or block in it.
         stale: Lines with a reason although everything on them was executed.
         changed: There are counts, but of another version of the file.
+        demands_mcdc: MC/DC is demanded of it.
     """
 
     path: str
@@ -111,6 +110,7 @@ class FileResult:
     decisions: list[DecisionResult] = field(default_factory=list)
     stale: list[int] = field(default_factory=list)
     changed: bool = False
+    demands_mcdc: bool = False
 
     @property
     def folder(self) -> str:
@@ -184,7 +184,10 @@ def merge(source: Path | Collector) -> Merged:
 
 
 def measure(
-    library: Path, merged: Merged, reasons: Mapping[tuple[str, str, str], str] | None = None
+    library: Path,
+    merged: Merged,
+    reasons: Mapping[tuple[str, str, str], str] | None = None,
+    demanded: tuple[str, ...] = (),
 ) -> list[FileResult]:
     """The results of each file of a library that has code, in the order of their paths.
 
@@ -192,11 +195,12 @@ def measure(
         library: Its folder; counts of another version of a file do not count.
         merged: The counts.
         reasons: Why a condition has no MC/DC, by (POU, decision, condition).
+        demanded: Folders and files of which MC/DC is demanded, as their paths begin.
     """
     files = sorted(library.resolve().rglob("*.st"))
     counted = {file for file, _, _ in merged.counters}
     results = []
-    for pou in _pous(files):
+    for pou in checked(files).pous.values():
         found = listing(pou)
         path = found.file.relative_to(library.resolve()).as_posix()
         text = found.file.read_bytes()
@@ -204,22 +208,11 @@ def measure(
         counters = merged.counters.get(key, [0] * found.plan.size)
         seen = merged.seen.get(key, [set() for _ in found.plan.decisions])
         result = FileResult(path, text.decode("utf-8").splitlines())
+        result.demands_mcdc = path.startswith(demanded)
         result.changed = key not in merged.counters and key[0] in counted
         _fill(result, found, counters, seen, reasons or {})
         results.append(result)
     return sorted(results, key=lambda one: one.path)
-
-
-#: The front end wants a program; the library has none.
-_PROGRAM = "PROGRAM RCX_NoProgram\n  VAR\n    k : INT;\n  END_VAR\n  k := 0;\nEND_PROGRAM\n"
-
-
-def _pous(files: Sequence[Path]) -> list[t.Pou]:
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "NoProgram.st"
-        program.write_text(_PROGRAM, encoding="utf-8")
-        project = load([*files, program])
-    return [pou for pou in project.pous.values() if pou.kind != "PROGRAM"]
 
 
 def _fill(
@@ -252,3 +245,44 @@ def _fill(
             conditions.append(Condition(shown, one.values, one.masking, one.unique, reason))
         outcomes = {vector: decision.outcome(vector) for vector in sorted(vectors)}
         result.decisions.append(DecisionResult(line, text, tuple(conditions), outcomes))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What is known about one condition of a decision.
+
+    Attributes:
+        values: The values it has had.
+        masking: It has decided the outcome as TRUE and as FALSE.
+        unique: So in two evaluations that differ in nothing else.
+    """
+
+    values: frozenset[bool]
+    masking: bool
+    unique: bool
+
+
+def judge(decision: Decision, vectors: Collection[int]) -> list[Judged]:
+    """Judge the conditions of a decision.
+
+    Args:
+        decision: The decision.
+        vectors: All vectors in which it was evaluated; bit k is the condition k.
+    """
+    outcomes = {vector: decision.outcome(vector) for vector in vectors}
+    return [_judge(decision, outcomes, 1 << k) for k in range(len(decision.conditions))]
+
+
+def _judge(decision: Decision, outcomes: dict[int, bool], bit: int) -> Judged:
+    decides: set[tuple[bool, bool]] = set()
+    for vector, outcome in outcomes.items():
+        if decision.outcome(vector ^ bit) != outcome:
+            decides.add((bool(vector & bit), outcome))
+    return Judged(
+        values=frozenset(bool(vector & bit) for vector in outcomes),
+        masking=any((not value, not outcome) in decides for value, outcome in decides),
+        unique=any(
+            vector ^ bit in outcomes and outcomes[vector ^ bit] != outcome
+            for vector, outcome in outcomes.items()
+        ),
+    )

@@ -1,32 +1,25 @@
-"""The results as text: a table per folder, the gaps, and a table of all files."""
+"""The results as text: a table per folder, the gaps, a table of all files; and for lcov."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.verify.coverage.measure import FileResult, Share
+from rcx_harness.verify.coverage.measure import FileResult, Item, Share
 
 __all__ = [
-    "MCDC_FILES",
-    "REASONS",
     "Gap",
-    "demands_mcdc",
     "folder_table",
     "full_text",
     "gaps",
     "totals",
+    "tracefile",
 ]
-
-#: Where MC/DC is demanded: folders and files.
-MCDC_FILES = ("area/", "sequence/", "command/FB_RemoteCommand.st")
-
-#: Why something need not be covered, below the repository.
-REASONS = "tests/tools/evidence/conditions.toml"
 
 _COLUMNS = ("statements", "branches", "conditions", "MC/DC", "unique-cause")
 
@@ -43,11 +36,6 @@ class Gap:
     def __str__(self) -> str:
         shown = f"{self.path}:{self.line}: {self.text}"
         return f"{shown}\n    because {self.reason}" if self.reason else shown
-
-
-def demands_mcdc(result: FileResult) -> bool:
-    """Whether MC/DC is demanded of a file."""
-    return result.path.startswith(MCDC_FILES)
 
 
 def totals(results: Sequence[FileResult]) -> dict[str, Share]:
@@ -94,7 +82,7 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
     for item in result.branches:
         if not item.hits:
             yield Gap(result.path, item.line, f"not taken: {item.text}", item.reason)
-    if demands_mcdc(result):
+    if result.demands_mcdc:
         for decision in result.decisions:
             for one in decision.conditions:
                 if not one.masking:
@@ -107,7 +95,7 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
 
 def _not_demanded(results: Sequence[FileResult]) -> Iterator[Gap]:
     for result in results:
-        if not demands_mcdc(result):
+        if not result.demands_mcdc:
             for decision in result.decisions:
                 for one in decision.conditions:
                     if not one.masking:
@@ -127,7 +115,7 @@ def _table(first: str, rows: Sequence[tuple[str, Sequence[FileResult]]]) -> Tabl
         table.add_column(name, justify="right")
     for name, results in rows:
         shares = totals(results)
-        demanded = any(map(demands_mcdc, results))
+        demanded = any(one.demands_mcdc for one in results)
         marks = ["" if share.complete else "red" for share in shares.values()]
         cells = [
             f"[{mark}]{_share(share)}[/]"
@@ -139,20 +127,26 @@ def _table(first: str, rows: Sequence[tuple[str, Sequence[FileResult]]]) -> Tabl
     return table
 
 
-def folder_table(results: Sequence[FileResult]) -> Table:
-    """One row per folder, one for the files of which MC/DC is demanded, one for all."""
+def folder_table(results: Sequence[FileResult], library: str) -> Table:
+    """One row per folder of `library`, one where MC/DC is demanded, one for all."""
     folders = sorted({result.folder for result in results})
     rows = [(one, [result for result in results if result.folder == one]) for one in folders]
-    rows.append(("MC/DC demanded", [one for one in results if demands_mcdc(one)]))
-    return _table("plc/lib", [*rows, ("all", list(results))])
+    rows.append(("MC/DC demanded", [one for one in results if one.demands_mcdc]))
+    return _table(library, [*rows, ("all", list(results))])
 
 
-def full_text(results: Sequence[FileResult]) -> str:
-    """The whole report as plain text."""
+def full_text(results: Sequence[FileResult], library: str, reasons: str) -> str:
+    """The whole report as plain text.
+
+    Args:
+        results: All files.
+        library: What to call their folder.
+        reasons: Where the reasons stand.
+    """
     console = Console(file=io.StringIO(), width=160, color_system=None, emoji=False)
-    console.print("Coverage of plc/lib by the tests, on the built-in engine\n")
-    console.print(folder_table(results))
-    console.print(f"\n(+n: justified in place, or with a reason in {REASONS})\n")
+    console.print(f"Coverage of {library} by the tests, on the built-in engine\n")
+    console.print(folder_table(results, library))
+    console.print(f"\n(+n: justified in place, or with a reason in {reasons})\n")
     console.print(_table("file", [(result.path, [result]) for result in results]))
     for title, justified in (("Gaps", False), ("Justified", True)):
         found = gaps(results, justified=justified)
@@ -165,3 +159,44 @@ def full_text(results: Sequence[FileResult]) -> str:
         console.print(f"  {gap}", markup=False, highlight=False, soft_wrap=True)
     assert isinstance(console.file, io.StringIO)
     return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines()) + "\n"
+
+
+def tracefile(results: Sequence[FileResult], library: Path) -> str:
+    """The tracefile; what is justified in place is left out of it.
+
+    Args:
+        results: All files.
+        library: Their folder.
+    """
+    lines = []
+    for result in results:
+        lines += ["TN:", f"SF:{library / result.path}", *_records(result), "end_of_record"]
+    return "\n".join(lines) + "\n"
+
+
+def _records(result: FileResult) -> Iterator[str]:
+    for name, line, _ in result.pous:
+        yield f"FN:{line},{name}"
+    for name, _, calls in result.pous:
+        yield f"FNDA:{calls},{name}"
+    yield f"FNF:{len(result.pous)}"
+    yield f"FNH:{sum(1 for _, _, calls in result.pous if calls)}"
+    branches = list(map(_counting, result.branches))
+    reached = {item.fork for item in result.branches if item.hits}
+    for number, item in enumerate(result.branches):
+        if branches[number]:
+            taken = str(item.hits) if item.fork in reached else "-"
+            yield f"BRDA:{item.line},{item.fork},{number},{taken}"
+    yield f"BRF:{sum(branches)}"
+    yield f"BRH:{sum(1 for item in result.branches if item.hits)}"
+    lines: dict[int, int] = {}
+    for item in filter(_counting, result.statements):
+        lines[item.line] = min(item.hits, lines.get(item.line, item.hits))
+    for line, hits in sorted(lines.items()):
+        yield f"DA:{line},{hits}"
+    yield f"LF:{len(lines)}"
+    yield f"LH:{sum(1 for hits in lines.values() if hits)}"
+
+
+def _counting(item: Item) -> bool:
+    return bool(item.hits) or not item.reason

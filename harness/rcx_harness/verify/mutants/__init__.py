@@ -1,6 +1,5 @@
-"""Mutation testing: small mistakes are made on purpose, in the library and in what judges it.
+"""Mutation testing: small mistakes are made on purpose in Structured Text, one at a time.
 
-For each of them a test must fail.
-
-`python -m rcx_tools.evidence.mutants` says how; docs/verification.md says what came of it.
+For each of them a test must fail. `mutant` makes them, `engine` puts one into compiled programs,
+`pool` runs each in a process of its own, `report` says what came of them.
 """

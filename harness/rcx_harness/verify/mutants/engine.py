@@ -19,7 +19,7 @@ from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.bodies import check_body
-from rcx_harness.engine.frontend.expressions import Scope
+from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.errors import InputError

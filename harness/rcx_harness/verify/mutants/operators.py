@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.types import ArrayType, BlockType, StructType
-from rcx_harness.verify.mutants.constants import constants
-from rcx_harness.verify.mutants.idle import changes_nothing
-from rcx_harness.verify.mutants.text import Edit, Span
+from rcx_harness.engine.types import ArrayType, BlockType, EnumType, StructType, Type
+from rcx_harness.verify.mutants.text import Edit, Span, children
 from rcx_harness.verify.mutants.walk import Body, Place, places
 
-__all__ = ["OPERATORS", "Change", "changes"]
+__all__ = ["OPERATORS", "Change", "changes", "changes_nothing", "constants"]
 
 #: The operators by name, each with what it does.
 OPERATORS = {
@@ -277,3 +276,160 @@ _OPERATORS: tuple[Callable[[Place, Body], Iterator[Change]], ...] = (
     _swapped,
     _labels,
 )
+
+
+def changes_nothing(node: s.Assign, body: Body) -> bool:
+    """Whether a variable of a function gets the value that it has at the start of every call.
+
+    It does where the value is that of its declaration, and nothing before it in the function
+    writes to the variable. The library has such lines for compilers that ask for them.
+    """
+    if body.pou.kind != "FUNCTION" or not isinstance(node.target, s.Name):
+        return False
+    symbol = body.scope.symbol(node.target.key)
+    if symbol is None or symbol.section not in ("VAR", "RESULT"):
+        return False
+    declared = any(
+        declaration.initial is not None
+        and node.target.key in {one.key for one in declaration.names}
+        for section in body.pou.sections
+        for declaration in section.variables
+    )
+    return not declared and not _written_before(body.pou.body, node, node.target.key)
+
+
+def _written_before(statements: tuple[Any, ...], node: s.Assign, key: str) -> bool:
+    """Whether the variable may have been written when the statement is reached."""
+    for statement in statements:
+        if statement is node:
+            return False
+        if not any(one is node for one in _inside(statement)):
+            if _writes(statement, key):
+                return True
+        elif isinstance(statement, (s.If, s.Case)):
+            inner = next(branch for branch in _branches(statement) if _holds(branch, node))
+            return _written_before(inner, node, key)
+        else:  # in a loop what comes after it may have been before
+            return True
+    return True
+
+
+def _branches(statement: s.If | s.Case) -> Iterator[tuple[Any, ...]]:
+    if isinstance(statement, s.If):
+        yield from (inner for _, inner in statement.branches)
+    else:
+        yield from (branch.body for branch in statement.branches)
+    yield statement.otherwise
+
+
+def _holds(branch: tuple[Any, ...], node: s.Assign) -> bool:
+    return any(one is node for statement in branch for one in _inside(statement))
+
+
+def _inside(node: Any) -> Iterator[Any]:
+    yield node
+    for child in children(node):
+        yield from _inside(child)
+
+
+def _writes(statement: Any, key: str) -> bool:
+    return any(
+        isinstance(one, s.Assign) and isinstance(one.target, s.Name) and one.target.key == key
+        for one in _inside(statement)
+    )
+
+
+_BITS = re.compile(r"(BYTE|WORD|DWORD)#16#([0-9A-F]+)", re.IGNORECASE)
+_TIME = re.compile(r"T#(\d+)(ms|s|m)", re.IGNORECASE)
+_TYPED_INTEGER = re.compile(r"(U?[SDL]?INT)#(\d+)", re.IGNORECASE)
+#: ErrorIDs of the library, docs/errors.md.
+_ERRORS = range(0x8000, 0x8100)
+
+
+def constants(
+    place: Place, body: Body, kind: Type | None = None
+) -> Iterator[tuple[str, Span, str]]:
+    """Other values of a literal or a member of an enumeration.
+
+    Args:
+        place: Where it stands.
+        body: The POU.
+        kind: Its type, where the place gives it one.
+
+    Yields:
+        The operator, what is replaced, and by what.
+    """
+    node = place.node
+    if isinstance(node, s.Literal):
+        span = body.source.span(node)
+        for operator, text in _literal(node):
+            yield operator, span, text
+    elif isinstance(node, s.Name) and body.scope.symbol(node.key) is None:
+        found = kind or body.type_of(node)
+        if isinstance(found, EnumType):
+            members = list(found.members)
+            keys = [member.upper() for member in members]
+            other = members[(keys.index(node.key) + 1) % len(members)]
+            yield "constant", body.source.span(node), other
+
+
+def _literal(node: s.Literal) -> Iterator[tuple[str, str]]:
+    text = node.text
+    if node.kind == "BOOLEAN":
+        yield "constant", "FALSE" if text.upper() == "TRUE" else "TRUE"
+    elif node.kind == "INTEGER" and "#" not in text:
+        yield "off-by-one", str(int(text) + 1)
+        yield "off-by-one", str(int(text) - 1)
+    elif node.kind == "REALNUM":
+        value = float(text)
+        yield "constant", repr(value * 10 if value else 1.0)
+        yield "constant", repr(value + 1.0 if abs(value) > 2 else value / 2)
+    elif node.kind == "STRING":
+        yield "constant", "'X'" if text == "''" else "''"
+    elif node.kind == "TYPED":
+        yield from _typed(text)
+
+
+def _typed(text: str) -> Iterator[tuple[str, str]]:
+    bits, time = _BITS.fullmatch(text), _TIME.fullmatch(text)
+    integer = _TYPED_INTEGER.fullmatch(text)
+    if bits:
+        name, digits = bits[1], bits[2]
+        yield from (
+            (operator, f"{name}#16#{value:0{len(digits)}X}")
+            for operator, value in _pattern(int(digits, 16), 4 * len(digits))
+        )
+    elif integer:
+        yield "off-by-one", f"{integer[1]}#{int(integer[2]) + 1}"
+        if int(integer[2]):
+            yield "off-by-one", f"{integer[1]}#{int(integer[2]) - 1}"
+    elif time:
+        value = int(time[1])
+        yield "constant", f"T#{value * 2 or 1}{time[2]}"
+        if value > 1:
+            yield "constant", f"T#{value // 2}{time[2]}"
+
+
+def _pattern(value: int, width: int) -> Iterator[tuple[str, int]]:
+    """Other bit patterns: a mask slides by one place, a code counts on."""
+    if value in _ERRORS and value != 0x8000:
+        yield "error-id", value + 1
+        return
+    top = 1 << (width - 1)
+    if value == 0:
+        yield "code", 1
+    elif value & (value - 1) == 0 or _is_run(value):
+        if not value & top:
+            yield "mask", value << 1
+        if not value & 1:
+            yield "mask", value >> 1
+        if value & top and value & 1:
+            yield "mask", value >> 1
+    else:
+        yield "code", value + 1 if value + 1 < 1 << width else value - 1
+
+
+def _is_run(value: int) -> bool:
+    """Whether the set bits are side by side."""
+    value //= value & -value
+    return value & (value + 1) == 0

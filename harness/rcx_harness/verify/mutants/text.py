@@ -8,8 +8,6 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from lark import Token
-
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 
@@ -121,11 +119,6 @@ class SourceText:
     def offset(self, at: s.Position) -> int:
         """Offset of a position."""
         return self._starts[self._at(at)]
-
-    def next_token(self, offset: int) -> Token:
-        """The token that begins at an offset or after it."""
-        index = bisect_right(self._starts, offset - 1)
-        return self._tokens[index]
 
     def token_after(self, span: Span, kind: str) -> Span:
         """The next token of a kind after a span."""

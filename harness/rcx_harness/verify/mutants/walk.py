@@ -8,7 +8,8 @@ from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.expressions import Expressions, Scope
+from rcx_harness.engine.frontend.declare import Scope
+from rcx_harness.engine.frontend.expressions import Expressions
 from rcx_harness.engine.types import Type
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.text import SourceText, children

@@ -8,16 +8,11 @@ from typing import Any
 
 from rcx_harness.engine.base import Program
 from rcx_harness.trace import Record, Scan
-from rcx_harness.units import format_us
-from rcx_harness.verify.campaign.recorder import Execution
+from rcx_harness.verify.campaign.requests import Comparison, Request, hexed
+from rcx_harness.verify.campaign.station import Execution
 from rcx_tools.evidence.campaign.commands import COMMANDS, LEVELS, Telegrams
 
-__all__ = ["SEQUENCES", "Judge", "Request"]
-
-#: Ends after which the outcome is not known: link, CPU_OK, no end, turn lost, command lost.
-_UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
-_ABNORMAL = 0x8020
-_NORMAL_END, _ABNORMAL_END = 0x0200, 0x4000
+__all__ = ["SEQUENCES", "Judge"]
 
 #: Sequence blocks: which dedicated inputs each may switch ON, and what its Done means
 #: (mask and value of the outputs' word m + 32).
@@ -35,48 +30,6 @@ SEQUENCES: dict[str, tuple[int, tuple[int, int]]] = {
 }
 _JOGS = (0x0020, 0x0021, 0x0022)
 _SI00, _SI06, _SI10 = 1 << 0, 1 << 6, 1 << 8
-
-
-@dataclass
-class Request:
-    """One rising edge of Execute (or Enable) that a command block has taken.
-
-    Attributes:
-        block: Name of the instance.
-        words: The telegram that it must send, n to n + 30.
-        start_us: When it was taken.
-        level: The block has Enable; its end says nothing of the outcome.
-        end_us: When the block showed the end; None: it never did.
-        error_id: ErrorID at the end; 0 = Done.
-        shown: Outputs at the end that repeat the response.
-    """
-
-    block: str
-    words: tuple[int, ...]
-    start_us: int
-    level: bool = False
-    end_us: int | None = None
-    error_id: int = 0
-    shown: dict[str, Any] | None = None
-    alarm: tuple[int, int] = (0, 0)
-
-    @property
-    def certain(self) -> bool:
-        """It was executed: the block says Done, or shows the controller's abnormal end."""
-        ended = self.end_us is not None and not self.level
-        return ended and self.error_id in (0, _ABNORMAL)
-
-    @property
-    def possible(self) -> bool:
-        """It may have been executed."""
-        return self.end_us is None or self.level or self.error_id in _UNKNOWN
-
-    def __str__(self) -> str:
-        end = "no end"
-        if self.end_us is not None:
-            what = f"16#{self.error_id:04X}" if self.error_id else "Done"
-            end = f"{what} at {format_us(self.end_us)}"
-        return f"{self.block} of {format_us(self.start_us)} ({end})"
 
 
 @dataclass
@@ -101,6 +54,7 @@ class Judge:
 
     def __init__(self, program: Program, found: Callable[[str, str], None]) -> None:
         self._program, self._found = program, found
+        self._comparison = Comparison(lambda block, end: COMMANDS[block].shown(end), found)
         self.requests: list[Request] = []
         self.ends: dict[str, int] = {}
         """How often each end was seen: `Done`, `16#8011`; of commands only."""
@@ -168,7 +122,7 @@ class Judge:
         if code and not self._code:
             words = tuple(int.from_bytes(scan.si[k : k + 2], "little") for k in range(0, 32, 2))
             if words not in telegrams:
-                text = f"a telegram that nobody asked for goes out: {_hexed(words)}"
+                text = f"a telegram that nobody asked for goes out: {hexed(words)}"
                 self._found("starts by itself", text)
         self._code = code
         bits = int.from_bytes(scan.si[32:34], "little")
@@ -222,68 +176,14 @@ class Judge:
                 text = f"point {number} was written as {known[0]} and is read as {pulses}"
                 self._found("wrong data", text)
 
-    # --- after the storm ---------------------------------------------------------------------
-
     def settle(self, executions: list[Execution]) -> int:
         """Compare all requests with what was executed; both lists are emptied.
 
         Returns:
             How many requests there were.
         """
-        left = list(executions)
-        for request in [one for one in self.requests if one.certain]:
-            self._match_certain(request, left)
-        unsure = [one for one in self.requests if one.possible and not one.certain]
-        for execution in left:
-            owner = next(
-                (
-                    one
-                    for one in unsure
-                    if one.words == execution.words and one.start_us <= execution.t_us
-                ),
-                None,
-            )
-            if owner is None:
-                self._stray(execution)
-            else:
-                unsure.remove(owner)
+        self._comparison.of(self.requests, executions)
         count = len(self.requests)
         self.requests.clear()
         executions.clear()
         return count
-
-    def _match_certain(self, request: Request, left: list[Execution]) -> None:
-        assert request.end_us is not None
-        found = [
-            one
-            for one in left
-            if one.words == request.words and request.start_us <= one.t_us <= request.end_us
-        ]
-        if not found:
-            self._found("not executed", f"{request} was never executed: {_hexed(request.words)}")
-            return
-        own = found[-1]  # one command runs at a time: its end is the last one before Done
-        left.remove(own)
-        status = _NORMAL_END if request.error_id == 0 else _ABNORMAL_END
-        if own.end is None or own.end[0] != status:
-            shown = "nothing" if own.end is None else f"16#{own.end[0]:04X}"
-            self._found("wrong end", f"{request}, but the controller answered {shown}")
-        elif request.error_id:
-            if request.alarm != own.end[1:3]:
-                text = f"{request} shows the alarm {request.alarm}, not {own.end[1:3]}"
-                self._found("wrong data", text)
-        elif request.shown != (wanted := COMMANDS[request.block].shown(own.end)):
-            self._found("wrong data", f"{request} shows {request.shown}, not {wanted}")
-
-    def _stray(self, execution: Execution) -> None:
-        same = [one for one in self.requests if one.words == execution.words]
-        kind = "executed twice" if any(one.certain for one in same) else "executed unasked"
-        requests = f": {', '.join(map(str, same[:3]))}" if same else ""
-        text = f"{_hexed(execution.words)} at {format_us(execution.t_us)}{requests}"
-        self._found(kind, text)
-
-
-def _hexed(words: Sequence[int]) -> str:
-    """The words up to the last that is not 0."""
-    last = max((k for k, word in enumerate(words) if word), default=0)
-    return " ".join(f"{word:04X}" for word in words[: last + 1])

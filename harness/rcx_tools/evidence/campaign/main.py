@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple, TypeGuard
@@ -17,14 +17,15 @@ from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.trace import Record
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.verify.campaign.station import Compiled
+from rcx_harness.verify.campaign.storms import Failure, Outcome, Storm, shrink
 from rcx_harness.verify.workers import results
 from rcx_tools.evidence.broken import library_copy
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES
-from rcx_tools.evidence.campaign.run import Failure, Outcome, draw_run, run_storms
+from rcx_tools.evidence.campaign.run import compiled, run_storms
+from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
-from rcx_tools.evidence.campaign.shrink import shrink
-from rcx_tools.evidence.campaign.station import Compiled
 from rcx_tools.evidence.results import FOLDER, write_result
 
 __all__ = ["main"]
@@ -54,7 +55,7 @@ class _Result(NamedTuple):
 
 @cache
 def _compiled(engine: str, lib: Path | None) -> Compiled:
-    return Compiled(engine, lib)
+    return compiled(engine, lib)
 
 
 def _run(job: _Job) -> _Result:
@@ -74,8 +75,8 @@ def _run(job: _Job) -> _Result:
 
         listener = take if job.twice else None
         try:
-            compiled = _compiled(engine, job.lib)
-            outcome = run_storms(compiled, conditions, storms, job.seed, listener=listener)
+            program = _compiled(engine, job.lib)
+            outcome = run_storms(program, conditions, storms, job.seed, listener=listener)
         except Failure as failure:
             return _Result(job.seed, outcome, str(failure), job)
         digests.append(digest.hexdigest())
@@ -97,13 +98,17 @@ def _results(jobs: list[_Job], workers: int, console: Console) -> Iterator[_Resu
 
 def _explain(seed: int, options: Namespace, console: Console) -> None:
     """Run a seed again, make its failure short, and write trace, chart and acts."""
-    compiled = _compiled(options.engine, options.lib)
+    program = _compiled(options.engine, options.lib)
     conditions, storms = draw_run(seed, options.storms)
+
+    def again(candidate: Sequence[Storm]) -> None:
+        run_storms(program, conditions, candidate, seed)
+
     try:
-        run_storms(compiled, conditions, storms, seed)
+        again(storms)
     except Failure as failure:
         with console.status(f"seed {seed}: looking for a shorter run ..."):
-            short, found = shrink(compiled, conditions, storms, seed, failure)
+            short, found = shrink(again, storms, failure)
     else:
         console.print(f"seed {seed}: no failure")
         return
@@ -117,9 +122,9 @@ def _explain(seed: int, options: Namespace, console: Console) -> None:
             timeline.take(record)
 
     try:
-        run_storms(compiled, conditions, short, seed, trace=trace, listener=late)
-    except Failure as again:
-        chart = svg_chart(timeline, f"campaign, seed {seed}: {again.kind}")
+        run_storms(program, conditions, short, seed, trace=trace, listener=late)
+    except Failure as failure:
+        chart = svg_chart(timeline, f"campaign, seed {seed}: {failure.kind}")
         (folder / f"seed_{seed}.svg").write_text(chart, encoding="utf-8")
     acts = [str(act) for storm in short for act in storm.acts]
     lines = [str(found), f"{conditions.timing}", *acts]

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
-from typing import NoReturn
 
-from rcx_harness.cell import CellTimeout
 from rcx_harness.errors import InputError
 from rcx_harness.trace import Record, Scan
-from rcx_harness.units import format_us
+from rcx_harness.verify.campaign.station import Compiled, Conditions, Station
+from rcx_harness.verify.campaign.storms import Outcome, Run, Storm
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES, Judge
-from rcx_tools.evidence.campaign.schedule import Act, Conditions, draw_conditions, draw_storm
-from rcx_tools.evidence.campaign.station import Compiled, Station
 
-__all__ = ["Failure", "Outcome", "Storm", "draw_run", "run_storms"]
+__all__ = ["compiled", "run_storms"]
+
+_PROGRAM = Path(__file__).parent / "Campaign.st"
 
 #: How long the cell may take to come to rest once all causes are gone [us]: the longest Timeout
 #: for each of the stages of FB_PowerUp that may still wait, and the commands that stand in line.
@@ -35,58 +32,13 @@ _CALM = (
 )
 
 
-class Failure(AssertionError):  # noqa: N818 - a failed check, told with its run
-    """What a run has shown to be wrong: its kind, when, and a sentence."""
-
-    def __init__(self, kind: str, t_us: int, text: str) -> None:
-        super().__init__(f"{kind} at {format_us(t_us)}: {text}")
-        self.kind, self.t_us, self.text = kind, t_us, text
-
-
-@dataclass(frozen=True)
-class Storm:
-    """Acts, and how long they last [us]."""
-
-    acts: Sequence[Act]
-    length_us: int
-
-
-@dataclass
-class Outcome:
-    """What a run, or several, came to; times in virtual microseconds."""
-
-    virtual_us: int = 0
-    storms: int = 0
-    requests: int = 0
-    executions: int = 0
-    scans: int = 0
-    acts: dict[str, int] = field(default_factory=dict)
-    ends: dict[str, int] = field(default_factory=dict)
-    done: dict[str, int] = field(default_factory=dict)
-    packets: dict[str, int] = field(default_factory=dict)
-    longest_quiet_us: int = 0
-    longest_recovery_us: int = 0
-
-    def add(self, other: Outcome) -> None:
-        """Take the figures of another run into this one."""
-        for name in ("virtual_us", "storms", "requests", "executions", "scans"):
-            setattr(self, name, getattr(self, name) + getattr(other, name))
-        for name in ("acts", "ends", "done", "packets"):
-            into: dict[str, int] = getattr(self, name)
-            for key, count in getattr(other, name).items():
-                into[key] = into.get(key, 0) + count
-        for name in ("longest_quiet_us", "longest_recovery_us"):
-            setattr(self, name, max(getattr(self, name), getattr(other, name)))
-
-
-def draw_run(seed: int, storms: int) -> tuple[Conditions, list[Storm]]:
-    """Conditions and storms of a run."""
-    conditions = draw_conditions(seed)
-    return conditions, [Storm(*draw_storm(conditions, seed, k)) for k in range(storms)]
+def compiled(engine: str = "auto", lib: Path | None = None) -> Compiled:
+    """The campaign's program; `lib` is the folder of the library, None for plc/lib."""
+    return Compiled(_PROGRAM, engine, lib)
 
 
 def run_storms(
-    compiled: Compiled,
+    program: Compiled,
     conditions: Conditions,
     storms: Sequence[Storm],
     seed: int,
@@ -99,26 +51,20 @@ def run_storms(
     Raises:
         Failure: the first thing that is wrong.
     """
-    station = Station(compiled, conditions, seed, trace)
+    station = Station(program, conditions, seed, trace)
     with station:
         if listener is not None:
             station.trace.listen(listener)
-        run = _Run(station)
-        run.come_to_rest()
-        run.recover()
-        for storm in storms:
-            run.weather(storm)
-        return run.outcome
+        return _Run(station).of(storms)
 
 
-class _Run:
+class _Run(Run):
     def __init__(self, station: Station) -> None:
-        self.station = station
-        self.outcome = Outcome()
+        super().__init__(station)
         self._serial = 0
-        self._found: list[tuple[str, int, str]] = []
         self._last = Scan(0, 0, bytes(48), bytes(48))
-        self.judge = Judge(station.program, self._note)
+        self.judge = Judge(station.program, self.note)
+        self.outcome.ends, self.outcome.done = self.judge.ends, self.judge.done
         station.trace.listen(self.judge.take)
         station.trace.listen(self._listen)
         station.on_restart = self.judge.restart  # type: ignore[method-assign]
@@ -127,57 +73,12 @@ class _Run:
         if isinstance(record, Scan):
             self._last = record
 
-    def _note(self, kind: str, text: str) -> None:
-        self._found.append((kind, self.station.now_us, text))
-
-    def _check(self) -> None:
-        """Raise what was found first."""
-        found = [*self._found]
-        found += [(f"rule {one.rule}", one.t_us, one.text) for one in self.station.violations]
-        if found:
-            raise Failure(*min(found, key=lambda one: one[1]))
-
-    def _fail(self, kind: str, text: str) -> NoReturn:
-        self._check()
-        raise Failure(kind, self.station.now_us, text)
-
-    # --- a storm -----------------------------------------------------------------------------
-
-    def weather(self, storm: Storm) -> None:
-        station, begin_us = self.station, self.station.now_us
-        for act in storm.acts:
-            station.at(begin_us + act.t_us, partial(self._apply, act))
-        end_us = begin_us + storm.length_us
-        while station.now_us < end_us:
-            station.run(min(500_000, end_us - station.now_us))
-            self._check()
-        while not station.plc_on:
-            station.run(10_000)
-        self.come_to_rest()
-        self.recover()
-        outcome, network = self.outcome, station.network
-        outcome.storms += 1
-        outcome.virtual_us, outcome.scans = station.now_us, station.scans
-        outcome.ends, outcome.done = self.judge.ends, self.judge.done
-        outcome.packets = {
-            "lost": network.lost,
-            "late": network.late,
-            "doubled": network.doubled,
-        }
-
-    def _apply(self, act: Act) -> None:
-        name = act.details["name"] if act.kind == "event" else act.kind
-        name = act.details["what"] if act.kind == "packets" else name
-        self.outcome.acts[name] = self.outcome.acts.get(name, 0) + 1
-        if self.station.plc_on or act.kind != "set":
-            self.station.apply(act)
-
     # --- rest --------------------------------------------------------------------------------
 
     def come_to_rest(self) -> None:
         """All causes go and all inputs fall: everything ends, and nothing starts by itself."""
         station = self.station
-        for block in [*SEQUENCES, *self._command_blocks()]:
+        for block in [*SEQUENCES, *COMMANDS]:
             station[f"Main.{block}.Execute"] = False
         for block in _LEVELS:
             station[f"Main.{block}.Enable"] = False
@@ -189,16 +90,13 @@ class _Run:
         # A connection whose packets were lost a moment ago is taken as lost only now.
         unseen_us = 2 * station.timing.timeout_us
         station.run(unseen_us)
-        took_us = self._wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
+        took_us = self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
         self.outcome.longest_quiet_us = max(self.outcome.longest_quiet_us, unseen_us + took_us)
         sent = station.commands
         station.run(_REST_US)
         if station.commands != sent or not self._rests():
-            self._fail("starts by itself", f"after the cell was at rest: {self._what_is_busy()}")
+            self.fail("starts by itself", f"after the cell was at rest: {self._what_is_busy()}")
         self._settle()
-
-    def _command_blocks(self) -> list[str]:
-        return list(COMMANDS)
 
     def _rests(self) -> bool:
         """Link and controller are there, no block is at work, both turns are free."""
@@ -222,17 +120,7 @@ class _Run:
         executions = self.station.recorder.executions
         self.outcome.executions += len(executions)
         self.outcome.requests += self.judge.settle(executions)
-        self._check()
-
-    def _wait(
-        self, condition: Callable[[], bool], within_us: int, kind: str, what: Callable[[], str]
-    ) -> int:
-        try:
-            took_us = self.station.run_until(condition, within=within_us)
-        except CellTimeout:
-            self._fail(kind, f"not within {format_us(within_us)}; {what()}")
-        self._check()
-        return took_us
+        self.check()
 
     # --- recovery ----------------------------------------------------------------------------
 
@@ -254,18 +142,16 @@ class _Run:
         took_us = self.station.now_us - begin_us
         self.outcome.longest_recovery_us = max(self.outcome.longest_recovery_us, took_us)
         self._settle()
-        self._wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
+        self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
 
     def _stop_program(self) -> None:
         """A program that runs is stopped by the stop input: no return-to-origin beside it."""
         station = self.station
         station["Main.StopOk"] = False
-        self._wait(
-            lambda: not self._on(1, 3), RECOVERY_US, "no recovery", lambda: "SO(13) stays ON"
-        )
+        self.wait(lambda: not self._on(1, 3), RECOVERY_US, "no recovery", lambda: "SO(13) stays ON")
         station["Main.StopOk"] = True
         station.scan()
-        self._wait(self._rests, RECOVERY_US, "no recovery", self._what_is_busy)
+        self.wait(self._rests, RECOVERY_US, "no recovery", self._what_is_busy)
 
     def _on(self, byte: int, bit: int) -> bool:
         """A dedicated output of the controller, as the PLC has read it."""
@@ -278,7 +164,7 @@ class _Run:
         self._do("WritePoint", Point=number, Pulses=pulses)
         self._do("ReadPoint", Point=number)
         if (back := self.station["Main.ReadPoint.Pulses"]) != pulses:
-            self._fail("wrong data", f"after recovery a point is read as {back}, not {pulses}")
+            self.fail("wrong data", f"after recovery a point is read as {back}, not {pulses}")
         self._do("MovePtp", Point=number, SpeedMode="SPEED_DIRECT", Speed=100.0)
 
     def _do(self, block: str, **pins: object) -> None:
@@ -290,10 +176,10 @@ class _Run:
             for pin, value in pins.items():
                 station[f"Main.{block}.{pin}"] = value
         except InputError as error:
-            self._fail("no recovery", str(error))
+            self.fail("no recovery", str(error))
         station[f"Main.{block}.Execute"] = True
         station.scan()
-        self._wait(
+        self.wait(
             lambda: not station[f"Main.{block}.Busy"],
             RECOVERY_US,
             "no recovery",
@@ -301,7 +187,7 @@ class _Run:
         )
         if not station[f"Main.{block}.Done"]:
             error_id = station[f"Main.{block}.ErrorID"]
-            self._fail("no recovery", f"{block} ends with 16#{error_id:04X}")
+            self.fail("no recovery", f"{block} ends with 16#{error_id:04X}")
         station[f"Main.{block}.Execute"] = False
         station[f"Main.{block}.Timeout"] = before
         station.scan()

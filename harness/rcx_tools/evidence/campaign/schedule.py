@@ -3,60 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from random import Random
-from typing import Any, NamedTuple
+from typing import Any
 
 from rcx_harness.cell.clock import Timing
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.verify.campaign.network import BOTH
+from rcx_harness.verify.campaign.station import Act, Conditions
+from rcx_harness.verify.campaign.storms import Storm
 from rcx_tools.evidence.campaign.commands import real
 from rcx_tools.evidence.campaign.judge import SEQUENCES
 
-__all__ = ["Act", "Conditions", "draw_conditions", "draw_storm"]
+__all__ = ["draw_run"]
 
 
-class Act(NamedTuple):
-    """One thing that happens: when [us from the storm's begin], which kind, and its details."""
-
-    t_us: int
-    kind: str
-    details: dict[str, Any]
-
-    def __str__(self) -> str:
-        shown = ", ".join(f"{name} = {value}" for name, value in self.details.items())
-        return f"{self.t_us / 1000:9.1f} ms  {self.kind}: {shown}"
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """What stays the same in a run.
-
-    Attributes:
-        timing: Scan, packets and their time-out, for the longest packet interval.
-        intervals_us: The packet intervals that the run may change to.
-        latest_us: No packet arrives later than this.
-        robot: Properties of the controller.
-        timeouts_ms: Timeout of each block.
-    """
-
-    timing: Timing
-    intervals_us: tuple[int, ...]
-    latest_us: int
-    robot: RobotConfig
-    timeouts_ms: dict[str, int]
-
-    @property
-    def margin_us(self) -> int:
-        """What must stand at FB_WriteArea.Margin: every packet that a connection survives.
-
-        An earlier packet came at most `latest_us` late, and the next one that arrives came
-        before the connection's time-out; the controller looks every 5 ms (docs/scan-model.md).
-        """
-        return self.timing.timeout_us + self.latest_us + 10_000
-
-
-def draw_conditions(seed: int) -> Conditions:
+def _draw_conditions(seed: int) -> Conditions:
     """The cell of a run."""
     random = Random(f"campaign {seed}")
     scan_ms = random.choice((2, 5, 10, 10, 10, 20, 20, 50))
@@ -99,7 +60,18 @@ def draw_conditions(seed: int) -> Conditions:
         name: random.choice((100, 300, 1000, 3000))
         for name in (*SEQUENCES, "Jog", "Position", *_STARTS)
     }
-    return Conditions(timing, intervals, latest_ms * 1000, robot, timeouts)
+    start = {f"Main.{name}.Timeout": f"T#{time_ms}ms" for name, time_ms in timeouts.items()}
+    start["Main.WriteArea.Margin"] = f"T#{-(-_margin_us(timing, latest_ms * 1000) // 1000)}ms"
+    return Conditions(timing, intervals, latest_ms * 1000, robot, start, m=8, n=16)
+
+
+def _margin_us(timing: Timing, latest_us: int) -> int:
+    """What must stand at FB_WriteArea.Margin: every packet that a connection survives.
+
+    An earlier packet came at most `latest_us` late, and the next one that arrives came
+    before the connection's time-out; the controller looks every 5 ms (docs/scan-model.md).
+    """
+    return timing.timeout_us + latest_us + 10_000
 
 
 # --- what is started --------------------------------------------------------------------------
@@ -283,12 +255,18 @@ class _Storm:
         return Act(t_us, "packets", details)
 
 
-def draw_storm(conditions: Conditions, seed: int, number: int) -> tuple[list[Act], int]:
-    """The acts of storm `number` of a run, in order of time, and how long it lasts [us]."""
+def _draw_storm(conditions: Conditions, seed: int, number: int) -> Storm:
+    """Storm `number` of a run, its acts in order of time."""
     random = Random(f"storm {seed} {number}")
     length_us = random.randint(3_000, 15_000) * 1000
     pause_ms = random.choice((15, 40, 100, 250))
     roughness = random.choice((0.01, 0.03, 0.1, 0.3))
-    storm = _Storm(conditions, random, 100_000 * (number % 200) + 1000, length_us)
-    acts = sorted(storm.acts(pause_ms, roughness), key=lambda act: act.t_us)
-    return [act for act in acts if act.t_us < length_us], length_us
+    drawn = _Storm(conditions, random, 100_000 * (number % 200) + 1000, length_us)
+    acts = sorted(drawn.acts(pause_ms, roughness), key=lambda act: act.t_us)
+    return Storm([act for act in acts if act.t_us < length_us], length_us)
+
+
+def draw_run(seed: int, storms: int) -> tuple[Conditions, list[Storm]]:
+    """Conditions and storms of a run."""
+    conditions = _draw_conditions(seed)
+    return conditions, [_draw_storm(conditions, seed, k) for k in range(storms)]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+from rcx_harness.verify.campaign.storms import Failure
 from rcx_tools.evidence.broken import broken_library
-from rcx_tools.evidence.campaign.run import Failure, draw_run, run_storms
-from rcx_tools.evidence.campaign.station import Compiled
+from rcx_tools.evidence.campaign.run import compiled, run_storms
+from rcx_tools.evidence.campaign.schedule import draw_run
 
 __all__ = ["SEEDED", "Found", "Seeded", "find"]
 
@@ -131,11 +132,11 @@ def find(
 ) -> Found | None:
     """Run seed after seed on the broken library until one fails; None if none does."""
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
-        compiled = Compiled(engine, lib)
+        program = compiled(engine, lib)
         for seed in range(most):
             conditions, acts = draw_run(seed, storms)
             try:
-                run_storms(compiled, conditions, acts, seed)
+                run_storms(program, conditions, acts, seed)
             except Failure as failure:
                 return Found(seed, failure)
             finally:

@@ -13,21 +13,28 @@ from rich.console import Console
 
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.coverage.html import write_pages
-from rcx_harness.verify.coverage.lcov import tracefile
 from rcx_harness.verify.coverage.measure import FileResult, Share, measure, merge
 from rcx_harness.verify.coverage.report import (
-    REASONS,
-    demands_mcdc,
     folder_table,
     full_text,
     gaps,
     totals,
+    tracefile,
 )
 from rcx_tools.evidence.coverage.run import Run, run_tests
 
 __all__ = ["figures", "main", "reasons"]
 
 ROOT = Path(__file__).resolve().parents[4]
+
+#: Where MC/DC is demanded: folders and files.
+MCDC_FILES = ("area/", "sequence/", "command/FB_RemoteCommand.st")
+
+#: Why something need not be covered, below the repository.
+REASONS = "tests/tools/evidence/conditions.toml"
+
+#: The library, as it is called in the reports.
+_LIBRARY = "plc/lib"
 
 #: The table needs so much [characters].
 _WIDTH = 120
@@ -57,7 +64,7 @@ def figures(results: Sequence[FileResult], run: Run) -> dict[str, Any]:
         "folders": {
             one: _shares([result for result in results if result.folder == one]) for one in folders
         },
-        "mcdc_demanded": _shares([result for result in results if demands_mcdc(result)]),
+        "mcdc_demanded": _shares([result for result in results if result.demands_mcdc]),
         "gaps": len(gaps(results)),
         "justified": len(gaps(results, justified=True)),
     }
@@ -93,10 +100,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         run = run_tests(ROOT, counts, options.workers, console)
         last = {"passed": run.passed, "failed": run.failed, "skipped": run.skipped}
         (folder / "run.json").write_text(json.dumps(last) + "\n", encoding="utf-8")
-    library = ROOT / "plc" / "lib"
-    results = measure(library, merge(counts), reasons(ROOT / REASONS))
-    write_pages(results, folder)
-    (folder / "coverage.txt").write_text(full_text(results), encoding="utf-8")
+    library = ROOT / _LIBRARY
+    results = measure(library, merge(counts), reasons(ROOT / REASONS), MCDC_FILES)
+    write_pages(results, folder, _LIBRARY)
+    (folder / "coverage.txt").write_text(full_text(results, _LIBRARY, REASONS), encoding="utf-8")
     (folder / "coverage.lcov").write_text(tracefile(results, library), encoding="utf-8")
     met = run.clean and not gaps(results)
     data = {"command": "make coverage", "figures": figures(results, run), "met": met}
@@ -119,7 +126,7 @@ def _print(console: Console, results: Sequence[FileResult], run: Run, folder: Pa
     if not run.clean:
         console.print(run.output, markup=False)
     console.print(f"{run.passed} tests passed, {run.failed} failed, {run.skipped} skipped\n")
-    console.print(folder_table(results))
+    console.print(folder_table(results, _LIBRARY))
     found = gaps(results)
     console.print(f"\ngaps: {len(found) or 'none'}; with a reason: ", end="")
     console.print(len(gaps(results, justified=True)))

@@ -22,13 +22,14 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from rcx_harness.verify.explore.model import Model
-from rcx_harness.verify.explore.replay import replay
-from rcx_harness.verify.explore.search import LIBRARY, ROOT, Broken, Explorer
 from rcx_tools.evidence.explore.known import Done, Found, Known
+from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.models_small import SMALL
+from rcx_tools.evidence.explore.replay import replay
+from rcx_tools.evidence.explore.search import LIBRARY, Broken, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
+from rcx_tools.evidence.results import ROOT
 
 __all__ = ["main"]
 

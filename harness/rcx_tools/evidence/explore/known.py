@@ -9,21 +9,19 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.explore import search
-from rcx_harness.verify.explore.model import Model
-from rcx_harness.verify.explore.search import LIBRARY, ROOT, Result
 from rcx_harness.verify.store import Results, digest
+from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
+from rcx_tools.evidence.explore.search import LIBRARY, Result
 from rcx_tools.evidence.explore.seeded import Seeded
+from rcx_tools.evidence.results import ROOT
 
 __all__ = ["Done", "Found", "Known"]
 
 _HERE = Path(__file__).parent
-#: What all explorations have in common.
-_SEARCH = Path(search.__file__).parent
 #: What decides over states and rules, beside blocks and models: the engine, these of this package.
 _ENGINE = ("*.py", "*.lark")
-_OWN = ("abstraction", "kept", "model", "oracle", "search")
+_OWN = ("abstraction", "kept", "model", "oracle", "search", "models")
 
 
 class Done(NamedTuple):
@@ -90,11 +88,8 @@ class Known:
                 files = needed([model.write(Path(folder))], self._library)
             engine = ROOT / "harness/rcx_harness/engine"
             rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
-            defined = ("models",) if model in MODELS else ("models", "models_small")
-            own = [
-                *(_SEARCH / f"{part}.py" for part in _OWN),
-                *(_HERE / f"{part}.py" for part in defined),
-            ]
+            defined = _OWN if model in MODELS else (*_OWN, "models_small")
+            own = [_HERE / f"{part}.py" for part in defined]
             state = digest(ROOT, [*files, *rules, *own])
             self._keys[name] = f"{model.name} {state} {self._seed} {name}"
         return self._keys[name]

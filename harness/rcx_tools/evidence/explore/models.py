@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from rcx_harness.verify.explore.model import DOWN, SKIPPED, UP, Block, Model, Quiet, Situation, Wire
+from rcx_tools.evidence.explore.model import DOWN, SKIPPED, UP, Block, Model, Quiet, Situation, Wire
 
 __all__ = ["MODELS"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rcx_harness.verify.explore.model import DOWN, UP
+from rcx_tools.evidence.explore.model import DOWN, UP
 from rcx_tools.evidence.explore.models import COMMANDS, JOG
 
 __all__ = ["SMALL"]

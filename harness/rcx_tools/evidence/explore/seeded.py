@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rcx_harness.verify.explore.search import LIBRARY
+from rcx_tools.evidence.explore.search import LIBRARY
 
 __all__ = ["SEEDED", "Seeded"]
 

@@ -16,21 +16,21 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.mutant import Mutant
+from rcx_harness.verify.mutants.pool import Task, run_tasks
+from rcx_harness.verify.mutants.report import Judged, Reasons, figures
 from rcx_harness.verify.store import digest
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.copies import Copies, Traced
 from rcx_tools.evidence.mutants.judging import Judging, progress_bar
-from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
     file_key,
     functions,
     python_changes,
     python_meaning,
 )
-from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import Judges, TestStates
+from rcx_tools.evidence.mutants.select import Judges, TestStates, folder_of
 from rcx_tools.evidence.mutants.suite import in_suite, spread
 from rcx_tools.evidence.mutants.tables import (
     marks_of,
@@ -290,7 +290,7 @@ class HarnessRun:
 
     def _told(self, judged: Sequence[Judged], of: int) -> dict[str, Any]:
         reasons = Reasons(self._root / "tests/tools/evidence/survivors_harness.toml")
-        return figures(judged, reasons) | {"not_run": of - len(judged)}
+        return figures(judged, reasons, folder_of) | {"not_run": of - len(judged)}
 
 
 def _is_table(file: str) -> bool:

@@ -11,13 +11,18 @@ from typing import Any
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.mutants.engine import Workshop
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
+from rcx_harness.verify.mutants.pool import Task
+from rcx_harness.verify.mutants.report import Reasons, figures
 from rcx_harness.verify.store import digest
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.judging import Judging, progress_bar
-from rcx_tools.evidence.mutants.pool import Task, remove_folders
-from rcx_tools.evidence.mutants.report import Reasons, figures
-from rcx_tools.evidence.mutants.select import Judges, TestStates, named_tests
-from rcx_tools.evidence.mutants.suite import Suite, forget_benches, private_folder
+from rcx_tools.evidence.mutants.select import Judges, TestStates, folder_of, named_tests
+from rcx_tools.evidence.mutants.suite import (
+    Suite,
+    forget_benches,
+    private_folder,
+    remove_folders,
+)
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
 
@@ -75,7 +80,7 @@ class LibraryRun:
         judged = self._judging.of("library", tasks, judges, run)
         remove_folders(config)
         reasons = Reasons(self._root / "tests/tools/evidence/survivors.toml")
-        self._found = figures(judged, reasons) | {
+        self._found = figures(judged, reasons, folder_of) | {
             "no_mutants": {"refused": mutants.counted.refused, "equal": mutants.counted.equal},
             "not_run": len(tasks) - len(judged),
             "tests": len(baseline.ran),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rcx_tools.evidence.mutants.suite import spread
 
-__all__ = ["Judges", "TestStates", "named_tests"]
+__all__ = ["Judges", "TestStates", "folder_of", "named_tests"]
 
 #: So many tests of each other file that runs the POU; fault runs are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
@@ -136,3 +136,9 @@ def named_tests(file: Path) -> tuple[str, ...]:
     """The test files in the head of a file of the library."""
     head = file.read_text(encoding="utf-8").partition("*)")[0]
     return tuple(re.findall(r"tests/[\w/]+\.py", head))
+
+
+def folder_of(file: str) -> str:
+    """`area` of plc/lib/area/FB_ReadArea.st, `robot` of harness/rcx_harness/robot/machine.py."""
+    parts = file.split("/")
+    return parts[min(2, len(parts) - 1)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ __all__ = [
     "in_suite",
     "private_folder",
     "pytest_options",
+    "remove_folders",
     "settle_hypothesis",
     "spread",
 ]
@@ -170,3 +172,11 @@ def private_folder(item_config: pytest.Config, name: str) -> None:
         own = factory._basetemp / name
         os.makedirs(own, exist_ok=True)
         factory._basetemp = own
+
+
+def remove_folders(config: pytest.Config) -> None:
+    """Remove the temporary folders of all children."""
+    factory = getattr(config, "_tmp_path_factory", None)
+    if factory is not None and factory._basetemp is not None:
+        for folder in factory._basetemp.glob("mutant*"):
+            shutil.rmtree(folder, ignore_errors=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from rcx_harness.verify.explore.model import SKIPPED, UP, Block, Choice, Model, Wire, response
+from rcx_tools.evidence.explore.model import SKIPPED, UP, Block, Choice, Model, Wire, response
 
 __all__ = ["Oracle", "Pins"]
 

@@ -30,7 +30,7 @@ from rcx_harness.engine.types import (
     StructType,
     Type,
 )
-from rcx_harness.verify.explore.kept import TYPES, Kept
+from rcx_tools.evidence.explore.kept import TYPES, Kept
 
 __all__ = ["NOW_US", "Abstraction"]
 
@@ -67,7 +67,6 @@ class Abstraction:
         self.root: Any = program.holder("Main")
         self._now = NOW_US * 1000
         self._tick, self._cap = tick_us * 1000, ticks
-        self._free = {name.upper() for name in free}
         self._objects: dict[str, Any] = {}
         self._slots: list[_Slot] = []
         self._junk: list[str] = []

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.collecting import uncollected
+from rcx_harness.engine.compiling import uncollected
 from rcx_harness.engine.frontend import check
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
@@ -26,7 +26,7 @@ def running() -> Iterator[None]:
 
 
 def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:
-    """Source: engine/collecting.py."""
+    """Source: engine/compiling.py."""
     with uncollected():
         assert not gc.isenabled()
         with uncollected():

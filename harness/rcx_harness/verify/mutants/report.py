@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -17,9 +17,6 @@ from rcx_harness.spec import load_toml
 from rcx_harness.verify.mutants.mutant import Mutant
 
 __all__ = ["Judged", "Reasons", "figures", "print_report", "write_rows"]
-
-#: What the score is to be, of all mutants that compile to something else [%].
-GOAL = 95.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +31,7 @@ class Judged:
 class Reasons:
     """The table of known survivors, by block, changed lines and what they become.
 
-    A block may be a pattern, as `FB_*` for what the generated ones have in common.
+    A block may be a pattern with `*`, for what several have in common.
     """
 
     def __init__(self, file: Path) -> None:
@@ -64,8 +61,10 @@ def _fits(key: tuple[str, str, str], mutant: Mutant) -> bool:
     return key[1:] == (mutant.before, mutant.after) and fnmatchcase(mutant.pou, key[0])
 
 
-def figures(judged: Sequence[Judged], reasons: Reasons) -> dict[str, Any]:
-    """The figures of a run."""
+def figures(
+    judged: Sequence[Judged], reasons: Reasons, folder: Callable[[str], str]
+) -> dict[str, Any]:
+    """The figures of a run; `folder` says to which group a file belongs."""
     survivors = [one.mutant for one in judged if not one.killed]
     rows = [
         {
@@ -81,18 +80,12 @@ def figures(judged: Sequence[Judged], reasons: Reasons) -> dict[str, Any]:
     ]
     return {
         **_score(judged),
-        "score_by_folder": _grouped(judged, _folder),
+        "score_by_folder": _grouped(judged, lambda one: folder(one.mutant.file)),
         "score_by_operator": _grouped(judged, lambda one: one.mutant.operator),
         "survivors_with_a_reason": sum(bool(row["reason"]) for row in rows),
         "rows_without_a_survivor": reasons.idle([one.mutant for one in judged if one.killed]),
         "survivors": rows,
     }
-
-
-def _folder(one: Judged) -> str:
-    """`area` of plc/lib/area/FB_ReadArea.st, `robot` of harness/rcx_harness/robot/machine.py."""
-    parts = one.mutant.file.split("/")
-    return parts[min(2, len(parts) - 1)]
 
 
 def _score(judged: Sequence[Judged]) -> dict[str, Any]:
@@ -139,7 +132,7 @@ def print_report(
 
 
 def write_rows(file: Path, survivors: Sequence[Mapping[str, Any]]) -> None:
-    """Write the survivors without a reason as rows for survivors.toml, each once."""
+    """Write the survivors without a reason as rows for a table of reasons, each once."""
     rows = [
         "\n".join(
             (

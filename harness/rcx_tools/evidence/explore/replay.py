@@ -9,10 +9,10 @@ from rcx_harness.engine.base import Program
 from rcx_harness.trace import Finding, Record, Scan, Trace
 from rcx_harness.trace.chart import Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.verify.explore.model import Choice, Model
-from rcx_harness.verify.explore.oracle import Oracle
-from rcx_harness.verify.explore.search import LIBRARY, Broken, compiled, quiet_choices
 from rcx_harness.watch.wire import WireMonitor, word
+from rcx_tools.evidence.explore.model import Choice, Model
+from rcx_tools.evidence.explore.oracle import Oracle
+from rcx_tools.evidence.explore.search import LIBRARY, Broken, compiled, quiet_choices
 
 __all__ = ["Replay", "replay"]
 

@@ -13,13 +13,12 @@ from typing import Any
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
-from rcx_harness.verify.explore.model import Choice, Model, Quiet, Wire
-from rcx_harness.verify.explore.oracle import Oracle
+from rcx_tools.evidence.explore.abstraction import NOW_US, Abstraction
+from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
+from rcx_tools.evidence.explore.oracle import Oracle
+from rcx_tools.evidence.results import ROOT
 
 __all__ = ["LIBRARY", "Broken", "Explorer", "Result", "compiled", "quiet_choices"]
-
-ROOT = Path(__file__).resolve().parents[4]
 
 #: The library as it stands.
 LIBRARY = tuple(sorted((ROOT / "plc/lib").rglob("*.st")))

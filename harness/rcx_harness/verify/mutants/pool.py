@@ -1,4 +1,4 @@
-"""Runs each mutant in a child of its own: a copy of this process, with its tests and programs."""
+"""Runs each mutant in a child of its own: a copy of this process, with all that it holds."""
 
 from __future__ import annotations
 
@@ -6,17 +6,14 @@ import gc
 import json
 import os
 import resource
-import shutil
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-import pytest
-
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.mutant import Mutant
 
-__all__ = ["PATIENCE_S", "Outcome", "Task", "remove_folders", "run_tasks"]
+__all__ = ["PATIENCE_S", "Outcome", "Task", "run_tasks"]
 
 #: What a child may take: so often the processor time of its tests, and so much besides [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
@@ -133,11 +130,3 @@ def run_tasks(
                 pool.start(task)
         if len(pool):
             yield pool.ended()
-
-
-def remove_folders(config: pytest.Config) -> None:
-    """Remove the temporary folders of all children."""
-    factory = getattr(config, "_tmp_path_factory", None)
-    if factory is not None and factory._basetemp is not None:
-        for folder in factory._basetemp.glob("mutant*"):
-            shutil.rmtree(folder, ignore_errors=True)

@@ -1,36 +1,128 @@
-"""The cell of a campaign: a cell whose PLC can lose its power and whose network has faults."""
+"""The cell of a campaign: a PLC that can lose its power, a network with faults, and notes."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.build import source_files
+from rcx_harness.cell.clock import Timing
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
+from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.robot.findings import Findings
+from rcx_harness.robot.handshake import Handshake, Words
+from rcx_harness.robot.machine import Machine
 from rcx_harness.verify.campaign.network import FaultLink, FaultNetwork
-from rcx_harness.verify.campaign.recorder import RecordingController
 from rcx_harness.watch.steady import steady_instances
 from rcx_harness.watch.wire import WireMonitor
-from rcx_tools.evidence.campaign.schedule import Act, Conditions
 
-__all__ = ["Compiled", "Station"]
+__all__ = ["Act", "Compiled", "Conditions", "Execution", "RecordingController", "Station"]
 
-_PROGRAM = Path(__file__).parent / "Campaign.st"
+
+class Act(NamedTuple):
+    """One thing that happens: when [us from the storm's begin], which kind, and its details."""
+
+    t_us: int
+    kind: str
+    details: dict[str, Any]
+
+    def __str__(self) -> str:
+        shown = ", ".join(f"{name} = {value}" for name, value in self.details.items())
+        return f"{self.t_us / 1000:9.1f} ms  {self.kind}: {shown}"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What stays the same in a run.
+
+    Attributes:
+        timing: Scan, packets and their time-out, for the longest packet interval.
+        intervals_us: The packet intervals that the run may change to.
+        latest_us: No packet arrives later than this.
+        robot: Properties of the controller.
+        start: Variables of the program that are set before its first scan.
+        m: First byte of the robot's area in `Main.InputArea`.
+        n: The same in `Main.OutputArea`.
+    """
+
+    timing: Timing
+    intervals_us: tuple[int, ...]
+    latest_us: int
+    robot: RobotConfig
+    start: Mapping[str, Any] = field(default_factory=dict)
+    m: int = 0
+    n: int = 0
+
+
+@dataclass
+class Execution:
+    """A command that the controller has begun.
+
+    Attributes:
+        t_us: When.
+        words: Its telegram, n to n + 30.
+        end: End status and response, m to m + 30; None as long as none was shown.
+    """
+
+    t_us: int
+    words: Words
+    end: Words | None = None
+
+
+class _Recording(Handshake):
+    def __init__(self, config: RobotConfig, findings: Findings, log: list[Execution]) -> None:
+        super().__init__(config, findings)
+        self._log = log
+
+    def _begin(self, machine: Machine) -> None:
+        self._log.append(Execution(machine.now_us, self._taken))
+        super()._begin(machine)
+
+    def _end(self, status: int, response: Words) -> None:
+        super()._end(status, response)
+        self._log[-1].end = (status, *response)
+
+
+class RecordingController(Controller):
+    """A controller with the list of what it has executed, also before a restart.
+
+    Args:
+        config: Its properties.
+        seed: Decides its delays.
+    """
+
+    def __init__(self, config: RobotConfig | None = None, seed: int = 0) -> None:
+        super().__init__(config, seed)
+        self.executions: list[Execution] = []
+        self._record()
+
+    def inject(self, event: str, **args: Any) -> None:
+        """Let something happen; see `Controller.inject`."""
+        super().inject(event, **args)
+        self._record()
+
+    def _record(self) -> None:
+        """Every start of the controller makes a handshake of its own."""
+        state = self._state
+        if not isinstance(state.handshake, _Recording):
+            state.handshake = _Recording(self.config, state.findings, self.executions)
 
 
 class Compiled:
-    """The campaign's program, compiled once, ready for its first scan again and again.
+    """A program, compiled once, ready for its first scan again and again.
 
     Args:
+        program: Its file.
         engine: `auto`, `matiec` or `builtin`.
-        lib: Folder of the library; None for plc/lib.
+        lib: Folder of the library; None for the one that comes with the harness.
     """
 
-    def __init__(self, engine: str = "auto", lib: Path | None = None) -> None:
-        files = source_files(_PROGRAM, lib)
+    def __init__(self, program: Path, engine: str = "auto", lib: Path | None = None) -> None:
+        files = source_files(program, lib)
         built = build(files.all, engine)
         self.program: Program = built.program
         self.notice = built.notice
@@ -44,7 +136,7 @@ class Compiled:
 
 
 class Station(Cell):
-    """The campaign's program and a controller that records, on a network with faults.
+    """A program and a controller that records, on a network with faults.
 
     Args:
         compiled: The program.
@@ -65,17 +157,16 @@ class Station(Cell):
             self.recorder,
             link,
             timing,
-            m=8,
-            n=16,
+            m=conditions.m,
+            n=conditions.n,
             seed=seed,
             trace=trace,
             steady=compiled.steady,
         )
         assert link.network is not None
         self.network: FaultNetwork = link.network
-        self["Main.WriteArea.Margin"] = f"T#{-(-conditions.margin_us // 1000)}ms"
-        for block, timeout_ms in conditions.timeouts_ms.items():
-            self[f"Main.{block}.Timeout"] = f"T#{timeout_ms}ms"
+        for path, value in conditions.start.items():
+            self[path] = value
         self._start = program.snapshot()
         self._quiet_contract: Any = self._contract.snapshot()
         self._powered = True

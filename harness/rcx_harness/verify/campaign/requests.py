@@ -1,0 +1,132 @@
+"""What was asked of a controller against what it has executed: each once, or at most once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rcx_harness.units import format_us
+from rcx_harness.verify.campaign.station import Execution
+
+__all__ = ["Comparison", "Request", "hexed"]
+
+#: Ends after which the outcome is not known: link, CPU_OK, no end, turn lost, command lost.
+_UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
+_ABNORMAL = 0x8020
+_NORMAL_END, _ABNORMAL_END = 0x0200, 0x4000
+
+
+@dataclass
+class Request:
+    """One rising edge of Execute (or Enable) that a command block has taken.
+
+    Attributes:
+        block: Name of the instance.
+        words: The telegram that it must send, n to n + 30.
+        start_us: When it was taken.
+        level: The block has Enable; its end says nothing of the outcome.
+        end_us: When the block showed the end; None: it never did.
+        error_id: ErrorID at the end; 0 = Done.
+        shown: Outputs at the end that repeat the response.
+    """
+
+    block: str
+    words: tuple[int, ...]
+    start_us: int
+    level: bool = False
+    end_us: int | None = None
+    error_id: int = 0
+    shown: dict[str, Any] | None = None
+    alarm: tuple[int, int] = (0, 0)
+
+    @property
+    def certain(self) -> bool:
+        """It was executed: the block says Done, or shows the controller's abnormal end."""
+        ended = self.end_us is not None and not self.level
+        return ended and self.error_id in (0, _ABNORMAL)
+
+    @property
+    def possible(self) -> bool:
+        """It may have been executed."""
+        return self.end_us is None or self.level or self.error_id in _UNKNOWN
+
+    def __str__(self) -> str:
+        end = "no end"
+        if self.end_us is not None:
+            what = f"16#{self.error_id:04X}" if self.error_id else "Done"
+            end = f"{what} at {format_us(self.end_us)}"
+        return f"{self.block} of {format_us(self.start_us)} ({end})"
+
+
+class Comparison:
+    """Compares requests with what was executed.
+
+    Args:
+        shown: What the outputs of a block must be, from the words m to m + 30.
+        found: Called with each finding: its kind, and a sentence.
+    """
+
+    def __init__(
+        self,
+        shown: Callable[[str, Sequence[int]], Mapping[str, Any]],
+        found: Callable[[str, str], None],
+    ) -> None:
+        self._shown, self._found = shown, found
+
+    def of(self, requests: Sequence[Request], executions: Sequence[Execution]) -> None:
+        """All requests of a time, and all executions."""
+        left = list(executions)
+        for request in requests:
+            if request.certain:
+                self._match_certain(request, left)
+        unsure = [one for one in requests if one.possible and not one.certain]
+        for execution in left:
+            owner = next(
+                (
+                    one
+                    for one in unsure
+                    if one.words == execution.words and one.start_us <= execution.t_us
+                ),
+                None,
+            )
+            if owner is None:
+                self._stray(execution, requests)
+            else:
+                unsure.remove(owner)
+
+    def _match_certain(self, request: Request, left: list[Execution]) -> None:
+        assert request.end_us is not None
+        found = [
+            one
+            for one in left
+            if one.words == request.words and request.start_us <= one.t_us <= request.end_us
+        ]
+        if not found:
+            self._found("not executed", f"{request} was never executed: {hexed(request.words)}")
+            return
+        own = found[-1]  # one command runs at a time: its end is the last one before Done
+        left.remove(own)
+        status = _NORMAL_END if request.error_id == 0 else _ABNORMAL_END
+        if own.end is None or own.end[0] != status:
+            shown = "nothing" if own.end is None else f"16#{own.end[0]:04X}"
+            self._found("wrong end", f"{request}, but the controller answered {shown}")
+        elif request.error_id:
+            if request.alarm != own.end[1:3]:
+                text = f"{request} shows the alarm {request.alarm}, not {own.end[1:3]}"
+                self._found("wrong data", text)
+        elif request.shown != (wanted := self._shown(request.block, own.end)):
+            self._found("wrong data", f"{request} shows {request.shown}, not {wanted}")
+
+    def _stray(self, execution: Execution, requests: Sequence[Request]) -> None:
+        same = [one for one in requests if one.words == execution.words]
+        kind = "executed twice" if any(one.certain for one in same) else "executed unasked"
+        asked = f": {', '.join(map(str, same[:3]))}" if same else ""
+        text = f"{hexed(execution.words)} at {format_us(execution.t_us)}{asked}"
+        self._found(kind, text)
+
+
+def hexed(words: Sequence[int]) -> str:
+    """The words up to the last that is not 0."""
+    last = max((k for k, word in enumerate(words) if word), default=0)
+    return " ".join(f"{word:04X}" for word in words[: last + 1])

@@ -1,0 +1,92 @@
+"""Who imports whom, from the sources: under TYPE_CHECKING and inside functions, too."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+__all__ = ["Graph", "find_cycle", "floors", "imports", "modules", "room_graph"]
+
+#: What each module or room imports.
+Graph = Mapping[str, frozenset[str]]
+
+#: A project that users get a copy of; no part of the package.
+_NO_PART = "new/template"
+
+
+def modules(package: Path) -> dict[str, Path]:
+    """The modules of a package by name; the face of a package is a module of its own."""
+    found = {}
+    for file in sorted(package.rglob("*.py")):
+        parts = file.relative_to(package.parent).with_suffix("").parts
+        if _NO_PART not in file.as_posix():
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def imports(*packages: Path) -> Graph:
+    """Which modules of the packages each of their modules imports.
+
+    `import a.b` and `from a import b` are imports of `a.b`; where `b` is no module, of `a`.
+    """
+    known = {name: file for package in packages for name, file in modules(package).items()}
+    graph = {}
+    for name, file in known.items():
+        imported = set()
+        for text in _named(file, name):
+            while text and text not in known:
+                text = text.rpartition(".")[0]
+            imported.add(text)
+        graph[name] = frozenset(imported - {"", name})
+    return graph
+
+
+def _named(file: Path, module: str) -> Iterator[str]:
+    """Everything that a file imports, with its full name."""
+    package = module if file.stem == "__init__" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package.rsplit(".", node.level - 1)[0] if node.level else ""
+            start = ".".join(filter(None, (above, node.module)))
+            yield from (f"{start}.{alias.name}" for alias in node.names)
+
+
+def room_graph(graph: Graph) -> Graph:
+    """The same between the modules and packages at the top of a package.
+
+    Its face and what starts it (`__init__`, `__main__`) are no rooms: they stand above all.
+    """
+    rooms: dict[str, set[str]] = {}
+    for module, imported in graph.items():
+        room = _room(module)
+        if room:
+            own = rooms.setdefault(room, set())
+            own |= {other for other in map(_room, imported) if other not in ("", room)}
+    return {room: frozenset(others) for room, others in rooms.items()}
+
+
+def _room(module: str) -> str:
+    """The room that a module is in; empty for the face of the package and what starts it."""
+    room = module.partition(".")[2].partition(".")[0]
+    return "" if room == "__main__" else room
+
+
+def find_cycle(graph: Graph) -> list[str]:
+    """Modules or rooms that import each other in a circle, the first one again at the end."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(reversed(error.args[1]))
+    return []
+
+
+def floors(graph: Graph) -> int:
+    """How many stand above each other in a graph without circles."""
+    level: dict[str, int] = {}
+    for one in TopologicalSorter(graph).static_order():
+        level[one] = 1 + max((level[other] for other in graph.get(one, ())), default=0)
+    return max(level.values(), default=0)

@@ -1,0 +1,125 @@
+"""The rooms of the harness and what each may import, computed from the sources.
+
+An import under TYPE_CHECKING or inside a function counts like any other.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from imports import Graph, find_cycle, floors, imports, modules, room_graph
+
+#: The rooms from the roof down; a room may import those of the lines below its own.
+PLAN = (
+    ("cli",),
+    ("testing", "new", "bridge", "export", "serve", "look"),
+    ("verify",),
+    ("cell",),
+    ("trace",),
+    ("watch",),
+    ("engine", "robot", "enip"),
+    ("spec",),
+    ("output", "units"),
+    ("errors",),
+)
+
+
+@pytest.fixture(scope="module")
+def graph() -> Graph:
+    """Who imports whom in both packages."""
+    harness = Path(__file__).parents[1] / "harness"
+    return imports(harness / "rcx_harness", harness / "rcx_tools")
+
+
+@pytest.fixture(scope="module")
+def rooms(graph: Graph) -> Graph:
+    """Which rooms of rcx_harness each of them imports."""
+    return room_graph(
+        {name: others for name, others in graph.items() if name.startswith("rcx_harness.")}
+    )
+
+
+def test_the_harness_has_the_rooms_of_the_plan_and_at_most_18(rooms: Graph) -> None:
+    """Source: docs/architecture.md, the rooms."""
+    assert set(rooms) == {room for line in PLAN for room in line}
+    assert len(rooms) <= 18
+
+
+def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(rooms: Graph) -> None:
+    """So robot, engine and enip do not know each other.
+
+    Source: docs/architecture.md, the arrows.
+    """
+    rank = {room: number for number, line in enumerate(PLAN) for room in line}
+    upward = [
+        f"{room} -> {other}"
+        for room, others in sorted(rooms.items())
+        for other in sorted(others)
+        if rank[other] <= rank[room]
+    ]
+    assert upward == []
+    assert floors(rooms) <= 9
+
+
+@pytest.mark.parametrize("package", ["rcx_harness", "rcx_tools"])
+def test_no_module_imports_itself_by_way_of_others(graph: Graph, package: str) -> None:
+    """Source: docs/architecture.md, the arrows."""
+    own = {name: others for name, others in graph.items() if name.split(".")[0] == package}
+    assert " -> ".join(find_cycle(own)) == ""
+
+
+def test_the_harness_never_imports_the_tools(graph: Graph) -> None:
+    """Source: docs/architecture.md, the rooms."""
+    assert [
+        f"{name} -> {other}"
+        for name, others in graph.items()
+        for other in others
+        if name.startswith("rcx_harness") and other.startswith("rcx_tools")
+    ] == []
+
+
+def test_only_enip_names_cpppo(repository: Path) -> None:
+    """Source: docs/architecture.md, the rooms."""
+    found = {
+        name.split(".")[1]
+        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        if re.search("cpppo", file.read_text(encoding="utf-8"), re.IGNORECASE)
+    }
+    assert found == {"enip"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("from house import kitchen", {"house.kitchen"}),
+        ("import house.kitchen.table", {"house.kitchen.table"}),
+        ("from house.kitchen import table, knife", {"house.kitchen", "house.kitchen.table"}),
+        ("from house.kitchen.table import leg", {"house.kitchen.table"}),
+        ("from .kitchen import table", {"house.kitchen.table"}),
+        ("from . import kitchen", {"house.kitchen"}),
+        ("from house import *", {"house"}),
+        ("def cook():\n    from house.kitchen import table", {"house.kitchen.table"}),
+        ("if TYPE_CHECKING:\n    from house.kitchen import table", {"house.kitchen.table"}),
+        ("import os\nfrom attic.kitchen import box\nimport housekeeping", set()),
+    ],
+)
+def test_every_way_to_import_a_module_is_seen(
+    tmp_path: Path, text: str, expected: set[str]
+) -> None:
+    house = tmp_path / "house"
+    (house / "kitchen").mkdir(parents=True)
+    for file in ("__init__.py", "kitchen/__init__.py", "kitchen/table.py"):
+        (house / file).touch()
+    (house / "hall.py").write_text(text)
+    assert imports(house)["house.hall"] == expected
+
+
+def test_circles_and_floors_are_found() -> None:
+    tower = {"c": frozenset("ab"), "b": frozenset("a"), "a": frozenset[str]()}
+    assert find_cycle(tower) == []
+    assert floors(tower) == 3
+    circle = find_cycle(tower | {"a": frozenset("b")})
+    assert circle in (["a", "b", "a"], ["b", "a", "b"])
