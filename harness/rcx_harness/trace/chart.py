@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rcx_harness.spec import Signal, signals
-from rcx_harness.trace.records import Finding, Record, Scan
+from rcx_harness.trace.records import Record, Scan, Violation
 from rcx_harness.watch.wire import word
 
 __all__ = ["Band", "Lane", "Timeline", "text_chart", "time_labels"]
@@ -107,7 +107,7 @@ class Timeline:
             if record.controller not in self._controllers:
                 self._controllers[record.controller] = _Signals(record.controller)
             self._controllers[record.controller].take(record)
-        elif isinstance(record, Finding):
+        elif isinstance(record, Violation):
             self._findings.changes.append((record.t_us, 1))
 
     def lanes(self) -> list[Lane]:

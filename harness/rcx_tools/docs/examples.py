@@ -21,7 +21,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller
 from rcx_harness.robot.ports import port
 from rcx_harness.spec import load_toml, signals
-from rcx_harness.trace import Cycle, Finding, Record, Scan
+from rcx_harness.trace import Cycle, Record, Scan, Violation
 from rcx_harness.units import parse_us
 from rcx_tools.docs.examples_svg import Track, run_svg
 
@@ -183,8 +183,8 @@ class Recorder:
         return run_svg(spec.title, self.tracks, spec.begin_us, spec.end_us)
 
     def _take(self, cell: Cell, record: Record) -> None:
-        if isinstance(record, Finding):
-            raise InputError(f"{self.spec.title}: {record.violation}")
+        if isinstance(record, Violation):
+            raise InputError(f"{self.spec.title}: {record.text}")
         for lane in self._lanes:
             lane.take(cell, record)
 
@@ -211,7 +211,7 @@ class _Lane:
 
     def take(self, cell: Cell, record: Record) -> None:
         """Note a change; the controller's own state is looked at after each of its cycles."""
-        if isinstance(record, Finding) or record.controller != self._controller:
+        if isinstance(record, Violation) or record.controller != self._controller:
             return
         if self._level is not None and isinstance(record, Scan):
             self.track.note(record.t_us, self._level(record))

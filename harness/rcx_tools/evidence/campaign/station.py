@@ -10,7 +10,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.build import source_files
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
-from rcx_harness.verify.campaign.network import FaultLink, FaultNetwork
+from rcx_harness.verify.campaign.network import FaultAgenda, FaultLink, FaultNetwork
 from rcx_harness.verify.campaign.recorder import RecordingController
 from rcx_harness.watch.steady import steady_instances
 from rcx_harness.watch.wire import WireMonitor
@@ -59,6 +59,7 @@ class Station(Cell):
         timing = conditions.timing
         program = compiled.fresh()
         link = FaultLink(timing, seed, conditions.latest_us)
+        self.clock = FaultAgenda()
         self.recorder = RecordingController(conditions.robot, seed)
         super().__init__(
             program,
@@ -70,9 +71,10 @@ class Station(Cell):
             seed=seed,
             trace=trace,
             steady=compiled.steady,
+            agenda=self.clock,
         )
-        assert link.network is not None
-        self.network: FaultNetwork = link.network
+        assert link.made is not None
+        self.network: FaultNetwork = link.made
         self["Main.WriteArea.Margin"] = f"T#{-(-conditions.margin_us // 1000)}ms"
         for block, timeout_ms in conditions.timeouts_ms.items():
             self[f"Main.{block}.Timeout"] = f"T#{timeout_ms}ms"
@@ -95,7 +97,7 @@ class Station(Cell):
             for direction in details["directions"]:
                 self.network.fault(details["what"], direction, details["share"], until_us)
         elif act.kind == "overrun":
-            self.network.overrun(details["us"])
+            self.clock.overrun_us = details["us"]
         elif act.kind == "interval":
             self.timing = replace(self.timing, rpi_us=details["us"])
             self.network.change_interval(self.timing)
