@@ -7,8 +7,9 @@ interval and a 5 ms answer are both seen. Long runs go on in bands below each ot
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from rcx_harness.spec import Signal, signals
 from rcx_harness.trace.records import Record, Scan, Violation
@@ -23,20 +24,41 @@ MOST_INSTANTS = 400
 _LABEL = (26, 50)
 
 
-def _when(change: tuple[int, int]) -> int:
+def _when(change: tuple[int, Any]) -> int:
     return change[0]
 
 
 @dataclass
 class Lane:
-    """One signal: its changes as (time in microseconds, new value)."""
+    """One signal: its changes as (time in microseconds, new value).
+
+    Attributes:
+        name: What stands beside it.
+        kind: `input`, `output`, `variable` or `event` for what is ON or OFF, `word` for a word,
+            `stage` for the names of an enumeration, `curve` for a number over time, `finding` for
+            broken rules.
+        changes: In order of time.
+    """
 
     name: str
     kind: str
-    """`"input"` or `"output"` for a bit, `"word"` for a word, `"finding"` for broken rules."""
-    changes: list[tuple[int, int]] = field(default_factory=list)
+    changes: list[tuple[int, Any]] = field(default_factory=list)
 
-    def value_at(self, t_us: int) -> int:
+    def note(self, t_us: int, value: Any) -> None:
+        """The value from `t_us` on."""
+        if value != (self.changes[-1][1] if self.changes else 0):
+            self.changes.append((t_us, value))
+
+    def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
+        """From, to, value, within these times; values that come and go in no time are left out."""
+        inside = [change for change in self.changes if begin_us < change[0] < end_us]
+        starts = [(begin_us, self.value_at(begin_us)), *inside]
+        ends = [*(t_us for t_us, _ in inside), end_us]
+        for (start, value), stop in zip(starts, ends, strict=True):
+            if start < stop:
+                yield start, stop, value
+
+    def value_at(self, t_us: int) -> Any:
         """The value from `t_us` on; 0 before the first change."""
         found = bisect_right(self.changes, t_us, key=_when)
         return self.changes[found - 1][1] if found else 0

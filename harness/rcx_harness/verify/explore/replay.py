@@ -58,8 +58,7 @@ class _Lanes(Timeline):
                 (self._first, word(record.si, 2)),
                 *((self._more[name], value) for name, value in values.items()),
             ):
-                if value != lane.value_at(record.t_us):
-                    lane.changes.append((record.t_us, value))
+                lane.note(record.t_us, value)
 
     def lanes(self) -> list[Lane]:
         """The pins that changed, then the signals."""
