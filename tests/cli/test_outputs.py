@@ -213,7 +213,7 @@ sys.exit(main())
         "Cell.build",
         "Cell.run",
         "Trace.close",
-        "print_outcome",
+        "_print_outcome",
     ],
 )
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
