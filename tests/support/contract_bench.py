@@ -103,7 +103,8 @@ class ContractBench:
             files = needed([file], lib)
             self.program = build([file, *files], "builtin").program
             self._monitor = ContractMonitor(self.program, steady_instances([file], files))
-        assert "Main.Block" in self._monitor.steady
+        steady = [one.path for one in self._monitor.instances if one.steady]
+        assert "Main.Block" in steady
         self.subject = _subject(block)
         self._rules = Rules(self.subject)
         self._pin = "Main.Block.Enable" if self.subject.level else "Main.Block.Execute"

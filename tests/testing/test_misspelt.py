@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.testing.rules import RULES
+from rcx_harness.testing.settings import RULES
 
 Run = Callable[..., pytest.RunResult]
 
@@ -96,9 +96,9 @@ def test_every_rule_that_is_reported_can_be_allowed(run: Run, repository: Path) 
     Source: the modules themselves
     """
     package = repository / "harness" / "rcx_harness"
-    monitor = (package / "monitor.py").read_text(encoding="utf-8")
-    contract = (package / "contract.py").read_text(encoding="utf-8")
-    calls = (package / "calls.py").read_text(encoding="utf-8")
+    monitor = (package / "watch" / "wire.py").read_text(encoding="utf-8")
+    contract = (package / "watch" / "contract.py").read_text(encoding="utf-8")
+    calls = (package / "watch" / "calls.py").read_text(encoding="utf-8")
     robot = "".join(path.read_text("utf-8") for path in sorted((package / "robot").glob("*.py")))
     quoted = r'"([a-z -]+)"'
     found = {

@@ -19,11 +19,15 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import CYCLE_US
 from rcx_harness.units import format_us, parse_us
 
-__all__ = ["CYCLE_US", "PHASES", "Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
+__all__ = ["CYCLE_US", "LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
+__all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the
 #: PLC, PLC scan.
 PHASES = ("cycle", "to_robot", "to_plc", "scan")
+
+#: Packet intervals: the range of the vendor's earlier adapter [us].
+SHORTEST_RPI_US, LONGEST_RPI_US = 1_000, 3_200_000
 
 Duration = str | int | timedelta
 
@@ -72,7 +76,7 @@ class Timing:
 
         Args:
             scan: Period of the scan, 100 us to 10 s.
-            rpi: Packet interval, 1 ms to 3.2 s, the range of the vendor's earlier adapter.
+            rpi: Packet interval, 1 ms to 3.2 s.
             jitter: Greatest delay of a packet, up to 10 s.
             timeout: Default: the longer of 4 RPI (the scanner's usual multiplier) and 100 ms.
             phases: `"zero"`, `"random"` (drawn from the seed), or some of `PHASES` with a time.
@@ -82,7 +86,7 @@ class Timing:
             InputError: a time out of its range, or an unknown phase.
         """
         scan_us = _within("the scan", scan, 100, 10_000_000)
-        rpi_us = _within("the RPI", rpi, 1_000, 3_200_000)
+        rpi_us = _within("the RPI", rpi, SHORTEST_RPI_US, LONGEST_RPI_US)
         jitter_us = _within("the jitter", jitter, 0, 10_000_000)
         default = max(4 * rpi_us, 100_000)
         timeout_us = default if timeout is None else _within("the time-out", timeout, 1_000, 10**9)

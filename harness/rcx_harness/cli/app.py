@@ -12,13 +12,12 @@ import typer
 from rcx_harness.cli.bridge import bridge
 from rcx_harness.cli.check import check
 from rcx_harness.cli.codec import decode, encode
-from rcx_harness.cli.eds import eds
 from rcx_harness.cli.export import EPILOG, export
 from rcx_harness.cli.new import new
 from rcx_harness.cli.run import EPILOG as RUN_EPILOG
 from rcx_harness.cli.run import run
 from rcx_harness.cli.scan import scan
-from rcx_harness.cli.serve import serve
+from rcx_harness.cli.serve import eds, serve
 from rcx_harness.errors import InputError
 
 __all__ = ["app", "main"]

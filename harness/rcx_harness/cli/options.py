@@ -10,6 +10,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
+from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
@@ -26,8 +27,6 @@ Lib = Annotated[
 _Options = TypeVar("_Options")
 
 _SIZES = (48, 256)
-#: Packet intervals in microseconds: the range of the vendor's earlier adapter.
-_SHORTEST_US, _LONGEST_US = 1_000, 3_200_000
 
 
 def with_options(
@@ -88,6 +87,6 @@ def interval_us(option: str, text: str) -> int:
         InputError: not a duration, or none that a controller can have.
     """
     given_us = duration_us(option, text)
-    if not _SHORTEST_US <= given_us <= _LONGEST_US:
+    if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
         raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
     return given_us

@@ -99,11 +99,15 @@ class _Signals:
     def take(self, scan: Scan) -> None:
         """Take the next scan."""
         if scan.so != self._so:
-            _follow(self.outputs, self.status, self._so, scan.so, scan.t_us)
             self._so = scan.so
+            self.status.note(scan.t_us, word(scan.so, 0))
+            for byte, bit, lane in self.outputs:
+                lane.note(scan.t_us, scan.so[byte] >> bit & 1)
         if scan.si != self._si:
-            _follow(self.inputs, self.code, self._si, scan.si, scan.t_us)
             self._si = scan.si
+            self.code.note(scan.t_us, word(scan.si, 0))
+            for byte, bit, lane in self.inputs:
+                lane.note(scan.t_us, scan.si[byte] >> bit & 1)
 
     def lanes(self) -> list[Lane]:
         """The bits that changed, the command code and the status."""
@@ -120,11 +124,9 @@ class Timeline:
     def __init__(self) -> None:
         self._controllers = {1: _Signals(1)}
         self._findings = Lane("Rule broken", "finding")
-        self.end_us = 0
 
     def take(self, record: Record) -> None:
         """Take the next record of the run."""
-        self.end_us = max(self.end_us, record.t_us)
         if isinstance(record, Scan):
             if record.controller not in self._controllers:
                 self._controllers[record.controller] = _Signals(record.controller)
@@ -243,16 +245,3 @@ def _words(lane: Lane, instants: tuple[int, ...], cell: int, glyphs: _Glyphs) ->
 
 def _lane(signal: Signal, kind: str, who: str) -> Lane:
     return Lane(f"{who}{signal.signal} {signal.title}", kind)
-
-
-def _follow(
-    bits: list[tuple[int, int, Lane]], first: Lane, before: bytes, area: bytes, t_us: int
-) -> None:
-    """Note what changed between two areas; before the first scan all is zero."""
-    before = before or bytes(len(area))
-    for byte, bit, lane in bits:
-        new = area[byte] >> bit & 1
-        if new != before[byte] >> bit & 1:
-            lane.changes.append((t_us, new))
-    if area[:2] != before[:2]:
-        first.changes.append((t_us, word(area, 0)))
