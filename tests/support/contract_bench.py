@@ -21,8 +21,8 @@ from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.needed import needed
 from rcx_harness.spec import commands
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 from rcx_tools.library.tables import library as table
 
 __all__ = ["BLOCKS", "ContractBench", "cases"]

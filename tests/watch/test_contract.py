@@ -11,8 +11,8 @@ import pytest
 from rcx_harness import Cell
 from rcx_harness.cell.build import source_files
 from rcx_harness.engine.types import BlockType, ElementaryType, Variable
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 
 Build = Callable[..., Cell]
 

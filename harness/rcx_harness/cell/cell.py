@@ -31,9 +31,8 @@ from rcx_harness.robot import Controller, Violation
 from rcx_harness.trace import Trace
 from rcx_harness.units import format_us, parse_us
 from rcx_harness.watch.calls import CallMonitor
-from rcx_harness.watch.calls_source import CallPlan, call_plan
+from rcx_harness.watch.calls_source import CallPlan, call_plan, steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
 

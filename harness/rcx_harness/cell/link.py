@@ -49,35 +49,26 @@ class Link(Protocol):
 
 
 class Network(Protocol):
-    """What a cell asks of a network."""
+    """What a cell asks of a network; `PacketNetwork` says what each of it means."""
 
     @property
-    def input(self) -> bytes:
-        """What the PLC has received so far."""
+    def input(self) -> bytes: ...  # noqa: D102
 
-    def start(self, content: Callable[[], bytes]) -> None:
-        """Packets go from now on, those to the robot with `content` at that time."""
+    def start(self, content: Callable[[], bytes]) -> None: ...  # noqa: D102
 
-    def set_cable(self, up: bool) -> None:
-        """Plug or unplug the cable."""
+    def set_cable(self, up: bool) -> None: ...  # noqa: D102
 
-    def set_adapter(self, up: bool) -> None:
-        """The robot's adapter starts, or goes off with its controller's power."""
+    def set_adapter(self, up: bool) -> None: ...  # noqa: D102
 
-    def robot_connected(self, now_us: int) -> bool:
-        """Does the robot still receive packets?"""
+    def robot_connected(self, now_us: int) -> bool: ...  # noqa: D102
 
-    def plc_connected(self, now_us: int) -> bool:
-        """Does the PLC still receive packets: the status its scanner shows."""
+    def plc_connected(self, now_us: int) -> bool: ...  # noqa: D102
 
-    def scanned(self, image: bytes) -> None:
-        """A scan has ended; `image` is what it put out."""
+    def scanned(self, image: bytes) -> None: ...  # noqa: D102
 
-    def snapshot(self) -> object:
-        """The whole state, images included."""
+    def snapshot(self) -> object: ...  # noqa: D102
 
-    def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+    def restore(self, snapshot: Any) -> None: ...  # noqa: D102
 
 
 @runtime_checkable

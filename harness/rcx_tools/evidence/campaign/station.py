@@ -12,7 +12,7 @@ from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.verify.campaign.network import FaultAgenda, FaultLink, FaultNetwork
 from rcx_harness.verify.campaign.recorder import RecordingController
-from rcx_harness.watch.steady import steady_instances
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.wire import WireMonitor
 from rcx_tools.evidence.campaign.schedule import Act, Conditions
 
