@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from rcx_harness.cell.clock import Agenda, Kind
+from rcx_harness.cell.clock import Action, Agenda, Kind
+
+#: Times of events with their names.
+Seen = list[tuple[int, str]]
 
 
-def taken(agenda: Agenda, count: int) -> list[tuple[int, Kind]]:
-    return [agenda.pop()[:2] for _ in range(count)]  # type: ignore[misc]
+def noted(seen: Seen, name: str) -> Action:
+    """An event that notes its time."""
+    return lambda now_us: seen.append((now_us, name))
+
+
+def take(agenda: Agenda, count: int) -> None:
+    """Let so many events happen."""
+    for _ in range(count):
+        now_us, action = agenda.pop()
+        action(now_us)
 
 
 def test_what_repeats_comes_by_itself_between_what_comes_once() -> None:
@@ -14,12 +25,32 @@ def test_what_repeats_comes_by_itself_between_what_comes_once() -> None:
 
     Source: rcx_harness.cell.clock, first paragraph.
     """
-    agenda = Agenda()
-    agenda.repeat(0, Kind.SCAN, 10)
-    agenda.repeat(5, Kind.CYCLE, 5)
-    agenda.add(10, Kind.STIMULUS, "once")
-    assert taken(agenda, 3) == [(0, Kind.SCAN), (5, Kind.CYCLE), (10, Kind.STIMULUS)]
-    assert taken(agenda, 3) == [(10, Kind.CYCLE), (10, Kind.SCAN), (15, Kind.CYCLE)]
+    agenda, seen = Agenda(), Seen()
+    agenda.repeat(0, Kind.SCAN, 10, noted(seen, "scan"))
+    agenda.repeat(5, Kind.CYCLE, 5, noted(seen, "cycle"))
+    agenda.add(10, Kind.STIMULUS, noted(seen, "once"))
+    take(agenda, 6)
+    assert seen == [
+        (0, "scan"), (5, "cycle"), (10, "once"), (10, "cycle"), (10, "scan"), (15, "cycle")
+    ]  # fmt: skip
+
+
+def test_of_several_controllers_each_kind_is_over_before_the_next_begins() -> None:
+    """At equal times all cycles come before all packets, those of the first controller first.
+
+    Source: rcx_harness.cell.clock, first paragraph.
+    """
+    agenda, seen = Agenda(), Seen()
+    for number in (2, 1):
+        agenda.add(10, Kind.DELIVER, noted(seen, f"old packet {number}"), number)
+        agenda.add(10, Kind.DELIVER, noted(seen, f"new packet {number}"), number)
+        agenda.repeat(10, Kind.CYCLE, 5, noted(seen, f"cycle {number}"), number)
+    agenda.repeat(10, Kind.SCAN, 10, noted(seen, "scan"))
+    take(agenda, 8)
+    cycles = ["cycle 1", "cycle 2"]
+    packets = ["old packet 1", "new packet 1", "old packet 2", "new packet 2"]
+    assert [name for _, name in seen] == [*cycles, *packets, "scan", "cycle 1"]
+    assert seen[-1][0] == 15
 
 
 def test_another_period_counts_from_the_next_event_on() -> None:
@@ -27,11 +58,12 @@ def test_another_period_counts_from_the_next_event_on() -> None:
 
     Source: Agenda.periods.
     """
-    agenda = Agenda()
-    agenda.repeat(0, Kind.CYCLE, 5)
-    assert taken(agenda, 1) == [(0, Kind.CYCLE)]
+    agenda, seen = Agenda(), Seen()
+    agenda.repeat(0, Kind.CYCLE, 5, noted(seen, "cycle"))
+    take(agenda, 1)
     agenda.periods[Kind.CYCLE] = 7
-    assert taken(agenda, 3) == [(5, Kind.CYCLE), (12, Kind.CYCLE), (19, Kind.CYCLE)]
+    take(agenda, 3)
+    assert [now_us for now_us, _ in seen] == [0, 5, 12, 19]
 
 
 def test_what_repeats_goes_on_after_a_restore() -> None:
@@ -39,12 +71,14 @@ def test_what_repeats_goes_on_after_a_restore() -> None:
 
     Source: Agenda.snapshot.
     """
-    agenda = Agenda()
-    agenda.repeat(0, Kind.CYCLE, 5)
-    agenda.add(7, Kind.DELIVER, "packet")
+    agenda, seen = Agenda(), Seen()
+    agenda.repeat(0, Kind.CYCLE, 5, noted(seen, "cycle"))
+    agenda.add(7, Kind.DELIVER, noted(seen, "packet"))
     agenda.pop()
     before = agenda.snapshot()
-    first = [agenda.pop() for _ in range(4)]
+    take(agenda, 4)
+    first = seen.copy()
     agenda.restore(before)
-    assert [agenda.pop() for _ in range(4)] == first
-    assert (7, Kind.DELIVER, "packet") in first
+    take(agenda, 4)
+    assert seen == first * 2
+    assert (7, "packet") in first

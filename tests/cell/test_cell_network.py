@@ -1,23 +1,22 @@
 from __future__ import annotations
 
 from rcx_harness.cell.clock import Agenda, Timing
-from rcx_harness.cell.link import DirectLink
-from rcx_harness.cell.network import Network
+from rcx_harness.cell.link import DirectLink, PacketNetwork
 
 OLD, NEW = bytes([1]) * 48, bytes([2]) * 48
 
 
-def network_with(agenda: Agenda, link: DirectLink) -> Network:
+def network_with(agenda: Agenda, link: DirectLink) -> PacketNetwork:
     timing = Timing.make(rpi="10ms", jitter="50ms")
-    network = Network(link, timing, agenda, matched=True, seed=0)
+    network = PacketNetwork(link, timing, agenda, matched=True, seed=0)
     network.set_adapter(True)
     return network
 
 
-def deliver_all(network: Network, agenda: Agenda) -> None:
+def deliver_all(agenda: Agenda) -> None:
     while agenda.snapshot()[0]:
-        t_us, _, packet = agenda.pop()
-        network.deliver(t_us, packet)
+        t_us, arrive = agenda.pop()
+        arrive(t_us)
 
 
 def test_packets_under_way_are_lost_when_the_cable_is_unplugged() -> None:
@@ -27,12 +26,12 @@ def test_packets_under_way_are_lost_when_the_cable_is_unplugged() -> None:
     network.set_cable(False)
     network.produce_to_robot(0, lambda: OLD)
     network.set_cable(True)
-    deliver_all(network, agenda)
+    deliver_all(agenda)
     assert link.robot_read() == bytes(48)
     assert not network.robot_connected(50_000)
 
     network.produce_to_robot(60_000, lambda: NEW)
-    deliver_all(network, agenda)
+    deliver_all(agenda)
     assert link.robot_read() == NEW
     assert network.robot_connected(110_000)
 
@@ -45,17 +44,18 @@ def test_each_direction_keeps_its_order() -> None:
         network.produce_to_plc(number * 1_000)
     seen = []
     while agenda.snapshot()[0]:
-        t_us, _, packet = agenda.pop()
-        network.deliver(t_us, packet)
+        t_us, arrive = agenda.pop()
+        arrive(t_us)
         seen.append(network.input[0])
     assert seen == list(range(20))
 
 
 def test_the_plc_is_connected_as_long_as_packets_come() -> None:
     agenda, link = Agenda(), DirectLink(48)
-    network = network_with(agenda, link)
+    network = PacketNetwork(link, Timing.make(rpi="10ms"), agenda, matched=True, seed=0)
+    network.set_adapter(True)
     assert not network.plc_connected(0)
-    network.deliver(1_000, (1, 0, NEW))
+    network.produce_to_plc(1_000)
     assert network.plc_connected(100_999)
     assert not network.plc_connected(101_000)
 
@@ -69,21 +69,21 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     network = network_with(agenda, link)
     network.produce_to_robot(0, lambda: OLD)
     network.produce_to_plc(0)
-    deliver_all(network, agenda)
+    deliver_all(agenda)
     lost_us = network._timing.timeout_us + 50_000  # at the latest, packets being 50 ms late
     network.set_adapter(False)
     network.set_adapter(True)
     assert not network.robot_connected(60_000)
     assert network.plc_connected(60_000)
     network.produce_to_robot(60_000, lambda: NEW)
-    deliver_all(network, agenda)
+    deliver_all(agenda)
     assert link.robot_read() == OLD, "no packet before the PLC has noticed"
     assert not network.plc_connected(lost_us)
     network.produce_to_robot(lost_us + 99_000, lambda: NEW)
-    deliver_all(network, agenda)
+    deliver_all(agenda)
     assert link.robot_read() == OLD, "opening a connection takes 100 ms"
     network.produce_to_robot(lost_us + 100_000, lambda: NEW)
-    deliver_all(network, agenda)
+    deliver_all(agenda)
     assert link.robot_read() == NEW
 
 
@@ -93,7 +93,7 @@ def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_
     Source: Timing.jitter_us.
     """
     agenda, link = Agenda(), DirectLink(48)
-    network = Network(link, Timing.make(rpi="10ms"), agenda, matched=True, seed=0)
+    network = PacketNetwork(link, Timing.make(rpi="10ms"), agenda, matched=True, seed=0)
     network.set_adapter(True)
     network.produce_to_robot(10_000, lambda: OLD)
     assert link.robot_read() == OLD
@@ -102,6 +102,6 @@ def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_
     network._due[0] = 35_000  # as if a packet were on its way until then
     network.produce_to_robot(20_000, lambda: NEW)
     assert link.robot_read() == OLD
-    assert agenda.next_us() == 35_000
-    deliver_all(network, agenda)
+    assert agenda.first()[0] == 35_000
+    deliver_all(agenda)
     assert link.robot_read() == NEW

@@ -13,7 +13,7 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
-from rcx_harness.trace import Cycle, Finding, Scan, Trace, read_trace
+from rcx_harness.trace import Cycle, Scan, Trace, Violation, read_trace
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.wave import Wave
 
@@ -97,17 +97,20 @@ def test_a_stimulus_reaches_the_controller_that_it_names(tmp_path: Path) -> None
     assert second["SO10_AutoMode"], "held"
 
 
-def test_a_broken_rule_says_which_controller_it_is_of() -> None:
+def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: Path) -> None:
     """Both sides see that n + 46 of the second area is not 0.
 
     Source: manual chapter 1, 4.1: reserved.
     """
-    with _cell() as cell:
+    file = tmp_path / "trace.jsonl"
+    with _cell(trace=file) as cell:
         cell.run("100ms")
         cell["Main.OutputArea[94]"] = 1
         cell.run("50ms")
         texts = [one.text for one in cell.violations]
-        assert [one.violation for one in cell.trace.findings()] == texts
+        assert cell.trace.findings() == cell.violations
+    assert {one.rule for one in cell.violations} == {"reserved"}
+    assert [one for one in read_trace(file)[1] if isinstance(one, Violation)] == cell.violations
     assert texts[0].startswith("controller 2: plc, scan 10: reserved")
     assert all(text.startswith("controller 2: ") for text in texts)
 
@@ -210,7 +213,7 @@ def test_chart_and_wave_show_each_controller(tmp_path: Path) -> None:
     trace.add(Scan(0, 0, bytes(48), bytes(48)))
     trace.add(Scan(0, 0, bytes(48), on, None, 2))
     trace.add(Cycle(5_000, 1, on, bytes(48), 2))
-    trace.add(Finding(5_000, "a rule"))
+    trace.add(Violation(5_000, "a rule", "in words"))
     wave.close()
     changed = [lane.name for lane in timeline.lanes() if lane.changes]
     assert changed == ["2: SI(00) Emergency stop input", "Rule broken"]

@@ -267,7 +267,7 @@ sys.exit(main())
         "Cell.build",
         "Cell.run",
         "Trace.close",
-        "print_outcome",
+        "_print_outcome",
     ],
 )
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
@@ -280,7 +280,9 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    assert (done.returncode, done.stderr.strip()) == (130, "rcx: interrupted")
+    progress = ("compiling", "running")  # what is told while this computer is slow
+    said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
+    assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
 
 @pytest.mark.parametrize(

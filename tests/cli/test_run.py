@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,6 @@ from rcx_harness.cell.build import st_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
-from rcx_harness.cli.run import _timeout as default_timeout
 from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
 from rcx_harness.trace import read_trace
@@ -251,8 +252,25 @@ def test_the_help_names_both_defaults_of_the_time_out(
     assert said in capsys.readouterr().out
     for rpi, virtual_us, real_us in (("2ms", 100_000, 320_000), ("40ms", 160_000, 1_280_000)):
         assert Timing.make(rpi=rpi).timeout_us == virtual_us
-        assert default_timeout(RunOptions([], rpi=rpi)) is None
-        assert default_timeout(RunOptions([], rpi=rpi, realtime=True)) == real_us
+        assert "timeout" not in RunOptions([], rpi=rpi).of_cell()
+        real = RunOptions([], rpi=rpi, link="enip", realtime=True)
+        assert real.of_cell()["timeout"] == real_us
+
+
+def test_every_option_goes_where_it_is_meant_for() -> None:
+    """To `Cell.build` under its own name, or it is one of those that the run itself takes.
+
+    Source: RunOptions.
+    """
+    of_cell = set(inspect.signature(Cell.build).parameters) - {"program"}
+    of_run = {"files", "duration", "realtime", "stimulus", "chart", "vcd", "show"}
+    assert {one.name for one in fields(RunOptions)} == of_cell | of_run
+    given = RunOptions([Path("a.st")], m=[4], n=[], phases="scan=3ms, cycle=1ms", watch=["Main.X"])
+    arguments = given.of_cell()
+    assert arguments["m"] == [4]
+    assert "n" not in arguments
+    assert arguments["phases"] == {"scan": "3ms", "cycle": "1ms"}
+    assert arguments["watch"] == ["Main.X"]
 
 
 def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captured) -> None:

@@ -8,7 +8,7 @@ from example_runs import EXAMPLES, ROOT, changes, finished, recorded_trace
 from rcx_harness.cell import Cell
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
-from rcx_harness.trace import Finding
+from rcx_harness.trace import Violation
 from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, examples, files
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
@@ -50,7 +50,7 @@ def test_a_run_that_breaks_a_rule_gives_no_chart() -> None:
     with examples()["02_extended_area"].build("builtin", watch=recorder.watch) as cell:
         recorder.listen(cell)
         with pytest.raises(InputError, match="changed too early"):
-            cell.trace.add(Finding(0, "changed too early"))
+            cell.trace.add(Violation(0, "interval", "changed too early"))
 
 
 @pytest.mark.parametrize("lane", ["SI99 = nothing", "DO(98) = nothing", "curve = nothing"])

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from rcx_harness.serve.history import History
-from rcx_harness.serve.live_chart import live_chart
+from rcx_harness.serve.history import History, live_chart
 from rcx_harness.serve.status import Change
 from rcx_harness.trace.chart import Lane
 
@@ -69,16 +68,16 @@ def test_a_bit_rises_and_falls_where_its_time_lies_on_the_axis() -> None:
     lane = Lane("SI(00) Emergency stop input", "input", [(4_500_000, 1), (4_750_000, 0)])
     (path,) = _paths(_chart([lane], 5_000_000, 1))
     # One second is 900 long and begins at 352; OFF is drawn at 46, ON at 33.
-    assert path == "M352.0 46H352.0V46H802.0H802.0V33H1027.0H1027.0V46H1252.0"
+    assert path == "M352 46H802V33H1027V46H1252"
 
 
 def test_a_bit_that_was_on_before_begins_on() -> None:
     lane = Lane("x", "input", [(1000, 1)])
-    assert _paths(_chart([lane], 5_000_000, 1)) == ["M352.0 33H352.0V33H1252.0"]
+    assert _paths(_chart([lane], 5_000_000, 1)) == ["M352 33H1252"]
 
 
 def test_nothing_is_drawn_before_time_began() -> None:
-    assert _paths(_chart([Lane("x", "input")], 500_000, 1)) == ["M802.0 46H802.0V46H1252.0"]
+    assert _paths(_chart([Lane("x", "input")], 500_000, 1)) == ["M802 46H1252"]
 
 
 def test_a_word_is_a_box_with_its_digits_or_with_a_tip_where_there_is_no_room() -> None:

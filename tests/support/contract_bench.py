@@ -21,8 +21,8 @@ from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.needed import needed
 from rcx_harness.spec import commands
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 from rcx_tools.library.tables import library as table
 
 __all__ = ["BLOCKS", "ContractBench", "cases"]
@@ -103,7 +103,8 @@ class ContractBench:
             files = needed([file], lib)
             self.program = build([file, *files], "builtin").program
             self._monitor = ContractMonitor(self.program, steady_instances([file], files))
-        assert "Main.Block" in self._monitor.steady
+        steady = [one.path for one in self._monitor.instances if one.steady]
+        assert "Main.Block" in steady
         self.subject = _subject(block)
         self._rules = Rules(self.subject)
         self._pin = "Main.Block.Enable" if self.subject.level else "Main.Block.Execute"

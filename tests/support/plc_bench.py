@@ -8,8 +8,8 @@ from pathlib import Path
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Value
 from rcx_harness.engine.needed import needed
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 
 __all__ = ["LIBRARY", "ROOT", "PlcBench"]
 

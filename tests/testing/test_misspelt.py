@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.testing.rules import RULES
+from rcx_harness.testing.settings import RULES
 
 Run = Callable[..., pytest.RunResult]
 

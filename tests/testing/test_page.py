@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.testing import plugin
-from rcx_harness.testing.rules import RULES
+from rcx_harness.testing import LISTS, OPTIONS, VALUES
+from rcx_harness.testing.settings import RULES
 
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
@@ -20,9 +20,9 @@ def page(repository: Path) -> str:
 
 
 def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> None:
-    options = {f"--rcx-{name}" for name in plugin.OPTIONS}
+    options = {f"--rcx-{name}" for name in OPTIONS}
     assert set(re.findall(r"--rcx-\w+", page)) == options
-    keys = {f"rcx_{name}" for name in (*plugin.OPTIONS, *plugin.LISTS, *plugin.VALUES)}
+    keys = {f"rcx_{name}" for name in (*OPTIONS, *LISTS, *VALUES)}
     others = {"rcx_build", "rcx_harness", "rcx_chart", "rcx_trace"}
     assert set(re.findall(r"\brcx_[a-z_]+\b", page)) == keys | others
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from rcx_harness.trace import Finding, Scan
+from rcx_harness.trace import Scan, Violation
 from rcx_harness.trace.chart import Timeline, text_chart, time_labels
 from rcx_harness.trace.chart_svg import svg_chart
 
@@ -62,7 +62,7 @@ def test_a_chart_of_many_changes_goes_on_in_bands_that_fit() -> None:
 
 def test_a_broken_rule_is_marked_at_its_time() -> None:
     timeline = servo_on()
-    timeline.take(Finding(250_000, "interval"))
+    timeline.take(Violation(250_000, "interval", "interval: in words"))
     last = text_chart(timeline, 80).splitlines()[-1]
     assert last.startswith("Rule broken")
     assert last.index("▲") == text_chart(timeline, 80).splitlines()[0].index("250")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, InputError, RobotConfig
-from rcx_harness.trace import Cycle, Finding, Scan, Trace, read_trace
+from rcx_harness.trace import Cycle, Scan, Trace, Violation, read_trace
 
 Build = Callable[..., Cell]
 HEADER = {"scan_us": 10000, "cycle_us": 5000, "size": 48}
@@ -20,7 +20,7 @@ def test_the_lines_are_exactly_of_the_format() -> None:
     trace.add(Cycle(0, 0, b"", bytes.fromhex("0002")))
     trace.add(Scan(0, 0, bytes.fromhex("00ff"), bytes.fromhex("0100")))
     trace.add(Scan(10, 1, b"\0", b"\1", {"Main.X": 1.5, "Main.T": timedelta(milliseconds=1500)}))
-    trace.add(Finding(10, "interval: SI(01) ON"))
+    trace.add(Violation(10, "interval", "interval: SI(01) ON"))
     assert list(trace.lines()) == [
         '{"format":"rcx-trace/1","scan_us":10000,"cycle_us":5000,"size":48}',
         '{"t_us":0,"cycle":0,"rcx_si":"","rcx_so":"0002"}',
@@ -55,14 +55,14 @@ def test_a_cell_writes_every_record_to_the_file(raw_cell: Build, tmp_path: Path)
         "seed": 4,
     }
     assert list(records) == list(cell.trace)
-    assert {type(record) for record in cell.trace} == {Scan, Cycle, Finding}
+    assert {type(record) for record in cell.trace} == {Scan, Cycle, Violation}
     assert cell.trace.scans()[-1].vars == {"Main.Scans": 10}
 
 
 def test_memory_keeps_the_latest_records_and_the_file_all(tmp_path: Path) -> None:
     trace = Trace(HEADER, tmp_path / "t.jsonl", keep=10)
     for k in range(100):
-        trace.add(Finding(k, "x"))
+        trace.add(Violation(k, "x", "x"))
     trace.close()
     assert [record.t_us for record in trace] == list(range(90, 100))
     assert len((tmp_path / "t.jsonl").read_text().splitlines()) == 101

@@ -11,8 +11,8 @@ import pytest
 from rcx_harness import Cell
 from rcx_harness.cell.build import source_files
 from rcx_harness.engine.types import BlockType, ElementaryType, Variable
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 
 Build = Callable[..., Cell]
 
@@ -219,11 +219,12 @@ def test_the_monitor_finds_level_blocks_and_blocks_inside_blocks(
 ) -> None:
     program = repository / "tests" / "cell" / "programs" / "ContractInside.st"
     monitor = ContractMonitor(inside.program, steady_instances([program]))
-    assert monitor.paths == [
+    assert [one.path for one in monitor.instances] == [
         *("Main.Outer.Once", "Main.Outer.Twice", "Main.Gated.Once", "Main.Gated.Twice"),
         *("Main.Level", "Main.Plain"),
     ]
-    assert monitor.steady == ["Main.Outer.Once", "Main.Level", "Main.Plain"]
+    steady = [one.path for one in monitor.instances if one.steady]
+    assert steady == ["Main.Outer.Once", "Main.Level", "Main.Plain"]
 
 
 def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
@@ -232,7 +233,7 @@ def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
     files = source_files(sorted((repository / "plc" / "examples" / "01_power_up").glob("*.st")))
     cell = build_cell(list(files.own))
     monitor = ContractMonitor(cell.program, steady_instances(files.own, files.lib))
-    assert "Main.ServoOn.Job" in monitor.paths
+    assert "Main.ServoOn.Job" in [one.path for one in monitor.instances]
 
 
 def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-from rcx_harness.cell.clock import Timing
+from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.image import check_size
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
@@ -28,6 +28,7 @@ __all__ = [
     "blame_lib",
     "check_outputs",
     "default_lib",
+    "make_agenda",
     "make_link",
     "make_members",
     "make_robot",
@@ -251,6 +252,15 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
                 hint=f"the first of them has {size} bytes",
             )
     return begins
+
+
+def make_agenda(link: str) -> Agenda:
+    """The agenda of a cell with this link: at the pace of the clock where its packets are."""
+    if link != "enip-realtime":
+        return Agenda()
+    from rcx_harness.cell.live import RealTimeAgenda
+
+    return RealTimeAgenda()
 
 
 def make_link(name: str, size: int, timing: Timing) -> Link:

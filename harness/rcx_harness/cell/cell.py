@@ -7,19 +7,20 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, NoReturn, cast
 
 from rcx_harness.cell.build import (
     Areas,
     Files,
     Robots,
     check_outputs,
+    make_agenda,
     make_members,
     several,
     source_files,
 )
-from rcx_harness.cell.clock import CYCLE_US, Duration, Kind, Timing
-from rcx_harness.cell.closed import ClosedProgram, cell_is_closed
+from rcx_harness.cell.clock import CYCLE_US, Agenda, Duration, Kind, Timing
+from rcx_harness.cell.image import find_image
 from rcx_harness.cell.link import Link
 from rcx_harness.cell.node import Member, Node
 from rcx_harness.engine.base import Program, Value
@@ -27,12 +28,11 @@ from rcx_harness.engine.load import build as build_program
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
-from rcx_harness.trace import Finding, Trace
+from rcx_harness.trace import Trace
 from rcx_harness.units import format_us, parse_us
 from rcx_harness.watch.calls import CallMonitor
-from rcx_harness.watch.calls_source import CallPlan, call_plan
+from rcx_harness.watch.calls_source import CallPlan, call_plan, steady_instances
 from rcx_harness.watch.contract import ContractMonitor
-from rcx_harness.watch.steady import steady_instances
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
 
@@ -51,8 +51,21 @@ class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fau
     """What a test waited for did not come within its time."""
 
 
+class _ClosedProgram:
+    """In place of a cell's program after `close`: on matiec its memory is gone."""
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise _closed()
+
+
+def _closed() -> InputError:
+    """The error of everything that a closed cell cannot do."""
+    return InputError("the cell is closed", hint="read and scan before close(), inside the `with`")
+
+
 class _Snapshot(NamedTuple):
     program: object
+    agenda: Any
     nodes: tuple[object, ...]
     contract: Any
     calls: Any
@@ -85,6 +98,7 @@ class Cell:
         steady: Collection[str] = (),
         calls: CallPlan | None = None,
         notice: str = "",
+        agenda: Agenda | None = None,
     ) -> None:
         if on_loss not in ("hold", "clear"):
             raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
@@ -109,18 +123,27 @@ class Cell:
         header |= {"engine": program.engine, "link": link.name, "seed": seed}
         if further:
             header["controllers"] = len(self.robots)
-        self._nodes = [
-            Node(number, member, program, timing, seed=seed + number - 1, clear=on_loss == "clear")
-            for number, member in enumerate((Member(robot, link, m, n), *further), 1)
-        ]
+        members = [Member(robot, link, m, n), *further]
+        images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
         self.trace = Trace(header, trace)
-        for node in self._nodes:
-            node.connect(self.trace, self._report)
+        self._agenda = Agenda() if agenda is None else agenda
+        self._nodes = [
+            Node(
+                number,
+                member,
+                image,
+                program,
+                timing,
+                self._agenda,
+                self.trace,
+                self._report,
+                seed=seed + number - 1,
+                clear=on_loss == "clear",
+            )
+            for number, (member, image) in enumerate(zip(members, images, strict=True), 1)
+        ]
         self._first = self._nodes[0]
-        self._agenda = self._first.agenda
-        self._agenda.repeat(timing.phases[-1], Kind.SCAN, timing.scan_us)
-        self._first.happens[Kind.SCAN] = lambda now, _: self._scan(now)
-        self._first.happens[Kind.STIMULUS] = lambda _, action: action()
+        self._agenda.repeat(timing.phases[-1], Kind.SCAN, timing.scan_us, self._scan)
         self._contract = ContractMonitor(program, steady)
         self._calls = CallMonitor(program, calls or CallPlan({}, {}))
 
@@ -202,6 +225,7 @@ class Cell:
                 steady=steady_instances(files.own, files.lib),
                 calls=call_plan(*files.users),
                 notice=built.notice,
+                agenda=make_agenda(link),
             )
         except BaseException:
             for member in members:
@@ -285,7 +309,7 @@ class Cell:
         """Call `action` at `t_us`, before anything else that happens then."""
         if t_us < self.now_us:
             raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
-        self._agenda.add(t_us, Kind.STIMULUS, action)
+        self._agenda.add(t_us, Kind.STIMULUS, lambda _: action())
 
     @property
     def connected(self) -> bool:
@@ -300,7 +324,7 @@ class Cell:
     @property
     def notice(self) -> str:
         """A line on the engine that was taken, one on the network; or empty."""
-        return "\n".join(filter(None, (self._notice, self._first.network.notice)))
+        return "\n".join(filter(None, (self._notice, self._agenda.notice)))
 
     @property
     def commands(self) -> int:
@@ -318,6 +342,7 @@ class Cell:
         """The state of everything: program, robot, network, time and monitors."""
         return _Snapshot(
             self.program.snapshot(),
+            self._agenda.snapshot(),
             tuple(node.snapshot() for node in self._nodes),
             self._contract.snapshot(),
             self._calls.snapshot(),
@@ -329,6 +354,7 @@ class Cell:
         """Go back to what `snapshot` of this cell gave."""
         assert isinstance(snapshot, _Snapshot), "not a snapshot of a cell"
         self.program.restore(snapshot.program)
+        self._agenda.restore(snapshot.agenda)
         for node, state in zip(self._nodes, snapshot.nodes, strict=True):
             node.restore(state)
         self._contract.restore(snapshot.contract)
@@ -350,7 +376,7 @@ class Cell:
             node.link.close()
         self.program.close()
         self.closed = True
-        self.program = cast(Program, ClosedProgram())
+        self.program = cast(Program, _ClosedProgram())
 
     def __enter__(self) -> Cell:
         return self
@@ -366,20 +392,15 @@ class Cell:
     # --- what happens ------------------------------------------------------------------------
 
     def _pass(self, end: int, scans: int = _NEVER) -> None:
-        """Let everything before `end` happen, or all until so many scans have run.
-
-        Of simultaneous events the order is that of `Kind`.
-        """
-        node, several = self._first, len(self._nodes) > 1
+        """Let everything before `end` happen, or all until so many scans have run."""
+        agenda = self._agenda
         while self.scans < scans:
             if self.closed:
-                raise cell_is_closed()
-            if several:
-                node = min(self._nodes, key=lambda node: node.agenda.first())
-            if node.agenda.next_us() >= end:
+                raise _closed()
+            if agenda.first()[0] >= end:
                 return
-            self.now_us, kind, payload = node.agenda.pop()
-            node.happens[kind](self.now_us, payload)
+            self.now_us, action = agenda.pop()
+            action(self.now_us)
 
     def _scan(self, now: int) -> None:
         for node in self._nodes:
@@ -395,7 +416,7 @@ class Cell:
     def _report(self, found: Iterable[Violation]) -> None:
         for violation in found:
             self.violations.append(violation)
-            self.trace.add(Finding(violation.t_us, violation.text))
+            self.trace.add(violation)
 
     def _timeout_text(self, waited_us: int) -> str:
         text = f"not within {format_us(waited_us)} (scan {self.scans}, {format_us(self.now_us)})"

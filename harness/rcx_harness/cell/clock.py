@@ -1,13 +1,13 @@
 """The three clocks of a cell on one virtual time: PLC scan, packets, controller cycle.
 
-At equal times the order is fixed: what the test or the stimulus does, the controller's cycle,
+At equal times the order is fixed: what the test or the stimulus does, the controllers' cycles,
 packets produced, packets delivered, the PLC's scan. A change therefore never travels through two
 participants in no time the wrong way round, and a run is the same on every machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import timedelta
 from enum import IntEnum
@@ -16,16 +16,18 @@ from random import Random
 from typing import Any
 
 from rcx_harness.errors import InputError
+from rcx_harness.robot import CYCLE_US
 from rcx_harness.units import format_us, parse_us
 
-__all__ = ["CYCLE_US", "PHASES", "Agenda", "Kind", "Snapshot", "Timing"]
-
-#: The controller looks at its inputs every 5 ms (manual chapter 1, 2).
-CYCLE_US = 5_000
+__all__ = ["CYCLE_US", "LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
+__all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the
 #: PLC, PLC scan.
 PHASES = ("cycle", "to_robot", "to_plc", "scan")
+
+#: Packet intervals: the range of the vendor's earlier adapter [us].
+SHORTEST_RPI_US, LONGEST_RPI_US = 1_000, 3_200_000
 
 Duration = str | int | timedelta
 
@@ -74,7 +76,7 @@ class Timing:
 
         Args:
             scan: Period of the scan, 100 us to 10 s.
-            rpi: Packet interval, 1 ms to 3.2 s, the range of the vendor's earlier adapter.
+            rpi: Packet interval, 1 ms to 3.2 s.
             jitter: Greatest delay of a packet, up to 10 s.
             timeout: Default: the longer of 4 RPI (the scanner's usual multiplier) and 100 ms.
             phases: `"zero"`, `"random"` (drawn from the seed), or some of `PHASES` with a time.
@@ -84,7 +86,7 @@ class Timing:
             InputError: a time out of its range, or an unknown phase.
         """
         scan_us = _within("the scan", scan, 100, 10_000_000)
-        rpi_us = _within("the RPI", rpi, 1_000, 3_200_000)
+        rpi_us = _within("the RPI", rpi, SHORTEST_RPI_US, LONGEST_RPI_US)
         jitter_us = _within("the jitter", jitter, 0, 10_000_000)
         default = max(4 * rpi_us, 100_000)
         timeout_us = default if timeout is None else _within("the time-out", timeout, 1_000, 10**9)
@@ -129,12 +131,17 @@ def _named(
     return cycle, to_robot, to_plc, scan
 
 
+#: What happens at an event; it is given the time.
+Action = Callable[[int], None]
+
 #: State of an agenda, for `Agenda.restore`.
 Snapshot = tuple[tuple[Any, ...], int]
 
 
 class Agenda:
-    """What happens next: a queue ordered by time, then by `Kind`, then first come first served.
+    """What happens next in a cell: a queue ordered by time, then by `Kind`, then by controller.
+
+    Of one controller's events of a kind the first come is the first served.
 
     Attributes:
         periods: How long after one event of a kind the next one comes by itself; 0 for never.
@@ -142,35 +149,38 @@ class Agenda:
 
     def __init__(self) -> None:
         self.periods: dict[int, int] = dict.fromkeys(Kind, 0)
-        self._queue: list[tuple[int, int, int, Any]] = []
+        self._queue: list[tuple[int, int, int, int, Action]] = []
         self._count = 0
 
-    def add(self, t_us: int, kind: Kind, payload: Any = None) -> None:
-        """Let `kind` happen at `t_us`."""
+    @property
+    def notice(self) -> str:
+        """Something to tell at the end of a run; in virtual time there is nothing."""
+        return ""
+
+    def add(self, t_us: int, kind: Kind, action: Action, controller: int = 1) -> None:
+        """Let `action` happen at `t_us`."""
         self._count += 1
-        heappush(self._queue, (t_us, kind, self._count, payload))
+        heappush(self._queue, (t_us, kind, controller, self._count, action))
 
-    def repeat(self, t_us: int, kind: Kind, period_us: int) -> None:
-        """Let `kind` happen at `t_us` and every `period_us` from then on."""
+    def repeat(
+        self, t_us: int, kind: Kind, period_us: int, action: Action, controller: int = 1
+    ) -> None:
+        """Let `action` happen at `t_us` and every `period_us`, the same for all of its kind."""
         self.periods[kind] = period_us
-        self.add(t_us, kind)
-
-    def next_us(self) -> int:
-        """Time of the next event; an agenda of a cell is never empty."""
-        return self._queue[0][0]
+        self.add(t_us, kind, action, controller)
 
     def first(self) -> tuple[int, int]:
-        """Time and kind of the next event."""
+        """Time and kind of the next event; an agenda of a cell is never empty."""
         return self._queue[0][:2]
 
-    def pop(self) -> tuple[int, int, Any]:
-        """Take the next event: time, kind, payload."""
-        t_us, kind, number, payload = self._queue[0]
+    def pop(self) -> tuple[int, Action]:
+        """Take the next event: its time and what happens."""
+        t_us, kind, controller, number, action = self._queue[0]
         if period_us := self.periods[kind]:
-            heapreplace(self._queue, (t_us + period_us, kind, number, payload))
+            heapreplace(self._queue, (t_us + period_us, kind, controller, number, action))
         else:
             heappop(self._queue)
-        return t_us, kind, payload
+        return t_us, action
 
     def snapshot(self) -> Snapshot:
         """All that is pending."""

@@ -1,10 +1,24 @@
-"""What the cell asks of the network: two images and the way between them."""
+"""The way between PLC and robot: two images, and the packets that carry them.
+
+A link holds the images; a network says when a packet is produced, when it arrives, and when the
+connection is lost.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from random import Random
 from typing import Any, Protocol, runtime_checkable
 
-__all__ = ["DirectLink", "Link", "RealLink"]
+from rcx_harness.cell.clock import Agenda, Kind, Timing
+
+__all__ = ["DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
+
+_TO_ROBOT, _TO_PLC = 0, 1
+
+#: How long a scanner takes at least to open a connection anew.
+_REOPEN_US = 100_000
 
 
 @runtime_checkable
@@ -34,16 +48,44 @@ class Link(Protocol):
         """End the connection and free what it holds."""
 
 
+class Network(Protocol):
+    """What a cell asks of a network; `PacketNetwork` says what each of it means."""
+
+    @property
+    def input(self) -> bytes: ...  # noqa: D102
+
+    def start(self, content: Callable[[], bytes]) -> None: ...  # noqa: D102
+
+    def set_cable(self, up: bool) -> None: ...  # noqa: D102
+
+    def set_adapter(self, up: bool) -> None: ...  # noqa: D102
+
+    def robot_connected(self, now_us: int) -> bool: ...  # noqa: D102
+
+    def plc_connected(self, now_us: int) -> bool: ...  # noqa: D102
+
+    def scanned(self, image: bytes) -> None: ...  # noqa: D102
+
+    def snapshot(self) -> object: ...  # noqa: D102
+
+    def restore(self, snapshot: Any) -> None: ...  # noqa: D102
+
+
 @runtime_checkable
-class RealLink(Link, Protocol):
-    """A link whose packets travel by themselves, in real time."""
+class OwnNetwork(Protocol):
+    """A link whose packets do not go as those of `PacketNetwork`."""
 
-    def make_network(self, *, matched: bool) -> tuple[Any, Any]:
-        """The agenda and the network of a cell on this link.
+    def network(self, agenda: Agenda, *, matched: bool) -> Network:
+        """Its network in a cell with this agenda; `matched` as at `PacketNetwork`."""
 
-        Args:
-            matched: Do master and robot agree on the area's size?
-        """
+
+def make_network(
+    link: Link, timing: Timing, agenda: Agenda, *, matched: bool, seed: int, controller: int
+) -> Network:
+    """The network of a link: its own, or packets in virtual time."""
+    if isinstance(link, OwnNetwork):
+        return link.network(agenda, matched=matched)
+    return PacketNetwork(link, timing, agenda, matched=matched, seed=seed, controller=controller)
 
 
 class DirectLink:
@@ -78,3 +120,163 @@ class DirectLink:
 
     def close(self) -> None:
         """Nothing to free."""
+
+
+class PacketNetwork:
+    """Cyclic packets in both directions over one connection.
+
+    Packets flow while the cable is plugged in and the robot's adapter is on; an interruption
+    also takes those under way. A side takes the connection as lost when no packet has arrived
+    for `Timing.timeout_us`; the adapter also loses it with its power. Once one side has lost it,
+    no packet flows until the other has lost it too and the scanner has opened a new one, which
+    takes at least 100 ms and a scan: neither side misses the restart of the other. Before the
+    first packet both images are zero.
+
+    Args:
+        link: The two images.
+        timing: RPI, jitter, time-out.
+        agenda: Of the cell: when packets are produced and arrive.
+        matched: False when master and robot differ in the area's size: there is no connection
+            then (manual chapter 3, 1).
+        seed: Seed of the jitter.
+        controller: Which of the cell's controllers is at its end.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        timing: Timing,
+        agenda: Agenda,
+        *,
+        matched: bool,
+        seed: int,
+        controller: int = 1,
+    ) -> None:
+        self._link, self._timing, self._agenda = link, timing, agenda
+        self._matched, self._controller = matched, controller
+        self._random = Random(f"jitter {seed}")
+        self._cable, self._adapter = True, False
+        self._open = False
+        self._epoch = 0
+        self._lost_us: int | None = None
+        self._last: list[int | None] = [None, None]
+        self._due = [0, 0]
+        self.input = bytes(link.size)
+        """What the PLC has received so far."""
+
+    def start(self, content: Callable[[], bytes]) -> None:
+        """Packets go from now on, those to the robot with `content` at that time."""
+
+        def to_robot(now_us: int) -> None:
+            self.produce_to_robot(now_us, content)
+
+        _, first_to_robot, first_to_plc, _ = self._timing.phases
+        for first_us, kind, produce in (
+            (first_to_robot, Kind.PRODUCE_TO_ROBOT, to_robot),
+            (first_to_plc, Kind.PRODUCE_TO_PLC, self.produce_to_plc),
+        ):
+            self._agenda.repeat(first_us, kind, self._timing.rpi_us, produce, self._controller)
+
+    def set_cable(self, up: bool) -> None:
+        """Plug or unplug the cable."""
+        self._cable = up
+        if not up:
+            self._epoch += 1
+
+    def set_adapter(self, up: bool) -> None:
+        """The robot's adapter starts, or goes off with its controller's power."""
+        if up != self._adapter:
+            self._adapter = up
+            if not up:
+                self._lose(_TO_ROBOT)
+
+    def robot_connected(self, now_us: int) -> bool:
+        """Does the robot still receive packets?"""
+        return self._alive(_TO_ROBOT, now_us)
+
+    def plc_connected(self, now_us: int) -> bool:
+        """Does the PLC still receive packets: the status its scanner shows."""
+        return self._alive(_TO_PLC, now_us)
+
+    def scanned(self, image: bytes) -> None:
+        """A scan has ended; what it put out goes with the next packet produced."""
+
+    def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None:
+        """The PLC's scanner sends its output image as it is now."""
+        if self._flows(now_us):
+            self._send(_TO_ROBOT, now_us, content())
+
+    def produce_to_plc(self, now_us: int) -> None:
+        """The robot's adapter sends its output image as it is now."""
+        if self._flows(now_us):
+            self._send(_TO_PLC, now_us, self._link.scanner_read())
+
+    def snapshot(self) -> object:
+        """The whole state, images included."""
+        state = (self._cable, self._adapter, self._open, self._epoch, self._lost_us)
+        packets = (tuple(self._last), tuple(self._due))
+        images = (self._link.robot_read(), self._link.scanner_read(), self.input)
+        return state, packets, images, self._random.getstate()
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to what `snapshot` gave."""
+        state, packets, images, random = snapshot
+        self._cable, self._adapter, self._open, self._epoch, self._lost_us = state
+        self._last, self._due = list(packets[0]), list(packets[1])
+        self._link.scanner_write(images[0])
+        self._link.robot_write(images[1])
+        self.input = images[2]
+        self._random.setstate(random)
+
+    def _flows(self, now_us: int) -> bool:
+        """Is there a connection, or can a new one be opened?"""
+        if not (self._matched and self._cable and self._adapter):
+            return False
+        if not self._open:
+            lost = [not self._alive(direction, now_us) for direction in (_TO_ROBOT, _TO_PLC)]
+            pause_us = max(_REOPEN_US, self._timing.scan_us + 1)
+            early = self._lost_us is not None and now_us - self._lost_us < pause_us
+            self._open = all(lost) and not early
+        return self._open
+
+    def _lose(self, direction: int) -> None:
+        self._last[direction] = None
+        self._open = False
+        self._epoch += 1
+
+    def _alive(self, direction: int, now_us: int) -> bool:
+        last = self._last[direction]
+        if last is None:
+            return False
+        if now_us - last < self._timing.timeout_us:
+            return True
+        self._lose(direction)
+        self._lost_us = now_us
+        return False
+
+    def _send(self, direction: int, now_us: int, content: bytes) -> None:
+        jitter_us = self._timing.jitter_us
+        if not jitter_us and now_us > self._due[direction]:
+            # Nothing else is under way, and nothing happens between sending and arriving.
+            self._due[direction] = now_us
+            self._arrive(direction, now_us, content)
+            return
+        delay = self._random.randint(0, jitter_us) if jitter_us else 0
+        due = self._due[direction] = max(now_us + delay, self._due[direction])
+        self._queue(due, direction, content)
+
+    def _queue(self, due_us: int, direction: int, content: bytes) -> None:
+        """Let a packet arrive then, unless an interruption comes before."""
+        packet = partial(self._deliver, direction, self._epoch, content)
+        self._agenda.add(due_us, Kind.DELIVER, packet, self._controller)
+
+    def _deliver(self, direction: int, epoch: int, content: bytes, now_us: int) -> None:
+        if epoch == self._epoch:
+            self._arrive(direction, now_us, content)
+
+    def _arrive(self, direction: int, now_us: int, content: bytes) -> None:
+        self._last[direction] = now_us
+        if direction == _TO_ROBOT:
+            self._link.scanner_write(content)
+        else:
+            self.input = content

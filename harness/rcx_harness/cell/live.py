@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Action, Agenda, Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
@@ -68,9 +68,18 @@ class RealTimeAgenda(Agenda):
         self._start_us: int | None = None
         self.stalls = self.stalled_us = 0
 
-    def pop(self) -> tuple[int, int, Any]:
+    @property
+    def notice(self) -> str:
+        """One line if this computer was late; else empty."""
+        if not self.stalls:
+            return ""
+        times = "once" if self.stalls == 1 else f"{self.stalls} times"
+        late = format_us(self.stalled_us)
+        return f"this computer was late {times}, by {late} in all; the run waited meanwhile"
+
+    def pop(self) -> tuple[int, Action]:
         """Take the next event when it is due."""
-        due_us = self.next_us()
+        due_us = self.first()[0]
         if self._start_us is None:
             self._start_us = self._clock_us() - due_us
         while (wait_us := self._start_us + due_us - self._clock_us()) > 0:
@@ -100,10 +109,10 @@ class RealTimeLink(Class1Link):
         super().__init__(size, timing.rpi_us, multiplier_of(timing.timeout_us, timing.rpi_us))
         self._opener = _Opener(self.scanner)
 
-    def make_network(self, *, matched: bool) -> tuple[Agenda, LiveNetwork]:
-        """The clock and the network of a cell on this link."""
-        agenda = RealTimeAgenda()
-        return agenda, LiveNetwork(self, agenda, matched=matched)
+    def network(self, agenda: Agenda, *, matched: bool) -> LiveNetwork:
+        """Its network; the packets keep no agenda."""
+        del agenda
+        return LiveNetwork(self, matched=matched)
 
     def want(self, connection: bool) -> None:
         """Is there to be a connection?"""
@@ -116,16 +125,15 @@ class RealTimeLink(Class1Link):
 
 
 class LiveNetwork:
-    """What `rcx_harness.cell.network.Network` is, but over packets that travel by themselves.
+    """A `rcx_harness.cell.link.Network` over packets that travel by themselves.
 
     Args:
         link: The connection.
-        agenda: The clock that the cell is held back to.
         matched: False when master and robot differ in the area's size: nothing is opened then.
     """
 
-    def __init__(self, link: RealTimeLink, agenda: RealTimeAgenda, *, matched: bool) -> None:
-        self._link, self._agenda, self._matched = link, agenda, matched
+    def __init__(self, link: RealTimeLink, *, matched: bool) -> None:
+        self._link, self._matched = link, matched
         self._cable, self._adapter = True, False
         self._state = LinkState.UP
         self._switch()
@@ -135,14 +143,8 @@ class LiveNetwork:
         """What the PLC has received so far."""
         return self._link.scanner_read()
 
-    @property
-    def notice(self) -> str:
-        """One line if this computer was late; else empty."""
-        if not self._agenda.stalls:
-            return ""
-        times = "once" if self._agenda.stalls == 1 else f"{self._agenda.stalls} times"
-        late = format_us(self._agenda.stalled_us)
-        return f"this computer was late {times}, by {late} in all; the run waited meanwhile"
+    def start(self, content: Callable[[], bytes]) -> None:
+        """Nothing: the processes of scanner and adapter send at their own interval."""
 
     def set_cable(self, up: bool) -> None:
         """Plug or unplug the cable."""
@@ -172,15 +174,6 @@ class LiveNetwork:
         if failure := self._link.failure:
             raise ProcessDiedError(failure)
         self._link.scanner_write(image)
-
-    def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None:
-        """Nothing: the scanner's process sends at its own interval."""
-
-    def produce_to_plc(self, now_us: int) -> None:
-        """Nothing: the adapter's process sends at its own interval."""
-
-    def deliver(self, now_us: int, packet: tuple[int, int, bytes]) -> None:
-        """Nothing: packets arrive by themselves."""
 
     def snapshot(self) -> object:
         """Not possible: what is under way on a real network cannot be kept.

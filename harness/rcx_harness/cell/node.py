@@ -6,10 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rcx_harness.cell.clock import CYCLE_US, Kind, Timing
-from rcx_harness.cell.image import find_image
-from rcx_harness.cell.link import Link
-from rcx_harness.cell.network import make_network
+from rcx_harness.cell.clock import CYCLE_US, Agenda, Kind, Timing
+from rcx_harness.cell.image import Image
+from rcx_harness.cell.link import Link, make_network
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.robot import Controller, Violation
@@ -36,54 +35,48 @@ class Node:
     Args:
         number: From 1; all but the first are named in trace and violations.
         member: The controller, its link, its areas.
+        image: These areas in the PLC's process image.
         program: The PLC's program.
         timing: Periods and phases.
+        agenda: The cell's.
+        trace: Where scans and cycles are noted.
+        report: Takes the rules that were broken.
         seed: Seed of the jitter.
         clear: The PLC's inputs read 0 without a connection.
-
-    Raises:
-        InputError: the areas do not fit into the process image.
     """
 
     def __init__(
         self,
         number: int,
         member: Member,
+        image: Image,
         program: Program,
         timing: Timing,
+        agenda: Agenda,
+        trace: Trace,
+        report: Report,
         *,
         seed: int,
         clear: bool,
     ) -> None:
-        robot, link, m, n = member
-        self.number, self.robot, self.link = number, robot, link
-        self.matched = link.size == robot.config.size
+        self.number, self.robot, self.link = number, member.robot, member.link
+        self.matched = self.link.size == self.robot.config.size
         """Do master and robot agree on the area's size? Without that there is no connection."""
         self.cycles = 0
-        self._program = program
-        self._image = find_image(program, size=link.size, m=m, n=n)
-        self._no_area = bytes(link.size)
+        self._program, self._image = program, image
+        self._trace, self._report = trace, report
+        self._no_area = bytes(self.link.size)
         self._clear = clear
         self._status = _status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
-        self.wire = WireMonitor(link.size)
+        self.wire = WireMonitor(self.link.size)
         self._prefix = "" if number == 1 else f"controller {number}: "
-        self.agenda, self.network = make_network(link, timing, matched=self.matched, seed=seed)
-        self.happens: dict[int, Callable[[int, Any], None]] = {
-            Kind.CYCLE: self._cycle,
-            Kind.PRODUCE_TO_ROBOT: self._to_robot,
-            Kind.PRODUCE_TO_PLC: self._to_plc,
-            Kind.DELIVER: self.network.deliver,
-        }
-        cycle, to_robot, to_plc, _ = timing.phases
-        self.agenda.repeat(cycle, Kind.CYCLE, CYCLE_US)
-        self.agenda.repeat(to_robot, Kind.PRODUCE_TO_ROBOT, timing.rpi_us)
-        self.agenda.repeat(to_plc, Kind.PRODUCE_TO_PLC, timing.rpi_us)
-
-    def connect(self, trace: Trace, report: Report) -> None:
-        """Say where scans and cycles are noted, and what takes the rules that were broken."""
-        self._trace, self._report = trace, report
+        agenda.repeat(timing.phases[0], Kind.CYCLE, CYCLE_US, self._cycle, number)
+        self.network = make_network(
+            self.link, timing, agenda, matched=self.matched, seed=seed, controller=number
+        )
+        self.network.start(image.get)
 
     def before_scan(self, now: int) -> None:
         """Put what has come from the controller into the process image."""
@@ -104,17 +97,16 @@ class Node:
     def snapshot(self) -> object:
         """The state of controller, network and monitor."""
         robot, network = self.robot.snapshot(), self.network.snapshot()
-        return robot, network, self.agenda.snapshot(), self.wire.snapshot(), self.cycles
+        return robot, network, self.wire.snapshot(), self.cycles
 
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
-        robot, network, agenda, wire, self.cycles = snapshot
+        robot, network, wire, self.cycles = snapshot
         self.robot.restore(robot)
         self.network.restore(network)
-        self.agenda.restore(agenda)
         self.wire.restore(wire)
 
-    def _cycle(self, now: int, _: object) -> None:
+    def _cycle(self, now: int) -> None:
         robot, link, network = self.robot, self.link, self.network
         si = link.robot_read() if network.robot_connected(now) else None
         so = robot.cycle(now, si)
@@ -128,12 +120,6 @@ class Node:
                 for one in robot.drain_violations()
             )
         self.cycles += 1
-
-    def _to_robot(self, now: int, _: object) -> None:
-        self.network.produce_to_robot(now, self._image.get)
-
-    def _to_plc(self, now: int, _: object) -> None:
-        self.network.produce_to_plc(now)
 
     def _tell(self, found: Iterable[Violation]) -> None:
         if self._prefix:

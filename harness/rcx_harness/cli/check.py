@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
+from rcx_harness.cli.options import Lib, Sources, counted
 from rcx_harness.engine.frontend import check as check_sources
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.frontend.parser import parse
@@ -18,28 +21,27 @@ from rcx_harness.watch.calls_source import call_findings
 __all__ = ["check"]
 
 
-def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
-    """Check sources and print what is found, one line each.
+def check(
+    files: Sources,
+    lib: Lib = None,
+    lint_only: Annotated[
+        bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
+    ] = False,
+) -> None:
+    """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
 
-    Args:
-        files: The user's files or folders; those below `lib` are held to the library's rules.
-        lib: Folder of the library; None for that of this package.
-        lint_only: Check nothing but the portability rules, each file by itself, and let them
-            bind every file; so that folders with several programs can be checked at once.
+    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea.
 
-    Returns:
-        0 if all is well, 1 if a rule of the library or of its use is broken, 2 on errors in the
-        sources.
-
-    Raises:
-        InputError: a file that is missing, or an error that only matiec finds.
+    Exit code: 0 if all is well (warnings allowed), 1 if a rule of the library or of its calls is
+    broken, 2 on an error in the sources.
     """
+    # With --lint each file is looked at by itself: folders with several programs go at once.
     sources = source_files(files, lib)
     errors = [] if lint_only else check_sources(sources.all)
     for error in errors:
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:
-        return 2
+        raise typer.Exit(2)
     users, library = sources.users
     findings = lint(sources.own, library, sources.lib, binding=lint_only)
     if not lint_only:
@@ -48,16 +50,17 @@ def check(files: list[Path], lib: Path | None, lint_only: bool = False) -> int:
     for finding in findings:
         print(finding)
     strict = sum(finding.strict for finding in findings)
-    broken, files_read = _count(strict, "broken rule"), _count(len(sources.own), "file")
+    broken, files_read = counted(strict, "broken rule"), counted(len(sources.own), "file")
     if lint_only:
         print(f"{files_read} checked for portability: {broken}")
     else:
-        warnings = _count(len(findings) - strict, "warning")
+        warnings = counted(len(findings) - strict, "warning")
         print(
             f"{files_read} checked with the library: no errors, {broken}, {warnings}"
             f"{_compile(sources)}"
         )
-    return 1 if strict else 0
+    if strict:
+        raise typer.Exit(1)
 
 
 def _compile(sources: SourceFiles) -> str:
@@ -70,7 +73,3 @@ def _compile(sources: SourceFiles) -> str:
         return "; no PROGRAM among them, nothing for matiec to compile"
     MatiecProgram.build(load(sources.all), matiec, compiler).close()
     return "; matiec compiles them too"
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"

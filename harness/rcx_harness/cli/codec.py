@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Annotated
+
+import typer
 
 from rcx_harness import spec
 from rcx_harness.errors import InputError
@@ -20,21 +23,16 @@ _STATUS = {
 }
 
 
-def encode(name: str, fields: Sequence[str], robot: int) -> None:
-    """Print the request of a command.
-
-    Args:
-        name: Name or code of the command.
-        fields: `name=value`; several numbers of one field are separated by commas.
-        robot: Robot number R.
-
-    Raises:
-        InputError: unknown command or field, or a value that is not allowed.
-    """
+def encode(
+    name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.")],
+    fields: Annotated[list[str] | None, typer.Argument(help="Fields, e.g. point=19.")] = None,
+    robot: Annotated[int, typer.Option(help="Robot number R, 0 to 4.")] = 0,
+) -> None:
+    """Print the telegram of a remote command, in words and in plain language."""
     command = spec.command(name)
     types = {part.name: part.type for part in command.request}
     values = {}
-    for field in fields:
+    for field in fields or ():
         key, equals, text = field.partition("=")
         if not equals:
             raise InputError(f"not a field: {field!r}", hint="write name=value")
@@ -44,27 +42,24 @@ def encode(name: str, fields: Sequence[str], robot: int) -> None:
     _print_request(command, words)
 
 
-def decode(texts: Sequence[str], response: str) -> None:
-    """Print what the words of a telegram mean.
-
-    Args:
-        texts: Words, decimal or hexadecimal; those that are missing are 0.
-        response: Command that the words answer; empty for a request.
-
-    Raises:
-        InputError: not words, or an unknown command.
-    """
-    parts = [text for part in texts for text in part.replace(",", " ").split()]
-    words = [_word(text) for text in parts]
-    if not 1 <= len(words) <= _WORDS:
-        raise InputError(f"{len(words)} words are given", hint=f"a telegram has 1 to {_WORDS}")
-    words += [0] * (_WORDS - len(words))
+def decode(
+    words: Annotated[list[str], typer.Argument(help="Words from n on, e.g. 16#0001 16#0004.")],
+    response: Annotated[
+        str, typer.Option(help="The words are from m on, the answer to this command.")
+    ] = "",
+) -> None:
+    """Say what the words of a telegram mean."""
+    parts = [text for part in words for text in part.replace(",", " ").split()]
+    values = [_word(text) for text in parts]
+    if not 1 <= len(values) <= _WORDS:
+        raise InputError(f"{len(values)} words are given", hint=f"a telegram has 1 to {_WORDS}")
+    values += [0] * (_WORDS - len(values))
     command = spec.command(response or parts[0])
-    _print_words("m" if response else "n", words)
+    _print_words("m" if response else "n", values)
     if response:
-        _print_response(command, words)
+        _print_response(command, values)
     else:
-        _print_request(command, words)
+        _print_request(command, values)
 
 
 def _print_request(command: spec.Command, words: Sequence[int]) -> None:

@@ -1,17 +1,54 @@
-"""Checks of options that several commands have; each names the option as it was typed."""
+"""Options that several commands have, and their checks, which name the option as it was typed."""
 
 from __future__ import annotations
 
+import inspect
 import ipaddress
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_type_hints
 
+import typer
+
+from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
-__all__ = ["check_ipv4", "check_port", "check_size", "duration_us", "interval_us"]
+__all__ = ["Lib", "Sources", "check_ipv4", "check_port", "check_size", "counted", "duration_us"]
+__all__ += ["interval_us", "with_options"]
+
+#: What a command reads.
+Sources = Annotated[list[Path], typer.Argument(help="ST files, or folders of them.")]
+#: The library it takes.
+Lib = Annotated[
+    Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
+]
+
+_Options = TypeVar("_Options")
 
 _SIZES = (48, 256)
-#: Packet intervals in microseconds: the range of the vendor's earlier adapter.
-_SHORTEST_US, _LONGEST_US = 1_000, 3_200_000
+
+
+def with_options(
+    options: type[_Options],
+) -> Callable[[Callable[[_Options], None]], Callable[..., None]]:
+    """Let a command have the fields of a dataclass as its arguments and options."""
+
+    def made(command: Callable[[_Options], None]) -> Callable[..., None]:
+        def with_values(**values: Any) -> None:
+            command(options(**values))
+
+        with_values.__name__, with_values.__doc__ = command.__name__, command.__doc__
+        with_values.__annotations__ = get_type_hints(options, include_extras=True)
+        vars(with_values)["__signature__"] = inspect.signature(options, eval_str=True)
+        return with_values
+
+    return made
+
+
+def counted(number: int, what: str) -> str:
+    """`no scans`, `1 scan`, `2 scans`."""
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
 def check_port(option: str, number: int) -> None:
@@ -50,6 +87,6 @@ def interval_us(option: str, text: str) -> int:
         InputError: not a duration, or none that a controller can have.
     """
     given_us = duration_us(option, text)
-    if not _SHORTEST_US <= given_us <= _LONGEST_US:
+    if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
         raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
     return given_us

@@ -1,121 +1,188 @@
-"""One run from the command line: build the cell, let time pass, write what was asked for."""
+"""`rcx run`: build the cell, let time pass, write what was asked for, tell what came of it."""
 
 from __future__ import annotations
 
+import inspect
+import os
+import shutil
+import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from pathlib import Path
+from threading import Timer
+from types import TracebackType
+from typing import Annotated, Any
 
-from rcx_harness.cell import Cell
-from rcx_harness.cell.build import Areas, Robots, blame_lib, check_outputs, several, source_files
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from rcx_harness.cell import EVENTS, Cell
+from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
 from rcx_harness.cell.clock import Duration
 from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
-from rcx_harness.robot import Violation
-from rcx_harness.trace.chart import Timeline
+from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.wave import Wave
-from rcx_harness.units import parse_us
+from rcx_harness.units import format_us, parse_us
 
-__all__ = ["Outcome", "RunOptions", "run"]
+__all__ = ["EPILOG", "RunOptions", "run"]
+
+EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for one in EVENTS)
 
 #: Reports on the way come this often [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
 #: Default time-out in real time: the longer of so many intervals and of this time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
+#: Nothing is said of what takes less than this [s of real time].
+_PATIENCE_S = 2.0
+_MOST_SHOWN = 20
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What `rcx run` was asked for; the fields bear the names of its options."""
+    """What `rcx run` can be asked for: every option, its type, its default and its help.
 
-    files: list[Path]
-    lib: Path | None = None
-    scan: str | None = None
-    duration: str = "5s"
-    engine: str = "auto"
-    link: str = "direct"
-    realtime: bool = False
-    size: int | None = None
-    m: Areas = 0
-    n: Areas = 0
-    robot: Robots = None
-    stimulus: Path | None = None
-    seed: int = 0
-    rpi: str = "10ms"
-    jitter: str = "0ms"
-    timeout: str | None = None
-    phases: str | dict[str, Duration] = "zero"
-    on_loss: str = "hold"
-    trace: Path | None = None
-    chart: Path | None = None
-    vcd: Path | None = None
-    watch: list[str] = field(default_factory=list)
+    Those that bear the name of an argument of `Cell.build` go there.
+    """
+
+    files: Sources
+    lib: Lib = None
+    scan: Annotated[
+        str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
+    ] = None
+    duration: Annotated[str, typer.Option("--for", help="Virtual time to run.")] = "5s"
+    engine: Annotated[str, typer.Option(help="auto, matiec or builtin.")] = "auto"
+    link: Annotated[str, typer.Option(help="direct, or enip: real EtherNet/IP.")] = "direct"
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
+    ] = False
+    size: Annotated[
+        int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
+    ] = None
+    m: Annotated[
+        list[int] | None,
+        typer.Option("--m", help="Where in the inputs the area begins; once for each robot."),
+    ] = None
+    n: Annotated[
+        list[int] | None,
+        typer.Option("--n", help="Where in the outputs the area begins; once for each robot."),
+    ] = None
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(help="Properties of the robot (TOML); of several robots once for each."),
+    ] = None
+    stimulus: Annotated[Path | None, typer.Option(help="What happens when (TOML).")] = None
+    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0
+    rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms"
+    jitter: Annotated[str, typer.Option(help="Greatest delay of a packet.")] = "0ms"
+    timeout: Annotated[
+        str | None,
+        typer.Option(
+            help="Loss of the link. Default: 4 RPI, at least 100ms; "
+            "with --realtime 32 RPI, at least 320ms."
+        ),
+    ] = None
+    phases: Annotated[
+        str, typer.Option(help="zero, random, or e.g. scan=3ms,to_robot=1ms,to_plc=2ms,cycle=1ms.")
+    ] = "zero"
+    on_loss: Annotated[
+        str, typer.Option(help="The PLC's inputs without a link: hold or clear.")
+    ] = "hold"
+    trace: Annotated[Path | None, typer.Option(help="Write the trace (JSON lines).")] = None
+    chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None
+    vcd: Annotated[Path | None, typer.Option(help="Write a wave file (VCD).")] = None
+    watch: Annotated[
+        list[str] | None, typer.Option(help="Variable for the trace, e.g. Main.Robot.Status.")
+    ] = None
+    show: Annotated[
+        bool, typer.Option("--show/--no-show", help="Print the timing chart at the end.")
+    ] = False
+
+    @property
+    def outputs(self) -> dict[str, Path | None]:
+        """Where to write, by kind."""
+        return {"trace": self.trace, "chart": self.chart, "vcd": self.vcd}
+
+    def of_cell(self) -> dict[str, Any]:
+        """The arguments of `Cell.build`; where nothing is given, its own defaults.
+
+        Raises:
+            InputError: options that exclude each other.
+        """
+        arguments = inspect.signature(Cell.build).parameters
+        given = {one.name: getattr(self, one.name) for one in fields(self)}
+        given |= {"link": self._link(), "timeout": self._timeout(), "phases": self._phases()}
+        return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
+
+    def _link(self) -> str:
+        """The cell's link; in real time the network is a real one and has its own jitter."""
+        if not self.realtime:
+            return self.link
+        if self.link != "enip":
+            raise InputError("only a real network runs in real time", hint="add --link enip")
+        if parse_us(self.jitter):
+            raise InputError(
+                "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
+            )
+        return "enip-realtime"
+
+    def _timeout(self) -> str | int | None:
+        """In real time this computer may be late without the link being lost."""
+        if self.timeout is None and self.realtime:
+            return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
+        return self.timeout
+
+    def _phases(self) -> str | dict[str, Duration]:
+        """`scan=3ms,cycle=1ms` as a table; a single word stays one."""
+        if "=" not in self.phases:
+            return self.phases
+        pairs = [part.partition("=") for part in self.phases.split(",")]
+        return {name.strip(): value.strip() for name, _, value in pairs}
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What came of a run."""
+class _Outcome:
+    """What came of a run; the cell is closed."""
 
-    engine: str
-    notice: str
-    scans: int
-    cycles: int
-    commands: int
+    cell: Cell
     duration_us: int
-    violations: list[Violation]
+    notice: str
     timeline: Timeline
-    matched: bool
     ever_connected: bool
-    written: list[Path]
 
 
-def run(options: RunOptions, progress: Callable[[int, int], None] | None = None) -> Outcome:
-    """Run a program in a cell.
+@with_options(RunOptions)
+def run(options: RunOptions) -> None:
+    """Run a program in a virtual cell.
 
-    Args:
-        options: What to run, for how long, what to write.
-        progress: Called now and then with the virtual time so far and in all [us].
-
-    Raises:
-        InputError: anything wrong with the input or the outputs.
+    Exit code: 0 without a violation, 1 with violations, 2 on bad input.
     """
-    try:
-        duration_us = parse_us(options.duration)
-    except InputError as error:
-        raise InputError(f"--for: {error.message}", hint=error.hint) from None
-    if not duration_us:
+    with _Progress() as progress:
+        outcome = _run(options, progress)
+    _print_outcome(options, outcome)
+    if outcome.cell.violations:
+        raise typer.Exit(1)
+
+
+def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
+    """Run the program; `progress` is called with the virtual time so far and in all [us]."""
+    end_us = duration_us("--for", options.duration)
+    if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
-    outputs = {"trace": options.trace, "chart": options.chart, "vcd": options.vcd}
     files = source_files(list(options.files), options.lib)
-    check_outputs(outputs, files, *several(options.robot), options.stimulus)
+    check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
-    late = stimulus.late(duration_us) if stimulus is not None else ""
+    late = stimulus.late(end_us) if stimulus is not None else ""
     timeline = Timeline()
     connected = False
     try:
-        made = Cell.build(
-            list(options.files),
-            lib=options.lib,
-            scan=options.scan,
-            engine=options.engine,
-            link=_link(options),
-            size=options.size,
-            m=options.m,
-            n=options.n,
-            robot=options.robot,
-            rpi=options.rpi,
-            jitter=options.jitter,
-            timeout=_timeout(options),
-            phases=options.phases,
-            on_loss=options.on_loss,
-            seed=options.seed,
-            trace=options.trace,
-            watch=options.watch,
-        )
+        made = Cell.build(list(options.files), **options.of_cell())
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
@@ -128,52 +195,98 @@ def run(options: RunOptions, progress: Callable[[int, int], None] | None = None)
                 cell.trace.listen(wave.take)
             reported = 0.0
             for number in range(1, _SLICES + 1):
-                cell.run(duration_us * number // _SLICES - cell.now_us)
+                cell.run(end_us * number // _SLICES - cell.now_us)
                 connected = connected or cell.connected
-                if progress is not None and time.monotonic() - reported >= _REPORT_S:
+                if time.monotonic() - reported >= _REPORT_S:
                     reported = time.monotonic()
-                    progress(cell.now_us, duration_us)
+                    progress(cell.now_us, end_us)
         finally:
             if wave is not None:
                 wave.close()
         if options.chart is not None:
             chart = svg_chart(timeline, _title(options, cell))
             replace_files({options.chart: chart.encode()})
-        return Outcome(
-            cell.program.engine,
-            "\n".join(filter(None, (cell.notice, late))),
-            cell.scans,
-            cell.cycles,
-            cell.commands,
-            duration_us,
-            cell.violations,
-            timeline,
-            cell.matched,
-            connected,
-            [path for path in outputs.values() if path is not None],
-        )
-
-
-def _link(options: RunOptions) -> str:
-    """The cell's link; in real time the network is a real one and has its own jitter."""
-    if not options.realtime:
-        return options.link
-    if options.link != "enip":
-        raise InputError("only a real network runs in real time", hint="add --link enip")
-    if parse_us(options.jitter):
-        raise InputError(
-            "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
-        )
-    return "enip-realtime"
-
-
-def _timeout(options: RunOptions) -> str | int | None:
-    """In real time this computer may be late without the link being lost."""
-    if options.timeout is None and options.realtime:
-        return max(_PATIENT_INTERVALS * parse_us(options.rpi), _PATIENT_US)
-    return options.timeout
+    notice = "\n".join(filter(None, (cell.notice, late)))
+    return _Outcome(cell, end_us, notice, timeline, connected)
 
 
 def _title(options: RunOptions, cell: Cell) -> str:
     names = ", ".join(path.name for path in options.files)
     return f"{names}: scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
+
+
+class _Progress:
+    """Progress on stderr: a bar on a terminal, else a plain line every two seconds."""
+
+    def __init__(self) -> None:
+        self._bar = Progress(
+            TextColumn("running"),
+            BarColumn(),
+            TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task: TaskID | None = None
+        self._told = time.monotonic()
+        self._compiling = Timer(_PATIENCE_S, _say, ["compiling ..."])
+        self._compiling.daemon = True
+
+    def __enter__(self) -> _Progress:
+        self._compiling.start()
+        return self
+
+    def __call__(self, done_us: int, total_us: int) -> None:
+        """Tell how far it is, in virtual microseconds."""
+        self._compiling.cancel()
+        if not sys.stderr.isatty():
+            if time.monotonic() - self._told >= _PATIENCE_S:
+                self._told = time.monotonic()
+                _say(f"running: {done_us / 1e6:.1f} of {total_us / 1e6:.1f} s")
+            return
+        if self._task is None:
+            self._bar.start()
+            self._task = self._bar.add_task("run", total=total_us / 1e6)
+        self._bar.update(self._task, completed=done_us / 1e6)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._compiling.cancel()
+        if self._task is not None:
+            self._bar.stop()
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
+    """Print chart (if wanted), violations and summary."""
+    cell, violations = outcome.cell, outcome.cell.violations
+    if options.show:
+        width = min(shutil.get_terminal_size((100, 24)).columns, 120)
+        unicode = "utf" in (sys.stdout.encoding or "").lower()
+        print(text_chart(outcome.timeline, width, ascii_only=not unicode))
+    if outcome.notice:
+        print(outcome.notice)
+    if not cell.matched:
+        print("no connection: the areas of PLC and robot differ in size")
+    elif not outcome.ever_connected:
+        print("no connection in the whole run")
+    for violation in violations[:_MOST_SHOWN]:
+        print(f"violation at {format_us(violation.t_us)}: {violation.text}")
+    rest = len(violations) - _MOST_SHOWN
+    if rest > 0:
+        print(f"... and {counted(rest, 'further violation')}")
+    print(
+        f"{outcome.duration_us / 1e6:g} s on the {cell.trace.header['engine']} engine: "
+        f"{counted(cell.scans, 'scan')}, {counted(cell.cycles, 'controller cycle')}, "
+        f"{counted(cell.commands, 'remote command')}, {counted(len(violations), 'violation')}"
+    )
+    written = [path for path in options.outputs.values() if path is not None]
+    if written:
+        print("written: " + ", ".join(os.fspath(path) for path in written))

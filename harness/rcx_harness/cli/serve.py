@@ -1,4 +1,4 @@
-"""The command `rcx serve`."""
+"""`rcx serve` and `rcx eds`: virtual controllers, and their electronic data sheet for PLC tools."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import check_port, check_size, duration_us, interval_us
+from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
+from rcx_harness.export.output import Output, write
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
 
-__all__ = ["parse_revision", "serve"]
+__all__ = ["eds", "serve"]
 
 #: Where the web page is (serve/web.py).
 _WEB_HOST = "127.0.0.1"
@@ -67,7 +69,7 @@ def serve(
         rpi_min_us=interval_us("--rpi-min", rpi_min),
         first_packet_us=duration_us("--first-packet", first_packet),
     )
-    major, minor = parse_revision(revision)
+    major, minor = _revision(revision)
     every = [
         Settings(
             host=one,
@@ -88,6 +90,36 @@ def serve(
     ]
     if code := asyncio.run(serve_controllers(every, web, quiet=quiet)):
         raise typer.Exit(code)
+
+
+def eds(
+    file: Annotated[
+        Path | None, typer.Argument(help="Where to write it. Default: standard output.")
+    ] = None,
+    size: Annotated[
+        int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
+    ] = 48,
+    product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
+    revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
+    rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
+    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
+) -> None:
+    """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
+
+    It is this project's own and describes the simulation. A real controller is connected with
+    the vendor's file.
+
+    Exit code: 0, or 2 on bad input and where the file exists.
+    """
+    major, minor = _revision(revision)
+    identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)
+    options = AdapterOptions(rpi_min_us=duration_us("--rpi-min", rpi_min))
+    text = eds_text(size, identity, options)
+    if file is None:
+        print(text, end="")
+        return
+    write(Output({"": text}), file, force=force)
+    print(f"written: {file}")
 
 
 def _addresses(texts: Sequence[str]) -> list[str]:
@@ -124,7 +156,7 @@ def _robots(files: Sequence[Path], controllers: int) -> list[str]:
     return [str(file) for file in files] or [""]
 
 
-def parse_revision(text: str) -> tuple[int, int]:
+def _revision(text: str) -> tuple[int, int]:
     """Major and minor revision, `1.1` (InputError: not of this form)."""
     major, _, minor = text.partition(".")
     if not (major.isdecimal() and minor.isdecimal()):

@@ -1,17 +1,30 @@
-"""The last seconds of a controller, as lanes of a timing chart."""
+"""The last seconds of a controller: as lanes, and as a timing chart on a linear time axis."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rcx_harness.serve.status import Change
 from rcx_harness.spec import signals
 from rcx_harness.trace.chart import Lane
+from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, rule, text
 
-__all__ = ["History"]
+__all__ = ["History", "live_chart"]
 
 _SKIPPED = 30  # of a change's four bytes the first two are bytes 0 and 1, then come 32 and 33
+
+_ROW, _TOP = 22, 28
+_NAMES, _PLOT, _RIGHT = 352, 900, 14
+_LOOK = Look(high=13, edge=0, digits=(4, 3), room=44, filled=True)
+_STEPS_US = (100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000, 10_000_000)
+_MOST_STEPS = 12
+_STYLE = (
+    STYLE + "svg{display:block;min-width:900px}text{font-size:12px}"
+    "path{stroke-width:1.6;stroke-linejoin:miter}"
+    ".f{fill-opacity:.13}.v{font-size:11px}"
+    ".e{stroke:#c9d2dc;stroke-width:1}.o{fill:#fff;stroke:#b3bfcc}"
+)
 
 
 class History:
@@ -46,15 +59,50 @@ class History:
         outputs = [Lane(f"{one.signal} {one.title}", "output") for one in table.output]
         for change in self._changes:
             si, so = bytes.fromhex(change.si), bytes.fromhex(change.so)
-            _set(connection, change.t_us, int(change.connected))
-            _set(code, change.t_us, int.from_bytes(si[:2], "little"))
-            _set(status, change.t_us, int.from_bytes(so[:2], "little"))
+            connection.note(change.t_us, int(change.connected))
+            code.note(change.t_us, int.from_bytes(si[:2], "little"))
+            status.note(change.t_us, int.from_bytes(so[:2], "little"))
             for lane, one in zip(inputs + outputs, table.input + table.output, strict=True):
                 area = si if lane.kind == "input" else so
-                _set(lane, change.t_us, area[one.byte - _SKIPPED] >> one.bit & 1)
+                lane.note(change.t_us, area[one.byte - _SKIPPED] >> one.bit & 1)
         return [connection, *inputs, *outputs, code, status]
 
 
-def _set(lane: Lane, t_us: int, value: int) -> None:
-    if value != (lane.changes[-1][1] if lane.changes else 0):
-        lane.changes.append((t_us, value))
+def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float) -> str:
+    """The chart; the same lanes and times give the same text.
+
+    Args:
+        lanes: What to draw, from top to bottom.
+        now_us: Time at the right end.
+        seconds: Length of the axis.
+    """
+    span_us = round(seconds * 1e6)
+    axis = Scale(_NAMES, _NAMES + _PLOT, now_us - span_us, now_us)
+    bottom = _TOP + len(lanes) * _ROW
+    width = _NAMES + _PLOT + _RIGHT
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {bottom + 8}" '
+        f'role="img" aria-label="timing chart" data-start="{axis.begin_us}" '
+        f'data-span="{span_us}" data-left="{_NAMES}" data-plot="{_PLOT}">',
+        f"<style>{_STYLE}</style>",
+    ]
+    for t_us, x in axis.round_times(_STEPS_US, _MOST_STEPS):
+        parts.append(rule("g", x, _TOP - 6, x, bottom))
+        parts.append(text(x, _TOP - 12, f"{t_us / 1e6:g} s", "t"))
+    kind = ""
+    for row, lane in enumerate(lanes):
+        base = _TOP + (row + 1) * _ROW - 4
+        y = base - _ROW + 4
+        parts.append(rule("e" if kind and lane.kind != kind else "r", 0, y, width, y))
+        kind = lane.kind
+        parts.append(_lamp(lane, base - 6, now_us))
+        parts.append(text(20, base - 2, lane.name))
+        parts += draw_lane(lane, axis, base, _LOOK)
+    parts.append("</svg>")
+    return "\n".join(parts)
+
+
+def _lamp(lane: Lane, y: int, now_us: int) -> str:
+    """Filled while the signal is ON, or the word is not 0."""
+    fill = f'fill="{COLOURS[lane.kind]}"' if lane.value_at(now_us) else 'class="o"'
+    return f'<circle cx="10" cy="{y}" r="4.5" {fill}/>'

@@ -12,8 +12,8 @@ from aiohttp import web
 from aiohttp.http_exceptions import HttpProcessingError
 
 from rcx_harness.errors import InputError
+from rcx_harness.serve.history import live_chart
 from rcx_harness.serve.host import Host
-from rcx_harness.serve.live_chart import live_chart
 from rcx_harness.serve.view import view
 
 __all__ = ["WEB_HOST", "WebServer", "application"]

@@ -32,11 +32,10 @@ class LastChanges(Timeline):
         super().__init__()
         for record in cell.trace:
             self.take(record)
-        self.end_us = cell.now_us
         every = super().instants()
-        recent = [t_us for t_us in every if t_us >= self.end_us - _SECOND_US]
-        self._shown = sorted({*(recent if len(recent) >= _FEWEST else every[-_FEWEST:])})
-        self._shown = sorted({*self._shown, self.end_us})
+        recent = [t_us for t_us in every if t_us >= cell.now_us - _SECOND_US]
+        last = recent if len(recent) >= _FEWEST else every[-_FEWEST:]
+        self._shown = sorted({*last, cell.now_us})
 
     def instants(self) -> list[int]:
         """The times of the last changes, and the end."""

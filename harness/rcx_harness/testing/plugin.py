@@ -12,45 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from rcx_harness.testing import LISTS, OPTIONS, VALUES
+
 if TYPE_CHECKING:
     from rcx_harness.cell import Cell
     from rcx_harness.robot import Controller
     from rcx_harness.testing.cells import Build, Cells
 
-__all__ = ["LISTS", "OPTIONS", "VALUES", "cell", "rcx_build", "robot"]
+__all__ = ["cell", "rcx_build", "robot"]
 
 _CELLS: pytest.StashKey[Cells] = pytest.StashKey()
-
-#: Options of the command line, by the name of the ini key: default is None for each.
-OPTIONS: dict[str, dict[str, Any]] = {
-    "engine": {"choices": ("auto", "matiec", "builtin"), "help": "engine of the PLC program"},
-    "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
-    "seed": {"type": int, "metavar": "N", "help": "seed of all that is drawn"},
-    "scan": {"metavar": "TIME", "help": "period of the PLC, as 10ms"},
-    "robot": {
-        "action": "append",
-        "metavar": "FILE",
-        "help": "properties of the robot (TOML); once for each robot",
-    },
-    "artifacts": {"metavar": "DIR", "help": "folder for charts and traces of failed tests"},
-}
-
-#: Keys of the ini file that are lists; all others are one value.
-LISTS = {
-    "sources": "ST files of the program: names, patterns or folders, one per line",
-    "watch": "variables that traces show in every scan, one per line",
-}
-
-#: The other keys of the ini file.
-VALUES = {
-    "lib": "folder of the library; default: that of rcx-harness",
-    "size": "bytes of the areas, 48 or 256; default: the robot's",
-    "m": "where in the inputs the area begins; of several robots: 0 48",
-    "n": "where in the outputs the area begins",
-    "rpi": "packet interval",
-    "jitter": "greatest delay of a packet",
-    "on_loss": "the PLC's inputs without a link: hold or clear",
-}
 
 _MARKERS = (
     "rcx(scan=, robot=, ...): build this test's cell otherwise; takes what Cell.build takes",
@@ -97,7 +68,7 @@ def pytest_report_header(config: pytest.Config) -> str | None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """A marker that allows a rule which does not exist is an error of its test."""
     for marker in item.iter_markers("allow_violations"):
-        from rcx_harness.testing.rules import wrong_marker
+        from rcx_harness.testing.settings import wrong_marker
 
         wrong = wrong_marker(marker)
         if wrong:
@@ -191,7 +162,7 @@ def _check_keys(config: pytest.Config) -> None:
     given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
     for key, file in given.items():
         if key.lower().startswith(("rcx_", "rcx-")) and not _registered(config, key):
-            from rcx_harness.testing.rules import unknown_key
+            from rcx_harness.testing.settings import unknown_key
 
             names = [f"rcx_{name}" for name in (*OPTIONS, *LISTS, *VALUES)]
             raise pytest.UsageError(f"rcx: {unknown_key(key, names, file)}")

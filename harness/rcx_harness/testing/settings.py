@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 from importlib.metadata import version
@@ -17,18 +17,35 @@ from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.testing import OPTIONS, VALUES
 from rcx_harness.units import parse_us
 
-__all__ = ["artifacts", "check_settings", "header", "known", "project", "settings_of"]
+__all__ = ["RULES", "artifacts", "check_settings", "header", "known", "project", "settings_of"]
+__all__ += ["unknown_key", "wrong_marker"]
 
 #: What the marker and `rcx_build` take: the arguments of `Cell.build`, `program` as `sources`.
 _BUILD = inspect.signature(Cell.build).parameters
 _KEYS = ("sources", *(name for name in _BUILD if name not in ("program", "trace")))
 
-_ON_COMMAND_LINE = ("engine", "link", "seed", "scan", "robot")
+_ON_COMMAND_LINE = [name for name in OPTIONS if name != "artifacts"]
+_IN_INI = [name for name in (*OPTIONS, *VALUES) if name not in ("robot", "artifacts")]
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
-_IN_INI = ("engine", "link", "seed", "scan", "lib", "size", "m", "n", "rpi", "jitter", "on_loss")
+
+#: Every rule whose breach is reported, by who reports it.
+RULES = {
+    "monitor": (
+        "interval",
+        "start against stop",
+        "reserved",
+        "data before code",
+        "command held",
+        "ready before code",
+    ),
+    "contract": ("contract",),
+    "calls": ("calls",),
+    "robot": ("interval", "reserved", "ready-first", "hold-command"),
+}
 
 _NO_SOURCES = (
     "no program is named; write `rcx_sources = plc/*.st` into pytest.ini, or mark the test with "
@@ -197,3 +214,25 @@ def _engine(settings: Mapping[str, Any]) -> str:
         return engine
     found = _auto_engine()
     return found if found == "matiec" else "builtin (matiec not found)"
+
+
+def wrong_marker(marker: pytest.Mark) -> str:
+    """What is wrong with a marker `allow_violations`; empty if nothing."""
+    names = list(dict.fromkeys(name for some in RULES.values() for name in some))
+    every = f"the rules are: {', '.join(names)}"
+    if marker.kwargs:
+        written = ", ".join(f"{name}=" for name in marker.kwargs)
+        hint = 'write it as @pytest.mark.allow_violations("interval")'
+        return f"@pytest.mark.allow_violations takes names of rules, not {written}; {hint}"
+    for rule in marker.args:
+        if rule not in names:
+            near = get_close_matches(rule, names) if isinstance(rule, str) else []
+            return f"there is no rule {rule!r}; {did_you_mean(near) or every}"
+    return ""
+
+
+def unknown_key(key: str, names: Sequence[str], file: Path | None) -> InputError:
+    """That there is no such key in the ini file, with the nearest names, or all."""
+    near = get_close_matches(key.lower().replace("-", "_"), names)
+    hint = did_you_mean(near[:1]) or f"use {', '.join(names)}"
+    return InputError(f"there is no setting {key}", file=file, hint=hint)

@@ -7,11 +7,12 @@ interval and a 5 ms answer are both seen. Long runs go on in bands below each ot
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from rcx_harness.spec import Signal, signals
-from rcx_harness.trace.records import Finding, Record, Scan
+from rcx_harness.trace.records import Record, Scan, Violation
 from rcx_harness.watch.wire import word
 
 __all__ = ["Band", "Lane", "Timeline", "text_chart", "time_labels"]
@@ -23,20 +24,41 @@ MOST_INSTANTS = 400
 _LABEL = (26, 50)
 
 
-def _when(change: tuple[int, int]) -> int:
+def _when(change: tuple[int, Any]) -> int:
     return change[0]
 
 
 @dataclass
 class Lane:
-    """One signal: its changes as (time in microseconds, new value)."""
+    """One signal: its changes as (time in microseconds, new value).
+
+    Attributes:
+        name: What stands beside it.
+        kind: `input`, `output`, `variable` or `event` for what is ON or OFF, `word` for a word,
+            `stage` for the names of an enumeration, `curve` for a number over time, `finding` for
+            broken rules.
+        changes: In order of time.
+    """
 
     name: str
     kind: str
-    """`"input"` or `"output"` for a bit, `"word"` for a word, `"finding"` for broken rules."""
-    changes: list[tuple[int, int]] = field(default_factory=list)
+    changes: list[tuple[int, Any]] = field(default_factory=list)
 
-    def value_at(self, t_us: int) -> int:
+    def note(self, t_us: int, value: Any) -> None:
+        """The value from `t_us` on."""
+        if value != (self.changes[-1][1] if self.changes else 0):
+            self.changes.append((t_us, value))
+
+    def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
+        """From, to, value, within these times; values that come and go in no time are left out."""
+        inside = [change for change in self.changes if begin_us < change[0] < end_us]
+        starts = [(begin_us, self.value_at(begin_us)), *inside]
+        ends = [*(t_us for t_us, _ in inside), end_us]
+        for (start, value), stop in zip(starts, ends, strict=True):
+            if start < stop:
+                yield start, stop, value
+
+    def value_at(self, t_us: int) -> Any:
         """The value from `t_us` on; 0 before the first change."""
         found = bisect_right(self.changes, t_us, key=_when)
         return self.changes[found - 1][1] if found else 0
@@ -77,11 +99,15 @@ class _Signals:
     def take(self, scan: Scan) -> None:
         """Take the next scan."""
         if scan.so != self._so:
-            _follow(self.outputs, self.status, self._so, scan.so, scan.t_us)
             self._so = scan.so
+            self.status.note(scan.t_us, word(scan.so, 0))
+            for byte, bit, lane in self.outputs:
+                lane.note(scan.t_us, scan.so[byte] >> bit & 1)
         if scan.si != self._si:
-            _follow(self.inputs, self.code, self._si, scan.si, scan.t_us)
             self._si = scan.si
+            self.code.note(scan.t_us, word(scan.si, 0))
+            for byte, bit, lane in self.inputs:
+                lane.note(scan.t_us, scan.si[byte] >> bit & 1)
 
     def lanes(self) -> list[Lane]:
         """The bits that changed, the command code and the status."""
@@ -98,16 +124,14 @@ class Timeline:
     def __init__(self) -> None:
         self._controllers = {1: _Signals(1)}
         self._findings = Lane("Rule broken", "finding")
-        self.end_us = 0
 
     def take(self, record: Record) -> None:
         """Take the next record of the run."""
-        self.end_us = max(self.end_us, record.t_us)
         if isinstance(record, Scan):
             if record.controller not in self._controllers:
                 self._controllers[record.controller] = _Signals(record.controller)
             self._controllers[record.controller].take(record)
-        elif isinstance(record, Finding):
+        elif isinstance(record, Violation):
             self._findings.changes.append((record.t_us, 1))
 
     def lanes(self) -> list[Lane]:
@@ -221,16 +245,3 @@ def _words(lane: Lane, instants: tuple[int, ...], cell: int, glyphs: _Glyphs) ->
 
 def _lane(signal: Signal, kind: str, who: str) -> Lane:
     return Lane(f"{who}{signal.signal} {signal.title}", kind)
-
-
-def _follow(
-    bits: list[tuple[int, int, Lane]], first: Lane, before: bytes, area: bytes, t_us: int
-) -> None:
-    """Note what changed between two areas; before the first scan all is zero."""
-    before = before or bytes(len(area))
-    for byte, bit, lane in bits:
-        new = area[byte] >> bit & 1
-        if new != before[byte] >> bit & 1:
-            lane.changes.append((t_us, new))
-    if area[:2] != before[:2]:
-        first.changes.append((t_us, word(area, 0)))

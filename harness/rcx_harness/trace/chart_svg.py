@@ -1,4 +1,4 @@
-"""The timing chart as an SVG picture.
+"""Timing charts as SVG pictures: the one drawer of lanes, and the chart of a run.
 
 Drawn here and not by a library: the charts of wavedrom are one endless row, their names and
 values are cut to a brick's width, and they cannot print a time above each change.
@@ -6,37 +6,45 @@ values are cut to a brick's width, and they cannot print a time above each chang
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
+from itertools import pairwise
+from typing import Any
 
 from rcx_harness.trace.chart import Band, Lane, Timeline, time_labels
 
-__all__ = ["COLOURS", "HIGH", "WAVE_STYLE", "Frame", "draw_lane", "svg_chart"]
+__all__ = ["COLOURS", "CURVE", "STYLE", "Columns", "Look", "Scale"]
+__all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
 
-#: Height of a wave in pixels.
-HIGH = 18
+#: Height of a curve in pixels.
+CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-_LETTER = 7.6
+_LETTER, _SMALL = 7.6, 5.9
 _COLUMNS = 12
 _LEAD = 24
 _HEAD = 46
 _GAP = 18
-_EDGE = 4
+
+#: A curve that does not change for so long is at rest; on the way it has a point so often; a step
+#: takes so long [us].
+_REST_US, _FINE_US, _STEP_US = 20_000, 15_000, 5_000
 
 #: Colour of a wave by the kind of its lane.
 COLOURS = {
     "input": "#1f5fa8",
     "output": "#1b7a3d",
     "word": "#6a4a8f",
+    "stage": "#6a4a8f",
+    "curve": "#a03a6a",
     "variable": "#444444",
     "event": "#9a5b12",
     "finding": "#c02020",
 }
 
 #: Style sheet of texts, waves and lines.
-WAVE_STYLE = (
+STYLE = (
     "text{font:13px 'DejaVu Sans',Arial,sans-serif;fill:#222}"
     ".t{font-size:12px;text-anchor:middle}.d{font-size:10px;fill:#888;text-anchor:middle}"
     ".v{font:12px 'DejaVu Sans Mono',monospace}"
@@ -44,9 +52,239 @@ WAVE_STYLE = (
     "path{fill:none;stroke-width:1.8;stroke-linejoin:round}"
 )
 
+#: From x to x, value.
+_Span = tuple[float, float, Any]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """An axis with a column for each instant, that of number k at `xs[k]`; not to scale."""
+
+    left: int
+    right: int
+    xs: Sequence[int]
+    instants: Sequence[int]
+
+    def spans(self, lane: Lane) -> list[_Span]:
+        """The values of a lane from left to right."""
+        found: list[tuple[float, Any]] = [(self.left, lane.value_at(self.instants[0] - 1))]
+        for x, t_us in zip(self.xs, self.instants, strict=True):
+            value = lane.value_at(t_us)
+            if value != found[-1][1]:
+                found.append((x, value))
+        ends = [*(x for x, _ in found[1:]), self.right]
+        return [(x, end, value) for (x, value), end in zip(found, ends, strict=True)]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """An axis that is true to scale."""
+
+    left: int
+    right: int
+    begin_us: int
+    end_us: int
+
+    def x(self, t_us: int) -> float:
+        """Where a time is; a tenth of a pixel is enough, and the same on every machine."""
+        scale = (self.right - self.left) / (self.end_us - self.begin_us)
+        return round(self.left + (t_us - self.begin_us) * scale, 1)
+
+    def spans(self, lane: Lane) -> list[_Span]:
+        """The values of a lane from left to right; nothing is before time began."""
+        spans = lane.spans(max(self.begin_us, 0), self.end_us)
+        return [(self.x(start), self.x(stop), value) for start, stop, value in spans]
+
+    def round_times(self, steps_us: Sequence[int], most: int) -> Iterator[tuple[int, float]]:
+        """Times to mark, each with its place: at the first of the steps that gives few of them."""
+        whole = self.end_us - self.begin_us
+        step = next((one for one in steps_us if whole / one <= most), steps_us[-1])
+        for t_us in range(-(-max(self.begin_us, 0) // step) * step, self.end_us + 1, step):
+            yield t_us, self.x(t_us)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How lanes look, in pixels.
+
+    Attributes:
+        high: From OFF to ON.
+        edge: Half the width of an edge.
+        digits: Where a word's digits begin, right of its edge and above OFF.
+        room: They are left out of a box that is narrower than this.
+        filled: What is ON is filled, and a word's box shows its digits as a tip.
+    """
+
+    high: int = 18
+    edge: int = 4
+    digits: tuple[int, int] = (9, 5)
+    room: int = 0
+    filled: bool = False
+
+
+_PLAIN = Look()
+
+
+def text(x: float, y: float, words: str, kind: str = "") -> str:
+    """A line of text, of a class of the style sheet."""
+    shown = f' class="{kind}"' if kind else ""
+    return f'<text{shown} x="{x:g}" y="{y:g}">{escape(words)}</text>'
+
+
+def rule(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
+    """A straight line, of a class of the style sheet."""
+    return f'<line class="{kind}" x1="{x1:g}" y1="{y1:g}" x2="{x2:g}" y2="{y2:g}"/>'
+
+
+def document(
+    width: int, height: int, style: str, body: Iterable[str], before: Iterable[str] = ()
+) -> str:
+    """The text of an SVG file; `before` stands above its style sheet."""
+    size = f'width="{width}" height="{height}"'
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
+        *before,
+        f"<style>{style}</style>",
+        f'<rect {size} fill="#fff"/>',
+        *body,
+    ]
+    return "\n".join([*lines, "</svg>", ""])
+
+
+def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN) -> list[str]:
+    """The elements of one lane.
+
+    A word is drawn as boxes with its digits, a stage as boxes with its names, a curve as a line
+    over its least and greatest value, a broken rule as a mark, and any other lane as a wave, or as
+    boxes where it has other values than 0 and 1.
+
+    Args:
+        lane: What to draw.
+        axis: Where its times are.
+        base: Where OFF is drawn.
+        look: How it looks.
+    """
+    colour = COLOURS[lane.kind]
+    if lane.kind == "finding":
+        assert isinstance(axis, Columns)
+        return _marks(lane, axis, base, colour)
+    spans = axis.spans(lane)
+    if not spans:
+        return []
+    if lane.kind == "word":
+        return _words(spans, base, colour, look)
+    if lane.kind == "curve":
+        assert isinstance(axis, Scale)
+        return _curve(lane, axis, base, colour)
+    if lane.kind == "stage" or any(value not in (0, 1) for _, value in lane.changes):
+        return _boxes(spans, base, colour, _names(lane), look)
+    return _wave(spans, base, colour, look)
+
+
+def _marks(lane: Lane, axis: Columns, base: int, colour: str) -> list[str]:
+    return [
+        f'<path style="fill:{colour}" d="M{x - 6} {base}h12l-6 -13Z"/>'
+        for x, t_us in zip(axis.xs, axis.instants, strict=True)
+        if lane.changes_at(t_us)
+    ]
+
+
+def _wave(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
+    parts = []
+    if look.filled:
+        parts = [
+            _box(x, end, base, f'class="f" fill="{colour}"', look) for x, end, on in spans if on
+        ]
+    path = f"M{spans[0][0]:g} {base - look.high if spans[0][2] else base}"
+    for x, _, value in spans[1:]:
+        y = base - look.high if value else base
+        edge = f"H{x - look.edge:g}L{x + look.edge:g} {y}" if look.edge else f"H{x:g}V{y}"
+        path += edge
+    return [*parts, f'<path stroke="{colour}" d="{path}H{spans[-1][1]:g}"/>']
+
+
+def _words(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
+    """Zero is a line in the middle, any other value a box, with its digits if there is room."""
+    middle, top, edge = base - look.high // 2, base - look.high, look.edge
+    parts = []
+    for x, end, value in spans:
+        if not value:
+            parts.append(f'<path stroke="{colour}" d="M{x:g} {middle}H{end:g}"/>')
+            continue
+        box = (
+            f"M{x:g} {middle}L{x + edge:g} {top}H{end - edge:g}L{end:g} {middle}"
+            f"L{end - edge:g} {base}H{x + edge:g}Z"
+        )
+        shown = f"0x{value:04X}"
+        tip = f"><title>{shown}</title></path>" if look.filled else "/>"
+        parts.append(f'<path stroke="{colour}" d="{box}"{tip}')
+        if end - x >= look.room:
+            parts.append(text(x + look.digits[0], base - look.digits[1], shown, "v"))
+    return parts
+
+
+def _box(x: float, end: float, base: int, more: str, look: Look) -> str:
+    place = f'x="{x:g}" y="{base - look.high}" width="{end - x:.1f}" height="{look.high}"'
+    return f"<rect {place} {more}/>"
+
+
+def _names(lane: Lane) -> dict[Any, str]:
+    """How the values of a lane are shown: those of an enumeration without what all begin with."""
+    shown = {value: str(value) for _, value in lane.changes}
+    if lane.kind != "stage":
+        return shown
+    first = {name.partition("_")[0] for name in shown.values()}
+    common = len(first.pop()) + 1 if len(first) == 1 else 0
+    return {value: name[common:].replace("_", " ").lower() for value, name in shown.items()}
+
+
+def _boxes(
+    spans: Sequence[_Span], base: int, colour: str, names: dict[Any, str], look: Look
+) -> list[str]:
+    """A box for each value, its name in it where there is room."""
+    parts = []
+    for x, end, value in spans:
+        parts.append(_box(x, end, base, f'fill="#f6f3fa" stroke="{colour}"', look))
+        name = names.get(value, str(value))
+        if len(name) * _SMALL < end - x - 4:
+            place = f'x="{(x + end) / 2:.1f}" y="{base - 5}"'
+            parts.append(f'<text class="b" {place}>{escape(name)}</text>')
+    return parts
+
+
+def _curve(lane: Lane, axis: Scale, base: int, colour: str) -> list[str]:
+    """A number over time, its least and its greatest value at the left."""
+    spans = list(lane.spans(axis.begin_us, axis.end_us))
+    values = [value for _, _, value in spans]
+    low, high = min(values), max(values)
+    scale = CURVE / (high - low) if high != low else 0
+
+    def y(value: Any) -> float:
+        return float(round(base - (value - low) * scale, 1))
+
+    path = f"M{axis.left} {y(values[0]):g}"
+    for t_us, value, rests_since in _bends(spans):
+        path += f"H{axis.x(rests_since):g}" if rests_since else ""
+        path += f"L{axis.x(t_us):g} {y(value):g}"
+    parts = [f'<path stroke="{colour}" d="{path}H{axis.right:g}"/>']
+    parts.append(text(axis.left - 6, base + 2, f"{low:g}", "m e"))
+    if high != low:
+        parts.append(text(axis.left - 6, base - CURVE + 4, f"{high:g}", "m e"))
+    return parts
+
+
+def _bends(spans: Sequence[tuple[int, int, Any]]) -> Iterator[tuple[int, Any, int]]:
+    """The points of a curve that are worth a line: time, value, where a rest before it ended."""
+    drawn_us = spans[0][0]
+    for (before_us, _, _), (start, stop, value) in pairwise(spans):
+        rested = start - before_us > _REST_US
+        if rested or stop - start > _REST_US or start - drawn_us >= _FINE_US:
+            yield start, value, start - _STEP_US if rested else 0
+            drawn_us = start
+
 
 def svg_chart(timeline: Timeline, title: str = "") -> str:
-    """The chart as the text of an SVG file; the same run gives the same bytes.
+    """The chart of a run; the same run gives the same bytes.
 
     Args:
         timeline: What to draw.
@@ -59,7 +297,7 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
     widest = max((len(band.instants) for band in bands), default=1)
     width = left + _LEAD + widest * _COLUMN + 10
     top = 44
-    body: list[str] = []
+    body = [f'<text x="12" y="24" font-weight="bold">{escape(title)}</text>']
     last: int | None = None
     for number, band in enumerate(bands):
         times = labels[number * _COLUMNS : (number + 1) * _COLUMNS]
@@ -67,106 +305,28 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
         last = band.instants[-1]
         top += _HEAD + len(band.lanes) * _ROW + _GAP
     if not bands:
-        body.append('<text x="12" y="60">no dedicated signal and no remote command changed</text>')
+        body.append(text(12, 60, "no dedicated signal and no remote command changed"))
         top = 80
     if timeline.left_out():
         note = f"{timeline.left_out()} further instants are left out; the wave file has them all"
-        body.append(f'<text x="12" y="{top + 6}">{note}</text>')
+        body.append(text(12, top + 6, note))
         top += _ROW
-    head = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{top}" '
-        f'viewBox="0 0 {width} {top}">',
-        f"<style>{WAVE_STYLE}</style>",
-        f'<rect width="{width}" height="{top}" fill="#fff"/>',
-        f'<text x="12" y="24" font-weight="bold">{escape(title)}</text>',
-    ]
-    return "\n".join([*head, *body, "</svg>", ""])
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where waves lie: from `left` to `right`, the change of column k at `xs[k]`."""
-
-    left: int
-    right: int
-    xs: Sequence[int]
-
-
-def draw_lane(lane: Lane, instants: Sequence[int], base: int, frame: Frame) -> list[str]:
-    """The elements of one wave.
-
-    Args:
-        lane: What to draw.
-        instants: The times of the columns [us].
-        base: Where OFF is drawn; ON is `HIGH` above it.
-        frame: Where the columns are.
-    """
-    draw = {"word": _word, "finding": _finding}.get(lane.kind, _bit)
-    return draw(lane, instants, base, frame)
+    return document(width, top, STYLE, body)
 
 
 def _band(band: Band, labels: list[str], left: int, top: int, last: int | None) -> list[str]:
     first, bottom = top + _HEAD - 8, top + _HEAD + len(band.lanes) * _ROW - 6
-    count = len(band.instants)
-    xs = [left + _LEAD + column * _COLUMN for column in range(count)]
-    frame = Frame(left, left + _LEAD + count * _COLUMN, xs)
-    parts = [f'<text x="12" y="{top + 20}">time [ms]</text>']
-    for column, (t_us, label) in enumerate(zip(band.instants, labels, strict=True)):
-        x = frame.xs[column]
-        parts.append(f'<line class="g" x1="{x}" y1="{first}" x2="{x}" y2="{bottom}"/>')
-        parts.append(f'<text class="t" x="{x}" y="{top + 20}">{label}</text>')
+    xs = [left + _LEAD + column * _COLUMN for column in range(len(band.instants))]
+    axis = Columns(left, xs[-1] + _COLUMN, xs, band.instants)
+    parts = [text(12, top + 20, "time [ms]")]
+    for x, t_us, label in zip(xs, band.instants, labels, strict=True):
+        parts += [rule("g", x, first, x, bottom), text(x, top + 20, label, "t")]
         if last is not None:
-            gap = time_labels([t_us - last])[0]
-            parts.append(f'<text class="d" x="{x}" y="{top + 33}">+{gap}</text>')
+            parts.append(text(x, top + 33, f"+{time_labels([t_us - last])[0]}", "d"))
         last = t_us
     for row, lane in enumerate(band.lanes):
-        base = top + _HEAD + row * _ROW + HIGH
-        parts.append(f'<line class="r" x1="8" y1="{base + 7}" x2="{frame.right}" y2="{base + 7}"/>')
-        parts.append(f'<text x="12" y="{base - 4}">{escape(lane.name)}</text>')
-        parts += draw_lane(lane, band.instants, base, frame)
+        base = top + _HEAD + row * _ROW + _PLAIN.high
+        parts.append(rule("r", 8, base + 7, axis.right, base + 7))
+        parts.append(text(12, base - 4, lane.name))
+        parts += draw_lane(lane, axis, base)
     return parts
-
-
-def _bit(lane: Lane, instants: Sequence[int], base: int, frame: Frame) -> list[str]:
-    value = lane.value_at(instants[0] - 1)
-    y = base - HIGH if value else base
-    path = [f"M{frame.left} {y}"]
-    for column, t_us in enumerate(instants):
-        new = lane.value_at(t_us)
-        if new != value:
-            x = frame.xs[column]
-            y = base - HIGH if new else base
-            path.append(f"H{x - _EDGE}L{x + _EDGE} {y}")
-            value = new
-    path.append(f"H{frame.right}")
-    return [f'<path stroke="{COLOURS[lane.kind]}" d="{"".join(path)}"/>']
-
-
-def _word(lane: Lane, instants: Sequence[int], base: int, frame: Frame) -> list[str]:
-    """Zero is a line in the middle, any other value a box with its digits."""
-    spans = [(frame.left, lane.value_at(instants[0] - 1))]
-    for column, t_us in enumerate(instants):
-        value = lane.value_at(t_us)
-        if value != spans[-1][1]:
-            spans.append((frame.xs[column], value))
-    colour, middle = COLOURS["word"], base - HIGH // 2
-    parts = []
-    for (x, value), end in zip(spans, [x for x, _ in spans[1:]] + [frame.right], strict=True):
-        if not value:
-            parts.append(f'<path stroke="{colour}" d="M{x} {middle}H{end}"/>')
-            continue
-        top = base - HIGH
-        parts.append(
-            f'<path stroke="{colour}" d="M{x} {middle}L{x + _EDGE} {top}H{end - _EDGE}'
-            f'L{end} {middle}L{end - _EDGE} {base}H{x + _EDGE}Z"/>'
-        )
-        parts.append(f'<text class="v" x="{x + _EDGE + 5}" y="{base - 5}">0x{value:04X}</text>')
-    return parts
-
-
-def _finding(lane: Lane, instants: Sequence[int], base: int, frame: Frame) -> list[str]:
-    return [
-        f'<path style="fill:{COLOURS["finding"]}" d="M{frame.xs[column] - 6} {base}h12l-6 -13Z"/>'
-        for column, t_us in enumerate(instants)
-        if lane.changes_at(t_us)
-    ]

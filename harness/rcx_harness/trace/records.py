@@ -1,8 +1,9 @@
-"""What happened in a run: JSON lines, one per PLC scan, controller cycle and finding."""
+"""What happened in a run: JSON lines, one per PLC scan, controller cycle and broken rule."""
 
 from __future__ import annotations
 
 import json
+import re
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from datetime import timedelta
@@ -11,8 +12,9 @@ from typing import Any, NamedTuple, TextIO, TypeVar
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import OutputFile
+from rcx_harness.robot import Violation
 
-__all__ = ["FORMAT", "Cycle", "Finding", "Record", "Scan", "Trace", "header_line", "read_trace"]
+__all__ = ["FORMAT", "Cycle", "Record", "Scan", "Trace", "Violation", "read_trace"]
 
 #: First entry of the first line.
 FORMAT = "rcx-trace/1"
@@ -58,21 +60,12 @@ class Cycle(NamedTuple):
         )
 
 
-class Finding(NamedTuple):
-    """A rule that was broken: when, and what in words."""
-
-    t_us: int
-    violation: str
-
-    def line(self) -> str:
-        """The record as JSON."""
-        return json.dumps({"t_us": self.t_us, "violation": self.violation}, **_COMPACT)
-
-
-Record = Scan | Cycle | Finding
+Record = Scan | Cycle | Violation
 
 _COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
-_R = TypeVar("_R", Scan, Cycle, Finding)
+_R = TypeVar("_R", Scan, Cycle, Violation)
+#: How a broken rule begins, with its name: `plc, scan 3: interval: `.
+_RULE = re.compile(r"(?:controller \d+: )?(?:plc, scan|robot, cycle) \d+: ([a-z -]+): ")
 
 
 def _which(controller: int) -> str:
@@ -80,9 +73,11 @@ def _which(controller: int) -> str:
     return f',"controller":{controller}' if controller > 1 else ""
 
 
-def header_line(header: Mapping[str, Any]) -> str:
-    """The first line of a trace."""
-    return json.dumps({"format": FORMAT, **header}, **_COMPACT)
+def _line(record: Record) -> str:
+    """A record as it stands in a file, which has of a broken rule only the words."""
+    if isinstance(record, Violation):
+        return json.dumps({"t_us": record.t_us, "violation": record.text}, **_COMPACT)
+    return record.line()
 
 
 class Trace:
@@ -107,7 +102,7 @@ class Trace:
         self._file: OutputFile | None = None
         if self.path is not None:
             self._file = OutputFile(self.path)
-            self._file.write(header_line(header) + "\n")
+            self._file.write(json.dumps(self.header, **_COMPACT) + "\n")
 
     def listen(self, listener: Callable[[Record], None]) -> None:
         """Call `listener` with every record from now on."""
@@ -117,7 +112,7 @@ class Trace:
         """Take the next record."""
         self._kept.append(record)
         if self._file is not None:
-            self._file.write(record.line() + "\n")
+            self._file.write(_line(record) + "\n")
         for listener in self._listeners:
             listener(record)
 
@@ -140,15 +135,15 @@ class Trace:
         """The controller cycles in memory."""
         return self._of(Cycle)
 
-    def findings(self) -> list[Finding]:
-        """The findings in memory."""
-        return self._of(Finding)
+    def findings(self) -> list[Violation]:
+        """The broken rules in memory."""
+        return self._of(Violation)
 
     def lines(self) -> Iterator[str]:
         """The header and the records in memory, as they stand in a file."""
         yield json.dumps(self.header, **_COMPACT)
         for record in self._kept:
-            yield record.line()
+            yield _line(record)
 
     def snapshot(self) -> tuple[Record, ...]:
         """The records in memory.
@@ -226,7 +221,8 @@ def _record(entry: dict[str, Any]) -> Record:
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
         return Cycle(entry["t_us"], entry["cycle"], si, so, controller)
-    return Finding(entry["t_us"], entry["violation"])
+    named = _RULE.match(entry["violation"])
+    return Violation(entry["t_us"], named[1] if named else "", entry["violation"])
 
 
 def _plain(value: Any) -> Any:

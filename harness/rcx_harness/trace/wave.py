@@ -10,7 +10,7 @@ from vcd.writer import Variable
 
 from rcx_harness.output.files import OutputFile
 from rcx_harness.spec import Signal, signals
-from rcx_harness.trace.records import Cycle, Finding, Record, Scan
+from rcx_harness.trace.records import Cycle, Record, Scan
 from rcx_harness.watch.wire import word
 
 __all__ = ["Wave"]
@@ -92,7 +92,6 @@ class Wave:
             si.take(record.t_us, record.rcx_si)
             so.take(record.t_us, record.rcx_so)
         else:
-            assert isinstance(record, Finding)
             self._count += 1
             self._writer.change(self._broken, record.t_us, self._count)
 

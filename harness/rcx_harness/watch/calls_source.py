@@ -1,4 +1,4 @@
-"""How a program calls the blocks of a robot, read from its source: once per scan, in their order.
+"""How a program calls its blocks, read from its source: which once, which in the right order.
 
 A block that takes a `Robot : RCX_REF`, or has such blocks inside, remembers what it saw in its last
 call: it wants one call in each scan, always for the same robot, between FB_ReadArea and
@@ -7,18 +7,18 @@ FB_WriteArea. Blocks that read or write one bit or word of an image remember not
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from rcx_harness.engine import cache
 from rcx_harness.engine.cache import is_lasting
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.watch.steady import bodies_of
 
-__all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan"]
+__all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan", "steady_instances"]
 
 #: The blocks that begin and end a robot's scan.
 AREAS = {
@@ -27,8 +27,11 @@ AREAS = {
     "FB_WRITEAREA": "write",
     "FB_WRITEAREAWORDS": "write",
 }
+_OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
 _REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
 _STARTS = ("EXECUTE", "ENABLE")
+
+_Made = TypeVar("_Made")
 
 
 class CallFinding(NamedTuple):
@@ -81,12 +84,7 @@ def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
     """What the source leaves open; see `CallPlan`. The arguments are those of `call_findings`."""
     # This very file stands between them: what it says depends on it, and on which files are whose.
     key = cache.sources_key((*files, Path(__file__), *library))
-    lasting = key if is_lasting((*files, *library)) else ""
-
-    def kept() -> CallPlan:
-        return cache.kept("calls", lasting, lambda: _plan(files, library))
-
-    return cache.remembered("calls", key, kept)
+    return _remembered("calls", key, (*files, *library), lambda: _plan(files, library))
 
 
 def _plan(files: Sequence[Path], library: Sequence[Path]) -> CallPlan:
@@ -97,6 +95,31 @@ def _plan(files: Sequence[Path], library: Sequence[Path]) -> CallPlan:
     owners = {calls.owner.name.key: frozenset(calls.called) for calls in called}
     used = {kind for calls in called for kind in calls.kinds}
     return CallPlan({kind: blocks[kind].place for kind in sorted(used)}, owners)
+
+
+def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set[str]:
+    """Find the instances whose every call and whose Execute can be known from outside.
+
+    Where there are several programs or tasks none is named, since not every program runs in
+    every scan. An instance counts if its owner, program or block, calls it once, at the top
+    level of its body, before any RETURN, and if nothing assigns its Execute or Enable after
+    that call.
+
+    Args:
+        files: The program's own files, free of errors.
+        library: The files of the blocks that it uses.
+
+    Returns:
+        Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.
+    """
+    every = (*files, *library)
+    return _remembered("steady", cache.sources_key(every), every, lambda: _instances(every))
+
+
+def _remembered(what: str, key: str, files: Sequence[Path], make: Callable[[], _Made]) -> _Made:
+    """What was made of these sources before, in this run or an earlier one; else it is made."""
+    lasting = key if is_lasting(files) else ""
+    return cache.remembered(what, key, lambda: cache.kept(what, lasting, make))
 
 
 @dataclass(frozen=True)
@@ -120,7 +143,7 @@ class _Block:
 
 def _owners(file: Path) -> Iterator[s.Pou]:
     for one in parse(file).declarations:
-        if isinstance(one, s.Pou) and one.kind in ("PROGRAM", "FUNCTION_BLOCK"):
+        if isinstance(one, s.Pou) and one.kind in _OWNERS:
             yield one
 
 
@@ -236,7 +259,7 @@ class _Calls:
                 if block is not None:
                     way = self._call(one, block, way, guards, loop)
             elif isinstance(one, (s.If, s.Case)):
-                after = [self._branch(inner, way, guards, loop) for inner in bodies_of(one)]
+                after = [self._branch(inner, way, guards, loop) for inner in _bodies_of(one)]
                 live = [end for end in after if end is not None]
                 if not live:
                     return None
@@ -273,7 +296,7 @@ class _Calls:
                 block = self._called(one)
                 if block is not None:
                     yield one, block
-            for inner in bodies_of(one):
+            for inner in _bodies_of(one):
                 yield from self._all(inner)
 
     # --- one call ---
@@ -393,3 +416,62 @@ def _text(node: object) -> str:
     if isinstance(node, s.Index):
         return f"{_text(node.base)}[{', '.join(map(_text, node.indices))}]"
     return ""
+
+
+def _instances(files: Sequence[Path]) -> set[str]:
+    declared = [entry for file in files for entry in parse(file).declarations]
+    owners = [one for one in declared if isinstance(one, s.Pou) and one.kind in _OWNERS]
+    tasks = [task for one in declared if isinstance(one, s.Configuration) for task in one.tasks]
+    if sum(owner.kind == "PROGRAM" for owner in owners) != 1 or len(tasks) > 1:
+        return set()
+    return {f"{owner.name.key}.{name}" for owner in owners for name in _steady(owner.body)}
+
+
+def _steady(body: tuple[s.Statement, ...]) -> set[str]:
+    calls: Counter[str] = Counter()
+    top: set[str] = set()
+    late: set[str] = set()
+    returned = False
+    for statement in body:
+        if not returned:
+            top |= _called(statement)
+        for inner in _flat(statement):
+            calls.update(_called(inner))
+            if isinstance(inner, s.Return):
+                returned = True
+            elif isinstance(inner, s.Assign):
+                late |= _start_of(inner.target) & top
+    return {name for name in top if calls[name] == 1 and name not in late}
+
+
+def _called(statement: s.Statement) -> set[str]:
+    """The instance that this very statement calls."""
+    if isinstance(statement, s.CallStatement) and isinstance(statement.callee, s.Name):
+        return {statement.callee.key}
+    return set()
+
+
+def _start_of(target: s.Variable) -> set[str]:
+    """`SERVO` for an assignment to `Servo.Execute`."""
+    if not isinstance(target, s.Field) or target.name.key not in _STARTS:
+        return set()
+    return {target.base.key} if isinstance(target.base, s.Name) else set()
+
+
+def _flat(statement: s.Statement) -> Iterator[s.Statement]:
+    """The statement and all inside it, in the order of the text."""
+    yield statement
+    for body in _bodies_of(statement):
+        for inner in body:
+            yield from _flat(inner)
+
+
+def _bodies_of(statement: s.Statement) -> list[tuple[s.Statement, ...]]:
+    """The bodies inside a statement: of an IF or CASE one for each way, also an empty one."""
+    if isinstance(statement, s.If):
+        return [*(body for _, body in statement.branches), statement.otherwise]
+    if isinstance(statement, s.Case):
+        return [*(branch.body for branch in statement.branches), statement.otherwise]
+    if isinstance(statement, (s.For, s.While, s.Repeat)):
+        return [statement.body]
+    return []

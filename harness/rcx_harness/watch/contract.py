@@ -150,24 +150,15 @@ class ContractMonitor:
     """
 
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
-        self._instances = [
+        self.instances = [
             instance
             for name, kind in program.instances().items()
             if isinstance(kind, BlockType)
             for instance in _inside(name, kind, steady, outermost=True)
         ]
-        self._look = program.reader([path for one in self._instances for path in one.read])
+        """Those that are watched."""
+        self._look = program.reader([path for one in self.instances for path in one.read])
         self._seen: tuple[Any, ...] | None = None
-
-    @property
-    def paths(self) -> list[str]:
-        """The instances that are watched."""
-        return [instance.path for instance in self._instances]
-
-    @property
-    def steady(self) -> list[str]:
-        """Those of them that are checked to the full."""
-        return [instance.path for instance in self._instances if instance.steady]
 
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge all instances after a scan."""
@@ -177,22 +168,22 @@ class ContractMonitor:
         pins = iter(seen)
         found = [
             Violation(t_us, "contract", f"plc, scan {scan}: contract: {instance.path}: {text}")
-            for instance in self._instances
+            for instance in self.instances
             if (now := tuple(islice(pins, len(instance.read)))) != instance.before
             or not instance.at_rest
             for text in instance.scan(now)
         ]
-        at_rest = all(instance.at_rest for instance in self._instances)
+        at_rest = all(instance.at_rest for instance in self.instances)
         self._seen = seen if at_rest else None
         return found
 
     def snapshot(self) -> object:
         """What is remembered of each instance."""
-        return [(one.before, one.told) for one in self._instances]
+        return [(one.before, one.told) for one in self.instances]
 
     def restore(self, snapshot: list[tuple[tuple[Any, ...], tuple[str, ...]]]) -> None:
         """Go back to what `snapshot` gave."""
-        for instance, state in zip(self._instances, snapshot, strict=True):
+        for instance, state in zip(self.instances, snapshot, strict=True):
             instance.before, instance.told = state
             instance.at_rest = False
         self._seen = None

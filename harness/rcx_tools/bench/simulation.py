@@ -17,7 +17,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.build import default_lib, source_files
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.robot import RobotConfig, RobotProgram
-from rcx_harness.watch.steady import steady_instances
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, missing, shown
 from rcx_tools.bench.processes import peak_memory
 

@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
+from html import escape
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,9 +22,10 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller
 from rcx_harness.robot.ports import port
 from rcx_harness.spec import load_toml, signals
-from rcx_harness.trace import Cycle, Finding, Record, Scan
+from rcx_harness.trace import Cycle, Record, Scan, Violation
+from rcx_harness.trace.chart import Lane
+from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, draw_lane, rule, text
 from rcx_harness.units import parse_us
-from rcx_tools.docs.examples_svg import Track, run_svg
 
 __all__ = ["FOLDER", "ChartSpec", "Example", "Recorder", "chart_specs", "example_chart", "examples"]
 __all__ += ["files"]
@@ -33,6 +35,18 @@ FOLDER = ROOT / "plc/examples"
 
 _DURATION = "5s"
 _LANE = re.compile(r"(?:(\d):)?(.*)")
+
+_WIDTH, _ROW, _TOP = 1080, 28, 44
+_LETTER = 7.3
+#: Distances of the time marks [us]: the first that leaves not more than `_MOST_MARKS`.
+_MARKS = (50_000, 100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000)
+_MOST_MARKS = 12
+_STYLE = (
+    STYLE + ".b{font-size:10.5px;text-anchor:middle}.m{font-size:10px;fill:#777}"
+    ".e{text-anchor:end}.h{font-weight:bold;font-size:15px}"
+)
+_LOOK = Look(edge=0)
+_ORIGIN = "<!-- generated from plc/examples/charts.toml and a run of the example; do not edit -->"
 
 
 @dataclass(frozen=True)
@@ -163,14 +177,12 @@ class Recorder:
     """Follows the lanes of a chart through a run."""
 
     spec: ChartSpec
-    tracks: list[Track] = field(init=False)
     watch: list[str] = field(init=False)
     """Variables to build the cell with."""
 
     def __post_init__(self) -> None:
         """Look up the signals of all lanes (InputError for one that does not exist)."""
-        self._lanes = [_Lane(lane) for lane in self.spec.lanes]
-        self.tracks = [lane.track for lane in self._lanes]
+        self._lanes = [_Signal(lane) for lane in self.spec.lanes]
         self.watch = [lane.signal for lane in self._lanes if lane.signal.startswith("Main.")]
 
     def listen(self, cell: Cell) -> None:
@@ -178,18 +190,33 @@ class Recorder:
         cell.trace.listen(lambda record: self._take(cell, record))
 
     def chart(self) -> str:
-        """What has been followed, as an SVG picture."""
-        spec = self.spec
-        return run_svg(spec.title, self.tracks, spec.begin_us, spec.end_us)
+        """What has been followed, as an SVG picture that is true to scale in time."""
+        lanes = [one.lane for one in self._lanes]
+        left = 30 + round(_LETTER * max(len(lane.name) for lane in lanes))
+        axis = Scale(left, _WIDTH - 12, self.spec.begin_us, self.spec.end_us)
+        body: list[str] = []
+        top = _TOP + 24
+        for lane in lanes:
+            high = CURVE + 14 if lane.kind == "curve" else _ROW
+            body.append(rule("r", 8, top + high, axis.right, top + high))
+            body.append(text(12, top + high / 2 + 5, lane.name))
+            body += draw_lane(lane, axis, top + high - 6, _LOOK)
+            top += high
+        marks = [text(12, 24, self.spec.title, "h"), text(12, _TOP + 12, "time [s]", "m")]
+        for t_us, x in axis.round_times(_MARKS, _MOST_MARKS):
+            marks.append(text(x, _TOP + 12, f"{t_us / 1e6:g}", "t"))
+            marks.append(rule("g", x, _TOP + 18, x, top))
+        title = f"<title>{escape(self.spec.title)}</title>"
+        return document(_WIDTH, top + 12, _STYLE, [*marks, *body], [title, _ORIGIN])
 
     def _take(self, cell: Cell, record: Record) -> None:
-        if isinstance(record, Finding):
-            raise InputError(f"{self.spec.title}: {record.violation}")
+        if isinstance(record, Violation):
+            raise InputError(f"{self.spec.title}: {record.text}")
         for lane in self._lanes:
             lane.take(cell, record)
 
 
-class _Lane:
+class _Signal:
     """`SIGNAL = label`, `curve SIGNAL = label`, `stage SIGNAL = label`.
 
     A signal is `Main.X`, `SI01` and `SO02` as the PLC writes and reads them, `axis 1` (its position
@@ -207,16 +234,16 @@ class _Lane:
         self._level: Callable[[Scan], Any] | None = None
         self._state: Callable[[Controller], Any] | None = None
         default = self._find(self.signal)
-        self.track = Track(label or self.signal, kind or default)
+        self.lane = Lane(label or self.signal, kind or default)
 
     def take(self, cell: Cell, record: Record) -> None:
         """Note a change; the controller's own state is looked at after each of its cycles."""
-        if isinstance(record, Finding) or record.controller != self._controller:
+        if isinstance(record, Violation) or record.controller != self._controller:
             return
         if self._level is not None and isinstance(record, Scan):
-            self.track.note(record.t_us, self._level(record))
+            self.lane.note(record.t_us, self._level(record))
         elif self._state is not None and isinstance(record, Cycle):
-            self.track.note(record.t_us, self._state(cell.robots[self._controller - 1]))
+            self.lane.note(record.t_us, self._state(cell.robots[self._controller - 1]))
 
     def _find(self, name: str) -> str:
         if name.startswith("Main."):

@@ -143,9 +143,7 @@ class Track:
     def take(self, record: Record) -> None:
         """Note a change."""
         if self.source is not None and isinstance(record, self.source):
-            new = self.value(record)
-            if new != self.lane.value_at(record.t_us):
-                self.lane.changes.append((record.t_us, new))
+            self.lane.note(record.t_us, self.value(record))
 
     def says(self, value: int) -> str:
         """A change to `value` in short: `SI(01) ON`, `n + 2 = 0x0004`."""

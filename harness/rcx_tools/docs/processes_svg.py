@@ -7,7 +7,7 @@ from html import escape
 from itertools import pairwise
 
 from rcx_harness.trace.chart import time_labels
-from rcx_harness.trace.chart_svg import HIGH, WAVE_STYLE, Frame, draw_lane
+from rcx_harness.trace.chart_svg import STYLE, Columns, Look, document, draw_lane, rule, text
 from rcx_tools.docs.processes import ProcessChart, Track
 
 __all__ = ["process_svg"]
@@ -19,8 +19,9 @@ _LEAD = 34
 _NARROW, _WIDE, _LEAST = 56, 120, 820
 _WORD = 86
 _PACING = "#c05a00"
+_HIGH = Look.high
 _STYLE = (
-    WAVE_STYLE + ".h{font-weight:bold;font-size:15px}.s{font-size:11px;fill:#666}"
+    STYLE + ".h{font-weight:bold;font-size:15px}.s{font-size:11px;fill:#666}"
     ".q{font-size:11px;font-weight:bold;fill:#555}.e{text-anchor:end}"
     ".n{font-size:10.5px;font-weight:bold;fill:#fff;text-anchor:middle}"
     f".p{{font-size:11px;fill:{_PACING};text-anchor:middle}}"
@@ -41,19 +42,18 @@ class _Page:
         space = (_LEAST - left - _LEAD) // len(self.instants)
         column = max(_WORD if words else _NARROW, min(space, _WIDE))
         xs = [left + _LEAD + k * column for k in range(len(self.instants))]
-        self.frame = Frame(left, max(xs[-1] + column, _LEAST - 12), xs)
-        self.width = self.frame.right + 12
+        self.axis = Columns(left, max(xs[-1] + column, _LEAST - 12), xs, self.instants)
+        self.width = self.axis.right + 12
         self.top = self.bottom = 0
         self.body: list[str] = []
 
     def text(self, x: float, y: float, words: str, kind: str = "") -> None:
         """A line of text."""
-        shown = f' class="{kind}"' if kind else ""
-        self.body.append(f'<text{shown} x="{x:g}" y="{y:g}">{escape(words)}</text>')
+        self.body.append(text(x, y, words, kind))
 
     def x(self, t_us: int) -> int:
         """Where the column of a time is."""
-        return self.frame.xs[self.instants.index(t_us)]
+        return self.axis.xs[self.instants.index(t_us)]
 
     def badge(self, x: float, y: float, number: int) -> None:
         """The number of a step."""
@@ -83,23 +83,17 @@ def process_svg(chart: ProcessChart) -> str:
     _waves(page)
     guides = [_guide(page, k, first) for k in range(len(page.instants))]
     _legend(page)
-    size = f'width="{page.width}" height="{page.top}"'
-    head = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {page.width} {page.top}">',
-        f"<title>{escape(process.title)}</title>",
-        f"<style>{_STYLE}</style>",
-        f'<rect {size} fill="#fff"/>',
-    ]
-    return "\n".join([*head, *guides, *page.body, "</svg>", ""])
+    title = f"<title>{escape(process.title)}</title>"
+    return document(page.width, page.top, _STYLE, [*guides, *page.body], [title])
 
 
 def _times(page: _Page) -> None:
     """The times of the changes, and between them how long it took."""
     page.text(12, page.top + 14, "time [ms]", "q")
     for k, label in enumerate(page.labels):
-        page.text(page.frame.xs[k], page.top + 14, label, "t")
+        page.text(page.axis.xs[k], page.top + 14, label, "t")
     for k, (before, after) in enumerate(pairwise(page.instants)):
-        middle = (page.frame.xs[k] + page.frame.xs[k + 1]) / 2
+        middle = (page.axis.xs[k] + page.axis.xs[k + 1]) / 2
         page.text(middle, page.top + 29, f"+{time_labels([after - before])[0]}", "d")
     page.top += 36
     page.bottom = page.top
@@ -112,13 +106,11 @@ def _waves(page: _Page) -> None:
         if k == 0 or track.group != tracks[k - 1].group:
             page.text(12, page.top + 15, track.group, "q")
             page.top += _GROUP
-        base = page.top + 3 + HIGH
+        base = page.top + 3 + _HIGH
         line = base + 9
-        page.body.append(
-            f'<line class="r" x1="8" y1="{line}" x2="{page.frame.right}" y2="{line}"/>'
-        )
+        page.body.append(rule("r", 8, line, page.axis.right, line))
         page.text(22, base - 4, track.lane.name)
-        page.body += draw_lane(track.lane, page.instants, base, page.frame)
+        page.body += draw_lane(track.lane, page.axis, base)
         _badges(page, track, base)
         page.top += _ROW
         last = k + 1 == len(tracks) or tracks[k + 1].group != track.group
@@ -137,9 +129,9 @@ def _badges(page: _Page, track: Track, base: int) -> None:
             x = page.x(t_us)
             on = track.lane.value_at(t_us)
             if track.lane.kind == "word":
-                page.badge(x - 13 if on else x + 13, base - HIGH // 2, step.number)
+                page.badge(x - 13 if on else x + 13, base - _HIGH // 2, step.number)
             else:
-                page.badge(x - 16 if on else x + 16, base - HIGH + 6, step.number)
+                page.badge(x - 16 if on else x + 16, base - _HIGH + 6, step.number)
 
 
 def _pace(page: _Page) -> None:
@@ -165,8 +157,8 @@ def _guide(page: _Page, column: int, first: int) -> str:
     """The vertical line of a column; that of a step reaches up to its time."""
     steps = [t_us for step in page.chart.steps for _, t_us in step.edges]
     kind = "gs" if page.instants[column] in steps else "g"
-    x = page.frame.xs[column]
-    return f'<line class="{kind}" x1="{x}" y1="{first}" x2="{x}" y2="{page.bottom}"/>'
+    x = page.axis.xs[column]
+    return rule(kind, x, first, x, page.bottom)
 
 
 def _legend(page: _Page) -> None:

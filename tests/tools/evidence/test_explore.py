@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.trace import Finding, Scan, read_trace
+from rcx_harness.trace import Scan, Violation, read_trace
 from rcx_tools.evidence.explore import kept
 from rcx_tools.evidence.explore import known as known_outcomes
 from rcx_tools.evidence.explore.known import Done, Found, Known
@@ -78,7 +78,7 @@ def test_a_seeded_bug_is_found_with_a_shortest_trace_that_opens_as_a_chart(
     found = list(records)
     assert header["scan_us"] == model.tick_ms * 1000
     assert sum(isinstance(record, Scan) for record in found) == scans
-    assert [one.violation for one in found if isinstance(one, Finding)] == shown.rules
+    assert [one.text for one in found if isinstance(one, Violation)] == shown.rules
     assert "Rule broken" in shown.chart("found")
 
 

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from hashlib import blake2b
-from typing import Any
 
-from rcx_harness.cell.clock import Agenda, Kind, Timing
-from rcx_harness.cell.link import DirectLink
-from rcx_harness.cell.network import Network
+from rcx_harness.cell.clock import Action, Agenda, Kind, Timing
+from rcx_harness.cell.link import DirectLink, PacketNetwork
 
-__all__ = ["BOTH", "FaultLink", "FaultNetwork"]
+__all__ = ["BOTH", "FaultAgenda", "FaultLink", "FaultNetwork"]
 
 #: To the robot, to the PLC.
 BOTH = (0, 1)
 
 
-class _Agenda(Agenda):
+class FaultAgenda(Agenda):
     """The clock of a PLC whose next scan may be late."""
 
     overrun_us = 0
 
-    def pop(self) -> tuple[int, int, Any]:
+    def pop(self) -> tuple[int, Action]:
         """Take the next event; the scan after one that overruns comes later."""
         late_us = self.overrun_us if self.first()[1] == Kind.SCAN else 0
         self.overrun_us -= late_us
@@ -30,7 +28,7 @@ class _Agenda(Agenda):
         return event
 
 
-class FaultNetwork(Network):
+class FaultNetwork(PacketNetwork):
     """Cyclic packets with faults that are switched on for a while.
 
     What becomes of a packet depends on the seed and on its time alone, so that a run stays the
@@ -39,8 +37,8 @@ class FaultNetwork(Network):
     Args:
         link: The two images.
         timing: Periods of the run.
-        agenda: Its clock.
-        matched: As at `Network`.
+        agenda: Of the cell.
+        matched: As at `PacketNetwork`.
         seed: Of all that is drawn.
         latest_us: No packet arrives later than this after it was produced, whatever happens.
     """
@@ -49,7 +47,7 @@ class FaultNetwork(Network):
         self,
         link: DirectLink,
         timing: Timing,
-        agenda: _Agenda,
+        agenda: Agenda,
         *,
         matched: bool,
         seed: int,
@@ -58,7 +56,6 @@ class FaultNetwork(Network):
         super().__init__(link, timing, agenda, matched=matched, seed=seed)
         self._seed = seed
         self._latest_us = latest_us
-        self._clock = agenda
         self._faults: dict[tuple[str, int], tuple[float, int]] = {}
         self.lost = self.late = self.doubled = 0
 
@@ -66,20 +63,15 @@ class FaultNetwork(Network):
         """Let `share` of the packets of a direction be `lost`, `late` or `doubled`."""
         self._faults[kind, direction] = (share, until_us)
 
-    def overrun(self, t_us: int) -> None:
-        """The scan after the next one comes so much later."""
-        self._clock.overrun_us = t_us
-
     def change_interval(self, timing: Timing) -> None:
         """Another packet interval, from the next packet on."""
         self._timing = timing
         for kind in (Kind.PRODUCE_TO_ROBOT, Kind.PRODUCE_TO_PLC):
-            self._clock.periods[kind] = timing.rpi_us
+            self._agenda.periods[kind] = timing.rpi_us
 
     def heal(self) -> None:
         """End all faults."""
         self._faults.clear()
-        self._clock.overrun_us = 0
 
     def _drawn(self, kind: str, direction: int, now_us: int) -> float:
         """A number below the share if the packet of this time is hit, else 0."""
@@ -104,8 +96,7 @@ class FaultNetwork(Network):
             self.doubled += 1
             due_us = round(now_us + twice * self._latest_us)
             self._due[direction] = max(due_us, self._due[direction])
-            packet = (direction, self._epoch, content)
-            self._agenda.add(self._due[direction], Kind.DELIVER, packet)
+            self._queue(self._due[direction], direction, content)
 
 
 class FaultLink(DirectLink):
@@ -121,13 +112,12 @@ class FaultLink(DirectLink):
     def __init__(self, timing: Timing, seed: int, latest_us: int, size: int = 48) -> None:
         super().__init__(size)
         self._arguments = (timing, seed, latest_us)
-        self.network: FaultNetwork | None = None
+        self.made: FaultNetwork | None = None
 
-    def make_network(self, *, matched: bool) -> tuple[Agenda, FaultNetwork]:
-        """The clock and the network of a cell on this link."""
+    def network(self, agenda: Agenda, *, matched: bool) -> FaultNetwork:
+        """Its network in a cell."""
         timing, seed, latest_us = self._arguments
-        agenda = _Agenda()
-        self.network = FaultNetwork(
+        self.made = FaultNetwork(
             self, timing, agenda, matched=matched, seed=seed, latest_us=latest_us
         )
-        return agenda, self.network
+        return self.made

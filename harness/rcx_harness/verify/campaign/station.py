@@ -16,8 +16,8 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.handshake import Handshake, Words
 from rcx_harness.robot.machine import Machine
-from rcx_harness.verify.campaign.network import FaultLink, FaultNetwork
-from rcx_harness.watch.steady import steady_instances
+from rcx_harness.verify.campaign.network import FaultAgenda, FaultLink, FaultNetwork
+from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.wire import WireMonitor
 
 __all__ = ["Act", "Compiled", "Conditions", "Execution", "RecordingController", "Station"]
@@ -151,6 +151,7 @@ class Station(Cell):
         timing = conditions.timing
         program = compiled.fresh()
         link = FaultLink(timing, seed, conditions.latest_us)
+        self.clock = FaultAgenda()
         self.recorder = RecordingController(conditions.robot, seed)
         super().__init__(
             program,
@@ -162,9 +163,10 @@ class Station(Cell):
             seed=seed,
             trace=trace,
             steady=compiled.steady,
+            agenda=self.clock,
         )
-        assert link.network is not None
-        self.network: FaultNetwork = link.network
+        assert link.made is not None
+        self.network: FaultNetwork = link.made
         for path, value in conditions.start.items():
             self[path] = value
         self._start = program.snapshot()
@@ -186,7 +188,7 @@ class Station(Cell):
             for direction in details["directions"]:
                 self.network.fault(details["what"], direction, details["share"], until_us)
         elif act.kind == "overrun":
-            self.network.overrun(details["us"])
+            self.clock.overrun_us = details["us"]
         elif act.kind == "interval":
             self.timing = replace(self.timing, rpi_us=details["us"])
             self.network.change_interval(self.timing)

@@ -30,26 +30,24 @@ class Track:
     """A signal: how it is drawn, and where in a scan its value is."""
 
     def __init__(self, name: str, kind: str, value: Callable[[Scan], int]) -> None:
-        self.name, self.kind = name, kind
+        self.name = name
         self._value = value
-        self._changes: list[tuple[int, int]] = []
+        self._lane = Lane(name, kind)
 
     def take(self, record: Record) -> None:
         """Note a change."""
         if isinstance(record, Scan):
-            value = self._value(record)
-            if value != (self._changes[-1][1] if self._changes else 0):
-                self._changes.append((record.t_us, value))
+            self._lane.note(record.t_us, self._value(record))
 
     def changed(self, begin: int, end: int) -> bool:
         """Did it change from `begin` to `end`? What the PLC reads at `begin` was the cause."""
-        own = self.kind == "variable" or self.name.startswith(("SI", "n "))
-        return any(begin - own < t_us <= end for t_us, _ in self._changes)
+        own = self._lane.kind == "variable" or self.name.startswith(("SI", "n "))
+        return any(begin - own < t_us <= end for t_us, _ in self._lane.changes)
 
     def lane_of(self, begin: int) -> Lane:
         """Its lane, with times from `begin` on."""
-        changes = [(t_us - begin, value) for t_us, value in self._changes]
-        return Lane(self.name, self.kind, changes)
+        changes = [(t_us - begin, value) for t_us, value in self._lane.changes]
+        return Lane(self.name, self._lane.kind, changes)
 
 
 def tracks_of(snippet: Snippet, flags: Sequence[str]) -> Iterator[Track]:

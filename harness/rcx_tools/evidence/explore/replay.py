@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rcx_harness.engine.base import Program
-from rcx_harness.trace import Finding, Record, Scan, Trace
+from rcx_harness.trace import Record, Scan, Trace, Violation
 from rcx_harness.trace.chart import Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.watch.wire import WireMonitor, word
@@ -58,8 +58,7 @@ class _Lanes(Timeline):
                 (self._first, word(record.si, 2)),
                 *((self._more[name], value) for name, value in values.items()),
             ):
-                if value != lane.value_at(record.t_us):
-                    lane.changes.append((record.t_us, value))
+                lane.note(record.t_us, value)
 
     def lanes(self) -> list[Lane]:
         """The pins that changed, then the signals."""
@@ -111,11 +110,11 @@ def replay(
         found = monitor.scan(now_us, number, so, si, choice.situation.connected)
         shown.monitor += [one.text for one in found]
         for text in rules:
-            trace.add(Finding(now_us, text))
+            trace.add(Violation(now_us, "explored", text))
         shown.rules += rules
     if broken.quiet is not None:
         shown.rules += broken.rules
-        trace.add(Finding(now_us, broken.rules[0]))
+        trace.add(Violation(now_us, "explored", broken.rules[0]))
     trace.close()
     return shown
 
