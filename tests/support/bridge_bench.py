@@ -21,8 +21,9 @@ from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["BridgeBench"]
 

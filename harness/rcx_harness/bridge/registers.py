@@ -6,8 +6,8 @@ import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from rcx_harness.cell.image import check_size
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import check_size
 
 __all__ = ["Registers", "area_of", "words_of"]
 

@@ -16,12 +16,10 @@ from random import Random
 from typing import Any
 
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.units import format_us, parse_us
 
-__all__ = ["CYCLE_US", "PHASES", "Agenda", "Kind", "Snapshot", "Timing"]
-
-#: The controller looks at its inputs every 5 ms (manual chapter 1, 2).
-CYCLE_US = 5_000
+__all__ = ["PHASES", "Agenda", "Kind", "Snapshot", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the
 #: PLC, PLC scan.

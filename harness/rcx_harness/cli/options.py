@@ -7,9 +7,8 @@ import ipaddress
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
-__all__ = ["check_ipv4", "check_port", "check_size", "duration_us", "interval_us"]
+__all__ = ["check_ipv4", "check_port", "duration_us", "interval_us"]
 
-_SIZES = (48, 256)
 #: Packet intervals in microseconds: the range of the vendor's earlier adapter.
 _SHORTEST_US, _LONGEST_US = 1_000, 3_200_000
 
@@ -18,12 +17,6 @@ def check_port(option: str, number: int) -> None:
     """Refuse what is no TCP or UDP port (InputError)."""
     if not 1 <= number <= 0xFFFF:
         raise InputError(f"{option} {number} is no port", hint="ports are 1 to 65535")
-
-
-def check_size(size: int) -> None:
-    """Refuse a size that the areas cannot have, in bytes (InputError)."""
-    if size not in _SIZES:
-        raise InputError(f"the areas cannot be {size} bytes long", hint="choose 48 or 256")
 
 
 def check_ipv4(option: str, text: str) -> None:

@@ -11,12 +11,13 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import check_port, check_size, duration_us, interval_us
+from rcx_harness.cli.options import check_port, duration_us, interval_us
 from rcx_harness.enip.identity import Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
+from rcx_harness.spec.wire import check_size
 
 __all__ = ["parse_revision", "serve"]
 

@@ -6,9 +6,9 @@ import re
 from importlib.metadata import version
 from pathlib import Path
 
-from rcx_harness.cell.image import check_size
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.spec.wire import check_size
 
 __all__ = ["CI", "new_project"]
 

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rcx_harness.robot.quantities import quantity, take_axis
+from rcx_harness.spec.wire import EXTENDED_SIZE
 
 if TYPE_CHECKING:
     from rcx_harness.robot.config import RobotConfig
     from rcx_harness.robot.machine import Machine
 
 __all__ = ["Definition", "RealTimeOutput"]
-
-_EXTENDED = 256
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ class RealTimeOutput:
 
     def observe(self, machine: Machine) -> None:
         """Update the words, at the interval of the configuration."""
-        if not self.enabled or machine.now_us < self._due_us or machine.config.size < _EXTENDED:
+        if not self.enabled or machine.now_us < self._due_us or machine.config.size < EXTENDED_SIZE:
             return
         self.words = {word: one.value(machine) for word, one in self.definitions.items()}
         self._due_us = machine.now_us + round(machine.config.real_time_interval * 1000)

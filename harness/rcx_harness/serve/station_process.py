@@ -25,9 +25,10 @@ from typing import Any
 from rcx_harness.enip import Adapter, Identity
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.pace import Pace
 from rcx_harness.serve.station import Station
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["REPORT_CYCLES", "Channel", "main", "run"]
 

@@ -10,13 +10,14 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.script import Task, script
+from rcx_harness.spec.wire import AREA_SIZES
 
 __all__ = ["alarm_code", "check_programs", "check_value", "expect", "is_number", "near"]
 
 #: A robot program's name, as remote commands can carry it (guide 4.6.1).
 _NAME = re.compile("[A-Z0-9_]+")
 _CHOICES = {
-    "size": (48, 256),
+    "size": AREA_SIZES,
     "parallel_io": ("none", "valid", "invalid"),
     "idle_header": ("loss", "hold"),
     "skip_run_status": ("never", "short", "always"),
