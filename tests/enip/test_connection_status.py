@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from rcx_harness.enip.codec import cip
-from rcx_harness.enip.codec.connection_status import ExtendedStatus, older
+from rcx_harness.enip.codec.cip import ExtendedStatus, older
 
 
 def test_every_code_has_words() -> None:

@@ -13,7 +13,6 @@ from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.scanner import Received, Scanner
-from rcx_harness.enip.target.assemblies import Assemblies
 from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
@@ -142,7 +141,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--config-instance", "1", "--config-data", "0102"], "give its data with --config-data"),
         (["--input-size", "64"], "; its EDS file has the sizes; give them with --input-size"),
         (["--listen-only"], "no other connection is open; leave --listen-only out"),
-        (["--size", "64"], "the areas cannot be 64 bytes long"),
+        (["--size", "64"], "an area of 64 bytes does not exist"),
         (["--write", "SO00=1"], "SO00"),
         (["--listen-only", "--write", "SI00=1"], "exclude each other"),
     ],
@@ -217,7 +216,7 @@ def test_a_refused_interval_comes_with_one_to_try(
         (["--for", "400d"], "--for: '400d' is too long for a duration; it can be 0s to 365d"),
         (["--rpi", "-1ms"], "--rpi: not a duration: '-1ms'; write it as 10ms, 1.5s or 1m30s"),
         (["--config-instance", "\u0661"], "--config-instance \u0661 is no instance; write it"),
-        (["--size", "-5"], "the areas cannot be -5 bytes long; choose 48 or 256"),
+        (["--size", "-5"], "an area of -5 bytes does not exist; use 48, or 256"),
     ],
 )
 def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
@@ -249,9 +248,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
     """An adapter of somebody else: 600 bytes each way."""
-    monkeypatch.setattr(
-        "rcx_harness.enip.target.adapter.areas_of", lambda size: Assemblies(size, size)
-    )
+    monkeypatch.setattr("rcx_harness.enip.target.adapter.check_size", lambda size: None)
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")
         yield made

@@ -15,7 +15,7 @@ from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
-from rcx_harness.enip.links.class1 import Class1Link
+from rcx_harness.enip.links import Class1Link
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.units import format_us

@@ -10,8 +10,7 @@ import typer
 from rcx_harness.cli.options import duration_us
 from rcx_harness.cli.serve import parse_revision
 from rcx_harness.enip.eds import eds_text
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.export.output import Output, write
 
 __all__ = ["eds"]

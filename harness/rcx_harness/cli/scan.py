@@ -9,7 +9,7 @@ import typer
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.target.assemblies import Assemblies
+from rcx_harness.enip.originator.scanner import Assemblies
 from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions
 from rcx_harness.look.look import scan as look

@@ -12,8 +12,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import check_port, duration_us, interval_us
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers

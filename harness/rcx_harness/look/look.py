@@ -10,8 +10,7 @@ from rcx_harness import spec
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.originator.scanner import Received, Scanner
-from rcx_harness.enip.target.assemblies import AREA_SIZES, Assemblies
+from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.look.text import (
     area_lines,
@@ -22,6 +21,7 @@ from rcx_harness.look.text import (
     telegram_lines,
 )
 from rcx_harness.robot.ports import port
+from rcx_harness.spec.wire import AREA_SIZES
 from rcx_harness.units import format_us
 
 __all__ = ["ScanOptions", "output_image", "scan"]

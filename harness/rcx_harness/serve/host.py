@@ -12,8 +12,7 @@ from typing import Any
 
 from rcx_harness.enip.ended import how_ended
 from rcx_harness.enip.errors import ProcessDiedError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.errors import InputError
 from rcx_harness.serve.history import History
 from rcx_harness.serve.status import Status

@@ -16,6 +16,8 @@ __all__ = [
     "FIRST_PACKET_US",
     "IO_PORT",
     "LONGEST_TIMEOUT_US",
+    "RUN_IDLE_SIZE",
+    "SEQUENCE_SIZE",
     "ConnectionKind",
     "ConnectionParameters",
     "EndReason",
@@ -32,7 +34,9 @@ FIRST_PACKET_US = 10_000_000
 LONGEST_TIMEOUT_US = 0xFFFFFFFF * 512
 """The greatest interval that can be asked for, times the greatest multiplier."""
 
-_RUN_IDLE_SIZE, _SEQUENCE_SIZE = 4, 2
+RUN_IDLE_SIZE, SEQUENCE_SIZE = 4, 2
+"""Bytes of the run/idle header and of the sequence count before the data of a packet."""
+
 _MULTICAST_BASE = int(ipaddress.IPv4Address("239.192.1.0"))
 _MULTICAST_HOSTS, _MULTICAST_BLOCK = 0x3FF, 5
 
@@ -132,13 +136,13 @@ class ConnectionParameters:
     @property
     def o_to_t_length(self) -> int:
         """Bytes of the connected data item from the originator, as in the Forward Open."""
-        header = _RUN_IDLE_SIZE if self.run_idle else 0
-        return _SEQUENCE_SIZE + header + self.o_to_t_size
+        header = RUN_IDLE_SIZE if self.run_idle else 0
+        return SEQUENCE_SIZE + header + self.o_to_t_size
 
     @property
     def t_to_o_length(self) -> int:
         """Bytes of the connected data item from the target, as in the Forward Open."""
-        return _SEQUENCE_SIZE + self.t_to_o_size
+        return SEQUENCE_SIZE + self.t_to_o_size
 
     def timeout_us(self, api_us: int) -> int:
         """Longest silence between two packets that come every `api_us` microseconds."""

@@ -12,9 +12,8 @@ from typing import Any
 from rcx_harness.enip.cyclic.shared import SharedImages
 from rcx_harness.enip.ended import how_ended, wait_for_code
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.enip.target.assemblies import areas_of
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["Adapter"]
 
@@ -52,7 +51,7 @@ class Adapter:
 
     def __init__(
         self,
-        size: int = 48,
+        size: int = SIZE,
         identity: Identity | None = None,
         host: str = "127.0.0.1",
         port: int = 0,
@@ -60,7 +59,8 @@ class Adapter:
         cyclic: int | None = None,
         options: AdapterOptions | None = None,
     ) -> None:
-        self.size = areas_of(size).input_size
+        check_size(size)
+        self.size = size
         self._process: subprocess.Popen[str] | None = None
         self._closed = False
         self._failure = ""

@@ -24,17 +24,15 @@ from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
 from rcx_harness.enip.errors import EnipError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.device import Device
+from rcx_harness.enip.target.listing import Datagrams
 from rcx_harness.enip.target.network_interface import (
     NetworkInterface,
     address_toward,
     find_interface,
 )
-from rcx_harness.enip.target.tcp_server import TcpServer
-from rcx_harness.enip.target.udp import Datagrams
-from rcx_harness.enip.target.udp_server import UdpServer
+from rcx_harness.enip.target.servers import TcpServer, UdpServer
 
 __all__ = ["main"]
 

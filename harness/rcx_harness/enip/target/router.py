@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from rcx_harness.enip.codec.cip import (
     ConnectionService,
+    ExtendedStatus,
     Path,
     Refusal,
     Request,
@@ -15,12 +16,10 @@ from rcx_harness.enip.codec.cip import (
     decode_request,
     encode_reply,
 )
-from rcx_harness.enip.codec.connection_status import ExtendedStatus
-from rcx_harness.enip.codec.electronic_key import key_mismatch
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.target.connection_manager import ConnectionManager
+from rcx_harness.enip.options import Identity
+from rcx_harness.enip.target.admission import key_mismatch
+from rcx_harness.enip.target.connection_manager import ConnectionManager, Origin
 from rcx_harness.enip.target.objects import CONNECTION_MANAGER, IDENTITY, ObjectModel
-from rcx_harness.enip.target.origin import Origin
 
 __all__ = ["Router"]
 
