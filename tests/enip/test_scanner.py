@@ -6,6 +6,8 @@ number of them that no machine needs. Time-outs are of 512 intervals where none 
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
 from collections.abc import Callable, Iterator
 
@@ -315,7 +317,7 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
         assert scanner.failure == ""
-        scanner._control._process.kill()
+        os.kill(scanner.pid, signal.SIGKILL)
         eventually(adapter, lambda: not scanner.read().connected)
         killed = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
         assert scanner.failure == killed

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 
@@ -420,12 +422,12 @@ def test_a_process_of_ours_that_dies_is_told_as_such(
         open_(scanner)
         made.append(scanner)
         if len(made) == 2:
-            scanner._control._process.kill()
+            os.kill(scanner.pid, signal.SIGKILL)
 
     def tell(line: str) -> None:
         told.append(line)
         if line.startswith("changes in the next"):
-            made[0]._control._process.kill()
+            os.kill(made[0].pid, signal.SIGKILL)
 
     monkeypatch.setattr(Scanner, "open", opening)
     host, port = running.address

@@ -22,6 +22,7 @@ from rcx_harness.bridge.registers import Registers
 from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.bridge.show import figures_text, plc_text, robot_text, state_text
 from rcx_harness.cell.live import multiplier_of
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
@@ -69,7 +70,7 @@ class BridgeOptions:
     quiet: bool = False
 
 
-class Running:
+class Running(Closing):
     """The bridge at work: a thread exchanges, another one opens the robot's connection anew.
 
     Args:
@@ -129,14 +130,6 @@ class Running:
         self.loop.end()
         self._plc.close()
         self.robot.close()
-
-    def __enter__(self) -> Running:
-        """At work."""
-        return self
-
-    def __exit__(self, *of: object) -> None:
-        """End it."""
-        self.close()
 
     def _first_contact(self) -> None:
         """What is wrong from the start is the user's to put right."""

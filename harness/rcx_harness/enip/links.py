@@ -39,11 +39,11 @@ class LockstepLink:
 
     def __init__(self, size: int = SIZE) -> None:
         self.size = size
-        self._adapter = Adapter(size)
+        self.adapter = Adapter(size)
         try:
-            self._client = Client(*self._adapter.address)
+            self._client = Client(*self.adapter.address)
         except BaseException:
-            self._adapter.close()
+            self.adapter.close()
             raise
 
     def scanner_write(self, image: bytes) -> None:
@@ -58,16 +58,16 @@ class LockstepLink:
 
     def robot_read(self) -> bytes:
         """Return assembly 150 from the adapter's memory."""
-        return self._adapter.read_to_robot()
+        return self.adapter.read_to_robot()
 
     def robot_write(self, image: bytes) -> None:
         """Set assembly 100 in the adapter's memory."""
-        self._adapter.write_to_master(image)
+        self.adapter.write_to_master(image)
 
     def close(self) -> None:
         """End the session and the adapter's process; more than once does no harm."""
         self._client.close()
-        self._adapter.close()
+        self.adapter.close()
 
     @contextmanager
     def _telling_of_its_end(self) -> Iterator[None]:
@@ -77,7 +77,7 @@ class LockstepLink:
         except CipError:
             raise
         except EnipError:
-            if failure := self._adapter.wait_for_failure():
+            if failure := self.adapter.wait_for_failure():
                 raise ProcessDiedError(failure) from None
             raise
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from rcx_harness.enip.ended import how_ended
+from rcx_harness.enip.child import how_ended
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.errors import InputError

@@ -10,7 +10,7 @@ import ipaddress
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum, IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 __all__ = [
     "FIRST_PACKET_US",
@@ -22,6 +22,7 @@ __all__ = [
     "ConnectionParameters",
     "EndReason",
     "OwnerState",
+    "Way",
     "multicast_address",
 ]
 
@@ -79,6 +80,15 @@ class EndReason(str, Enum):
     """The adapter has been switched off (`LinkState.OFF`)."""
 
 
+class Way(NamedTuple):
+    """One direction of a connection: its packets."""
+
+    identifier: int
+    api_us: int
+    size: int
+    run_idle: bool
+
+
 @dataclass(frozen=True)
 class ConnectionParameters:
     """One class 1 connection as agreed; the same for the end of the target and of the originator.
@@ -134,19 +144,18 @@ class ConnectionParameters:
         return self.kind is ConnectionKind.EXCLUSIVE_OWNER
 
     @property
-    def o_to_t_length(self) -> int:
-        """Bytes of the connected data item from the originator, as in the Forward Open."""
-        header = RUN_IDLE_SIZE if self.run_idle else 0
-        return SEQUENCE_SIZE + header + self.o_to_t_size
+    def o_to_t(self) -> Way:
+        """From the originator to the target."""
+        return Way(self.o_to_t_id, self.o_to_t_api_us, self.o_to_t_size, self.run_idle)
 
     @property
-    def t_to_o_length(self) -> int:
-        """Bytes of the connected data item from the target, as in the Forward Open."""
-        return SEQUENCE_SIZE + self.t_to_o_size
+    def t_to_o(self) -> Way:
+        """From the target to the originator."""
+        return Way(self.t_to_o_id, self.t_to_o_api_us, self.t_to_o_size, False)
 
-    def timeout_us(self, api_us: int) -> int:
-        """Longest silence between two packets that come every `api_us` microseconds."""
-        return api_us * (4 << self.multiplier)
+    def timeout_us(self, way: Way) -> int:
+        """Longest silence between two packets on this way."""
+        return way.api_us * (4 << self.multiplier)
 
     def as_message(self) -> dict[str, Any]:
         """As an object of JSON, for the pipe between the processes."""

@@ -14,6 +14,7 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from operator import attrgetter
 
 from rcx_harness.enip.cyclic.connections import (
     FIRST_PACKET_US,
@@ -22,8 +23,9 @@ from rcx_harness.enip.cyclic.connections import (
     ConnectionParameters,
     EndReason,
     OwnerState,
+    Way,
 )
-from rcx_harness.enip.cyclic.shared import Counter, SharedImages
+from rcx_harness.enip.cyclic.shared import SharedImages, Word
 
 __all__ = ["Arrival", "Consumer", "Exchange", "Packet", "Producer", "Role", "Send", "decode_packet"]
 
@@ -256,10 +258,13 @@ class Exchange:
     ) -> None:
         self._images = images
         self._on_ended = on_ended
-        self._role = role
-        is_target = role is Role.TARGET
-        self._source = images.to_master if is_target else images.to_robot
-        self._sink = images.to_robot if is_target else images.to_master
+        ends = (images.to_master, images.to_robot)
+        ways = (attrgetter("o_to_t"), attrgetter("t_to_o"))
+        self._is_target = role is Role.TARGET
+        self._source, self._sink = ends if self._is_target else ends[::-1]
+        consumed, produced = ways if self._is_target else ways[::-1]
+        self._consumed: Callable[[ConnectionParameters], Way] = consumed
+        self._produced: Callable[[ConnectionParameters], Way] = produced
         self._connections: dict[int, _Connection] = {}
         self._by_id: dict[int, _Connection] = {}
         self._productions: dict[tuple[bool, int], _Production] = {}
@@ -272,7 +277,7 @@ class Exchange:
         """
         connection = _Connection(parameters, self._consumer(parameters, now_us))
         self._connections[parameters.number] = connection
-        self._by_id[self._consumed_id(parameters)] = connection
+        self._by_id[self._consumed(parameters).identifier] = connection
         key = self._production_key(parameters)
         production = self._productions.get(key)
         if production is None:
@@ -282,9 +287,9 @@ class Exchange:
                 parameters.dscp,
                 {},
             )
-        production.users[parameters.number] = self._produced_api_us(parameters)
+        production.users[parameters.number] = self._produced(parameters).api_us
         production.producer.api_us = min(production.users.values())
-        self._images.count(_COUNTERS[parameters.kind], 1)
+        self._images.count(_OPEN[parameters.kind], 1)
         if self._is_watched(parameters):
             self._images.set_owner(OwnerState.WAITING, parameters)
 
@@ -314,10 +319,10 @@ class Exchange:
         if connection.parameters.peer == host and packet.content is not None:
             arrival = connection.consumer.take(packet.number, packet.content, now_us)
         if arrival is None:
-            self._images.count(Counter.DROPPED)
+            self._images.count(Word.DROPPED)
             return True
         if arrival.missing:
-            self._images.count(Counter.MISSING, arrival.missing)
+            self._images.count(Word.MISSING, arrival.missing)
         if self._is_watched(connection.parameters):
             self._publish(connection.parameters, arrival)
         # Last, too: a scanner's reader believes the data once something has arrived.
@@ -351,9 +356,9 @@ class Exchange:
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)
         send(producer.packet(), production.destination, production.dscp)
-        self._images.count(Counter.SENT)
+        self._images.count(Word.SENT)
         if skipped := producer.advance(now_us):
-            self._images.count(Counter.SKIPPED, skipped)
+            self._images.count(Word.SKIPPED, skipped)
 
     def _publish(self, parameters: ConnectionParameters, arrival: Arrival) -> None:
         # The data first: who sees the state RUN also sees the data.
@@ -366,7 +371,7 @@ class Exchange:
     def _end(self, connection: _Connection, state: OwnerState) -> None:
         parameters = connection.parameters
         del self._connections[parameters.number]
-        del self._by_id[self._consumed_id(parameters)]
+        del self._by_id[self._consumed(parameters).identifier]
         key = self._production_key(parameters)
         users = self._productions[key].users
         del users[parameters.number]
@@ -374,13 +379,13 @@ class Exchange:
             self._productions[key].producer.api_us = min(users.values())
         else:
             del self._productions[key]
-        self._images.count(_COUNTERS[parameters.kind], -1)
+        self._images.count(_OPEN[parameters.kind], -1)
         if self._is_watched(parameters):
             self._images.set_owner(state, None)
 
     def _end_listeners(self) -> None:
         """A listen-only connection lives as long as one of another kind does."""
-        if self._role is not Role.TARGET:
+        if not self._is_target:
             return
         connections = list(self._connections.items())
         kinds = {connection.parameters.kind for _, connection in connections}
@@ -391,39 +396,26 @@ class Exchange:
 
     def _is_watched(self, parameters: ConnectionParameters) -> bool:
         """Does its state count: the target's owner, and whatever a scanner has opened."""
-        return parameters.is_owner or self._role is Role.ORIGINATOR
+        return parameters.is_owner or not self._is_target
 
     def _consumer(self, parameters: ConnectionParameters, now_us: int) -> Consumer:
-        if self._role is Role.TARGET:
-            timeout_us = parameters.timeout_us(parameters.o_to_t_api_us)
-            size, run_idle = parameters.o_to_t_size, parameters.run_idle
-            return Consumer(size, run_idle, timeout_us, now_us, parameters.first_packet_us)
-        timeout_us = parameters.timeout_us(parameters.t_to_o_api_us)
-        return Consumer(parameters.t_to_o_size, False, timeout_us, now_us)
+        way = self._consumed(parameters)
+        timeout_us = parameters.timeout_us(way)
+        return Consumer(way.size, way.run_idle, timeout_us, now_us, parameters.first_packet_us)
 
     def _producer(self, parameters: ConnectionParameters, now_us: int) -> Producer:
-        api_us = self._produced_api_us(parameters)
-        if self._role is Role.TARGET:
-            first_us = now_us + min(api_us, _REPLY_FIRST_US)
-            return Producer(parameters.t_to_o_id, parameters.t_to_o_size, False, api_us, first_us)
-        size, run_idle = parameters.o_to_t_size, parameters.run_idle
-        return Producer(parameters.o_to_t_id, size, run_idle, api_us, now_us)
-
-    def _produced_api_us(self, parameters: ConnectionParameters) -> int:
-        is_target = self._role is Role.TARGET
-        return parameters.t_to_o_api_us if is_target else parameters.o_to_t_api_us
-
-    def _consumed_id(self, parameters: ConnectionParameters) -> int:
-        return parameters.o_to_t_id if self._role is Role.TARGET else parameters.t_to_o_id
+        way = self._produced(parameters)
+        first_us = now_us + (min(way.api_us, _REPLY_FIRST_US) if self._is_target else 0)
+        return Producer(way.identifier, way.size, way.run_idle, way.api_us, first_us)
 
     def _production_key(self, parameters: ConnectionParameters) -> tuple[bool, int]:
-        if self._role is Role.TARGET and parameters.multicast:
+        if self._is_target and parameters.multicast:
             return True, parameters.t_to_o_id
         return False, parameters.number
 
 
-_COUNTERS = {
-    ConnectionKind.EXCLUSIVE_OWNER: Counter.OWNERS,
-    ConnectionKind.INPUT_ONLY: Counter.INPUT_ONLY,
-    ConnectionKind.LISTEN_ONLY: Counter.LISTEN_ONLY,
+_OPEN = {
+    ConnectionKind.EXCLUSIVE_OWNER: Word.OWNERS,
+    ConnectionKind.INPUT_ONLY: Word.INPUT_ONLY,
+    ConnectionKind.LISTEN_ONLY: Word.LISTEN_ONLY,
 }

@@ -17,15 +17,15 @@ import socket
 import sys
 import time
 from contextlib import suppress
-from typing import Any
 
+from rcx_harness.enip.child import tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
-from rcx_harness.enip.cyclic.shared import Counter, LinkState, SharedImages
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, Word
 
 __all__ = ["main"]
 
-_ORDERS, _REPORTS = 0, 1  # standard input and output
+_ORDERS = 0  # standard input
 _CHUNK = 65536
 _DATAGRAM = 2048
 _AT_ONCE = 128
@@ -101,7 +101,7 @@ class _Cyclic:
                 continue
             # Its connection may have been opened a moment ago.
             if not (self._obey() and self._exchange.receive(datagram, host, _now_us())):
-                self._images.count(Counter.DROPPED)
+                self._images.count(Word.DROPPED)
 
     def _send(self, packet: bytes, destination: tuple[str, int], dscp: int) -> None:
         if dscp != self._dscp:
@@ -139,7 +139,7 @@ class _Cyclic:
 
     def _ended(self, number: int, reason: EndReason) -> None:
         self._leave(number)
-        _tell({"ended": number, "reason": reason.value})
+        tell({"ended": number, "reason": reason.value})
 
     def _leave(self, number: int) -> None:
         if (group := self._groups.pop(number, None)) is not None:
@@ -160,10 +160,10 @@ def main(argument: str) -> None:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
-            _tell({"error": str(error)})
+            tell({"error": str(error)})
             return
         _be_punctual()
-        _tell({"port": cyclic.port})
+        tell({"port": cyclic.port})
         cyclic.run()
 
 
@@ -197,11 +197,6 @@ def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> Non
 
 def _now_us() -> int:
     return time.monotonic_ns() // 1000
-
-
-def _tell(message: dict[str, Any]) -> None:
-    with suppress(BrokenPipeError):  # the parent has ended
-        os.write(_REPORTS, json.dumps(message).encode() + b"\n")
 
 
 if __name__ == "__main__":

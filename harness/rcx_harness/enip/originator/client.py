@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import socket
 import struct
-from types import TracebackType
 
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec import cip
 from rcx_harness.enip.codec.encapsulation import (
     HEADER_SIZE,
@@ -26,7 +26,7 @@ _ASSEMBLY, _DATA = 4, 3
 _CHUNK = 65536 + HEADER_SIZE
 
 
-class Client:
+class Client(Closing):
     """A registered session with an adapter.
 
     Any failure but a refusal closes the connection: after it nobody knows which answer is next.
@@ -146,19 +146,6 @@ class Client:
             pass  # the other side was quicker
         finally:
             self._socket.close()
-
-    def __enter__(self) -> Client:
-        """The client, already registered."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """End the session."""
-        self.close()
 
     def _exchange(self, command: Command, data: bytes) -> Frame:
         context = struct.pack("<Q", next(self._contexts))

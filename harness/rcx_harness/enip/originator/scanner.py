@@ -12,8 +12,8 @@ import statistics
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from types import TracebackType
 
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec.cip import ConnectionService
 from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
 from rcx_harness.enip.codec.forward_open import OpenRequest, Triad, decode_open_reply
@@ -126,7 +126,7 @@ class ScannerStatistics:
     gap_max_us: int
 
 
-class Scanner:
+class Scanner(Closing):
     """One connection to one adapter, and the session it is opened through.
 
     Args:
@@ -250,6 +250,11 @@ class Scanner:
         self._control.add(self.connection)
 
     @property
+    def pid(self) -> int:
+        """Number of the process that sends and receives."""
+        return self._control.pid
+
+    @property
     def alive(self) -> bool:
         """Does the process that sends and receives still run?"""
         return self._control.alive
@@ -321,19 +326,6 @@ class Scanner:
         self.client.close()
         self._control.close()
         self._images.close()
-
-    def __enter__(self) -> Scanner:
-        """The scanner, with its session; not yet open."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """End everything."""
-        self.close()
 
     def _forget(self) -> None:
         """Our end of the connection is no more."""
