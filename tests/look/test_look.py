@@ -113,7 +113,11 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert "listen only connection" in capsys.readouterr().out
 
         assert scan("--write", "SI06=1") == 2
-        assert "0x0106, another master owns the outputs" in capsys.readouterr().err
+        error = capsys.readouterr().err
+        assert "0x0106, another master owns the outputs" in error
+        assert error.endswith(
+            "; another master has it: disconnect that first, or leave --write out\n"
+        )
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
@@ -134,7 +138,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
     ("options", "message"),
     [
         (["--size", "256"], "0x0128, the size from the device does not fit the assembly"),
-        (["--size", "256"], "; try --size 48"),
+        (["--size", "256"], "; its areas have another size: try --size 48"),
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
         (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),

@@ -13,10 +13,9 @@ from types import TracebackType
 from typing import Any
 
 from modbus_plc import ModbusPlc
-from rcx_harness.bridge.core import Actions, Limits, RobotSeen, State
+from rcx_harness.bridge.core import Actions, Limits, Registers, RobotSeen, State
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcLink
-from rcx_harness.bridge.registers import Registers
 from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.options import AdapterOptions

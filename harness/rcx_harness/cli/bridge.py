@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import check_ipv4, duration_us
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 
 __all__ = ["bridge"]
@@ -59,8 +60,7 @@ def bridge(
     Exit code: 0, 1 if it ended by itself, 2 on bad input or where a side is not there.
     """
     try:
-        from rcx_harness.bridge.core import Limits
-        from rcx_harness.bridge.registers import Registers
+        from rcx_harness.bridge.core import Limits, Registers
         from rcx_harness.bridge.run import BridgeOptions
         from rcx_harness.bridge.run import bridge as run_bridge
     except ModuleNotFoundError as error:
@@ -81,7 +81,7 @@ def bridge(
         hint = "give a longer --timeout or a shorter --period"
         raise InputError(f"--timeout {timeout} is less than two periods of {period}", hint=hint)
     plc_host, plc_port = _address("--plc", plc, 502)
-    robot_host, robot_port = _address("--robot", robot, 44818)
+    robot_host, robot_port = _address("--robot", robot, PORT)
     options = BridgeOptions(
         plc_host=plc_host,
         plc_port=plc_port,

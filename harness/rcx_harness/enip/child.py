@@ -7,6 +7,7 @@ the latest.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import signal
@@ -18,9 +19,10 @@ from typing import IO, Any
 
 from rcx_harness.enip.errors import ProcessDiedError
 
-__all__ = ["Child", "how_ended", "tell"]
+__all__ = ["Child", "be_punctual", "how_ended", "tell"]
 
 _STOP_S, _WAIT_S = 5.0, 1.0
+_PRIORITY = 1
 
 
 class Child:
@@ -95,3 +97,15 @@ def tell(message: Mapping[str, Any]) -> None:
     """Say something to the parent, in the process itself."""
     with suppress(BrokenPipeError):  # the parent has ended
         os.write(1, json.dumps(message).encode() + b"\n")
+
+
+def be_punctual(policy: str) -> None:
+    """Ask for real time, for the threads to come too; where it is not allowed we do without.
+
+    Args:
+        policy: Name in `os`: SCHED_FIFO or SCHED_RR.
+    """
+    gc.freeze()
+    if hasattr(os, "sched_setscheduler"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, getattr(os, policy), os.sched_param(_PRIORITY))

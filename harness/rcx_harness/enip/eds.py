@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rcx_harness.enip.codec.cip import encode_segment
+from rcx_harness.enip.codec.cip import REVISIONS, ClassId, encode_segment
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import MAX_CYCLIC, MAX_EXPLICIT
 from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT, check_size
@@ -83,9 +83,9 @@ def eds_text(
         "Assembly": _assemblies(),
         "Connection Manager": _connections(options),
         "Capacity": _capacity(),
-        "TCP/IP Interface Class": _class("TCP/IP Interface Object", 0xF5, 4),
-        "Ethernet Link Class": _class("Ethernet Link Object", 0xF6, 4),
-        "QoS Class": _class("QoS Object", 0x48, 1),
+        "TCP/IP Interface Class": _class("TCP/IP Interface Object", ClassId.TCP_IP),
+        "Ethernet Link Class": _class("Ethernet Link Object", ClassId.ETHERNET_LINK),
+        "QoS Class": _class("QoS Object", ClassId.QOS),
         "Port": _port(),
     }
     lines = [
@@ -248,9 +248,9 @@ def _capacity() -> list[_Entry]:
     ]
 
 
-def _class(name: str, class_id: int, revision: int) -> list[_Entry]:
+def _class(name: str, class_id: ClassId) -> list[_Entry]:
     return [
-        _one("Revision", str(revision)),
+        _one("Revision", str(REVISIONS[class_id])),
         _one("Object_Name", _text(name)),
         _one("Object_Class_Code", f"0x{class_id:02X}"),
         _one("MaxInst", "1"),

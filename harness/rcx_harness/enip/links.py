@@ -20,7 +20,25 @@ from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT
 __all__ = ["Class1Link", "LockstepLink"]
 
 
-class LockstepLink:
+class _Link:
+    """What both have: the robot's end works on the adapter's memory."""
+
+    name = "enip"
+
+    def __init__(self, size: int, adapter: Adapter) -> None:
+        self.size = size
+        self.adapter = adapter
+
+    def robot_read(self) -> bytes:
+        """What the controller's adapter has received last: assembly 150."""
+        return self.adapter.read_to_robot()
+
+    def robot_write(self, image: bytes) -> None:
+        """Set what the master reads, or the next packets carry: assembly 100."""
+        self.adapter.write_to_master(image)
+
+
+class LockstepLink(_Link):
     """A `rcx_harness.cell.link.Link` over EtherNet/IP on the loopback interface.
 
     The master's two calls are explicit messages to the adapter's process and return when it has
@@ -35,11 +53,8 @@ class LockstepLink:
         ProcessDiedError: from every call of the scanner's: the adapter's process has ended.
     """
 
-    name = "enip"
-
     def __init__(self, size: int = SIZE) -> None:
-        self.size = size
-        self.adapter = Adapter(size)
+        super().__init__(size, Adapter(size))
         try:
             self._client = Client(*self.adapter.address)
         except BaseException:
@@ -55,14 +70,6 @@ class LockstepLink:
         """Return assembly 100 by Get_Attribute_Single."""
         with self._telling_of_its_end():
             return self._client.get_assembly(TO_MASTER)
-
-    def robot_read(self) -> bytes:
-        """Return assembly 150 from the adapter's memory."""
-        return self.adapter.read_to_robot()
-
-    def robot_write(self, image: bytes) -> None:
-        """Set assembly 100 in the adapter's memory."""
-        self.adapter.write_to_master(image)
 
     def close(self) -> None:
         """End the session and the adapter's process; more than once does no harm."""
@@ -82,7 +89,7 @@ class LockstepLink:
             raise
 
 
-class Class1Link:
+class Class1Link(_Link):
     """A `rcx_harness.cell.link.Link` over one exclusive-owner connection on the loopback interface.
 
     Nothing here waits: a call gives what has arrived last, or sets what goes out next. The
@@ -104,8 +111,6 @@ class Class1Link:
         InputError: another size, interval or multiplier, or a process did not start.
     """
 
-    name = "enip"
-
     def __init__(
         self,
         size: int = SIZE,
@@ -113,9 +118,8 @@ class Class1Link:
         multiplier: int = 2,
         address: str = "127.0.0.1",
     ) -> None:
-        self.size = size
         options = AdapterOptions(rpi_min_us=1_000)
-        self.adapter = Adapter(size, host=address, cyclic=0, options=options)
+        super().__init__(size, Adapter(size, host=address, cyclic=0, options=options))
         self.shared: SharedImages = self.adapter.shared
         try:
             self.scanner = Scanner(
@@ -141,14 +145,6 @@ class Class1Link:
     def scanner_read(self) -> bytes:
         """What the master has received last."""
         return self.scanner.read().image
-
-    def robot_read(self) -> bytes:
-        """What the controller's adapter has received last: assembly 150."""
-        return self.shared.to_robot.read()
-
-    def robot_write(self, image: bytes) -> None:
-        """Set what the robot's next packets carry: assembly 100."""
-        self.shared.to_master.write(image)
 
     def close(self) -> None:
         """Close the connection and end both processes; more than once does no harm."""

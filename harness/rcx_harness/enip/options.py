@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from rcx_harness.enip.cyclic.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
 from rcx_harness.errors import InputError
@@ -105,3 +107,8 @@ class AdapterOptions:
             raise InputError(
                 f"the first packet cannot be waited for {shown}", hint="it can be 10s to 610h"
             )
+
+    @classmethod
+    def from_message(cls, message: Mapping[str, Any]) -> AdapterOptions:
+        """What `dataclasses.asdict` gave, after a way as JSON."""
+        return cls(**{**message, "configurations": tuple(message["configurations"])})

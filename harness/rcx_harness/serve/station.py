@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.cyclic.shared import LinkState
+from rcx_harness.enip.cyclic.shared import Image, LinkState
 from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
@@ -16,7 +16,7 @@ from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Stat
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS
 
-__all__ = ["LINK_EVENTS", "Image", "Images", "Station"]
+__all__ = ["LINK_EVENTS", "Images", "Station"]
 
 #: Events of the network beside those of the controller.
 LINK_EVENTS = {
@@ -30,16 +30,6 @@ _MOST_CHANGES = 2000
 _SKIPS_MATTER_US = 200_000
 _NO_INPUTS = bytes(4)
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
-
-
-class Image(Protocol):
-    """An area that two processes share."""
-
-    def read(self) -> bytes:
-        """A whole copy of it."""
-
-    def write(self, image: bytes, /) -> None:
-        """Set all of it."""
 
 
 class Images(Protocol):

@@ -14,6 +14,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 __all__ = [
+    "REVISIONS",
+    "ClassId",
     "ConnectionService",
     "ElectronicKey",
     "ExtendedStatus",
@@ -31,121 +33,95 @@ __all__ = [
     "encode_request",
     "encode_segment",
     "extended_text",
-    "older",
     "status_text",
 ]
 
 
 class ExtendedStatus(IntEnum):
-    """The extended status codes that belong to general status 0x01, connection failure."""
+    """The extended status codes that belong to general status 0x01, connection failure.
 
-    DUPLICATE_FORWARD_OPEN = 0x100
-    CLASS_AND_TRIGGER = 0x103
-    OWNERSHIP_CONFLICT = 0x106
-    CONNECTION_NOT_FOUND = 0x107
-    INVALID_CONNECTION_TYPE = 0x108
-    INVALID_CONNECTION_SIZE = 0x109
-    RPI_NOT_SUPPORTED = 0x111
-    RPI_NOT_ACCEPTABLE = 0x112
-    OUT_OF_CONNECTIONS = 0x113
-    KEY_VENDOR_OR_PRODUCT = 0x114
-    KEY_DEVICE_TYPE = 0x115
-    KEY_REVISION = 0x116
-    INVALID_APPLICATION_PATH = 0x117
-    INVALID_CONFIGURATION_PATH = 0x118
-    ONLY_LISTENERS = 0x119
-    INHIBIT_TIME_ABOVE_RPI = 0x11B
-    TRANSPORT_CLASS = 0x11C
-    PRODUCTION_TRIGGER = 0x11D
-    DIRECTION = 0x11E
-    O_TO_T_TYPE = 0x123
-    T_TO_O_TYPE = 0x124
-    REDUNDANT_OWNER = 0x125
-    CONFIGURATION_SIZE = 0x126
-    O_TO_T_SIZE = 0x127
-    T_TO_O_SIZE = 0x128
-    CONFIGURATION_PATH = 0x129
-    CONSUMING_PATH = 0x12A
-    PRODUCING_PATH = 0x12B
-    INCONSISTENT_PATHS = 0x12F
-    NULL_FORWARD_OPEN = 0x132
-    TIMEOUT_MULTIPLIER = 0x133
-    PARAMETER_ERROR = 0x205
-    PORT_NOT_AVAILABLE = 0x311
-    LINK_ADDRESS_NOT_VALID = 0x312
-    SEGMENT_IN_PATH = 0x315
-    CLOSE_PATH_MISMATCH = 0x316
+    Each has its meaning and, where a device of an earlier edition knew only a coarser code, that.
+    """
 
+    meaning: str
+    older: int
 
-_TEXTS = {
-    ExtendedStatus.DUPLICATE_FORWARD_OPEN: "this connection is already open",
-    ExtendedStatus.CLASS_AND_TRIGGER: "transport class and trigger are not supported together",
-    ExtendedStatus.OWNERSHIP_CONFLICT: "another master owns the outputs",
-    ExtendedStatus.CONNECTION_NOT_FOUND: "there is no such connection",
-    ExtendedStatus.INVALID_CONNECTION_TYPE: "the connection type or priority is not valid",
-    ExtendedStatus.INVALID_CONNECTION_SIZE: "the connection size does not fit the assembly",
-    ExtendedStatus.RPI_NOT_SUPPORTED: "the packet interval is not supported",
-    ExtendedStatus.RPI_NOT_ACCEPTABLE: "the packet interval is not acceptable",
-    ExtendedStatus.OUT_OF_CONNECTIONS: "no more connections are available",
-    ExtendedStatus.KEY_VENDOR_OR_PRODUCT: "vendor or product code do not match the device",
-    ExtendedStatus.KEY_DEVICE_TYPE: "the device type does not match the device",
-    ExtendedStatus.KEY_REVISION: "the revision does not match the device",
-    ExtendedStatus.INVALID_APPLICATION_PATH: "the produced or consumed path is not valid",
-    ExtendedStatus.INVALID_CONFIGURATION_PATH: "the configuration path is not valid",
-    ExtendedStatus.ONLY_LISTENERS: "listen only needs a connection that is more than that",
-    ExtendedStatus.INHIBIT_TIME_ABOVE_RPI: "the production inhibit time exceeds the interval",
-    ExtendedStatus.TRANSPORT_CLASS: "the transport class is not supported",
-    ExtendedStatus.PRODUCTION_TRIGGER: "the production trigger is not supported",
-    ExtendedStatus.DIRECTION: "the transport direction is not supported",
-    ExtendedStatus.O_TO_T_TYPE: "the connection type to the device is not supported",
-    ExtendedStatus.T_TO_O_TYPE: "the connection type from the device is not supported",
-    ExtendedStatus.REDUNDANT_OWNER: "redundant owners are not supported",
-    ExtendedStatus.CONFIGURATION_SIZE: "the configuration data has a wrong size",
-    ExtendedStatus.O_TO_T_SIZE: "the size to the device does not fit the assembly",
-    ExtendedStatus.T_TO_O_SIZE: "the size from the device does not fit the assembly",
-    ExtendedStatus.CONFIGURATION_PATH: "there is no such configuration instance",
-    ExtendedStatus.CONSUMING_PATH: "there is no such consuming connection point",
-    ExtendedStatus.PRODUCING_PATH: "there is no such producing connection point",
-    ExtendedStatus.INCONSISTENT_PATHS: "the application paths do not belong together",
-    ExtendedStatus.NULL_FORWARD_OPEN: "a null Forward Open is not supported",
-    ExtendedStatus.TIMEOUT_MULTIPLIER: "the time-out multiplier is not acceptable",
-    ExtendedStatus.PARAMETER_ERROR: "a parameter of the request is wrong",
-    ExtendedStatus.PORT_NOT_AVAILABLE: "the route names a port that there is not",
-    ExtendedStatus.LINK_ADDRESS_NOT_VALID: "the route names a link address that there is not",
-    ExtendedStatus.SEGMENT_IN_PATH: "a segment of the connection path is not valid",
-    ExtendedStatus.CLOSE_PATH_MISMATCH: "the path to close is not the one that was opened",
-}
+    def __new__(cls, code: int, meaning: str = "", older: int | None = None) -> ExtendedStatus:
+        """The code is the number."""
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.meaning = meaning
+        member.older = code if older is None else older
+        return member
 
-# What a device of an earlier edition answers, which knew fewer codes.
-_OLDER = {
-    ExtendedStatus.TRANSPORT_CLASS: ExtendedStatus.CLASS_AND_TRIGGER,
-    ExtendedStatus.PRODUCTION_TRIGGER: ExtendedStatus.CLASS_AND_TRIGGER,
-    ExtendedStatus.DIRECTION: ExtendedStatus.CLASS_AND_TRIGGER,
-    ExtendedStatus.O_TO_T_TYPE: ExtendedStatus.INVALID_CONNECTION_TYPE,
-    ExtendedStatus.T_TO_O_TYPE: ExtendedStatus.INVALID_CONNECTION_TYPE,
-    ExtendedStatus.REDUNDANT_OWNER: ExtendedStatus.INVALID_CONNECTION_TYPE,
-    ExtendedStatus.RPI_NOT_ACCEPTABLE: ExtendedStatus.RPI_NOT_SUPPORTED,
-    ExtendedStatus.O_TO_T_SIZE: ExtendedStatus.INVALID_CONNECTION_SIZE,
-    ExtendedStatus.T_TO_O_SIZE: ExtendedStatus.INVALID_CONNECTION_SIZE,
-    ExtendedStatus.CONFIGURATION_SIZE: ExtendedStatus.INVALID_CONFIGURATION_PATH,
-    ExtendedStatus.CONFIGURATION_PATH: ExtendedStatus.INVALID_CONFIGURATION_PATH,
-    ExtendedStatus.CONSUMING_PATH: ExtendedStatus.INVALID_APPLICATION_PATH,
-    ExtendedStatus.PRODUCING_PATH: ExtendedStatus.INVALID_APPLICATION_PATH,
-    ExtendedStatus.INCONSISTENT_PATHS: ExtendedStatus.INVALID_APPLICATION_PATH,
-}
+    DUPLICATE_FORWARD_OPEN = 0x100, "this connection is already open"
+    CLASS_AND_TRIGGER = 0x103, "transport class and trigger are not supported together"
+    OWNERSHIP_CONFLICT = 0x106, "another master owns the outputs"
+    CONNECTION_NOT_FOUND = 0x107, "there is no such connection"
+    INVALID_CONNECTION_TYPE = 0x108, "the connection type or priority is not valid"
+    INVALID_CONNECTION_SIZE = 0x109, "the connection size does not fit the assembly"
+    RPI_NOT_SUPPORTED = 0x111, "the packet interval is not supported"
+    RPI_NOT_ACCEPTABLE = 0x112, "the packet interval is not acceptable", 0x111
+    OUT_OF_CONNECTIONS = 0x113, "no more connections are available"
+    KEY_VENDOR_OR_PRODUCT = 0x114, "vendor or product code do not match the device"
+    KEY_DEVICE_TYPE = 0x115, "the device type does not match the device"
+    KEY_REVISION = 0x116, "the revision does not match the device"
+    INVALID_APPLICATION_PATH = 0x117, "the produced or consumed path is not valid"
+    INVALID_CONFIGURATION_PATH = 0x118, "the configuration path is not valid"
+    ONLY_LISTENERS = 0x119, "listen only needs a connection that is more than that"
+    INHIBIT_TIME_ABOVE_RPI = 0x11B, "the production inhibit time exceeds the interval"
+    TRANSPORT_CLASS = 0x11C, "the transport class is not supported", 0x103
+    PRODUCTION_TRIGGER = 0x11D, "the production trigger is not supported", 0x103
+    DIRECTION = 0x11E, "the transport direction is not supported", 0x103
+    O_TO_T_TYPE = 0x123, "the connection type to the device is not supported", 0x108
+    T_TO_O_TYPE = 0x124, "the connection type from the device is not supported", 0x108
+    REDUNDANT_OWNER = 0x125, "redundant owners are not supported", 0x108
+    CONFIGURATION_SIZE = 0x126, "the configuration data has a wrong size", 0x118
+    O_TO_T_SIZE = 0x127, "the size to the device does not fit the assembly", 0x109
+    T_TO_O_SIZE = 0x128, "the size from the device does not fit the assembly", 0x109
+    CONFIGURATION_PATH = 0x129, "there is no such configuration instance", 0x118
+    CONSUMING_PATH = 0x12A, "there is no such consuming connection point", 0x117
+    PRODUCING_PATH = 0x12B, "there is no such producing connection point", 0x117
+    INCONSISTENT_PATHS = 0x12F, "the application paths do not belong together", 0x117
+    NULL_FORWARD_OPEN = 0x132, "a null Forward Open is not supported"
+    TIMEOUT_MULTIPLIER = 0x133, "the time-out multiplier is not acceptable"
+    PARAMETER_ERROR = 0x205, "a parameter of the request is wrong"
+    PORT_NOT_AVAILABLE = 0x311, "the route names a port that there is not"
+    LINK_ADDRESS_NOT_VALID = 0x312, "the route names a link address that there is not"
+    SEGMENT_IN_PATH = 0x315, "a segment of the connection path is not valid"
+    CLOSE_PATH_MISMATCH = 0x316, "the path to close is not the one that was opened"
 
 
 def extended_text(code: int) -> str:
     """An extended status code of the Connection Manager in words."""
     try:
-        return _TEXTS[ExtendedStatus(code)]
+        return ExtendedStatus(code).meaning
     except ValueError:
         return "an extended status this harness does not know"
 
 
-def older(code: ExtendedStatus) -> ExtendedStatus:
-    """The code that an earlier edition had for the same refusal; the code itself if it had it."""
-    return _OLDER.get(code, code)
+class ClassId(IntEnum):
+    """The classes of objects that this device has (CIP volumes 1 and 2, chapter 5)."""
+
+    IDENTITY = 0x01
+    MESSAGE_ROUTER = 0x02
+    ASSEMBLY = 0x04
+    CONNECTION_MANAGER = 0x06
+    QOS = 0x48
+    TCP_IP = 0xF5
+    ETHERNET_LINK = 0xF6
+
+
+REVISIONS = {
+    ClassId.IDENTITY: 1,
+    ClassId.MESSAGE_ROUTER: 1,
+    ClassId.ASSEMBLY: 2,
+    ClassId.CONNECTION_MANAGER: 1,
+    ClassId.QOS: 1,
+    ClassId.TCP_IP: 4,
+    ClassId.ETHERNET_LINK: 4,
+}
+"""Revision of each class."""
 
 
 class Service(IntEnum):

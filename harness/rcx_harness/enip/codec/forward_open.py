@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from rcx_harness.enip.codec.cip import (
+    ClassId,
     ConnectionService,
     ElectronicKey,
     ExtendedStatus,
@@ -20,6 +21,7 @@ from rcx_harness.enip.codec.cip import (
     Request,
     Status,
     decode_key,
+    encode_path,
     encode_request,
     encode_segment,
 )
@@ -315,7 +317,7 @@ def _path(data: bytes, start: int, words: int) -> bytes:
     return path
 
 
-_CONNECTION_MANAGER = bytes.fromhex("2006 2401")
+_CONNECTION_MANAGER = encode_path(ClassId.CONNECTION_MANAGER, 1)
 # Priority and time of a tick, ticks: how long a bridge may take, 14 x 1.024 s.
 _PATIENCE = struct.pack("<BB", 0x0A, 0x0E)
 _CLASS_1_CYCLIC = 0x01
@@ -357,7 +359,7 @@ class OpenRequest:
 
     def path(self) -> bytes:
         """The application path: configuration, consuming and producing connection point, data."""
-        path = bytes.fromhex("2004")
+        path = encode_segment(_CLASS, ClassId.ASSEMBLY)
         if self.configuration is not None:
             path += encode_segment(_INSTANCE, self.configuration)
         path += encode_segment(_CONNECTION_POINT, self.consuming)

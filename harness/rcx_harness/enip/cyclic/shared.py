@@ -11,16 +11,18 @@ from __future__ import annotations
 import ipaddress
 import struct
 import sys
+import time
 from collections.abc import Sized
 from dataclasses import dataclass
 from enum import IntEnum
 from multiprocessing import resource_tracker
 from multiprocessing.shared_memory import SharedMemory
+from typing import Protocol
 
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
 
-__all__ = ["GAPS", "LinkState", "SharedImage", "SharedImages", "Status", "Word"]
+__all__ = ["GAPS", "Image", "LinkState", "SharedImage", "SharedImages", "Status", "Word", "now_us"]
 
 GAPS = 8192
 """So many gaps between packets are kept, the latest."""
@@ -104,6 +106,18 @@ class Status:
     def connections(self) -> int:
         """Connections open, of all kinds."""
         return self.owners + self.input_only + self.listen_only
+
+
+class Image(Protocol):
+    """The data of an Assembly; always as long."""
+
+    def read(self) -> bytes:
+        """The whole of it."""
+        ...
+
+    def write(self, image: bytes, /) -> None:
+        """Replace it, whole."""
+        ...
 
 
 class SharedImage:
@@ -315,6 +329,11 @@ class SharedImages(Closing):
         self._words.release()
         self._gaps.release()
         self._memory.close()
+
+
+def now_us() -> int:
+    """The monotonic clock in microseconds, the same for all processes."""
+    return time.monotonic_ns() // 1000
 
 
 def _whole_words(size: int) -> int:

@@ -22,7 +22,7 @@ from rcx_harness.enip.errors import CipError, EnipError
 __all__ = ["PORT", "Client"]
 
 PORT = 44818
-_ASSEMBLY, _DATA = 4, 3
+_DATA = 3
 _CHUNK = 65536 + HEADER_SIZE
 
 
@@ -78,7 +78,7 @@ class Client(Closing):
         Raises:
             CipError: the adapter refused.
         """
-        return self.get_attribute(_ASSEMBLY, instance, _DATA)
+        return self.get_attribute(cip.ClassId.ASSEMBLY, instance, _DATA)
 
     def set_assembly(self, instance: int, image: bytes) -> None:
         """Set the data of an Assembly instance.
@@ -86,7 +86,7 @@ class Client(Closing):
         Raises:
             CipError: the adapter refused: read only, or a wrong length.
         """
-        self.set_attribute(_ASSEMBLY, instance, _DATA, image)
+        self.set_attribute(cip.ClassId.ASSEMBLY, instance, _DATA, image)
 
     def get_attribute(self, class_id: int, instance: int, attribute: int) -> bytes:
         """Value of one attribute.

@@ -26,7 +26,7 @@ _SIZES = (
 )
 _INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
 #: What to do, and the option that it needs: not every command has each.
-_REMEDIES = {
+_REMEDIES: dict[int, tuple[str, str]] = {
     ExtendedStatus.CONNECTION_NOT_FOUND: ("", "it has lost the connection, too"),
     ExtendedStatus.ONLY_LISTENERS: (
         "--listen-only",
@@ -183,7 +183,7 @@ def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
     """
     code = error.extended[0] if error.extended else 0
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:
-        beside = "; without --write it is only read" if "--write" in options else ""
+        beside = ", or leave --write out" if "--write" in options else ""
         return f"another master has it: disconnect that first{beside}"
     if code in _SIZES:
         if size in AREA_SIZES:

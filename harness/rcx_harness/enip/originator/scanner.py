@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 import random
 import statistics
-import time
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -28,7 +27,7 @@ from rcx_harness.enip.cyclic.connections import (
 )
 from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.exchange import Role
-from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, now_us
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import PORT, Client
@@ -276,8 +275,7 @@ class Scanner(Closing):
         """
         self._images.to_robot.write(image)
         self._images.run = run
-        now_us = time.monotonic_ns() // 1000
-        self._images.sending_ends_us = 0 if valid_us is None else now_us + valid_us
+        self._images.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""
@@ -285,7 +283,7 @@ class Scanner(Closing):
         arrived_us = self._images.arrived_us
         connected = self._control.alive and self._images.owner is OwnerState.RUN
         image = self._images.to_master.read()
-        age_us = max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None
+        age_us = max(0, now_us() - arrived_us) if arrived_us else None
         return Received(image, age_us, connected)
 
     def statistics(self) -> ScannerStatistics:

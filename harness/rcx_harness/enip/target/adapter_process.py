@@ -129,13 +129,11 @@ class _Adapter:
         return CyclicControl(self._shared.name, host, port, ended)
 
     def _make_device(self, interface: NetworkInterface) -> Device:
-        options = self._settings["options"]
-        options["configurations"] = tuple(options["configurations"])
         return Device(
             self._shared.to_master,
             self._shared.to_robot,
             Identity(**self._settings["identity"]),
-            AdapterOptions(**options),
+            AdapterOptions.from_message(self._settings["options"]),
             self._control,
             lambda: self._shared.owner,
             interface,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable
 
-from rcx_harness.enip.codec.cip import ElectronicKey, ExtendedStatus, Refusal, Status
+from rcx_harness.enip.codec.cip import ClassId, ElectronicKey, ExtendedStatus, Refusal, Status
 from rcx_harness.enip.codec.forward_open import ConnectionPath, ConnectionType, ForwardOpen
 from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE, ConnectionKind
 from rcx_harness.enip.options import AdapterOptions, Identity
@@ -72,7 +72,6 @@ CYCLIC_CLASS, EXPLICIT_CLASS = 1, 3
 MAX_EXPLICIT_SIZE = 4002
 """Longest message of a class 3 connection, with its sequence count."""
 
-_MESSAGE_ROUTER, _ASSEMBLY = 2, 4
 _CYCLIC, _LAST_TRIGGER = 0, 2
 _MAX_MULTIPLIER = 7
 _HEARTBEATS = (0, SEQUENCE_SIZE, SEQUENCE_SIZE + RUN_IDLE_SIZE)
@@ -118,7 +117,7 @@ def check_explicit(request: ForwardOpen, path: ConnectionPath) -> None:
     Raises:
         Refusal: 0x12F, 0x127, 0x128, 0x112.
     """
-    if path.application() != (_MESSAGE_ROUTER, (1,)):
+    if path.application() != (ClassId.MESSAGE_ROUTER, (1,)):
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
     if not 0 < request.o_to_t.size <= MAX_EXPLICIT_SIZE:
         raise refused(ExtendedStatus.O_TO_T_SIZE, MAX_EXPLICIT_SIZE)
@@ -167,7 +166,7 @@ def check_cyclic(
 
 
 def _check_paths(path: ConnectionPath, options: AdapterOptions) -> ConnectionKind:
-    if path.class_id != _ASSEMBLY or not 2 <= len(path.numbers) <= 3:
+    if path.class_id != ClassId.ASSEMBLY or not 2 <= len(path.numbers) <= 3:
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
     *configuration, consuming, producing = path.numbers
     if configuration and configuration[0] not in options.configurations:

@@ -20,7 +20,6 @@ from rcx_harness.enip.codec.cip import (
     Request,
     Status,
     encode_reply,
-    older,
 )
 from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
 from rcx_harness.enip.codec.forward_open import (
@@ -438,5 +437,5 @@ class ConnectionManager:
         """Extended status; with its further words only if it is the code that has them."""
         if not self._options.older_status or not refusal.extended:
             return refusal.extended
-        code = older(ExtendedStatus(refusal.extended[0]))
+        code = ExtendedStatus(refusal.extended[0]).older
         return refusal.extended if code == refusal.extended[0] else (code,)

@@ -27,11 +27,12 @@ from rcx_harness.enip.codec.encapsulation import (
     unconnected_items,
 )
 from rcx_harness.enip.cyclic.connections import OwnerState, multicast_address
+from rcx_harness.enip.cyclic.shared import Image
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import ConnectionManager, CyclicPart, Origin
 from rcx_harness.enip.target.listing import Listing
 from rcx_harness.enip.target.network_interface import NetworkInterface
-from rcx_harness.enip.target.objects import Image, ObjectModel
+from rcx_harness.enip.target.objects import ObjectModel
 from rcx_harness.enip.target.router import Router
 
 __all__ = ["MAX_SESSIONS", "SLOW_S", "Device", "Session"]
