@@ -304,10 +304,6 @@ class SharedImages(Closing):
         """Add to a counter; for the process of the cyclic part."""
         self._words[counter] += number
 
-    def set_count(self, counter: Word, number: int) -> None:
-        """Set a counter; for the process of the cyclic part."""
-        self._words[counter] = number
-
     def arrive(self, now_us: int, gap_us: int | None) -> None:
         """A packet was taken, `gap_us` after the one before; for the process of the cyclic part."""
         words = self._words
