@@ -155,11 +155,11 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     [
         ("serve.station_process", "its process has ended by itself (killed by SIGKILL)"),
         (
-            "enip.adapter_process",
+            "enip.target.adapter_process",
             "the process of the EtherNet/IP adapter has ended by itself (killed by SIGKILL)",
         ),
         (
-            "enip.cyclic_process",
+            "enip.cyclic.process",
             "the EtherNet/IP adapter has ended: the process of the cyclic I/O has ended by itself "
             "(killed by SIGKILL)",
         ),

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec.wire import check_size
+from rcx_harness.spec.wire import SIZE, check_size
 from rcx_harness.units import format_us, format_word
 
 __all__ = [
@@ -65,7 +65,7 @@ class Registers:
 
     read: int = 0
     write: int = 1024
-    size: int = 48
+    size: int = SIZE
 
     def __post_init__(self) -> None:
         """Check them."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Protocol, runtime_checkable
 
+from rcx_harness.spec.wire import SIZE
+
 __all__ = ["DirectLink", "Link", "RealLink"]
 
 
@@ -55,7 +57,7 @@ class DirectLink:
 
     name = "direct"
 
-    def __init__(self, size: int = 48) -> None:
+    def __init__(self, size: int = SIZE) -> None:
         self.size = size
         self._to_robot = bytes(size)
         self._to_master = bytes(size)

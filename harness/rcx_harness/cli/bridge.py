@@ -9,6 +9,7 @@ import typer
 from rcx_harness.cli.options import check_ipv4, duration_us
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["bridge"]
 
@@ -19,7 +20,7 @@ _DIGITS = 5
 def bridge(
     plc: Annotated[str, typer.Option(help="Modbus TCP server of the PLC: HOST or HOST:PORT.")],
     robot: Annotated[str, typer.Option(help="The controller, real or virtual: HOST or HOST:PORT.")],
-    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     read: Annotated[
         int, typer.Option(help="First holding register of the PLC's outputs; OpenPLC: %QW0 is 0.")
     ] = 0,

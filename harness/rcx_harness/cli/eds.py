@@ -12,6 +12,7 @@ from rcx_harness.cli.serve import parse_revision
 from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.export.output import Output, write
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["eds"]
 
@@ -22,7 +23,7 @@ def eds(
     ] = None,
     size: Annotated[
         int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
-    ] = 48,
+    ] = SIZE,
     product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
     revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
     rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",

@@ -13,7 +13,7 @@ from rcx_harness.enip.originator.scanner import Assemblies
 from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions
 from rcx_harness.look.look import scan as look
-from rcx_harness.spec.wire import check_size
+from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["scan"]
 
@@ -22,7 +22,7 @@ _DIGITS = 5
 
 def scan(
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
-    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     duration: Annotated[
         str, typer.Option("--for", help="How long to print changes; 0s for one look.")

@@ -12,7 +12,9 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import check_port, duration_us, interval_us
+from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
@@ -45,8 +47,8 @@ def serve(
     seed: Annotated[int, typer.Option(help="Seed of all that is drawn.")] = 0,
     product_code: Annotated[int, typer.Option(help="Product code of the identity.")] = 5,
     revision: Annotated[str, typer.Option(help="Revision of the identity.")] = "1.1",
-    port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = 44818,
-    io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = 2222,
+    port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = PORT,
+    io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = IO_PORT,
     first_packet: Annotated[
         str, typer.Option(help="Longest wait for the first packet of a connection, from 10s.")
     ] = "10s",

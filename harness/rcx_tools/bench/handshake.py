@@ -114,7 +114,7 @@ def grid(
     cases = []
     for scan, rpi, response in itertools.product(scans_ms, rpis_ms, responses_ms):
         random = Random(f"{scan} {rpi} {response}")
-        periods = (5_000, rpi * 1000, rpi * 1000, scan * 1000)
+        periods = (CYCLE_US, rpi * 1000, rpi * 1000, scan * 1000)
         drawn = tuple(random.randrange(period) for period in periods)
         cases.append(Case(scan * 1000, rpi * 1000, response * 1000))
         cases.append(Case(scan * 1000, rpi * 1000, response * 1000, drawn))  # type: ignore[arg-type]

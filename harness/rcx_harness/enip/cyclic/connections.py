@@ -1,7 +1,7 @@
 """What a class 1 connection is made of, once its Forward Open has been accepted.
 
 The adapter decodes and checks the Forward Open; what is agreed goes, as `ConnectionParameters`,
-to the process that produces and consumes (`cyclic_process`). A scanner describes its end likewise.
+to the process that produces and consumes (`cyclic.process`). A scanner describes its end likewise.
 """
 
 from __future__ import annotations

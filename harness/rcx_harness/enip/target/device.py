@@ -175,7 +175,7 @@ class Session:
 
 
 MAX_SESSIONS = 64
-"""One for each connection there can be (`tcp_server`): who has a connection gets a session."""
+"""One for each connection there can be (`servers`): who has a connection gets a session."""
 
 # Identity object, status word: bit 0, and bits 4 to 7 (volume 1, chapter 5, 2.2.1.5)
 _OWNED = 0x0001

@@ -8,6 +8,7 @@ from typing import Any
 from rcx_harness.cell.clock import Agenda, Kind, Timing
 from rcx_harness.cell.link import DirectLink
 from rcx_harness.cell.network import Network
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["BOTH", "FaultLink", "FaultNetwork"]
 
@@ -118,7 +119,7 @@ class FaultLink(DirectLink):
         size: Bytes of each area.
     """
 
-    def __init__(self, timing: Timing, seed: int, latest_us: int, size: int = 48) -> None:
+    def __init__(self, timing: Timing, seed: int, latest_us: int, size: int = SIZE) -> None:
         super().__init__(size)
         self._arguments = (timing, seed, latest_us)
         self.network: FaultNetwork | None = None
