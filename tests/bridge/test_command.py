@@ -158,7 +158,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
     ("options", "message"),
     [
         (["--size", "64"], "an area of 64 bytes does not exist"),
-        (["--size", "256"], "the robot's areas have another size: try the other --size"),
+        (["--size", "256"], "its areas have another size: try --size 48"),
         (["--read", "190"], "illegal data address; does the PLC have these registers"),
         (["--read", "1020"], "the registers 1020 to 1044 and 1024 to 1048 overlap"),
         (["--unit", "256"], "--unit 256 is no unit identifier"),

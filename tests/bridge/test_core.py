@@ -9,8 +9,16 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from rcx_harness.bridge.core import Actions, Bridge, Limits, Lost, PlcSeen, RobotSeen, State
-from rcx_harness.bridge.registers import words_of
+from rcx_harness.bridge.core import (
+    Actions,
+    Bridge,
+    Limits,
+    Lost,
+    PlcSeen,
+    RobotSeen,
+    State,
+    words_of,
+)
 
 _MS = 1_000
 _PERIOD_US = 10 * _MS

@@ -7,12 +7,10 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from rcx_harness.bridge.core import Limits, Lost, RobotSeen, State
-from rcx_harness.bridge.figures import Figures
+from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State, area_of, words_of
+from rcx_harness.bridge.figures import Figures, figures_text, plc_text, robot_text, state_text
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcError
-from rcx_harness.bridge.registers import Registers, area_of, words_of
-from rcx_harness.bridge.show import figures_text, plc_text, robot_text, state_text
 from rcx_harness.enip.originator.scanner import ScannerStatistics
 from rcx_harness.errors import InputError
 

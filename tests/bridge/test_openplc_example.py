@@ -8,8 +8,7 @@ import pytest
 
 from bridge_bench import BridgeBench
 from plc_bench import ROOT
-from rcx_harness.bridge.core import State
-from rcx_harness.bridge.registers import Registers
+from rcx_harness.bridge.core import Registers, State
 from rcx_harness.cell import Cell
 from rcx_harness.cell.build import source_files
 from rcx_harness.cell.stimulus import Stimulus
@@ -61,7 +60,7 @@ def plc(compiled: tuple[Program, object]) -> OpenPlc:
 def bench(plc: OpenPlc) -> Iterator[BridgeBench]:
     with BridgeBench(plc.scan) as made:
         made.step(10)
-        made.robot.open()
+        made.robot.opener.open()
         yield made
 
 
@@ -138,7 +137,7 @@ def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
     bench.station.happen("link_up", {})
 
     def runs() -> bool:
-        bench.robot.keep()
+        bench.robot.opener.keep()
         return bench.loop.state is State.RUN
 
     bench.until(runs, most=20_000)
@@ -187,7 +186,7 @@ def test_areas_of_256_bytes_pass_whole() -> None:
         holds[128] = holds.get(128, 0) + 1
 
     with BridgeBench(scan, Registers(size=256)) as bench:
-        bench.robot.open()
+        bench.robot.opener.open()
         bench.until(lambda: bench.loop.state is State.RUN)
         bench.step(2)
         received = bench.adapter.shared.to_robot.read()

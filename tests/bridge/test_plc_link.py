@@ -8,8 +8,8 @@ import pytest
 from pymodbus.constants import ExcCodes
 
 from modbus_plc import ModbusPlc
+from rcx_harness.bridge.core import Registers
 from rcx_harness.bridge.plc import PlcError, PlcLink
-from rcx_harness.bridge.registers import Registers
 
 _LONG_S = 30.0
 _SHORT_S = 0.05

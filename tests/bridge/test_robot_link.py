@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.bridge.robot import RobotLink, open_hint
+from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
@@ -71,7 +71,7 @@ class Network:
 
 def test_the_first_packet_of_a_connection_asks_for_nothing() -> None:
     scanner = FakeScanner()
-    Network(scanner).link.open()
+    Network(scanner).link.opener.open()
     assert scanner.done == ["write", "open"]
     assert scanner.written == [(bytes(48), None)]
 
@@ -80,7 +80,7 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
     scanner = FakeScanner()
     link = Network(scanner).link
     assert link.read() == Lost("robot: not connected yet")
-    link.open()
+    link.opener.open()
     assert link.read() == Lost("robot: packets have not come yet")
     scanner.connected = True
     assert link.read() == RobotSeen(bytes([7] * 48))
@@ -89,8 +89,8 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
 def test_a_connection_that_lives_is_left_alone() -> None:
     scanner = FakeScanner()
     link = Network(scanner).link
-    link.keep()
-    link.keep()
+    link.opener.keep()
+    link.opener.keep()
     assert scanner.done == ["write", "open"]
 
 
@@ -98,22 +98,22 @@ def test_a_connection_that_lives_is_left_alone() -> None:
 def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     first, second = FakeScanner(), FakeScanner()
     link = Network(first, second).link
-    link.open()
+    link.opener.open()
     if end == "process":
         first.failure = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
         assert link.read() == Lost(f"robot: {first.failure}; it is started again")
     else:
         first.ended = EndReason.TIMED_OUT
         assert link.read() == Lost("robot: the connection has ended: timed out")
-    link.keep()
+    link.opener.keep()
     assert first.done[-1] == "close"
     assert second.done == ["write", "open"]
 
 
 def test_without_a_robot_the_reason_is_told_and_keeping_on_does_no_harm() -> None:
     link = Network().link
-    link.keep()
-    link.keep()
+    link.opener.keep()
+    link.opener.keep()
     assert link.read() == Lost("nobody there")
     assert link.look() is None
     link.write(bytes(48), None)
@@ -124,28 +124,10 @@ def test_a_refusal_closes_the_scanner_and_says_what_to_do() -> None:
     scanner = FakeScanner(CipError("the connection (Forward Open)", 1, (0x106,)))
     link = Network(scanner).link
     with pytest.raises(InputError) as refused:
-        link.open()
+        link.opener.open()
     assert scanner.done[-1] == "close"
     assert "0x0106, another master owns the outputs" in str(refused.value)
     assert str(refused.value).endswith("; another master has it: disconnect that first")
-
-
-@pytest.mark.parametrize(
-    ("extended", "hint"),
-    [
-        ((0x109,), "try the other --size"),
-        ((0x127,), "try the other --size"),
-        ((0x128,), "try the other --size"),
-        ((0x112,), "try another --rpi"),
-    ],
-)
-def test_a_refusal_with_a_remedy_has_a_hint(extended: tuple[int, ...], hint: str) -> None:
-    assert open_hint(CipError("x", 1, extended)).endswith(hint)
-
-
-@pytest.mark.parametrize("extended", [(), (0x315,)])
-def test_a_refusal_without_a_known_remedy_has_none(extended: tuple[int, ...]) -> None:
-    assert open_hint(CipError("x", 1, extended)) == ""
 
 
 @pytest.fixture
@@ -183,7 +165,7 @@ def received(link: RobotLink) -> int:
 
 def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) -> None:
     adapter.write_to_master(bytes(range(48)))
-    link.open()
+    link.opener.open()
     link.write(bytes(range(100, 148)), 60_000_000)
     until(lambda: adapter.read_to_robot() == bytes(range(100, 148)))
     until(lambda: link.read() == RobotSeen(bytes(range(48))))
@@ -196,7 +178,7 @@ def test_words_whose_time_is_over_are_not_sent_until_there_are_new_ones(
 
     Twenty packets of the robot have come meanwhile, as many as would have gone the other way.
     """
-    link.open()
+    link.opener.open()
     until(lambda: adapter.shared.owner is OwnerState.RUN)
     link.write(bytes([1] * 48), 0)
     before = received(link)

@@ -11,7 +11,7 @@ import pytest
 
 from rcx_harness import Cell, RobotConfig
 from rcx_harness.cell.clock import Kind
-from rcx_harness.cell.live import RealTimeAgenda, RealTimeLink, multiplier_of
+from rcx_harness.cell.live import RealTimeAgenda, RealTimeLink
 from rcx_harness.cli.app import main
 from rcx_harness.enip import ProcessDiedError
 from rcx_harness.errors import InputError
@@ -85,19 +85,6 @@ def test_after_a_standstill_of_the_computer_nothing_comes_in_a_burst(
     agenda.pop()
     assert clock.slept == [0.01, 0.01]
     assert clock.now_us == 1_080_000
-
-
-@pytest.mark.parametrize(
-    ("timeout_us", "coded"), [(1, 0), (40_000, 0), (40_001, 1), (320_000, 3), (5_120_000, 7)]
-)
-def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int) -> None:
-    """4, 8, ... 512 intervals of 10 ms."""
-    assert multiplier_of(timeout_us, 10_000) == coded
-
-
-def test_a_time_out_beyond_512_intervals_is_bad_input() -> None:
-    with pytest.raises(InputError, match=r"6000 ms cannot be asked for; .* 5120 ms"):
-        multiplier_of(6_000_000, 10_000)
 
 
 @pytest.fixture
@@ -212,12 +199,11 @@ def test_a_process_that_dies_ends_the_run_and_is_named(cell: Cell, part: str) ->
     cell.run_until(lambda: cell.connected, within="20s")
     link = cell._first.link
     assert isinstance(link, RealTimeLink)
-    assert link.adapter._process is not None
-    adapter = link.adapter._process.pid
+    adapter = link.adapter.pid
     if part == "scanner":
-        link.scanner._control._process.kill()
+        os.kill(link.scanner.pid, signal.SIGKILL)
     elif part == "adapter":
-        link.adapter._process.kill()
+        os.kill(adapter, signal.SIGKILL)
     else:
         (cyclic,) = Path(f"/proc/{adapter}/task/{adapter}/children").read_text().split()
         os.kill(int(cyclic), signal.SIGKILL)

@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
-from rcx_harness.enip.target.device import Device
+from rcx_harness.enip.target.connection_manager import Origin
+from rcx_harness.enip.target.device import Device, Session
 from rcx_harness.enip.target.network_interface import NetworkInterface
-from rcx_harness.enip.target.origin import Origin
-from rcx_harness.enip.target.session import Session
 
 LOCAL, PEER = ("192.168.0.2", 44818), "192.168.0.10"
 

@@ -26,7 +26,7 @@ def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen
         started.append(popen(*args, **kwargs))
         return started[-1]
 
-    monkeypatch.setattr("rcx_harness.enip.target.adapter.subprocess.Popen", recording)
+    monkeypatch.setattr("rcx_harness.enip.child.subprocess.Popen", recording)
     yield started
     for process in started:
         if process.poll() is None:

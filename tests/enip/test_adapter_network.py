@@ -212,7 +212,7 @@ def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
         started.append(process.pid)
         return process
 
-    monkeypatch.setattr("rcx_harness.enip.target.adapter.subprocess.Popen", recording)
+    monkeypatch.setattr("rcx_harness.enip.child.subprocess.Popen", recording)
     with Adapter(48, cyclic=0) as adapter, Client(*adapter.address, timeout_s=LONG_S) as master:
         open_owner(master)
         wait_for_owner(adapter, master, OwnerState.WAITING)

@@ -8,7 +8,7 @@ import pytest
 
 from rcx_harness.cell.link import Link
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.links.class1 import Class1Link
+from rcx_harness.enip.links import Class1Link
 from rcx_harness.errors import InputError
 
 ADDRESS = "127.7.0.1"

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from forward_open_bytes import forward_close, forward_open, opened, refused
-from rcx_harness.enip.target.origin import Origin
-from rcx_harness.enip.target.session import Session
+from rcx_harness.enip.target.connection_manager import Origin
+from rcx_harness.enip.target.device import Session
 
 CLASS_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
 """Server, application trigger, to the Message Router; 504 bytes, point to point, variable."""

@@ -10,7 +10,7 @@ from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refus
 from rcx_harness.enip import AdapterOptions, EnipError
 from rcx_harness.enip.codec.encapsulation import Item
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters
-from rcx_harness.enip.target.origin import Origin
+from rcx_harness.enip.target.connection_manager import Origin
 
 OTHER = "0200 4D00 EFBEADDE"
 INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.enip.cyclic.packets import Arrival, Consumer, Packet, Producer, decode_packet
+from rcx_harness.enip.cyclic.exchange import Arrival, Consumer, Packet, Producer, decode_packet
 
 
 def hexa(text: str) -> bytes:

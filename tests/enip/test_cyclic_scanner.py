@@ -110,9 +110,3 @@ def test_parameters_go_through_the_pipe_unchanged() -> None:
     one = replace(multicast(LISTEN_ONLY), join=GROUP, join_port=40_000, dscp=47)
     message = json.loads(json.dumps(one.as_message()))
     assert ConnectionParameters.from_message(message) == one
-
-
-def test_sizes_on_the_wire_are_those_of_the_forward_open() -> None:
-    """Sequence count, run/idle header from the master, data."""
-    assert (OWNER.o_to_t_length, OWNER.t_to_o_length) == (54, 50)
-    assert (INPUT_ONLY.o_to_t_length, INPUT_ONLY.t_to_o_length) == (2, 50)

@@ -8,7 +8,7 @@ import pytest
 
 from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.target.session import Session
+from rcx_harness.enip.target.device import Session
 
 OTHER = "0200 4D00 EFBEADDE"
 INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}

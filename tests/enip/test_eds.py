@@ -12,8 +12,7 @@ from enip_frames import forward_open
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter, Client
 from rcx_harness.enip.eds import eds_text
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
@@ -222,7 +221,7 @@ def test_another_size_is_bad_input(capsys: Captured) -> None:
     with pytest.raises(InputError, match="64 bytes"):
         eds_text(64)
     assert main(["eds", "--size", "64"]) == 2
-    assert capsys.readouterr().err.startswith("rcx: the areas cannot be 64 bytes long; ")
+    assert capsys.readouterr().err.startswith("rcx: an area of 64 bytes does not exist; ")
 
 
 def test_a_file_that_cannot_be_written_is_bad_input(capsys: Captured) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from forward_open_bytes import forward_close, forward_open
 from rcx_harness.enip import AdapterOptions
-from rcx_harness.enip.target.origin import Origin
+from rcx_harness.enip.target.connection_manager import Origin
 
 TCP_IP = {
     1: "01000000",  # status: configured

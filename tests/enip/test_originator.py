@@ -9,12 +9,10 @@ from dataclasses import replace
 
 import pytest
 
-from rcx_harness.enip.originator.connection import OpenReply, OpenRequest, decode_open_reply
+from rcx_harness.enip.codec.forward_open import OpenReply, OpenRequest, Triad, decode_open_reply
 
 REQUEST = OpenRequest(
-    serial=0x1234,
-    vendor=0x5678,
-    originator=0x9ABCDEF0,
+    triad=Triad(0x1234, 0x5678, 0x9ABCDEF0),
     t_to_o_id=0x11223344,
     rpi_us=10_000,
     o_to_t_length=54,

@@ -6,17 +6,19 @@ number of them that no machine needs. Time-outs are of 512 intervals where none 
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
 from collections.abc import Callable, Iterator
 
 import pytest
 
+from rcx_harness.enip.codec.forward_open import OpenRequest
 from rcx_harness.enip.cyclic.connections import ConnectionKind, EndReason, OwnerState
 from rcx_harness.enip.cyclic.shared import SharedImages
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import Client
-from rcx_harness.enip.originator.connection import OpenRequest
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.errors import InputError
@@ -315,7 +317,7 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
         assert scanner.failure == ""
-        scanner._control._process.kill()
+        os.kill(scanner.pid, signal.SIGKILL)
         eventually(adapter, lambda: not scanner.read().connected)
         killed = "the process of the cyclic I/O has ended by itself (killed by SIGKILL)"
         assert scanner.failure == killed
@@ -350,7 +352,7 @@ def test_without_an_adapter_there_is_no_scanner() -> None:
 @pytest.mark.parametrize(
     ("size", "rpi_us", "multiplier", "message"),
     [
-        (47, 10_000, 2, "the areas cannot be 47 bytes long"),
+        (47, 10_000, 2, "an area of 47 bytes does not exist"),
         (48, 999, 2, "a packet interval of 999 us cannot be asked for"),
         (48, 2**32, 2, "a packet interval of 4294967296 us cannot be asked for"),
         (48, 10_000, 8, "the time-out multiplier must be 0 to 7"),

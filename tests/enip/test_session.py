@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from forward_open_bytes import forward_open, opened
-from rcx_harness.enip.target.session import Session
+from rcx_harness.enip.target.device import Session
 
 CONTEXT = "A1A2A3A4A5A6A7A8"
 REGISTER = bytes.fromhex(f"6500 0400 00000000 00000000 {CONTEXT} 00000000 0100 0000")

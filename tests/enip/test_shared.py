@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters, OwnerState
-from rcx_harness.enip.cyclic.shared import GAPS, Counter, LinkState, SharedImage, SharedImages
+from rcx_harness.enip.cyclic.shared import GAPS, LinkState, SharedImage, SharedImages, Word
 
 OWNER = ConnectionParameters(
     number=1,
@@ -190,17 +190,17 @@ def test_a_state_is_published_after_all_that_belongs_to_it(
     with monkeypatch.context() as meanwhile:
         meanwhile.setattr(images, "_words", words)
         images.set_owner(OwnerState.RUN, OWNER)
-    assert words.written[-1] is Counter.OWNER
-    assert set(words.written[:-1]) == {Counter.PEER, Counter.O_TO_T_API, Counter.T_TO_O_API}
+    assert words.written[-1] is Word.OWNER
+    assert set(words.written[:-1]) == {Word.PEER, Word.O_TO_T_API, Word.T_TO_O_API}
 
 
 def test_the_status_counts_packets_and_connections(images: SharedImages) -> None:
     for number, counter in enumerate(
-        (Counter.OWNERS, Counter.INPUT_ONLY, Counter.LISTEN_ONLY, Counter.SENT, Counter.DROPPED), 1
+        (Word.OWNERS, Word.INPUT_ONLY, Word.LISTEN_ONLY, Word.SENT, Word.DROPPED), 1
     ):
         images.count(counter, number)
-    images.count(Counter.MISSING, 6)
-    images.count(Counter.SKIPPED, 7)
+    images.count(Word.MISSING, 6)
+    images.count(Word.SKIPPED, 7)
     images.arrive(1_000, None)
     images.arrive(3_500, 2_500)
     status = images.status()

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.enip.target.tcp_server import MAX_CONNECTIONS_OF_PEER, TcpServer
+from rcx_harness.enip.target.servers import MAX_CONNECTIONS_OF_PEER, TcpServer
 
 LONG_S = 30.0
 REGISTER = bytes.fromhex("6500 0400" + "00" * 20 + "0100 0000")

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.enip.target.udp import Datagrams, Delayed
-from rcx_harness.enip.target.udp_server import UdpServer
+from rcx_harness.enip.target.listing import Datagrams, Delayed
+from rcx_harness.enip.target.servers import UdpServer
 
 LOCAL = ("192.168.0.2", 44818)
 CONTEXT = "0000A3A4A5A6A7A8"

@@ -15,7 +15,7 @@ from rcx_harness.engine.frontend.parser import parse_text
 from rcx_harness.export import export
 from rcx_harness.export.body import Scope
 from rcx_harness.export.parts import Part, Sources, sources_of
-from rcx_harness.export.scl_body import Names, scl_body
+from rcx_harness.export.scl import Names, scl_body
 
 _PIECE = re.compile(
     r"""(?P<kept>'(?:\$.|[^$'\n])*'|\(\*.*?\*\))|(?<!\w)\#"?(?P<local>\w+)"?(?!\w)|"(?P<quoted>\w+)\"""",

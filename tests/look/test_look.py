@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 
@@ -12,8 +14,7 @@ from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
-from rcx_harness.enip.originator.scanner import Received, Scanner
-from rcx_harness.enip.target.assemblies import Assemblies
+from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
@@ -114,7 +115,9 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert scan("--write", "SI06=1") == 2
         error = capsys.readouterr().err
         assert "0x0106, another master owns the outputs" in error
-        assert error.endswith("; it has a master; without --write it is only read\n")
+        assert error.endswith(
+            "; another master has it: disconnect that first, or leave --write out\n"
+        )
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
@@ -135,7 +138,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
     ("options", "message"),
     [
         (["--size", "256"], "0x0128, the size from the device does not fit the assembly"),
-        (["--size", "256"], "; try --size 48"),
+        (["--size", "256"], "; its areas have another size: try --size 48"),
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
         (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
@@ -145,7 +148,7 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
         (["--config-instance", "1", "--config-data", "0102"], "give its data with --config-data"),
         (["--input-size", "64"], "; its EDS file has the sizes; give them with --input-size"),
         (["--listen-only"], "no other connection is open; leave --listen-only out"),
-        (["--size", "64"], "the areas cannot be 64 bytes long"),
+        (["--size", "64"], "an area of 64 bytes does not exist"),
         (["--write", "SO00=1"], "SO00"),
         (["--listen-only", "--write", "SI00=1"], "exclude each other"),
         (["--from", "192.0.2.1"], "no connection to the EtherNet/IP adapter"),
@@ -285,7 +288,7 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
         (["--for", "400d"], "--for: '400d' is too long for a duration; it can be 0s to 365d"),
         (["--rpi", "-1ms"], "--rpi: not a duration: '-1ms'; write it as 10ms, 1.5s or 1m30s"),
         (["--config-instance", "\u0661"], "--config-instance \u0661 is no instance; write it"),
-        (["--size", "-5"], "the areas cannot be -5 bytes long; choose 48 or 256"),
+        (["--size", "-5"], "an area of -5 bytes does not exist; use 48, or 256"),
     ],
 )
 def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
@@ -317,9 +320,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
     """An adapter of somebody else: 600 bytes each way."""
-    monkeypatch.setattr(
-        "rcx_harness.enip.target.adapter.areas_of", lambda size: Assemblies(size, size)
-    )
+    monkeypatch.setattr("rcx_harness.enip.target.adapter.check_size", lambda size: None)
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")
         yield made
@@ -528,12 +529,12 @@ def test_a_process_of_ours_that_dies_is_told_as_such(
         open_(scanner)
         made.append(scanner)
         if len(made) == 2:
-            scanner._control._process.kill()
+            os.kill(scanner.pid, signal.SIGKILL)
 
     def tell(line: str) -> None:
         told.append(line)
         if line.startswith("changes in the next"):
-            made[0]._control._process.kill()
+            os.kill(made[0].pid, signal.SIGKILL)
 
     monkeypatch.setattr(Scanner, "open", opening)
     host, port = running.address

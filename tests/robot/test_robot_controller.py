@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot import CYCLE_US, EVENTS, Controller, Point, RobotConfig, Violation
+from rcx_harness.robot import EVENTS, Controller, Point, RobotConfig, Violation
+from rcx_harness.spec.wire import CYCLE_US
 from robot_master import Master
 
 #: The events that need arguments.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rcx_harness.serve.pace import Pace
+from rcx_harness.serve.station_process import Pace
 
 
 def test_the_first_cycle_is_due_at_once_and_is_the_controllers_time_0() -> None:

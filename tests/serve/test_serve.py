@@ -171,11 +171,11 @@ def test_the_warning_comes_also_where_it_is_told_to_end_at_once(
     [
         ("serve.station_process", "its process has ended by itself (killed by SIGKILL)"),
         (
-            "enip.adapter_process",
+            "enip.target.adapter_process",
             "the process of the EtherNet/IP adapter has ended by itself (killed by SIGKILL)",
         ),
         (
-            "enip.cyclic_process",
+            "enip.cyclic.process",
             "the EtherNet/IP adapter has ended: the process of the cyclic I/O has ended by itself "
             "(killed by SIGKILL)",
         ),
@@ -203,7 +203,10 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             "each controller needs its own address, not 127.0.0.1 twice; "
             "127.0.0.2, 127.0.0.3 ... are this computer's, too",
         ),
-        (["--size", "64"], "the areas cannot be 64 bytes long; choose 48 or 256"),
+        (
+            ["--size", "64"],
+            "an area of 64 bytes does not exist; use 48, or 256 with SIOW extension valid",
+        ),
         (["--web", "70000"], "--web 70000 is no port; ports are 1 to 65535"),
         (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
         (["--revision", "1"], "'1' is no revision; write it as 1.1"),

@@ -13,16 +13,16 @@ from types import TracebackType
 from typing import Any
 
 from modbus_plc import ModbusPlc
-from rcx_harness.bridge.core import Actions, Limits, RobotSeen, State
+from rcx_harness.bridge.core import Actions, Limits, Registers, RobotSeen, State
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcLink
-from rcx_harness.bridge.registers import Registers
 from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["BridgeBench"]
 

@@ -171,9 +171,7 @@ def _standard_error_into(file: Path) -> Iterator[None]:
 
 def _memory_kib(adapter: Adapter) -> int:
     """Resident memory of the adapter's processes; 0 where the system does not tell."""
-    process = adapter._process
-    assert process is not None
-    return sum(_resident_kib(pid) for pid in (process.pid, *_children(process.pid)))
+    return sum(_resident_kib(pid) for pid in (adapter.pid, *_children(adapter.pid)))
 
 
 def _children(pid: int) -> list[int]:

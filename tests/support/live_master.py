@@ -12,9 +12,10 @@ from typing import Any
 
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.serve.station import Station
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["LiveMaster"]
 

@@ -6,17 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from plcopen_structure import check_structure, local
 from rcx_harness.errors import InputError
 from rcx_harness.export.output import Output
 from rcx_harness.export.parts import comment
-from rcx_harness.export.plcopen_names import (
-    ELEMENTARY,
-    NAMESPACE,
-    POU_KINDS,
-    SECTIONS,
-    check_structure,
-    local,
-)
+from rcx_harness.export.plcopen import ELEMENTARY, NAMESPACE, POU_KINDS, SECTIONS
 
 __all__ = ["read_plcopen"]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["NORMAL_END", "Master", "abnormal_end"]
 

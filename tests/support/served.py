@@ -7,10 +7,11 @@ from collections.abc import Mapping
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState, Status
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.station import Station
 from rcx_harness.serve.status import Status as Report
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["ImageInMemory", "NetworkInMemory", "ServedHost"]
 

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from rcx_harness.bridge.core import Actions, Bridge, Limits, Lost, PlcSeen, RobotSeen, State
+from rcx_harness.bridge.core import (
+    Actions,
+    Bridge,
+    Limits,
+    Lost,
+    PlcSeen,
+    Registers,
+    RobotSeen,
+    State,
+    area_of,
+)
 from rcx_harness.bridge.figures import Figures
 from rcx_harness.bridge.plc import PlcError
-from rcx_harness.bridge.registers import Registers, area_of
+from rcx_harness.enip.cyclic.shared import now_us
 
-__all__ = ["Loop", "now_us"]
+__all__ = ["Loop"]
 
 _RETRY_US = 500_000
 _VALID_GAPS = 2
@@ -38,11 +47,6 @@ class RobotPort(Protocol):
     def read(self) -> RobotSeen | Lost: ...
 
     def write(self, image: bytes, valid_us: int | None) -> None: ...
-
-
-def now_us() -> int:
-    """The monotonic clock in microseconds."""
-    return time.monotonic_ns() // 1000
 
 
 class Loop:

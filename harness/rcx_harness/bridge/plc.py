@@ -10,7 +10,7 @@ from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ExceptionResponse, ModbusPDU
 
-from rcx_harness.bridge.registers import Registers
+from rcx_harness.bridge.core import Registers
 
 __all__ = ["PlcError", "PlcLink"]
 

@@ -4,94 +4,47 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Protocol
 
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.enip.cyclic.connections import EndReason
 from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
+from rcx_harness.enip.originator.scanner import ScannerStatistics
 from rcx_harness.errors import InputError
 
-__all__ = ["MasterLink", "RobotLink", "open_hint"]
+__all__ = ["RobotLink"]
 
 _WAITS = "packets have not come yet"
-
-
-class MasterLink(Protocol):
-    """What is needed of `rcx_harness.enip.originator.scanner.Scanner`."""
-
-    ended: EndReason | None
-
-    @property
-    def failure(self) -> str: ...  # noqa: D102
-
-    def open(self) -> None: ...  # noqa: D102
-
-    def read(self) -> Received: ...  # noqa: D102
-
-    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None: ...  # noqa: D102
-
-    def statistics(self) -> ScannerStatistics: ...  # noqa: D102
-
-    def close(self) -> None: ...  # noqa: D102
+_OPTIONS = ("--size", "--rpi")
 
 
 class RobotLink:
     """One exclusive-owner connection, as long as there is a robot.
 
-    Reading and writing never wait. Whatever does (a connection is opened) is done by `keep`, which
-    a thread of its own calls again and again.
+    Reading and writing never wait. Whatever does (a connection is opened) is the opener's.
 
     Args:
         name: Of the robot, in messages.
         size: Bytes of each area.
         connect: Makes the scanner; raises EnipError where the robot is not there.
+
+    Attributes:
+        opener: Opens the connection, and anew what has been lost.
     """
 
     def __init__(self, name: str, size: int, connect: Callable[[], MasterLink]) -> None:
         self.name = name
+        self.opener = Opener(self._opened)
         self._connect = connect
         self._scanner: MasterLink | None = None
-        self._reason = f"{name}: not connected yet"
+        self._state = f"{name}: not connected yet"
         self._image = bytes(size)
         self._lock = threading.Lock()
-
-    def open(self) -> None:
-        """Connect and open; what was there before is closed.
-
-        Raises:
-            InputError: the robot is not there or refuses.
-        """
-        self._reason = f"{self.name}: the connection is being opened"
-        self._drop()
-        scanner = self._connect()
-        scanner.write(self._image)  # zeros: the first packet must ask for nothing
-        try:
-            scanner.open()
-        except CipError as error:
-            scanner.close()
-            raise InputError(f"{self.name}: {error.message}", hint=open_hint(error)) from None
-        except BaseException:
-            scanner.close()
-            raise
-        with self._lock:
-            self._scanner = scanner
-
-    def keep(self) -> None:
-        """Open anew what has been lost; without a loss nothing happens."""
-        scanner = self._scanner
-        if scanner is not None and scanner.ended is None and not scanner.failure:
-            return
-        try:
-            self.open()
-        except (InputError, OSError) as error:
-            self._reason = str(error)
 
     def read(self) -> RobotSeen | Lost:
         """What has come from the robot."""
         with self._lock:
             if self._scanner is None:
-                return Lost(self._reason)
+                return Lost(self.opener.reason or self._state)
             received = self._scanner.read()
             ended, failure = self._scanner.ended, self._scanner.failure
         if received.connected:
@@ -120,24 +73,26 @@ class RobotLink:
 
     def close(self) -> None:
         """Close the connection: to the robot its master is gone (manual chapter 1, 5.2)."""
-        self._drop()
-
-    def _drop(self) -> None:
         with self._lock:
             scanner, self._scanner = self._scanner, None
         if scanner is not None:
             scanner.close()
 
-
-def open_hint(error: CipError) -> str:
-    """What to do about a Forward Open that was refused; empty where that is not known."""
-    if not error.extended:
-        return ""
-    return {
-        0x106: "another master has it: disconnect that first",
-        0x107: "it has lost the connection, too",
-        0x109: "the robot's areas have another size: try the other --size",
-        0x112: "the robot does not take this packet interval: try another --rpi",
-        0x127: "the robot's areas have another size: try the other --size",
-        0x128: "the robot's areas have another size: try the other --size",
-    }.get(error.extended[0], "")
+    def _opened(self) -> MasterLink:
+        """A new scanner with an open connection; what was there before is closed."""
+        self._state = f"{self.name}: the connection is being opened"
+        self.close()
+        scanner = self._connect()
+        scanner.write(self._image)  # zeros: the first packet must ask for nothing
+        try:
+            scanner.open()
+        except CipError as error:
+            scanner.close()
+            hint = refusal_hint(error, len(self._image), _OPTIONS)
+            raise InputError(f"{self.name}: {error.message}", hint=hint) from None
+        except BaseException:
+            scanner.close()
+            raise
+        with self._lock:
+            self._scanner = scanner
+        return scanner

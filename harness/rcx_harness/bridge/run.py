@@ -15,14 +15,15 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from rcx_harness.bridge.core import Limits, Lost, State
-from rcx_harness.bridge.loop import Loop, now_us
+from rcx_harness.bridge.core import Limits, Lost, Registers, State
+from rcx_harness.bridge.figures import figures_text, plc_text, robot_text, state_text
+from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcError, PlcLink
-from rcx_harness.bridge.registers import Registers
 from rcx_harness.bridge.robot import RobotLink
-from rcx_harness.bridge.show import figures_text, plc_text, robot_text, state_text
-from rcx_harness.cell.live import multiplier_of
+from rcx_harness.enip.closing import Closing
+from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.originator.client import PORT
+from rcx_harness.enip.originator.opening import multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.output.throttle import Throttle
@@ -69,7 +70,7 @@ class BridgeOptions:
     quiet: bool = False
 
 
-class Running:
+class Running(Closing):
     """The bridge at work: a thread exchanges, another one opens the robot's connection anew.
 
     Args:
@@ -114,36 +115,25 @@ class Running:
             on_state=lambda state, reason: self.news.put((time.monotonic(), state, reason)),
         )
         self._first_contact()
-        self._threads = [
-            threading.Thread(target=self._exchange, daemon=True),
-            threading.Thread(target=self._keep, daemon=True),
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._thread = threading.Thread(target=self._exchange, daemon=True)
+        self._thread.start()
+        self.robot.opener.start(_KEEP_EVERY_S, on_died=lambda: self.news.put(None))
 
     def close(self) -> None:
         """Zeros to both sides, then the end of both connections; more than once does no harm."""
         self._stop.set()
-        for thread in self._threads:
-            thread.join()
+        self._thread.join()
+        self.robot.opener.end()
         self.loop.end()
         self._plc.close()
         self.robot.close()
-
-    def __enter__(self) -> Running:
-        """At work."""
-        return self
-
-    def __exit__(self, *of: object) -> None:
-        """End it."""
-        self.close()
 
     def _first_contact(self) -> None:
         """What is wrong from the start is the user's to put right."""
         try:
             self._plc.connect()
             self._plc.read()
-            self.robot.open()
+            self.robot.opener.open()
             self._first_packet()
         except (PlcError, InputError) as error:
             if self._options.wait:
@@ -169,14 +159,6 @@ class Running:
                 # Late by more than a period: go on from now, never in a burst.
                 due_s = max(due_s + period_s, time.monotonic() - period_s)
                 self._stop.wait(max(0.0, due_s - time.monotonic()))
-        finally:
-            if not self._stop.is_set():
-                self.news.put(None)
-
-    def _keep(self) -> None:
-        try:
-            while not self._stop.wait(_KEEP_EVERY_S):
-                self.robot.keep()
         finally:
             if not self._stop.is_set():
                 self.news.put(None)

@@ -10,7 +10,6 @@ from itertools import pairwise
 from pathlib import Path
 
 from rcx_harness.cell.clock import Agenda, Timing
-from rcx_harness.cell.image import check_size
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
 from rcx_harness.engine.needed import needed
@@ -18,6 +17,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.output.exported import own_output
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
+from rcx_harness.spec.wire import check_size
 from rcx_harness.trace import FORMAT
 
 __all__ = [

@@ -19,7 +19,7 @@ from rcx_harness.cell.build import (
     several,
     source_files,
 )
-from rcx_harness.cell.clock import CYCLE_US, Agenda, Duration, Kind, Timing
+from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
 from rcx_harness.cell.image import find_image
 from rcx_harness.cell.link import Link
 from rcx_harness.cell.node import Member, Node
@@ -28,6 +28,7 @@ from rcx_harness.engine.load import build as build_program
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
+from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Trace
 from rcx_harness.units import format_us, parse_us
 from rcx_harness.watch.calls import CallMonitor

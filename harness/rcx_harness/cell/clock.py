@@ -16,10 +16,10 @@ from random import Random
 from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot import CYCLE_US
+from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.units import format_us, parse_us
 
-__all__ = ["CYCLE_US", "LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
+__all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
 __all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the

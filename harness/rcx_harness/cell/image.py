@@ -9,24 +9,13 @@ from typing import NamedTuple, Protocol
 from rcx_harness.engine.base import Located, Program
 from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import check_size
 
-__all__ = ["AREA_SIZES", "ArrayImage", "Image", "LocatedImage", "check_size", "find_image"]
-
-#: Bytes of an area: by default, and with "SIOW extension" valid (manual chapter 1, 4).
-AREA_SIZES = (48, 256)
+__all__ = ["ArrayImage", "Image", "LocatedImage", "find_image"]
 
 _INPUT, _OUTPUT = "InputArea", "OutputArea"
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
 _BYTES = {"X": 0, "": 0, "B": 1, "W": 2, "D": 4, "L": 8}
-
-
-def check_size(size: int) -> None:
-    """Refuse a size that no area has (InputError)."""
-    if size not in AREA_SIZES:
-        raise InputError(
-            f"an area of {size} bytes does not exist",
-            hint="use 48, or 256 with SIOW extension valid",
-        )
 
 
 class Image(Protocol):

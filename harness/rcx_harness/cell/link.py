@@ -12,6 +12,7 @@ from random import Random
 from typing import Any, Protocol, runtime_checkable
 
 from rcx_harness.cell.clock import Agenda, Kind, Timing
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
 
@@ -97,7 +98,7 @@ class DirectLink:
 
     name = "direct"
 
-    def __init__(self, size: int = 48) -> None:
+    def __init__(self, size: int = SIZE) -> None:
         self.size = size
         self._to_robot = bytes(size)
         self._to_master = bytes(size)

@@ -6,7 +6,6 @@ order. It is only held back to the time of this computer, because packets now tr
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,36 +13,20 @@ from typing import Any
 from rcx_harness.cell.clock import Action, Agenda, Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState
-from rcx_harness.enip.errors import EnipError, ProcessDiedError
-from rcx_harness.enip.links.class1 import Class1Link
+from rcx_harness.enip.errors import ProcessDiedError
+from rcx_harness.enip.links import Class1Link
+from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.units import format_us
 
-__all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink", "multiplier_of"]
+__all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 
 #: Being late by less is made up for; by more, the cell's time stands still [us].
 _LATE_US = 5_000
 _LOOK_S = 0.01
 _REOPEN_S = 0.1
 _FIRST_PACKET_S = 2.0
-_MOST = 7
-
-
-def multiplier_of(timeout_us: int, rpi_us: int) -> int:
-    """The smallest coded time-out multiplier that gives at least this time-out.
-
-    Raises:
-        InputError: even the greatest, 512 intervals, is too short.
-    """
-    for coded in range(_MOST + 1):
-        if rpi_us * (4 << coded) >= timeout_us:
-            return coded
-    longest = format_us(rpi_us * (4 << _MOST))
-    raise InputError(
-        f"a time-out of {format_us(timeout_us)} cannot be asked for",
-        hint=f"at this packet interval the longest is {longest}",
-    )
 
 
 class RealTimeAgenda(Agenda):
@@ -107,7 +90,9 @@ class RealTimeLink(Class1Link):
 
     def __init__(self, size: int, timing: Timing) -> None:
         super().__init__(size, timing.rpi_us, multiplier_of(timing.timeout_us, timing.rpi_us))
-        self._opener = _Opener(self.scanner)
+        self._opener = Opener(self._opened, _FIRST_PACKET_S)
+        self._opener.wanted = False
+        self._opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> LiveNetwork:
         """Its network; the packets keep no agenda."""
@@ -122,6 +107,10 @@ class RealTimeLink(Class1Link):
         """End thread, connection and processes; more than once does no harm."""
         self._opener.end()
         super().close()
+
+    def _opened(self) -> Scanner:
+        self.scanner.open()
+        return self.scanner
 
 
 class LiveNetwork:
@@ -198,36 +187,3 @@ class LiveNetwork:
         if state is not self._state:
             self._state = self._link.shared.link = state
         self._link.want(self._matched and state is LinkState.UP)
-
-
-class _Opener:
-    """Opens the connection whenever it is wanted and not there."""
-
-    def __init__(self, scanner: Scanner) -> None:
-        self.wanted = False
-        self._scanner = scanner
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._work, daemon=True)
-        self._thread.start()
-
-    def end(self) -> None:
-        """Stop; more than once does no harm."""
-        self._ended.set()
-        self._thread.join()
-
-    def _work(self) -> None:
-        while not self._ended.wait(_LOOK_S):
-            if not self.wanted or self._alive():
-                continue
-            try:
-                self._scanner.open()
-            except EnipError:  # not there, or it has not noticed the loss of the last one yet
-                self._ended.wait(_REOPEN_S)
-                continue
-            deadline = time.monotonic() + _FIRST_PACKET_S
-            while not self._alive() and self.wanted and time.monotonic() < deadline:
-                if self._ended.wait(_LOOK_S):
-                    return
-
-    def _alive(self) -> bool:
-        return self._scanner.connection is not None and self._scanner.read().connected

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rcx_harness.cell.clock import CYCLE_US, Agenda, Kind, Timing
+from rcx_harness.cell.clock import Agenda, Kind, Timing
 from rcx_harness.cell.image import Image
 from rcx_harness.cell.link import Link, make_network
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.robot import Controller, Violation
+from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Scan, Trace
 from rcx_harness.watch.wire import WireMonitor
 

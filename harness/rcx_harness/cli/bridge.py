@@ -7,7 +7,9 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import check_ipv4, duration_us
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["bridge"]
 
@@ -18,7 +20,7 @@ _DIGITS = 5
 def bridge(
     plc: Annotated[str, typer.Option(help="Modbus TCP server of the PLC: HOST or HOST:PORT.")],
     robot: Annotated[str, typer.Option(help="The controller, real or virtual: HOST or HOST:PORT.")],
-    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     read: Annotated[
         int, typer.Option(help="First holding register of the PLC's outputs; OpenPLC: %QW0 is 0.")
     ] = 0,
@@ -59,8 +61,7 @@ def bridge(
     Exit code: 0, 1 if it ended by itself, 2 on bad input or where a side is not there.
     """
     try:
-        from rcx_harness.bridge.core import Limits
-        from rcx_harness.bridge.registers import Registers
+        from rcx_harness.bridge.core import Limits, Registers
         from rcx_harness.bridge.run import BridgeOptions
         from rcx_harness.bridge.run import bridge as run_bridge
     except ModuleNotFoundError as error:
@@ -81,7 +82,7 @@ def bridge(
         hint = "give a longer --timeout or a shorter --period"
         raise InputError(f"--timeout {timeout} is less than two periods of {period}", hint=hint)
     plc_host, plc_port = _address("--plc", plc, 502)
-    robot_host, robot_port = _address("--robot", robot, 44818)
+    robot_host, robot_port = _address("--robot", robot, PORT)
     options = BridgeOptions(
         plc_host=plc_host,
         plc_port=plc_port,

@@ -10,17 +10,12 @@ import typer
 
 from rcx_harness import spec
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import ABNORMAL_END, STATUS_NAMES
 from rcx_harness.units import format_word
 
 __all__ = ["decode", "encode"]
 
 _WORDS = 16
-_STATUS = {
-    0x0000: "command ready",
-    0x0100: "command run",
-    0x0200: "normal end",
-    0x4000: "abnormal end",
-}
 
 
 def encode(
@@ -78,8 +73,8 @@ def _print_request(command: spec.Command, words: Sequence[int]) -> None:
 def _print_response(command: spec.Command, words: Sequence[int]) -> None:
     status = words[0]
     print(f"answer to {command.name} ({command.iec}), {command.title}; guide {command.section}")
-    print(f"  status {format_word(status)}: {_STATUS.get(status, 'no status of the manual')}")
-    if status == 0x4000:
+    print(f"  status {format_word(status)}: {STATUS_NAMES.get(status, 'no status of the manual')}")
+    if status == ABNORMAL_END:
         number = f"{words[1]}.{words[2]}"
         alarm = spec.alarms().get(number)
         print(f"  alarm {number}" + (f": {alarm.name}" if alarm else ""))

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.new import CI, new_project
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["new"]
 
@@ -21,7 +22,7 @@ def new(
     name: Annotated[
         str | None, typer.Option(help="The cell's name. Default: the folder's.")
     ] = None,
-    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     ci: Annotated[str, typer.Option(help=f"CI files: {', '.join(CI)} or all.")] = "all",
 ) -> None:
     """Write a repository for a cell of your own: program, tests, virtual robot, CI files.

@@ -14,7 +14,7 @@ from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
-__all__ = ["Lib", "Sources", "check_ipv4", "check_port", "check_size", "counted", "duration_us"]
+__all__ = ["Lib", "Sources", "check_ipv4", "check_port", "counted", "duration_us"]
 __all__ += ["interval_us", "with_options"]
 
 #: What a command reads.
@@ -25,8 +25,6 @@ Lib = Annotated[
 ]
 
 _Options = TypeVar("_Options")
-
-_SIZES = (48, 256)
 
 
 def with_options(
@@ -55,12 +53,6 @@ def check_port(option: str, number: int) -> None:
     """Refuse what is no TCP or UDP port (InputError)."""
     if not 1 <= number <= 0xFFFF:
         raise InputError(f"{option} {number} is no port", hint="ports are 1 to 65535")
-
-
-def check_size(size: int) -> None:
-    """Refuse a size that the areas cannot have, in bytes (InputError)."""
-    if size not in _SIZES:
-        raise InputError(f"the areas cannot be {size} bytes long", hint="choose 48 or 256")
 
 
 def check_ipv4(option: str, text: str) -> None:

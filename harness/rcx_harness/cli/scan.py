@@ -6,13 +6,14 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import check_ipv4, check_port, check_size, duration_us, interval_us
+from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.target.assemblies import Assemblies
+from rcx_harness.enip.originator.scanner import Assemblies
 from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions
 from rcx_harness.look.look import scan as look
+from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["scan"]
 
@@ -21,7 +22,7 @@ _DIGITS = 5
 
 def scan(
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
-    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = 48,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     duration: Annotated[
         str, typer.Option("--for", help="How long to print changes; 0s for one look.")

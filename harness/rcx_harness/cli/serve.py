@@ -11,14 +11,16 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import check_port, check_size, duration_us, interval_us
+from rcx_harness.cli.options import check_port, duration_us, interval_us
+from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.eds import eds_text
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.export.output import Output, write
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
+from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["eds", "serve"]
 
@@ -47,8 +49,8 @@ def serve(
     seed: Annotated[int, typer.Option(help="Seed of all that is drawn.")] = 0,
     product_code: Annotated[int, typer.Option(help="Product code of the identity.")] = 5,
     revision: Annotated[str, typer.Option(help="Revision of the identity.")] = "1.1",
-    port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = 44818,
-    io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = 2222,
+    port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = PORT,
+    io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = IO_PORT,
     first_packet: Annotated[
         str, typer.Option(help="Longest wait for the first packet of a connection, from 10s.")
     ] = "10s",
@@ -98,7 +100,7 @@ def eds(
     ] = None,
     size: Annotated[
         int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
-    ] = 48,
+    ] = SIZE,
     product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
     revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
     rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",

@@ -6,9 +6,8 @@ cpppo holds the adapter's objects; `objects` alone imports it, in the adapter's 
 from __future__ import annotations
 
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.links.lockstep import LockstepLink
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.links import LockstepLink
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.target.adapter import Adapter
 

@@ -11,15 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.codec.cip import REVISIONS, ClassId, encode_segment
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import MAX_CYCLIC, MAX_EXPLICIT
-from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT, check_size
 
 __all__ = ["eds_text"]
 
-_TO_MASTER, _TO_ROBOT = 100, 150
-_SIZES = (48, 256)
 _USUAL_RPI_US = 10_000
 
 #: Edition of the text below and its date: the sheet says the same whenever it is written.
@@ -60,7 +58,7 @@ class _Entry:
 
 
 def eds_text(
-    size: int = 48, identity: Identity | None = None, options: AdapterOptions | None = None
+    size: int = SIZE, identity: Identity | None = None, options: AdapterOptions | None = None
 ) -> str:
     """The whole sheet.
 
@@ -75,11 +73,7 @@ def eds_text(
     Raises:
         InputError: no area has this size.
     """
-    if size not in _SIZES:
-        raise InputError(
-            f"the areas cannot be {size} bytes long",
-            hint="the controller has 48 bytes, or 256 with its word extension",
-        )
+    check_size(size)
     options = options or AdapterOptions()
     sections = {
         "File": _file(),
@@ -89,9 +83,9 @@ def eds_text(
         "Assembly": _assemblies(),
         "Connection Manager": _connections(options),
         "Capacity": _capacity(),
-        "TCP/IP Interface Class": _class("TCP/IP Interface Object", 0xF5, 4),
-        "Ethernet Link Class": _class("Ethernet Link Object", 0xF6, 4),
-        "QoS Class": _class("QoS Object", 0x48, 1),
+        "TCP/IP Interface Class": _class("TCP/IP Interface Object", ClassId.TCP_IP),
+        "Ethernet Link Class": _class("Ethernet Link Object", ClassId.ETHERNET_LINK),
+        "QoS Class": _class("QoS Object", ClassId.QOS),
         "Port": _port(),
     }
     lines = [
@@ -136,17 +130,20 @@ def _parameters(size: int, options: AdapterOptions) -> list[_Entry]:
     usual = min(max(_USUAL_RPI_US, options.rpi_min_us), options.rpi_max_us)
     limits = f"{options.rpi_min_us},{options.rpi_max_us},{usual}"
     entries = [_parameter(1, "RPI", "us", "Requested packet interval", (_UDINT, "4"), limits)]
-    for number, way, instance in ((2, "Output", _TO_ROBOT), (3, "Input", _TO_MASTER)):
+    for number, way, instance in ((2, "Output", TO_ROBOT), (3, "Input", TO_MASTER)):
         help_text = f"Bytes of assembly {instance}, as set at the controller"
-        limits = f"{_SIZES[0]},{_SIZES[-1]},{size}"
+        limits = f"{SIZE},{EXTENDED_SIZE},{size}"
         kind = (_UINT, "2")
         entries.append(_parameter(number, f"{way} Size", "bytes", help_text, kind, limits))
         entries.append(
             _Entry(
                 f"Enum{number}",
                 (
-                    (f"48,{_text('48 bytes')}", "as delivered"),
-                    (f"256,{_text('256 bytes')}", "with the controller's word extension"),
+                    (f"{SIZE},{_text(f'{SIZE} bytes')}", "as delivered"),
+                    (
+                        f"{EXTENDED_SIZE},{_text(f'{EXTENDED_SIZE} bytes')}",
+                        "with the controller's word extension",
+                    ),
                 ),
             )
         )
@@ -178,8 +175,8 @@ def _parameter(
 
 def _assemblies() -> list[_Entry]:
     areas = (
-        (_TO_MASTER, "Inputs of the master: m, robot to master"),
-        (_TO_ROBOT, "Outputs of the master: n, master to robot"),
+        (TO_MASTER, "Inputs of the master: m, robot to master"),
+        (TO_ROBOT, "Outputs of the master: n, master to robot"),
     )
     return [
         _Entry(
@@ -199,7 +196,7 @@ def _assemblies() -> list[_Entry]:
 
 def _connections(options: AdapterOptions) -> list[_Entry]:
     kinds = (
-        ("owner", _TO_ROBOT, "Exclusive Owner", "The PLC that drives the robot"),
+        ("owner", TO_ROBOT, "Exclusive Owner", "The PLC that drives the robot"),
         ("input", options.input_only, "Input Only", "Reads the robot and drives nothing"),
         ("listen", options.listen_only, "Listen Only", "Reads beside another connection"),
     )
@@ -211,7 +208,7 @@ def _connections(options: AdapterOptions) -> list[_Entry]:
             number,
             kind,
             (name, help_text),
-            f"20 04 {configuration}{_segment(0x2C, point)} {_segment(0x2C, _TO_MASTER)}",
+            f"20 04 {configuration}{_segment(0x2C, point)} {_segment(0x2C, TO_MASTER)}",
         )
         for number, (kind, point, name, help_text) in enumerate(kinds, 1)
     ]
@@ -221,7 +218,7 @@ def _connection(number: int, kind: str, names: tuple[str, str], path: str) -> _E
     owner = kind == "owner"
     parameters = _FIXED_SIZES | (_RUN_IDLE_HEADER if owner else _HEARTBEAT)
     parameters |= _POINT_TO_POINT | _MULTICAST_BACK | _POINT_TO_POINT_BACK | _SCHEDULED
-    to_robot = f"Param1,Param2,Assem{_TO_ROBOT}" if owner else "Param1,0,"
+    to_robot = f"Param1,Param2,Assem{TO_ROBOT}" if owner else "Param1,0,"
     to_robot_note = "32 bit run/idle header" if owner else "heartbeat"
     return _Entry(
         f"Connection{number}",
@@ -229,7 +226,7 @@ def _connection(number: int, kind: str, names: tuple[str, str], path: str) -> _E
             (f"0x{_OWNERSHIP[kind] | _CYCLIC | _CLASS_1:08X}", "class 1, cyclic"),
             (f"0x{parameters:08X}", "fixed sizes, formats, types of both directions"),
             (to_robot, f"O->T RPI, size, format; {to_robot_note}"),
-            (f"Param1,Param3,Assem{_TO_MASTER}", "T->O RPI, size, format; modeless"),
+            (f"Param1,Param3,Assem{TO_MASTER}", "T->O RPI, size, format; modeless"),
             (",", "no configuration of a proxy"),
             ("0,", "no configuration data"),
             (_text(names[0]), "name"),
@@ -240,10 +237,8 @@ def _connection(number: int, kind: str, names: tuple[str, str], path: str) -> _E
 
 
 def _segment(kind: int, number: int) -> str:
-    """A logical segment, 8 bit wide where the number allows it, else 16 bit."""
-    if number <= 0xFF:
-        return f"{kind:02X} {number:02X}"
-    return f"{kind | 1:02X} 00 {number & 0xFF:02X} {number >> 8:02X}"
+    """A logical segment as the format writes it."""
+    return encode_segment(kind, number).hex(" ").upper()
 
 
 def _capacity() -> list[_Entry]:
@@ -253,9 +248,9 @@ def _capacity() -> list[_Entry]:
     ]
 
 
-def _class(name: str, class_id: int, revision: int) -> list[_Entry]:
+def _class(name: str, class_id: ClassId) -> list[_Entry]:
     return [
-        _one("Revision", str(revision)),
+        _one("Revision", str(REVISIONS[class_id])),
         _one("Object_Name", _text(name)),
         _one("Object_Class_Code", f"0x{class_id:02X}"),
         _one("MaxInst", "1"),

@@ -1,16 +1,56 @@
-"""What can be chosen about the adapter besides its identity."""
+"""What can be chosen about the adapter: who it says it is, its limits and manners."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from rcx_harness.enip.cyclic.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.units import format_us
 
-__all__ = ["AdapterOptions"]
+__all__ = ["AdapterOptions", "Identity"]
 
-_TO_MASTER, _TO_ROBOT = 100, 150
+
+@dataclass(frozen=True)
+class Identity:
+    """The Identity object's attributes 1 to 7.
+
+    The device type is the manual's (chapter 5, section 4). Vendor, product code and revision are
+    assumed: they are those of the RCX3's predecessor, because the RCX3's own are not known. A
+    scanner that checks its electronic key may need others.
+    """
+
+    vendor: int = 636
+    device_type: int = 43
+    product_code: int = 5
+    major_revision: int = 1
+    minor_revision: int = 1
+    serial_number: int = 1
+    product_name: str = "RCX3 virtual controller"
+
+    def __post_init__(self) -> None:
+        """Refuse what the attributes cannot carry.
+
+        Raises:
+            InputError: a number out of its attribute's range, or a name of more than 32 letters.
+        """
+        limits = {
+            "vendor": 0xFFFF,
+            "device_type": 0xFFFF,
+            "product_code": 0xFFFF,
+            # The highest bit of the major revision means "compatible" in an electronic key.
+            "major_revision": 0x7F,
+            "minor_revision": 0xFF,
+            "serial_number": 0xFFFFFFFF,
+        }
+        for name, limit in limits.items():
+            if not 0 <= getattr(self, name) <= limit:
+                raise InputError(f"identity: {name} must be 0 to {limit}")
+        if len(self.product_name) > 32 or not self.product_name.isascii():
+            raise InputError("identity: product_name must be at most 32 ASCII letters")
 
 
 @dataclass(frozen=True)
@@ -55,7 +95,7 @@ class AdapterOptions:
                 f"packet intervals of {least} to {greatest} cannot be served",
                 hint="the smallest must be at least 1 ms and not above the greatest",
             )
-        points = (_TO_MASTER, _TO_ROBOT, self.input_only, self.listen_only)
+        points = (TO_MASTER, TO_ROBOT, self.input_only, self.listen_only)
         if len(set(points)) != len(points):
             raise InputError("the connection points of Input Only and Listen Only must be others")
         if not all(1 <= number <= 0xFFFF for number in (*points, *self.configurations)):
@@ -67,3 +107,8 @@ class AdapterOptions:
             raise InputError(
                 f"the first packet cannot be waited for {shown}", hint="it can be 10s to 610h"
             )
+
+    @classmethod
+    def from_message(cls, message: Mapping[str, Any]) -> AdapterOptions:
+        """What `dataclasses.asdict` gave, after a way as JSON."""
+        return cls(**{**message, "configurations": tuple(message["configurations"])})

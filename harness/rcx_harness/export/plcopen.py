@@ -11,10 +11,39 @@ from rcx_harness.export.body import Body, Scope
 from rcx_harness.export.expressions import expression_text, init_text
 from rcx_harness.export.output import NOTICE, Output
 from rcx_harness.export.parts import Part, Sources
-from rcx_harness.export.plcopen_names import ELEMENTARY, NAMESPACE, POU_KINDS, SECTIONS, XHTML
 from rcx_harness.export.words import words
 
-__all__ = ["to_plcopen"]
+__all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
+
+NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
+XHTML = "http://www.w3.org/1999/xhtml"
+
+#: Sections of variables and their elements.
+SECTIONS = {
+    "VAR": "localVars",
+    "VAR_TEMP": "tempVars",
+    "VAR_INPUT": "inputVars",
+    "VAR_OUTPUT": "outputVars",
+    "VAR_IN_OUT": "inOutVars",
+    "VAR_EXTERNAL": "externalVars",
+    "VAR_GLOBAL": "globalVars",
+}
+
+#: `pouType` of the kinds of POU.
+POU_KINDS = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
+
+_PLAIN = (
+    *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT"),
+    *("UDINT", "ULINT", "REAL", "LREAL", "TIME", "DATE", "DT", "TOD"),
+)
+
+#: Elementary types and their elements.
+ELEMENTARY = {
+    **{name: name for name in _PLAIN},
+    "DATE_AND_TIME": "DT",
+    "TIME_OF_DAY": "TOD",
+    "STRING": "string",
+}
 
 #: The schema asks for a date. A constant: the same sources give the same file.
 _DATE = "2026-01-01T00:00:00"

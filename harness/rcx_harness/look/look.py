@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from rcx_harness import spec
+from rcx_harness.enip.codec.cip import ClassId, Service, encode_path
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.originator.scanner import Received, Scanner
-from rcx_harness.enip.target.assemblies import AREA_SIZES, Assemblies
+from rcx_harness.enip.originator.opening import refusal_hint
+from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.look.text import (
     area_lines,
@@ -22,12 +23,12 @@ from rcx_harness.look.text import (
     telegram_lines,
 )
 from rcx_harness.robot.ports import port
+from rcx_harness.spec.wire import AREA_SIZES
 from rcx_harness.units import format_us
 
 __all__ = ["ScanOptions", "output_image", "scan"]
 
-_IDENTITY = bytes.fromhex("2001 2401")
-_GET_ATTRIBUTES_ALL = 0x01
+_IDENTITY = encode_path(ClassId.IDENTITY, 1)
 _LOOK_S = 0.01
 _WRITE = "write SI00=1, SI(20)=1 or SIW(2)=5"
 _WRITE_BYTES = "write 3=0x12, by the number of the byte"
@@ -37,12 +38,11 @@ _WORDS_HINT = (
 )
 _FIRST_S = 10.0
 _DIGITS = 5
-#: How the interval in a refusal is meant.
-_TOLD = {
-    2: "the shortest that it takes",
-    3: "the longest that it takes",
-    4: "the one that it takes",
-}
+#: Those of `rcx scan` that a refusal's remedy may name.
+_OPTIONS = (
+    *("--write", "--listen-only", "--heartbeat", "--input-instance"),
+    *("--config-data", "--config-instance"),
+)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         address=options.address,
         port=options.port,
     ) as scanner:
-        for line in identity_lines(scanner.client.request(_GET_ATTRIBUTES_ALL, _IDENTITY)):
+        for line in identity_lines(scanner.client.request(Service.GET_ATTRIBUTES_ALL, _IDENTITY)):
             tell(line)
         scanner.write(image, run=True)
         _open(scanner, options)
@@ -153,42 +153,8 @@ def _open(scanner: Scanner, options: ScanOptions) -> None:
     try:
         scanner.open()
     except CipError as error:
-        raise InputError(str(error), hint=_hint(error.extended, options)) from None
-
-
-def _hint(extended: tuple[int, ...], options: ScanOptions) -> str:
-    size = options.assemblies.input_size
-    sizes = "its EDS file has the sizes; give them with --input-size and --output-size"
-    if size in AREA_SIZES:
-        sizes = f"try --size {sum(AREA_SIZES) - size}"
-    hints = {
-        0x106: "it has a master; without --write it is only read",
-        0x109: sizes,
-        0x119: "no other connection is open; leave --listen-only out",
-        0x126: "its configuration has another size; give its data with --config-data",
-        0x127: sizes,
-        0x128: sizes,
-        0x129: "its configuration instance is another, or none; name it with --config-instance",
-        0x12A: "its heartbeat connection point is another; name it with --heartbeat",
-        0x12B: "its assembly to the master is another; name it with --input-instance",
-    }
-    if extended[:1] in ((0x111,), (0x112,)):
-        return _interval_hint(extended)
-    return hints.get(extended[0], "") if extended else ""
-
-
-def _interval_hint(extended: tuple[int, ...]) -> str:
-    """Which interval to ask for; a refusal may say what would do (admission.py has the words)."""
-    if len(extended) < 6:
-        return "try --rpi 10ms"
-    kinds = (extended[1] & 0xFF, extended[1] >> 8)
-    times_us = (extended[2] | extended[3] << 16, extended[4] | extended[5] << 16)
-    told = {kind: time for kind, time in zip(kinds, times_us, strict=True) if kind in _TOLD}
-    if not told:
-        return "try --rpi 10ms"
-    kind, time_us = next(iter(told.items()))
-    shown = format_us(time_us)
-    return f"{_TOLD[kind]} is {shown}; try --rpi {shown.replace(' ', '')}"
+        hint = refusal_hint(error, options.assemblies.input_size, _OPTIONS)
+        raise InputError(str(error), hint=hint) from None
 
 
 def _first(scanner: Scanner) -> Received:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from rcx_harness import spec
 from rcx_harness.spec.plain import request_text, response_text
+from rcx_harness.spec.wire import DEDICATED_AT, READY, RESERVED_AT, SIZE
 from rcx_harness.units import format_word
 
 __all__ = [
@@ -19,10 +20,8 @@ __all__ = [
 ]
 
 _WORDS = struct.Struct("<16H")
-_BITS_AT, _FREE_BITS = 32, range(34, 46)
-_EXTENSION_AT = 48
+_FREE_BITS = range(DEDICATED_AT + 2, RESERVED_AT)
 _IDENTITY = struct.Struct("<HHHBBHI")
-_READY = 0x0000
 _BYTES_A_LINE = 16
 # Identity status word, bits 4 to 7: extended device status.
 _DEVICE_STATES = {
@@ -97,7 +96,7 @@ def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
     elif request[0]:
         yield f"  {request_text(request)}"
         yield f"  {response_text(request[0], answer) if answer[0] else 'not taken yet'}"
-    elif answer[0] != _READY:
+    elif answer[0] != READY:
         yield f"  no command; remote status {format_word(answer[0])}: {response_text(0, answer)}"
     else:
         yield "  no command, ready for one"
@@ -124,9 +123,9 @@ def _level(area: bytes, signal: spec.Signal) -> str:
 
 def _others(area: bytes, letter: str) -> Iterator[tuple[str, str]]:
     """Words and general-purpose bits, by the manual's names."""
-    words = [*range(0, _BITS_AT, 2), *range(_EXTENSION_AT, len(area), 2)]
+    words = [*range(0, DEDICATED_AT, 2), *range(SIZE, len(area), 2)]
     for at in words:
         yield f"S{letter}W({at // 2})", format_word(area[at] | area[at + 1] << 8)
     for at in _FREE_BITS:
         for bit in range(8):
-            yield f"S{letter}({at - _BITS_AT:o}{bit})", str(area[at] >> bit & 1)
+            yield f"S{letter}({at - DEDICATED_AT:o}{bit})", str(area[at] >> bit & 1)

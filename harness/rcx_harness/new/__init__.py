@@ -6,9 +6,9 @@ import re
 from importlib.metadata import version
 from pathlib import Path
 
-from rcx_harness.cell.image import check_size
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["CI", "new_project"]
 
@@ -26,7 +26,7 @@ _WELCOME = {".git"}
 
 
 def new_project(
-    folder: Path, name: str | None = None, size: int = 48, ci: str = "all"
+    folder: Path, name: str | None = None, size: int = SIZE, ci: str = "all"
 ) -> list[Path]:
     """Write the template into a new or empty folder.
 

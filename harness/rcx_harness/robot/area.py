@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import port
 from rcx_harness.spec import Signal, signals
+from rcx_harness.spec.wire import DEDICATED_AT
 
 __all__ = [
-    "CYCLE_US",
     "DEDICATED",
     "INPUTS",
     "OUTPUTS",
@@ -25,12 +25,8 @@ __all__ = [
     "reserved_bytes_of",
 ]
 
-#: The controller's I/O update interval (manual chapter 5, 4) [us].
-CYCLE_US = 5000
-
 _WORDS = struct.Struct("<16H")
 _DEDICATED_WORDS = struct.Struct("<2H")
-_BITS_AT = 32
 
 #: Words m to m+30 in the command ready status.
 WORDS_AT_REST = (0,) * 16
@@ -38,7 +34,7 @@ WORDS_AT_REST = (0,) * 16
 
 def mask_of(signal: Signal) -> int:
     """Its bit in the 16 bit word made of bytes 32 (low) and 33 (high)."""
-    return 1 << (signal.bit + 8 * (signal.byte - _BITS_AT))
+    return 1 << (signal.bit + 8 * (signal.byte - DEDICATED_AT))
 
 
 #: Dedicated inputs and outputs by short name (`SI00`), as masks of the dedicated word.
@@ -56,7 +52,7 @@ def input_words(area: bytes) -> tuple[int, ...]:
 
 def dedicated_word(area: bytes) -> int:
     """Bytes 32 and 33 as one word."""
-    return area[_BITS_AT] | area[_BITS_AT + 1] << 8
+    return area[DEDICATED_AT] | area[DEDICATED_AT + 1] << 8
 
 
 def reserved_bytes_of(area: bytes) -> bytes:
@@ -74,8 +70,8 @@ def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> byte
     """
     area = bytearray(general)
     (_WORDS if len(words) == len(WORDS_AT_REST) else _DEDICATED_WORDS).pack_into(area, 0, *words)
-    area[_BITS_AT] = dedicated & 0xFF
-    area[_BITS_AT + 1] = dedicated >> 8
+    area[DEDICATED_AT] = dedicated & 0xFF
+    area[DEDICATED_AT + 1] = dedicated >> 8
     return area
 
 
@@ -121,7 +117,7 @@ class Overlay:
 
     def _locate(self, name: str) -> list[tuple[int, int]]:
         if name == "Status":
-            return [(at, 0xFF) for at in range(_BITS_AT)]
+            return [(at, 0xFF) for at in range(DEDICATED_AT)]
         word = re.fullmatch(r"SOW\(?(\d+)\)?", name)
         if word and 2 * int(word[1]) + 1 < self._size:
             return [(2 * int(word[1]), 0xFF), (2 * int(word[1]) + 1, 0xFF)]

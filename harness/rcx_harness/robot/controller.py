@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.alarms import AlarmList
-from rcx_harness.robot.area import CYCLE_US, Overlay, build_area, input_words
+from rcx_harness.robot.area import Overlay, build_area, input_words
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
@@ -27,7 +27,7 @@ from rcx_harness.robot.signals import (
 from rcx_harness.robot.stored import Point
 from rcx_harness.robot.tasks import Programs
 
-__all__ = ["CYCLE_US", "Controller"]
+__all__ = ["Controller"]
 
 
 class _State:

@@ -10,13 +10,13 @@ from datetime import date, datetime, time, timedelta
 from rcx_harness.robot.arm import SERVO, Servos, Settings
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.stored import HIGH_WORD, QUANTITIES_OF_AXIS
+from rcx_harness.spec.wire import EXTENDED_SIZE
 
 __all__ = ["Data", "Definition"]
 
 _CENTURY = 2000  # only the lower two digits of a year go over the wire
 _HIGHEST_OF_RATED = 1000
 _S = 1_000_000  # [us]
-_EXTENDED = 256
 
 
 class Clock:
@@ -234,7 +234,7 @@ class RealTimeOutput:
                 without a name is 0.
         """
         config = self._config
-        if not self.enabled or now_us < self._due_us or config.size < _EXTENDED:
+        if not self.enabled or now_us < self._due_us or config.size < EXTENDED_SIZE:
             return
         named = (
             (word, one.name(config), one.axis(config)) for word, one in self.definitions.items()

@@ -13,6 +13,7 @@ from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import Command, commands
+from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
 from rcx_harness.units import format_word
 
 __all__ = ["Handshake", "Phase", "Words"]
@@ -20,7 +21,6 @@ __all__ = ["Handshake", "Phase", "Words"]
 Words = tuple[int, ...]
 
 _ROBOT, _AXIS = 0, 1  # kind and detail of a Place
-READY, RUN, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
 
 
 class Phase(Enum):

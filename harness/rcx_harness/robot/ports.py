@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cache
 
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import DEDICATED_AT
 
 __all__ = ["Port", "Ports", "port", "port_of"]
 
-_BITS_AT = 32
 _LAST_PORT = 0o15  # the language has ports up to 27, this board takes them up to 15
 _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
@@ -71,7 +71,7 @@ def port(name: str) -> Port:
     if number > _LAST_PORT or (output and number < _FIRST_FREE):
         hint = "SO2() to SO7() and SO10() to SO15() can be written, SI0() to SI15() be read"
         raise InputError(f"{name} is no port of this board", hint=hint)
-    return Port(text, output, _BITS_AT + number, 1, int(match[6]) if match[6] else None)
+    return Port(text, output, DEDICATED_AT + number, 1, int(match[6]) if match[6] else None)
 
 
 def port_of(kind: str, number: int, bit: int | None = None) -> Port:
@@ -84,7 +84,7 @@ def port_of(kind: str, number: int, bit: int | None = None) -> Port:
     """
     name = f"{kind}{number:o}()" if bit is None else f"{kind}({number:o}{bit})"
     if kind in ("SI", "SO") and number <= _LAST_PORT:
-        return Port(name, kind == "SO", _BITS_AT + number, 1, bit)
+        return Port(name, kind == "SO", DEDICATED_AT + number, 1, bit)
     return Port(name, kind[1] == "O", number, 1, bit, bank=kind)
 
 

@@ -10,10 +10,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from rcx_harness.enip.ended import how_ended
+from rcx_harness.enip.child import how_ended
+from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.errors import ProcessDiedError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.serve.history import History
 from rcx_harness.serve.status import Status
@@ -42,8 +43,8 @@ class Settings:
     """
 
     host: str = "127.0.0.1"
-    port: int = 44818
-    cyclic: int = 2222
+    port: int = PORT
+    cyclic: int = IO_PORT
     robot: str = ""
     size: int | None = None
     seed: int = 0

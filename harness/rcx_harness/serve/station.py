@@ -7,15 +7,16 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.cyclic.shared import LinkState
+from rcx_harness.enip.cyclic.shared import Image, LinkState
 from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
+from rcx_harness.spec.wire import DEDICATED_AT, ENDS
 
-__all__ = ["LINK_EVENTS", "Image", "Images", "Station"]
+__all__ = ["LINK_EVENTS", "Images", "Station"]
 
 #: Events of the network beside those of the controller.
 LINK_EVENTS = {
@@ -27,18 +28,8 @@ _NO_ARGUMENTS = {"self", "event"}  # names that Controller.inject has for someth
 _KEPT = 20
 _MOST_CHANGES = 2000
 _SKIPS_MATTER_US = 200_000
-_RUN, _NORMAL_END, _ABNORMAL_END = 0x0100, 0x0200, 0x4000
 _NO_INPUTS = bytes(4)
-
-
-class Image(Protocol):
-    """An area that two processes share."""
-
-    def read(self) -> bytes:
-        """A whole copy of it."""
-
-    def write(self, image: bytes, /) -> None:
-        """Set all of it."""
+_DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
 
 
 class Images(Protocol):
@@ -213,8 +204,8 @@ class Station:
     @staticmethod
     def _shown(si: bytes | None, so: bytes) -> tuple[bool, str, str]:
         """What the chart shows: connection, word 0 and the dedicated bytes of both areas."""
-        inputs = _NO_INPUTS if si is None else si[:2] + si[32:34]
-        return si is not None, inputs.hex(), (so[:2] + so[32:34]).hex()
+        inputs = _NO_INPUTS if si is None else si[:2] + si[_DEDICATED]
+        return si is not None, inputs.hex(), (so[:2] + so[_DEDICATED]).hex()
 
     def _follow_command(self) -> None:
         """Note a remote command as its status appears, and its end as that is shown."""
@@ -228,7 +219,7 @@ class Station:
         if not self._commands or self._commands[-1].result:
             return
         latest = self._commands[-1]
-        if status in (_NORMAL_END, _ABNORMAL_END):
+        if status in ENDS:
             result = response_text(self._request[0], input_words(self._so))
         elif not status:
             result = "given up by the master or lost with the connection"

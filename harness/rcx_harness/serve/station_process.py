@@ -8,7 +8,6 @@ of it has ended by itself, which it tells.
 
 from __future__ import annotations
 
-import gc
 import json
 import os
 import queue
@@ -23,13 +22,56 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.enip import Adapter, Identity
+from rcx_harness.enip.child import be_punctual, tell
+from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.errors import InputError
-from rcx_harness.robot import CYCLE_US, Controller, RobotConfig
-from rcx_harness.serve.pace import Pace
+from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
+from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["REPORT_CYCLES", "Channel", "main", "run"]
+__all__ = ["REPORT_CYCLES", "Channel", "Pace", "main", "run"]
+
+
+class Pace:
+    """Cycles on a fixed grid of a monotonic clock.
+
+    A cycle that comes too late is done once; those that were missed meanwhile are left out and
+    counted, never made up for. So neither a late wake-up nor a standstill of this computer shifts
+    the cycles to come, and the controller's time, a whole number of periods, stays real time.
+
+    Args:
+        start_us: Time of the first cycle on the clock [us].
+        period_us: Length of a cycle [us].
+
+    Attributes:
+        cycles: Cycles done.
+        skipped: Cycles left out.
+    """
+
+    def __init__(self, start_us: int, period_us: int) -> None:
+        self._start_us = start_us
+        self._period_us = period_us
+        self._next = 0  # number of the next cycle on the grid
+        self.cycles = 0
+        self.skipped = 0
+
+    def wait_us(self, now_us: int) -> int:
+        """How long to wait for the next cycle; 0 if it is due."""
+        return max(0, self._start_us + self._next * self._period_us - now_us)
+
+    def take(self, now_us: int) -> int:
+        """Begin the cycle that is due.
+
+        Returns:
+            The controller's time of this cycle [us], 0 for the first.
+        """
+        number = max(self._next, (now_us - self._start_us) // self._period_us)
+        self.skipped += number - self._next
+        self.cycles += 1
+        self._next = number + 1
+        return number * self._period_us
+
 
 #: A report to the parent comes after so many cycles: ten times a second.
 REPORT_CYCLES = 20
@@ -37,7 +79,6 @@ REPORT_CYCLES = 20
 _WAITING_LINES = 50
 _NO_MORE = ""
 _LAST_LINE_S = 2.0
-_PRIORITY = 1
 
 
 class Channel:
@@ -152,18 +193,17 @@ def main(argument: str) -> None:
         controller = Controller(_config(settings), settings["seed"])
         adapter = _adapter(settings, controller.config.size)
     except InputError as error:
-        with suppress(BrokenPipeError):  # the parent has ended
-            os.write(1, json.dumps({"error": str(error)}).encode() + b"\n")
+        tell({"error": str(error)})
         return
     with adapter:
         station = Station(controller, adapter.shared)
         channel = Channel()
         channel.tell(json.dumps({"port": adapter.address[1], "size": adapter.size}))
-        _be_punctual()
+        be_punctual("SCHED_RR")
         channel.start()
         try:
             reason = run(
-                *(station, channel, lambda: time.monotonic_ns() // 1000),
+                *(station, channel, now_us),
                 sleep_us=lambda us: time.sleep(us / 1e6),
                 failure=lambda: adapter.failure,
             )
@@ -176,29 +216,19 @@ def main(argument: str) -> None:
     os._exit(1 if reason else 0)
 
 
-def _be_punctual() -> None:
-    """Ask for real time, for the threads to come too; where it is not allowed we do without."""
-    gc.freeze()
-    if hasattr(os, "sched_setscheduler"):
-        with suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(_PRIORITY))
-
-
 def _config(settings: dict[str, Any]) -> RobotConfig:
     config = RobotConfig.load(Path(settings["robot"])) if settings["robot"] else RobotConfig()
     return replace(config, size=settings["size"]) if settings["size"] else config
 
 
 def _adapter(settings: dict[str, Any], size: int) -> Adapter:
-    options = settings["options"]
-    options["configurations"] = tuple(options["configurations"])
     return Adapter(
         size,
         Identity(**settings["identity"]),
         host=settings["host"],
         port=settings["port"],
         cyclic=settings["cyclic"],
-        options=AdapterOptions(**options),
+        options=AdapterOptions.from_message(settings["options"]),
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.status import Connection, Note, Status
 from rcx_harness.spec import Signal, signals
+from rcx_harness.spec.wire import DEDICATED_AT
 from rcx_harness.units import format_us
 
 __all__ = ["LED_MEANINGS", "connection_text", "view"]
@@ -41,7 +42,6 @@ _STATES = {
     "closed": "the master has closed the connection",
 }
 
-_FIRST_BITS = 32
 _PORTS = (*range(8), *range(10, 16))  # SI0() to SI7(), SI10() to SI15(): bytes 32 to 45
 _WORDS, _EXTENDED = range(16), range(24, 128)
 
@@ -131,7 +131,9 @@ def _bit(signal: Signal, area: bytes) -> dict[str, Any]:
 
 
 def _ports(area: bytes) -> list[dict[str, int]]:
-    return [{"port": port, "value": area[_FIRST_BITS + place]} for place, port in enumerate(_PORTS)]
+    return [
+        {"port": port, "value": area[DEDICATED_AT + place]} for place, port in enumerate(_PORTS)
+    ]
 
 
 def _words(area: bytes) -> list[dict[str, int]]:

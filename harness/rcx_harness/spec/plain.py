@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from rcx_harness import spec
+from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
 from rcx_harness.units import format_word
 
 __all__ = ["alarm_text", "request_text", "response_text"]
 
-_RUNNING, _NORMAL, _ABNORMAL = 0x0100, 0x0200, 0x4000
 _LONGEST = 160
 
 
@@ -35,10 +35,10 @@ def response_text(request: int, words: Sequence[int]) -> str:
         words: The 16 words from m on.
     """
     status = words[0]
-    if status == _ABNORMAL:
+    if status == ABNORMAL_END:
         return f"abnormal end, alarm {alarm_text(f'{words[1]}.{words[2]}')}"
     command = spec.commands().get(request & 0x0FFF)
-    known = {_RUNNING: "running", _NORMAL: "normal end"}
+    known = {RUN: "running", NORMAL_END: "normal end"}
     state = known.get(status, f"status {format_word(status)}")
     if command is None or status not in known:
         return state

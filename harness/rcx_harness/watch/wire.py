@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from rcx_harness.robot import Violation
 from rcx_harness.spec import signals
+from rcx_harness.spec.wire import DEDICATED_AT, ENDS, RESERVED_AT, RUN, SIZE
 from rcx_harness.units import format_us, format_word
 
 __all__ = ["INTERVAL_US", "WireMonitor", "word"]
@@ -26,12 +27,10 @@ _STARTS = {
     "SI(14)": ("SI(00)", "SI(06)"),
     "SI(17)": ("SI(00)", "SI(06)"),
 }
-_ENDS = (0x0200, 0x4000)
-_RUNNING = 0x0100
 _CODE, _NONE = slice(0, 2), bytes(2)
-_DEDICATED = slice(32, 34)
-_DATA = slice(2, 32)
-_RESERVED = slice(46, 48)
+_DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
+_DATA = slice(2, DEDICATED_AT)
+_RESERVED = slice(RESERVED_AT, RESERVED_AT + 2)
 _CPU_OK = 0x02
 
 
@@ -50,7 +49,7 @@ class WireMonitor:
     `ready before code`.
     """
 
-    def __init__(self, size: int = 48) -> None:
+    def __init__(self, size: int = SIZE) -> None:
         self.commands = 0
         """Remote commands whose end status the PLC has read."""
         self._names = {(one.byte, one.bit): one.signal for one in signals().input}
@@ -90,7 +89,7 @@ class WireMonitor:
             found.append(
                 ("reserved", f"the reserved bytes n+46, n+47 became {si[_RESERVED].hex(' ')}")
             )
-        if si[:32] != before[:32]:
+        if si[:DEDICATED_AT] != before[:DEDICATED_AT]:
             found += self._command(before, si, so)
         return [Violation(t_us, rule, f"plc, scan {scan}: {rule}: {text}") for rule, text in found]
 
@@ -106,7 +105,7 @@ class WireMonitor:
         found = []
         changes: list[str] = []
         paced = 0
-        for byte in (32, 33):
+        for byte in (DEDICATED_AT, DEDICATED_AT + 1):
             for bit in range(8):
                 if not (before[byte] ^ si[byte]) >> bit & 1:
                     continue
@@ -165,19 +164,19 @@ class WireMonitor:
         return found
 
     def _follow(self, status: int) -> None:
-        if self._judged and status in _ENDS and not self._ended:
+        if self._judged and status in ENDS and not self._ended:
             self._ended = True
             self.commands += 1
-        self._ran = self._ran or status == _RUNNING
+        self._ran = self._ran or status == RUN
 
     def _may_change(self, was: int, before: bytes, so: bytes) -> bool:
         """May code and data change: ended, lost, or a continuous output that is stopped."""
         status = word(so, 0)
-        lost = not so[32] & _CPU_OK or (self._ran and status == 0)
+        lost = not so[DEDICATED_AT] & _CPU_OK or (self._ran and status == 0)
         continuous = was & 0x0FFF in (0x505, 0x506) and before[2] & 1 and self._ran
         return self._ended or lost or bool(continuous)
 
 
 def _changed_words(before: bytes, si: bytes) -> str:
-    changed = [f"n+{k}" for k in range(2, 32, 2) if si[k : k + 2] != before[k : k + 2]]
+    changed = [f"n+{k}" for k in range(2, DEDICATED_AT, 2) if si[k : k + 2] != before[k : k + 2]]
     return ", ".join(changed)

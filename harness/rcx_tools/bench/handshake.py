@@ -21,12 +21,13 @@ from typing import NamedTuple
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.build import default_lib, source_files
-from rcx_harness.cell.clock import CYCLE_US, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import load
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Scan
 from rcx_tools.bench.figure import Figure, Options, at_most, shown
 from rcx_tools.bench.minimum import Clocks, Command, command, sequence
@@ -113,7 +114,7 @@ def grid(
     cases = []
     for scan, rpi, response in itertools.product(scans_ms, rpis_ms, responses_ms):
         random = Random(f"{scan} {rpi} {response}")
-        periods = (5_000, rpi * 1000, rpi * 1000, scan * 1000)
+        periods = (CYCLE_US, rpi * 1000, rpi * 1000, scan * 1000)
         drawn = tuple(random.randrange(period) for period in periods)
         cases.append(Case(scan * 1000, rpi * 1000, response * 1000))
         cases.append(Case(scan * 1000, rpi * 1000, response * 1000, drawn))  # type: ignore[arg-type]

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rcx_harness.cell.clock import CYCLE_US, Timing
+from rcx_harness.cell.clock import Timing
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["Clocks", "Command", "Step", "command", "sequence"]
 

@@ -16,8 +16,12 @@ from rcx_harness.enip.target.connection_manager import (
     MAX_EXPLICIT_OF_PEER,
 )
 from rcx_harness.enip.target.device import MAX_SESSIONS
-from rcx_harness.enip.target.tcp_server import MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER
-from rcx_harness.enip.target.udp_server import MAX_DELAYED, MAX_DELAYED_OF_PEER
+from rcx_harness.enip.target.servers import (
+    MAX_CONNECTIONS,
+    MAX_CONNECTIONS_OF_PEER,
+    MAX_DELAYED,
+    MAX_DELAYED_OF_PEER,
+)
 
 
 @pytest.fixture

@@ -1,7 +1,8 @@
-"""CIP messages as bytes: request, path and reply, for both ends of the wire.
+"""CIP messages as bytes: request, path and reply, for both ends of the wire; codes in words.
 
 Numbers are those of the Common Industrial Protocol, volume 1: general status codes in appendix B,
-path segments in appendix C. The manual names edition 3.14 (chapter 5, section 4).
+path segments in appendix C, the Connection Manager's extended status codes in chapter 3, 5.6. The
+manual names edition 3.14 (chapter 5, section 4).
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple
 
-from rcx_harness.enip.codec.connection_status import extended_text
-
 __all__ = [
+    "REVISIONS",
+    "ClassId",
     "ConnectionService",
     "ElectronicKey",
+    "ExtendedStatus",
     "Path",
     "Refusal",
     "Reply",
@@ -29,9 +31,97 @@ __all__ = [
     "encode_path",
     "encode_reply",
     "encode_request",
+    "encode_segment",
     "extended_text",
     "status_text",
 ]
+
+
+class ExtendedStatus(IntEnum):
+    """The extended status codes that belong to general status 0x01, connection failure.
+
+    Each has its meaning and, where a device of an earlier edition knew only a coarser code, that.
+    """
+
+    meaning: str
+    older: int
+
+    def __new__(cls, code: int, meaning: str = "", older: int | None = None) -> ExtendedStatus:
+        """The code is the number."""
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.meaning = meaning
+        member.older = code if older is None else older
+        return member
+
+    DUPLICATE_FORWARD_OPEN = 0x100, "this connection is already open"
+    CLASS_AND_TRIGGER = 0x103, "transport class and trigger are not supported together"
+    OWNERSHIP_CONFLICT = 0x106, "another master owns the outputs"
+    CONNECTION_NOT_FOUND = 0x107, "there is no such connection"
+    INVALID_CONNECTION_TYPE = 0x108, "the connection type or priority is not valid"
+    INVALID_CONNECTION_SIZE = 0x109, "the connection size does not fit the assembly"
+    RPI_NOT_SUPPORTED = 0x111, "the packet interval is not supported"
+    RPI_NOT_ACCEPTABLE = 0x112, "the packet interval is not acceptable", 0x111
+    OUT_OF_CONNECTIONS = 0x113, "no more connections are available"
+    KEY_VENDOR_OR_PRODUCT = 0x114, "vendor or product code do not match the device"
+    KEY_DEVICE_TYPE = 0x115, "the device type does not match the device"
+    KEY_REVISION = 0x116, "the revision does not match the device"
+    INVALID_APPLICATION_PATH = 0x117, "the produced or consumed path is not valid"
+    INVALID_CONFIGURATION_PATH = 0x118, "the configuration path is not valid"
+    ONLY_LISTENERS = 0x119, "listen only needs a connection that is more than that"
+    INHIBIT_TIME_ABOVE_RPI = 0x11B, "the production inhibit time exceeds the interval"
+    TRANSPORT_CLASS = 0x11C, "the transport class is not supported", 0x103
+    PRODUCTION_TRIGGER = 0x11D, "the production trigger is not supported", 0x103
+    DIRECTION = 0x11E, "the transport direction is not supported", 0x103
+    O_TO_T_TYPE = 0x123, "the connection type to the device is not supported", 0x108
+    T_TO_O_TYPE = 0x124, "the connection type from the device is not supported", 0x108
+    REDUNDANT_OWNER = 0x125, "redundant owners are not supported", 0x108
+    CONFIGURATION_SIZE = 0x126, "the configuration data has a wrong size", 0x118
+    O_TO_T_SIZE = 0x127, "the size to the device does not fit the assembly", 0x109
+    T_TO_O_SIZE = 0x128, "the size from the device does not fit the assembly", 0x109
+    CONFIGURATION_PATH = 0x129, "there is no such configuration instance", 0x118
+    CONSUMING_PATH = 0x12A, "there is no such consuming connection point", 0x117
+    PRODUCING_PATH = 0x12B, "there is no such producing connection point", 0x117
+    INCONSISTENT_PATHS = 0x12F, "the application paths do not belong together", 0x117
+    NULL_FORWARD_OPEN = 0x132, "a null Forward Open is not supported"
+    TIMEOUT_MULTIPLIER = 0x133, "the time-out multiplier is not acceptable"
+    PARAMETER_ERROR = 0x205, "a parameter of the request is wrong"
+    PORT_NOT_AVAILABLE = 0x311, "the route names a port that there is not"
+    LINK_ADDRESS_NOT_VALID = 0x312, "the route names a link address that there is not"
+    SEGMENT_IN_PATH = 0x315, "a segment of the connection path is not valid"
+    CLOSE_PATH_MISMATCH = 0x316, "the path to close is not the one that was opened"
+
+
+def extended_text(code: int) -> str:
+    """An extended status code of the Connection Manager in words."""
+    try:
+        return ExtendedStatus(code).meaning
+    except ValueError:
+        return "an extended status this harness does not know"
+
+
+class ClassId(IntEnum):
+    """The classes of objects that this device has (CIP volumes 1 and 2, chapter 5)."""
+
+    IDENTITY = 0x01
+    MESSAGE_ROUTER = 0x02
+    ASSEMBLY = 0x04
+    CONNECTION_MANAGER = 0x06
+    QOS = 0x48
+    TCP_IP = 0xF5
+    ETHERNET_LINK = 0xF6
+
+
+REVISIONS = {
+    ClassId.IDENTITY: 1,
+    ClassId.MESSAGE_ROUTER: 1,
+    ClassId.ASSEMBLY: 2,
+    ClassId.CONNECTION_MANAGER: 1,
+    ClassId.QOS: 1,
+    ClassId.TCP_IP: 4,
+    ClassId.ETHERNET_LINK: 4,
+}
+"""Revision of each class."""
 
 
 class Service(IntEnum):
@@ -150,16 +240,16 @@ def status_text(status: int) -> str:
 
 
 def encode_path(class_id: int, instance: int, attribute: int | None = None) -> bytes:
-    """Path of logical segments, 8 bit wide where the number allows it, else 16 bit (padded)."""
-    numbers = [(0x20, class_id), (0x24, instance)]
-    if attribute is not None:
-        numbers.append((0x30, attribute))
-    return b"".join(
-        struct.pack("<BB", segment, number)
-        if number <= 0xFF
-        else struct.pack("<BxH", segment | _SIXTEEN_BIT, number)
-        for segment, number in numbers
-    )
+    """Path of logical segments."""
+    path = encode_segment(0x20, class_id) + encode_segment(0x24, instance)
+    return path if attribute is None else path + encode_segment(0x30, attribute)
+
+
+def encode_segment(kind: int, number: int) -> bytes:
+    """A logical segment, 8 bit wide where the number allows it, else 16 bit (padded)."""
+    if number <= 0xFF:
+        return struct.pack("<BB", kind, number)
+    return struct.pack("<BxH", kind | _SIXTEEN_BIT, number)
 
 
 def encode_request(service: int, path: bytes, data: bytes = b"") -> bytes:

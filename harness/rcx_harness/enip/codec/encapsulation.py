@@ -28,7 +28,6 @@ __all__ = [
     "socket_address",
     "unconnected",
     "unconnected_items",
-    "unconnected_message",
 ]
 
 HEADER_SIZE = 24
@@ -172,15 +171,6 @@ def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | No
     if address != Item.NULL_ADDRESS or no_address or kind != Item.UNCONNECTED_DATA:
         return None
     return message, items[2:]
-
-
-def unconnected_message(data: bytes) -> bytes | None:
-    """The CIP message in the data of a SendRRData; None if there is none in it.
-
-    Further items, the socket addresses that some scanners add, are allowed and passed over.
-    """
-    found = unconnected_items(data)
-    return None if found is None else found[0]
 
 
 def connected(connection_id: int, message: bytes) -> bytes:

@@ -1,7 +1,9 @@
-"""Forward Open and Forward Close as bytes: requests in, replies out.
+"""Forward Open and Forward Close as bytes, for both ends: requests, connection path and replies.
 
 Layout: CIP volume 1, chapter 3, 5.5.2 (Forward Open, Large Forward Open) and 5.5.3 (Forward
-Close). Sizes are the connection sizes on the wire, intervals microseconds.
+Close). Sizes are the connection sizes on the wire, intervals microseconds. Segments of the path are
+those of appendix C: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34), network
+(0x43, 0x50: production inhibit time) and simple data (0x80).
 """
 
 from __future__ import annotations
@@ -10,20 +12,151 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
-from rcx_harness.enip.codec.cip import ConnectionService, Refusal, Request, Status
+from rcx_harness.enip.codec.cip import (
+    ClassId,
+    ConnectionService,
+    ElectronicKey,
+    ExtendedStatus,
+    Refusal,
+    Request,
+    Status,
+    decode_key,
+    encode_path,
+    encode_request,
+    encode_segment,
+)
 
 __all__ = [
+    "ConnectionPath",
     "ConnectionType",
     "ForwardClose",
     "ForwardOpen",
     "NetworkParameters",
+    "OpenReply",
+    "OpenRequest",
+    "PathRefusal",
     "Triad",
     "close_reply",
+    "decode_connection_path",
     "decode_forward_close",
     "decode_forward_open",
+    "decode_open_reply",
     "open_reply",
     "refusal_data",
 ]
+
+_CLASS, _INSTANCE, _CONNECTION_POINT = 0x20, 0x24, 0x2C
+_SIXTEEN_BIT = 0x01
+_KEY, _KEY_FORMAT, _KEY_END = 0x34, 0x04, 10
+_INHIBIT_MS, _INHIBIT_US, _INHIBIT_US_WORDS = 0x43, 0x50, 2
+_DATA = 0x80
+
+
+class PathRefusal(Refusal):
+    """A segment that is not understood (extended status 0x315).
+
+    Args:
+        remaining: Words of the path from that segment to the end.
+    """
+
+    def __init__(self, remaining: int) -> None:
+        super().__init__(Status.CONNECTION_FAILURE, (ExtendedStatus.SEGMENT_IN_PATH,))
+        self.remaining = remaining
+
+
+@dataclass(frozen=True)
+class ConnectionPath:
+    """What a connection path names.
+
+    Attributes:
+        key: Which device the originator means.
+        class_id: Class of all application paths.
+        numbers: Instances and connection points in their order: configuration if there are three,
+            consuming, producing; or the one instance of an explicit connection.
+        configuration: Data for the configuration instance.
+        inhibit_us: Production inhibit time in microseconds, 0 without one.
+    """
+
+    key: ElectronicKey | None
+    class_id: int
+    numbers: tuple[int, ...]
+    configuration: bytes = b""
+    inhibit_us: int = 0
+
+    def application(self) -> tuple[int, tuple[int, ...]]:
+        """The part that a Forward Close must name again."""
+        return self.class_id, self.numbers
+
+
+def decode_connection_path(path: bytes) -> ConnectionPath:
+    """Take a connection path apart.
+
+    Args:
+        path: Padded path, an even number of bytes.
+
+    Raises:
+        PathRefusal: a segment that is not understood, in a wrong place or cut off; or no class.
+        Refusal: the application paths are of several classes.
+    """
+    key: ElectronicKey | None = None
+    class_id: int | None = None
+    numbers: list[int] = []
+    configuration = b""
+    inhibit_us = 0
+    at = 0
+    while at < len(path):
+        kind, length = path[at] & ~_SIXTEEN_BIT, _length(path, at)
+        body = path[at + 2 : at + length]
+        if path[at] == _KEY and at == 0:
+            key = decode_key(body)
+        elif kind == _CLASS:
+            number = _number(path, at)
+            if class_id not in (None, number):
+                raise Refusal(Status.CONNECTION_FAILURE, (ExtendedStatus.INCONSISTENT_PATHS,))
+            class_id = number
+        elif kind in (_INSTANCE, _CONNECTION_POINT) and class_id is not None:
+            numbers.append(_number(path, at))
+        elif path[at] == _INHIBIT_MS:
+            inhibit_us = 1000 * path[at + 1]
+        elif path[at] == _INHIBIT_US:
+            inhibit_us = int.from_bytes(body, "little")
+        elif path[at] == _DATA:
+            configuration = body
+        else:
+            raise _refused(path, at)
+        at += length
+    if class_id is None:
+        raise _refused(path, len(path))
+    return ConnectionPath(key, class_id, tuple(numbers), configuration, inhibit_us)
+
+
+def _length(path: bytes, at: int) -> int:
+    """Bytes of the segment at `at`, which lies wholly within the path."""
+    segment, second = path[at], path[at + 1]
+    if segment & ~_SIXTEEN_BIT in (_CLASS, _INSTANCE, _CONNECTION_POINT):
+        length = 4 if segment & _SIXTEEN_BIT else 2
+    elif segment == _KEY and second == _KEY_FORMAT:
+        length = _KEY_END
+    elif segment == _INHIBIT_MS:
+        length = 2
+    elif segment == _DATA or (segment == _INHIBIT_US and second == _INHIBIT_US_WORDS):
+        length = 2 + 2 * second
+    else:
+        raise _refused(path, at)
+    if at + length > len(path):
+        raise _refused(path, at)
+    return length
+
+
+def _number(path: bytes, at: int) -> int:
+    if path[at] & _SIXTEEN_BIT:
+        return int.from_bytes(path[at + 2 : at + 4], "little")
+    return path[at + 1]
+
+
+def _refused(path: bytes, at: int) -> PathRefusal:
+    return PathRefusal((len(path) - at) // 2)
+
 
 # Priority and ticks, O->T id (not used), T->O id, triad, multiplier, interval and parameters each
 # way, transport, path size
@@ -182,3 +315,103 @@ def _path(data: bytes, start: int, words: int) -> bytes:
     if len(path) > 2 * words:
         raise Refusal(Status.TOO_MUCH_DATA)
     return path
+
+
+_CONNECTION_MANAGER = encode_path(ClassId.CONNECTION_MANAGER, 1)
+# Priority and time of a tick, ticks: how long a bridge may take, 14 x 1.024 s.
+_PATIENCE = struct.pack("<BB", 0x0A, 0x0E)
+_CLASS_1_CYCLIC = 0x01
+_SCHEDULED = 2
+_REPLY = struct.Struct("<IIHHIII")
+
+
+@dataclass(frozen=True)
+class OpenRequest:
+    """A class 1 connection as a scanner asks for it.
+
+    Attributes:
+        triad: What names it.
+        t_to_o_id: The id we choose; unused with multicast.
+        rpi_us: Requested packet interval of both directions, in microseconds.
+        o_to_t_length: Connection size to the adapter, on the wire.
+        t_to_o_length: Connection size from the adapter, on the wire.
+        multiplier: Connection time-out multiplier as coded, 0 to 7.
+        multicast: The adapter is to send to a multicast group.
+        consuming: The adapter's connection point to send to, or the one of the heartbeat.
+        producing: The adapter's connection point to receive from.
+        configuration: Configuration instance, if one is to be named.
+        configuration_data: Data for it, an even number of bytes.
+        large: Ask by Large Forward Open.
+    """
+
+    triad: Triad
+    t_to_o_id: int
+    rpi_us: int
+    o_to_t_length: int
+    t_to_o_length: int
+    multiplier: int
+    multicast: bool
+    consuming: int
+    producing: int
+    configuration: int | None = None
+    configuration_data: bytes = b""
+    large: bool = False
+
+    def path(self) -> bytes:
+        """The application path: configuration, consuming and producing connection point, data."""
+        path = encode_segment(_CLASS, ClassId.ASSEMBLY)
+        if self.configuration is not None:
+            path += encode_segment(_INSTANCE, self.configuration)
+        path += encode_segment(_CONNECTION_POINT, self.consuming)
+        path += encode_segment(_CONNECTION_POINT, self.producing)
+        if data := self.configuration_data:
+            path += struct.pack("<BB", _DATA, len(data) // 2) + data
+        return path
+
+    def forward_open(self) -> bytes:
+        """The whole CIP request."""
+        kind = ConnectionType.MULTICAST if self.multicast else ConnectionType.POINT_TO_POINT
+        data = _PATIENCE + struct.pack("<II", 0, 0 if self.multicast else self.t_to_o_id)
+        data += self.triad.encode() + struct.pack("<B3x", self.multiplier)
+        rpi = struct.pack("<I", self.rpi_us)
+        data += rpi + self._parameters(ConnectionType.POINT_TO_POINT, self.o_to_t_length)
+        data += rpi + self._parameters(kind, self.t_to_o_length)
+        path = self.path()
+        data += struct.pack("<BB", _CLASS_1_CYCLIC, len(path) // 2) + path
+        service = (
+            ConnectionService.LARGE_FORWARD_OPEN if self.large else ConnectionService.FORWARD_OPEN
+        )
+        return encode_request(service, _CONNECTION_MANAGER, data)
+
+    def forward_close(self) -> bytes:
+        """The whole CIP request."""
+        path = self.path()
+        data = _PATIENCE + self.triad.encode() + struct.pack("<Bx", len(path) // 2) + path
+        return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
+
+    def _parameters(self, kind: int, length: int) -> bytes:
+        """Type, priority and size; of fixed length, not redundant."""
+        flags = kind << 13 | _SCHEDULED << 10
+        return (
+            struct.pack("<I", flags << 16 | length)
+            if self.large
+            else struct.pack("<H", flags | length)
+        )
+
+
+@dataclass(frozen=True)
+class OpenReply:
+    """What the adapter has agreed to: the ids, and the actual packet intervals."""
+
+    o_to_t_id: int
+    t_to_o_id: int
+    o_to_t_api_us: int
+    t_to_o_api_us: int
+
+
+def decode_open_reply(data: bytes) -> OpenReply | None:
+    """The data of a reply that says success; None if it is too short."""
+    if len(data) < _REPLY.size:
+        return None
+    o_to_t_id, t_to_o_id, _, _, _, o_to_t_api_us, t_to_o_api_us = _REPLY.unpack_from(data)
+    return OpenReply(o_to_t_id, t_to_o_id, o_to_t_api_us, t_to_o_api_us)

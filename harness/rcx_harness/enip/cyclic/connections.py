@@ -1,7 +1,7 @@
 """What a class 1 connection is made of, once its Forward Open has been accepted.
 
 The adapter decodes and checks the Forward Open; what is agreed goes, as `ConnectionParameters`,
-to the process that produces and consumes (`cyclic_process`). A scanner describes its end likewise.
+to the process that produces and consumes (`cyclic.process`). A scanner describes its end likewise.
 """
 
 from __future__ import annotations
@@ -10,16 +10,19 @@ import ipaddress
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum, IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 __all__ = [
     "FIRST_PACKET_US",
     "IO_PORT",
     "LONGEST_TIMEOUT_US",
+    "RUN_IDLE_SIZE",
+    "SEQUENCE_SIZE",
     "ConnectionKind",
     "ConnectionParameters",
     "EndReason",
     "OwnerState",
+    "Way",
     "multicast_address",
 ]
 
@@ -32,7 +35,9 @@ FIRST_PACKET_US = 10_000_000
 LONGEST_TIMEOUT_US = 0xFFFFFFFF * 512
 """The greatest interval that can be asked for, times the greatest multiplier."""
 
-_RUN_IDLE_SIZE, _SEQUENCE_SIZE = 4, 2
+RUN_IDLE_SIZE, SEQUENCE_SIZE = 4, 2
+"""Bytes of the run/idle header and of the sequence count before the data of a packet."""
+
 _MULTICAST_BASE = int(ipaddress.IPv4Address("239.192.1.0"))
 _MULTICAST_HOSTS, _MULTICAST_BLOCK = 0x3FF, 5
 
@@ -73,6 +78,15 @@ class EndReason(str, Enum):
     """A scanner's connection whose multicast group cannot be joined from its address."""
     OFF = "off"
     """The adapter has been switched off (`LinkState.OFF`)."""
+
+
+class Way(NamedTuple):
+    """One direction of a connection: its packets."""
+
+    identifier: int
+    api_us: int
+    size: int
+    run_idle: bool
 
 
 @dataclass(frozen=True)
@@ -130,19 +144,18 @@ class ConnectionParameters:
         return self.kind is ConnectionKind.EXCLUSIVE_OWNER
 
     @property
-    def o_to_t_length(self) -> int:
-        """Bytes of the connected data item from the originator, as in the Forward Open."""
-        header = _RUN_IDLE_SIZE if self.run_idle else 0
-        return _SEQUENCE_SIZE + header + self.o_to_t_size
+    def o_to_t(self) -> Way:
+        """From the originator to the target."""
+        return Way(self.o_to_t_id, self.o_to_t_api_us, self.o_to_t_size, self.run_idle)
 
     @property
-    def t_to_o_length(self) -> int:
-        """Bytes of the connected data item from the target, as in the Forward Open."""
-        return _SEQUENCE_SIZE + self.t_to_o_size
+    def t_to_o(self) -> Way:
+        """From the target to the originator."""
+        return Way(self.t_to_o_id, self.t_to_o_api_us, self.t_to_o_size, False)
 
-    def timeout_us(self, api_us: int) -> int:
-        """Longest silence between two packets that come every `api_us` microseconds."""
-        return api_us * (4 << self.multiplier)
+    def timeout_us(self, way: Way) -> int:
+        """Longest silence between two packets on this way."""
+        return way.api_us * (4 << self.multiplier)
 
     def as_message(self) -> dict[str, Any]:
         """As an object of JSON, for the pipe between the processes."""

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
-from types import TracebackType
 from typing import Any
 
+from rcx_harness.enip.child import Child, how_ended
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.connections import IO_PORT, ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Role
-from rcx_harness.enip.ended import how_ended, wait_for_code
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
 
 __all__ = ["CyclicControl"]
 
 _MODULE = "rcx_harness.enip.cyclic.process"
-_STOP_S = 5.0
 
 
-class CyclicControl:
+class CyclicControl(Closing):
     """Class 1 connections of one device, served by a process of its own.
 
     The process ends with `close`, or with its parent.
@@ -51,22 +47,23 @@ class CyclicControl:
         role: Role = Role.TARGET,
     ) -> None:
         settings = {"memory": memory, "host": host, "port": port, "role": role.value}
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", _MODULE, json.dumps(settings)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
-        )
+        self._child = Child(_MODULE, settings, "the process of the cyclic I/O")
         self._on_ended = on_ended
         self._closed = False
-        try:
-            self.port = self._started(host, port)
-        except BaseException:
-            self._stop()
-            raise
+        if "port" not in self._child.started:
+            self._child.stop()
+            raise EnipError(
+                f"cyclic I/O cannot use UDP port {port} of {host}: {self._child.started['error']}",
+                hint="end what uses the port, or choose another address of this machine",
+            )
+        self.port = int(self._child.started["port"])
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        """The process's number."""
+        return self._child.process.pid
 
     @property
     def alive(self) -> bool:
@@ -78,7 +75,7 @@ class CyclicControl:
         """How the process has ended by itself; empty as long as it runs, and after `close`."""
         if self._closed or self.alive:
             return ""
-        how = how_ended(wait_for_code(self._process))
+        how = how_ended(self._child.wait_for_code())
         return f"the process of the cyclic I/O has ended by itself ({how})"
 
     def add(self, parameters: ConnectionParameters) -> None:
@@ -100,62 +97,21 @@ class CyclicControl:
     def close(self) -> None:
         """Stop the process; more than once does no harm."""
         self._closed = True
-        if self._process.poll() is None or self._reader.is_alive():
-            self._stop()
+        if self._child.process.poll() is None or self._reader.is_alive():
+            self._child.stop()
             self._reader.join()
-            assert self._process.stdout is not None
-            self._process.stdout.close()
-
-    def __enter__(self) -> CyclicControl:
-        """The process, already running."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Stop it."""
-        self.close()
-
-    def _started(self, host: str, port: int) -> int:
-        assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            how = how_ended(self._process.wait())
-            raise ProcessDiedError(f"the process of the cyclic I/O ended at once, {how}")
-        started = json.loads(line)
-        if "port" not in started:
-            raise EnipError(
-                f"cyclic I/O cannot use UDP port {port} of {host}: {started['error']}",
-                hint="end what uses the port, or choose another address of this machine",
-            )
-        return int(started["port"])
+            self._child.reports.close()
 
     def _read(self) -> None:
-        assert self._process.stdout is not None
-        for line in self._process.stdout:
+        for line in self._child.reports:
             message = json.loads(line)
             self._on_ended(message["ended"], EndReason(message["reason"]))
 
     def _order(self, order: dict[str, Any]) -> None:
-        assert self._process.stdin is not None
         try:
-            self._process.stdin.write(json.dumps(order) + "\n")
-            self._process.stdin.flush()
+            self._child.orders.write(json.dumps(order) + "\n")
+            self._child.orders.flush()
         except (OSError, ValueError):  # a broken pipe, a closed file
             raise ProcessDiedError(
                 self.failure or "the process of the cyclic I/O has ended"
             ) from None
-
-    def _stop(self) -> None:
-        # The end of its standard input is the process's sign to end.
-        assert self._process.stdin is not None
-        with suppress(OSError):  # it has ended with an order unread
-            self._process.stdin.close()
-        try:
-            self._process.wait(_STOP_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()

@@ -1,25 +1,211 @@
 """All class 1 connections of a device, without sockets and without a clock.
 
-Packets and times go in, packets and the end of connections come out. Rules: CIP volume 1, chapter
-3, transport class 1 and connection timing; EtherNet/IP adaptation (volume 2), chapter 3.
+Packets and times go in, packets and the end of connections come out: a producer makes the packets
+of one connection one way, a consumer judges them, the exchange has all of them. A packet is two
+items of the common packet format: the sequenced address (connection id, sequence number of 32
+bits, counted with every packet) and the connected data (sequence count of 16 bits, counted with
+new data only; from the originator the run/idle header of 32 bits; the data). Rules: CIP volume 1,
+chapter 3, transport class 1 and connection timing; EtherNet/IP adaptation (volume 2), chapter 3.
 """
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from operator import attrgetter
 
 from rcx_harness.enip.cyclic.connections import (
+    FIRST_PACKET_US,
+    LONGEST_TIMEOUT_US,
     ConnectionKind,
     ConnectionParameters,
     EndReason,
     OwnerState,
+    Way,
 )
-from rcx_harness.enip.cyclic.packets import Arrival, Consumer, Producer, decode_packet
-from rcx_harness.enip.cyclic.shared import Counter, SharedImages
+from rcx_harness.enip.cyclic.shared import SharedImages, Word
 
-__all__ = ["Exchange", "Role", "Send"]
+__all__ = ["Arrival", "Consumer", "Exchange", "Packet", "Producer", "Role", "Send", "decode_packet"]
+
+_SEQUENCED_ADDRESS, _CONNECTED_DATA = 0x8002, 0x00B1
+# Number of items; type, length, connection id, sequence number; type, length.
+_HEADER = struct.Struct("<HHHIIHH")
+_NUMBER = struct.Struct("<I")
+_NUMBER_AT = 10
+_COUNT = struct.Struct("<H")
+_RUN_IDLE = struct.Struct("<I")
+_RUN = 1
+
+
+@dataclass(frozen=True)
+class Packet:
+    """One packet, taken apart.
+
+    Attributes:
+        connection_id: Whose it is.
+        number: Its sequence number of 32 bits.
+        content: Its connected data; None if the item's length is not that of the datagram.
+    """
+
+    connection_id: int
+    number: int
+    content: bytes | None
+
+
+def decode_packet(datagram: bytes) -> Packet | None:
+    """Take a datagram apart; None if it is not a packet of class 1."""
+    if len(datagram) < _HEADER.size:
+        return None
+    items, address, size, identifier, number, kind, length = _HEADER.unpack_from(datagram)
+    if (items, address, size, kind) != (2, _SEQUENCED_ADDRESS, 8, _CONNECTED_DATA):
+        return None
+    content = datagram[_HEADER.size :]
+    return Packet(identifier, number, content if len(content) == length else None)
+
+
+class Producer:
+    """Makes the packets of one connection id, one every interval.
+
+    Args:
+        connection_id: Goes into every packet.
+        size: Bytes of data in it, without sequence count and header.
+        run_idle: The packets carry the run/idle header.
+        api_us: Interval in microseconds.
+        first_us: When the first packet is due.
+
+    Attributes:
+        due_us: When the next packet is due.
+    """
+
+    def __init__(
+        self, connection_id: int, size: int, run_idle: bool, api_us: int, first_us: int
+    ) -> None:
+        self.api_us = api_us
+        self.due_us = first_us
+        self._size = size
+        self._run_idle = run_idle
+        length = _COUNT.size + (_RUN_IDLE.size if run_idle else 0) + size
+        self._packet = bytearray(_HEADER.size + length)
+        _HEADER.pack_into(
+            self._packet, 0, 2, _SEQUENCED_ADDRESS, 8, connection_id, 0, _CONNECTED_DATA, length
+        )
+        self._number = self._count = 0
+        self._last: tuple[int, bool] | None = None
+
+    def is_new(self, version: int, run: bool) -> bool:
+        """Has the application written since the last packet, or its program stopped or started?"""
+        return self._last != (version, run)
+
+    def renew(self, image: bytes, version: int, run: bool) -> None:
+        """Take new data over: its first `size` bytes."""
+        self._last = (version, run)
+        self._count = (self._count + 1) & 0xFFFF
+        _COUNT.pack_into(self._packet, _HEADER.size, self._count)
+        at = _HEADER.size + _COUNT.size
+        if self._run_idle:
+            _RUN_IDLE.pack_into(self._packet, at, _RUN if run else 0)
+            at += _RUN_IDLE.size
+        self._packet[at:] = image[: self._size]
+
+    def packet(self) -> bytes:
+        """The next packet."""
+        self._number = (self._number + 1) & 0xFFFFFFFF
+        _NUMBER.pack_into(self._packet, _NUMBER_AT, self._number)
+        return bytes(self._packet)
+
+    def advance(self, now_us: int) -> int:
+        """Set the time of the next packet: the interval's next one, never one that has passed.
+
+        Returns:
+            How many packets fell out because their time had passed.
+        """
+        skipped = max(0, now_us - self.due_us) // self.api_us
+        self.due_us += (skipped + 1) * self.api_us
+        return skipped
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """A packet that was taken.
+
+    Attributes:
+        data: The application's data; None where it brings none: a repetition, or idle.
+        run: The other side's program runs.
+        missing: So many packets before it never came.
+    """
+
+    data: bytes | None
+    run: bool
+    missing: int
+
+
+class Consumer:
+    """Judges the packets of one connection id.
+
+    Args:
+        size: Bytes of data expected; 0: a heartbeat, with or without a sequence count.
+        run_idle: The packets carry the run/idle header.
+        timeout_us: Longest silence; the first packet has at least 10 s.
+        now_us: The connection is opened now.
+        first_us: Longest wait for the first packet, where the time-out is longer.
+
+    Attributes:
+        deadline_us: The connection is lost at this time if no packet comes.
+    """
+
+    def __init__(
+        self,
+        size: int,
+        run_idle: bool,
+        timeout_us: int,
+        now_us: int,
+        first_us: int = LONGEST_TIMEOUT_US,
+    ) -> None:
+        self.deadline_us = now_us + min(max(timeout_us, FIRST_PACKET_US), first_us)
+        self._size = size
+        self._run_idle = run_idle
+        self._timeout_us = timeout_us
+        self._data_at = _COUNT.size + (_RUN_IDLE.size if run_idle else 0)
+        lengths = {self._data_at + size}
+        self._lengths = lengths if size else lengths | {0, _COUNT.size}
+        self._number: int | None = None
+        self._count: int | None = None
+
+    def take(self, number: int, content: bytes, now_us: int) -> Arrival | None:
+        """Take a packet of this connection.
+
+        Args:
+            number: Its sequence number of 32 bits.
+            content: Its connected data.
+            now_us: It arrived now.
+
+        Returns:
+            None for a wrong length or an old sequence number; time runs on then.
+        """
+        if len(content) not in self._lengths:
+            return None
+        missing = 0
+        if self._number is not None:
+            ahead = (number - self._number) & 0xFFFFFFFF
+            if not 0 < ahead < 0x80000000:
+                return None
+            missing = ahead - 1
+        self._number = number
+        self.deadline_us = now_us + self._timeout_us
+        if not self._size:
+            return Arrival(None, True, missing)
+        run = not self._run_idle or bool(content[_COUNT.size] & _RUN)
+        if not run:
+            # What comes first after it is new, whatever its count.
+            self._count = None
+            return Arrival(None, False, missing)
+        (count,) = _COUNT.unpack_from(content)
+        data = content[self._data_at :] if count != self._count else None
+        self._count = count
+        return Arrival(data, True, missing)
+
 
 Send = Callable[[bytes, tuple[str, int], int], None]
 """Sends a packet to an address and port with a differentiated services code point."""
@@ -72,10 +258,13 @@ class Exchange:
     ) -> None:
         self._images = images
         self._on_ended = on_ended
-        self._role = role
-        is_target = role is Role.TARGET
-        self._source = images.to_master if is_target else images.to_robot
-        self._sink = images.to_robot if is_target else images.to_master
+        ends = (images.to_master, images.to_robot)
+        ways = (attrgetter("o_to_t"), attrgetter("t_to_o"))
+        self._is_target = role is Role.TARGET
+        self._source, self._sink = ends if self._is_target else ends[::-1]
+        consumed, produced = ways if self._is_target else ways[::-1]
+        self._consumed: Callable[[ConnectionParameters], Way] = consumed
+        self._produced: Callable[[ConnectionParameters], Way] = produced
         self._connections: dict[int, _Connection] = {}
         self._by_id: dict[int, _Connection] = {}
         self._productions: dict[tuple[bool, int], _Production] = {}
@@ -88,7 +277,7 @@ class Exchange:
         """
         connection = _Connection(parameters, self._consumer(parameters, now_us))
         self._connections[parameters.number] = connection
-        self._by_id[self._consumed_id(parameters)] = connection
+        self._by_id[self._consumed(parameters).identifier] = connection
         key = self._production_key(parameters)
         production = self._productions.get(key)
         if production is None:
@@ -98,9 +287,9 @@ class Exchange:
                 parameters.dscp,
                 {},
             )
-        production.users[parameters.number] = self._produced_api_us(parameters)
+        production.users[parameters.number] = self._produced(parameters).api_us
         production.producer.api_us = min(production.users.values())
-        self._images.count(_COUNTERS[parameters.kind], 1)
+        self._images.count(_OPEN[parameters.kind], 1)
         if self._is_watched(parameters):
             self._images.set_owner(OwnerState.WAITING, parameters)
 
@@ -130,10 +319,10 @@ class Exchange:
         if connection.parameters.peer == host and packet.content is not None:
             arrival = connection.consumer.take(packet.number, packet.content, now_us)
         if arrival is None:
-            self._images.count(Counter.DROPPED)
+            self._images.count(Word.DROPPED)
             return True
         if arrival.missing:
-            self._images.count(Counter.MISSING, arrival.missing)
+            self._images.count(Word.MISSING, arrival.missing)
         if self._is_watched(connection.parameters):
             self._publish(connection.parameters, arrival)
         # Last, too: a scanner's reader believes the data once something has arrived.
@@ -167,9 +356,9 @@ class Exchange:
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)
         send(producer.packet(), production.destination, production.dscp)
-        self._images.count(Counter.SENT)
+        self._images.count(Word.SENT)
         if skipped := producer.advance(now_us):
-            self._images.count(Counter.SKIPPED, skipped)
+            self._images.count(Word.SKIPPED, skipped)
 
     def _publish(self, parameters: ConnectionParameters, arrival: Arrival) -> None:
         # The data first: who sees the state RUN also sees the data.
@@ -182,7 +371,7 @@ class Exchange:
     def _end(self, connection: _Connection, state: OwnerState) -> None:
         parameters = connection.parameters
         del self._connections[parameters.number]
-        del self._by_id[self._consumed_id(parameters)]
+        del self._by_id[self._consumed(parameters).identifier]
         key = self._production_key(parameters)
         users = self._productions[key].users
         del users[parameters.number]
@@ -190,13 +379,13 @@ class Exchange:
             self._productions[key].producer.api_us = min(users.values())
         else:
             del self._productions[key]
-        self._images.count(_COUNTERS[parameters.kind], -1)
+        self._images.count(_OPEN[parameters.kind], -1)
         if self._is_watched(parameters):
             self._images.set_owner(state, None)
 
     def _end_listeners(self) -> None:
         """A listen-only connection lives as long as one of another kind does."""
-        if self._role is not Role.TARGET:
+        if not self._is_target:
             return
         connections = list(self._connections.items())
         kinds = {connection.parameters.kind for _, connection in connections}
@@ -207,39 +396,26 @@ class Exchange:
 
     def _is_watched(self, parameters: ConnectionParameters) -> bool:
         """Does its state count: the target's owner, and whatever a scanner has opened."""
-        return parameters.is_owner or self._role is Role.ORIGINATOR
+        return parameters.is_owner or not self._is_target
 
     def _consumer(self, parameters: ConnectionParameters, now_us: int) -> Consumer:
-        if self._role is Role.TARGET:
-            timeout_us = parameters.timeout_us(parameters.o_to_t_api_us)
-            size, run_idle = parameters.o_to_t_size, parameters.run_idle
-            return Consumer(size, run_idle, timeout_us, now_us, parameters.first_packet_us)
-        timeout_us = parameters.timeout_us(parameters.t_to_o_api_us)
-        return Consumer(parameters.t_to_o_size, False, timeout_us, now_us)
+        way = self._consumed(parameters)
+        timeout_us = parameters.timeout_us(way)
+        return Consumer(way.size, way.run_idle, timeout_us, now_us, parameters.first_packet_us)
 
     def _producer(self, parameters: ConnectionParameters, now_us: int) -> Producer:
-        api_us = self._produced_api_us(parameters)
-        if self._role is Role.TARGET:
-            first_us = now_us + min(api_us, _REPLY_FIRST_US)
-            return Producer(parameters.t_to_o_id, parameters.t_to_o_size, False, api_us, first_us)
-        size, run_idle = parameters.o_to_t_size, parameters.run_idle
-        return Producer(parameters.o_to_t_id, size, run_idle, api_us, now_us)
-
-    def _produced_api_us(self, parameters: ConnectionParameters) -> int:
-        is_target = self._role is Role.TARGET
-        return parameters.t_to_o_api_us if is_target else parameters.o_to_t_api_us
-
-    def _consumed_id(self, parameters: ConnectionParameters) -> int:
-        return parameters.o_to_t_id if self._role is Role.TARGET else parameters.t_to_o_id
+        way = self._produced(parameters)
+        first_us = now_us + (min(way.api_us, _REPLY_FIRST_US) if self._is_target else 0)
+        return Producer(way.identifier, way.size, way.run_idle, way.api_us, first_us)
 
     def _production_key(self, parameters: ConnectionParameters) -> tuple[bool, int]:
-        if self._role is Role.TARGET and parameters.multicast:
+        if self._is_target and parameters.multicast:
             return True, parameters.t_to_o_id
         return False, parameters.number
 
 
-_COUNTERS = {
-    ConnectionKind.EXCLUSIVE_OWNER: Counter.OWNERS,
-    ConnectionKind.INPUT_ONLY: Counter.INPUT_ONLY,
-    ConnectionKind.LISTEN_ONLY: Counter.LISTEN_ONLY,
+_OPEN = {
+    ConnectionKind.EXCLUSIVE_OWNER: Word.OWNERS,
+    ConnectionKind.INPUT_ONLY: Word.INPUT_ONLY,
+    ConnectionKind.LISTEN_ONLY: Word.LISTEN_ONLY,
 }

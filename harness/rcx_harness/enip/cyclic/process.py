@@ -15,17 +15,16 @@ import select
 import signal
 import socket
 import sys
-import time
 from contextlib import suppress
-from typing import Any
 
+from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
-from rcx_harness.enip.cyclic.shared import Counter, LinkState, SharedImages
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, Word, now_us
 
 __all__ = ["main"]
 
-_ORDERS, _REPORTS = 0, 1  # standard input and output
+_ORDERS = 0  # standard input
 _CHUNK = 65536
 _DATAGRAM = 2048
 _AT_ONCE = 128
@@ -33,7 +32,6 @@ _AT_ONCE = 128
 _LOOK_US = 50_000
 """The link's state is looked at least that often while there are connections."""
 _TTL = 1
-_PRIORITY = 1
 
 
 class _Cyclic:
@@ -61,7 +59,7 @@ class _Cyclic:
         """Send and receive until the parent closes our standard input."""
         due_us = self._poll()
         while self._parent_lives:
-            timeout = None if due_us is None else max(0, due_us - _now_us()) / 1e6
+            timeout = None if due_us is None else max(0, due_us - now_us()) / 1e6
             # A scanner leaves what comes before the reply to its Forward Open until it knows of it.
             idle = due_us is None and self._role is Role.ORIGINATOR
             sockets = () if idle else (self._socket, *self._groups.values())
@@ -81,11 +79,11 @@ class _Cyclic:
         link = self._images.link
         if link is LinkState.OFF:
             self._exchange.clear()
-        now_us = _now_us()
+        at_us = now_us()
         ends_us = self._images.sending_ends_us
-        sends = link is LinkState.UP and (not ends_us or now_us < ends_us)
-        due_us = self._exchange.poll(now_us, self._send if sends else _send_nothing)
-        return None if due_us is None else min(due_us, now_us + _LOOK_US)
+        sends = link is LinkState.UP and (not ends_us or at_us < ends_us)
+        due_us = self._exchange.poll(at_us, self._send if sends else _send_nothing)
+        return None if due_us is None else min(due_us, at_us + _LOOK_US)
 
     def _receive(self, one: socket.socket) -> None:
         for _ in range(_AT_ONCE):
@@ -97,11 +95,11 @@ class _Cyclic:
                 continue
             if self._images.link is not LinkState.UP:
                 continue
-            if self._exchange.receive(datagram, host, _now_us()):
+            if self._exchange.receive(datagram, host, now_us()):
                 continue
             # Its connection may have been opened a moment ago.
-            if not (self._obey() and self._exchange.receive(datagram, host, _now_us())):
-                self._images.count(Counter.DROPPED)
+            if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
+                self._images.count(Word.DROPPED)
 
     def _send(self, packet: bytes, destination: tuple[str, int], dscp: int) -> None:
         if dscp != self._dscp:
@@ -135,11 +133,11 @@ class _Cyclic:
                 self._ended(parameters.number, EndReason.NO_GROUP)
                 return
             self._groups[parameters.number] = group
-        self._exchange.add(parameters, _now_us())
+        self._exchange.add(parameters, now_us())
 
     def _ended(self, number: int, reason: EndReason) -> None:
         self._leave(number)
-        _tell({"ended": number, "reason": reason.value})
+        tell({"ended": number, "reason": reason.value})
 
     def _leave(self, number: int) -> None:
         if (group := self._groups.pop(number, None)) is not None:
@@ -160,20 +158,12 @@ def main(argument: str) -> None:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
-            _tell({"error": str(error)})
+            tell({"error": str(error)})
             return
-        _be_punctual()
-        _tell({"port": cyclic.port})
+        gc.disable()  # the loop makes no cycles
+        be_punctual("SCHED_FIFO")
+        tell({"port": cyclic.port})
         cyclic.run()
-
-
-def _be_punctual() -> None:
-    """Ask for real time; where it is not allowed we do without."""
-    gc.freeze()
-    gc.disable()  # the loop makes no cycles
-    if hasattr(os, "sched_setscheduler"):
-        with suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
 
 
 def _group_socket(group: str, port: int, host: str) -> socket.socket:
@@ -193,15 +183,6 @@ def _group_socket(group: str, port: int, host: str) -> socket.socket:
 
 def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> None:
     """The cable is unplugged."""
-
-
-def _now_us() -> int:
-    return time.monotonic_ns() // 1000
-
-
-def _tell(message: dict[str, Any]) -> None:
-    with suppress(BrokenPipeError):  # the parent has ended
-        os.write(_REPORTS, json.dumps(message).encode() + b"\n")
 
 
 if __name__ == "__main__":

@@ -11,16 +11,18 @@ from __future__ import annotations
 import ipaddress
 import struct
 import sys
+import time
 from collections.abc import Sized
 from dataclasses import dataclass
 from enum import IntEnum
 from multiprocessing import resource_tracker
 from multiprocessing.shared_memory import SharedMemory
-from types import TracebackType
+from typing import Protocol
 
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
 
-__all__ = ["GAPS", "Counter", "LinkState", "SharedImage", "SharedImages", "Status"]
+__all__ = ["GAPS", "Image", "LinkState", "SharedImage", "SharedImages", "Status", "Word", "now_us"]
 
 GAPS = 8192
 """So many gaps between packets are kept, the latest."""
@@ -39,7 +41,7 @@ class LinkState(IntEnum):
     """The adapter has no power: it has forgotten its connections."""
 
 
-class Counter(IntEnum):
+class Word(IntEnum):
     """Words of the status block; written by the process of the cyclic part, but for five."""
 
     SIZE = 0  # once, by the creator
@@ -63,7 +65,7 @@ class Counter(IntEnum):
     TO_ROBOT_SIZE = 18  # once, by the creator
 
 
-_WORDS = len(Counter)
+_WORDS = len(Word)
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,18 @@ class Status:
     def connections(self) -> int:
         """Connections open, of all kinds."""
         return self.owners + self.input_only + self.listen_only
+
+
+class Image(Protocol):
+    """The data of an Assembly; always as long."""
+
+    def read(self) -> bytes:
+        """The whole of it."""
+        ...
+
+    def write(self, image: bytes, /) -> None:
+        """Replace it, whole."""
+        ...
 
 
 class SharedImage:
@@ -152,7 +166,7 @@ class SharedImage:
             view.release()
 
 
-class SharedImages:
+class SharedImages(Closing):
     """Assembly 100 (`to_master`), assembly 150 (`to_robot`) and the status of their connection.
 
     Args:
@@ -171,13 +185,13 @@ class SharedImages:
         self._buffer = memory.buf
         self.name = memory.name
         self._words = self._buffer[: _WORDS * _WORD].cast("Q")
-        self.size = size = self._words[Counter.SIZE]
+        self.size = size = self._words[Word.SIZE]
         at = _WORDS * _WORD
         self._gaps = self._buffer[at : at + GAPS * 4].cast("I")
         at += GAPS * 4
         end = at + SharedImage.needs(size)
         self.to_master = SharedImage(self._buffer[at:end], size)
-        other = self._words[Counter.TO_ROBOT_SIZE]
+        other = self._words[Word.TO_ROBOT_SIZE]
         self.to_robot = SharedImage(self._buffer[end : end + SharedImage.needs(other)], other)
 
     @classmethod
@@ -192,8 +206,8 @@ class SharedImages:
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
         memory = SharedMemory(create=True, size=needs)
         assert memory.buf is not None
-        struct.pack_into("=Q", memory.buf, Counter.SIZE * _WORD, size)
-        struct.pack_into("=Q", memory.buf, Counter.TO_ROBOT_SIZE * _WORD, other)
+        struct.pack_into("=Q", memory.buf, Word.SIZE * _WORD, size)
+        struct.pack_into("=Q", memory.buf, Word.TO_ROBOT_SIZE * _WORD, other)
         return cls(memory)
 
     @classmethod
@@ -219,90 +233,86 @@ class SharedImages:
     @property
     def link(self) -> LinkState:
         """Is the adapter connected, is it on?"""
-        return LinkState(self._words[Counter.LINK])
+        return LinkState(self._words[Word.LINK])
 
     @link.setter
     def link(self, state: LinkState) -> None:
-        self._words[Counter.LINK] = state
+        self._words[Word.LINK] = state
 
     @property
     def run(self) -> bool:
         """Does the scanner's program run: what its run/idle header says."""
-        return bool(self._words[Counter.RUN])
+        return bool(self._words[Word.RUN])
 
     @run.setter
     def run(self, run: bool) -> None:
-        self._words[Counter.RUN] = run
+        self._words[Word.RUN] = run
 
     @property
     def sending_ends_us(self) -> int:
         """From when on nothing is sent any more, by the monotonic clock; 0: never."""
-        return self._words[Counter.SENDING_ENDS]
+        return self._words[Word.SENDING_ENDS]
 
     @sending_ends_us.setter
     def sending_ends_us(self, time_us: int) -> None:
-        self._words[Counter.SENDING_ENDS] = time_us
+        self._words[Word.SENDING_ENDS] = time_us
 
     @property
     def owner(self) -> OwnerState:
         """What became of the connection that owns the outputs."""
-        return OwnerState(self._words[Counter.OWNER] & 0xFF)
+        return OwnerState(self._words[Word.OWNER] & 0xFF)
 
     @property
     def arrived_us(self) -> int:
         """When the last packet was taken, by the monotonic clock; 0 before the first."""
-        return self._words[Counter.ARRIVED]
+        return self._words[Word.ARRIVED]
 
     def status(self) -> Status:
         """State of the connections and counters of packets."""
         words = self._words
-        generation, owner = divmod(words[Counter.OWNER], 256)
-        peer = words[Counter.PEER]
+        generation, owner = divmod(words[Word.OWNER], 256)
+        peer = words[Word.PEER]
         return Status(
             owner=OwnerState(owner),
             generation=generation,
             peer=str(ipaddress.IPv4Address(peer)) if peer else "",
-            o_to_t_api_us=words[Counter.O_TO_T_API],
-            t_to_o_api_us=words[Counter.T_TO_O_API],
-            owners=words[Counter.OWNERS],
-            input_only=words[Counter.INPUT_ONLY],
-            listen_only=words[Counter.LISTEN_ONLY],
-            received=words[Counter.RECEIVED],
-            sent=words[Counter.SENT],
-            dropped=words[Counter.DROPPED],
-            missing=words[Counter.MISSING],
-            skipped=words[Counter.SKIPPED],
+            o_to_t_api_us=words[Word.O_TO_T_API],
+            t_to_o_api_us=words[Word.T_TO_O_API],
+            owners=words[Word.OWNERS],
+            input_only=words[Word.INPUT_ONLY],
+            listen_only=words[Word.LISTEN_ONLY],
+            received=words[Word.RECEIVED],
+            sent=words[Word.SENT],
+            dropped=words[Word.DROPPED],
+            missing=words[Word.MISSING],
+            skipped=words[Word.SKIPPED],
         )
 
     def gaps_us(self) -> list[int]:
         """Gaps between packets taken one after the other, in microseconds; the last `GAPS`."""
-        return list(self._gaps[: min(self._words[Counter.GAPS], GAPS)])
+        return list(self._gaps[: min(self._words[Word.GAPS], GAPS)])
 
     def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
         """Publish what became of the owner, and who it is; for the process of the cyclic part."""
         words = self._words
-        words[Counter.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
-        words[Counter.O_TO_T_API] = connection.o_to_t_api_us if connection else 0
-        words[Counter.T_TO_O_API] = connection.t_to_o_api_us if connection else 0
-        words[Counter.OWNER] = ((words[Counter.OWNER] >> 8) + 1) << 8 | state
+        words[Word.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
+        words[Word.O_TO_T_API] = connection.o_to_t_api_us if connection else 0
+        words[Word.T_TO_O_API] = connection.t_to_o_api_us if connection else 0
+        words[Word.OWNER] = ((words[Word.OWNER] >> 8) + 1) << 8 | state
 
-    def count(self, counter: Counter, number: int = 1) -> None:
+    def count(self, counter: Word, number: int = 1) -> None:
         """Add to a counter; for the process of the cyclic part."""
         self._words[counter] += number
-
-    def set_count(self, counter: Counter, number: int) -> None:
-        """Set a counter; for the process of the cyclic part."""
-        self._words[counter] = number
 
     def arrive(self, now_us: int, gap_us: int | None) -> None:
         """A packet was taken, `gap_us` after the one before; for the process of the cyclic part."""
         words = self._words
-        words[Counter.RECEIVED] += 1
-        words[Counter.ARRIVED] = now_us
+        words[Word.RECEIVED] += 1
+        words[Word.ARRIVED] = now_us
         if gap_us is not None:
-            kept = words[Counter.GAPS]
+            kept = words[Word.GAPS]
             self._gaps[kept % GAPS] = min(gap_us, 0xFFFFFFFF)
-            words[Counter.GAPS] = kept + 1
+            words[Word.GAPS] = kept + 1
 
     def unlink(self) -> None:
         """Remove the name: nobody else attaches, nothing is left behind when all have ended."""
@@ -316,18 +326,10 @@ class SharedImages:
         self._gaps.release()
         self._memory.close()
 
-    def __enter__(self) -> SharedImages:
-        """The images, open."""
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Let go of the memory."""
-        self.close()
+def now_us() -> int:
+    """The monotonic clock in microseconds, the same for all processes."""
+    return time.monotonic_ns() // 1000
 
 
 def _whole_words(size: int) -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import socket
 import struct
-from types import TracebackType
 
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec import cip
 from rcx_harness.enip.codec.encapsulation import (
     HEADER_SIZE,
@@ -22,11 +22,11 @@ from rcx_harness.enip.errors import CipError, EnipError
 __all__ = ["PORT", "Client"]
 
 PORT = 44818
-_ASSEMBLY, _DATA = 4, 3
+_DATA = 3
 _CHUNK = 65536 + HEADER_SIZE
 
 
-class Client:
+class Client(Closing):
     """A registered session with an adapter.
 
     Any failure but a refusal closes the connection: after it nobody knows which answer is next.
@@ -78,7 +78,7 @@ class Client:
         Raises:
             CipError: the adapter refused.
         """
-        return self.get_attribute(_ASSEMBLY, instance, _DATA)
+        return self.get_attribute(cip.ClassId.ASSEMBLY, instance, _DATA)
 
     def set_assembly(self, instance: int, image: bytes) -> None:
         """Set the data of an Assembly instance.
@@ -86,7 +86,7 @@ class Client:
         Raises:
             CipError: the adapter refused: read only, or a wrong length.
         """
-        self.set_attribute(_ASSEMBLY, instance, _DATA, image)
+        self.set_attribute(cip.ClassId.ASSEMBLY, instance, _DATA, image)
 
     def get_attribute(self, class_id: int, instance: int, attribute: int) -> bytes:
         """Value of one attribute.
@@ -146,19 +146,6 @@ class Client:
             pass  # the other side was quicker
         finally:
             self._socket.close()
-
-    def __enter__(self) -> Client:
-        """The client, already registered."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """End the session."""
-        self.close()
 
     def _exchange(self, command: Command, data: bytes) -> Frame:
         context = struct.pack("<Q", next(self._contexts))

@@ -1,6 +1,6 @@
 """A scanner: opens a class 1 connection as a PLC does, sends and receives at its packet interval.
 
-The packets are the matter of a process of its own (`cyclic_process`), so that what the caller
+The packets are the matter of a process of its own (`cyclic.process`), so that what the caller
 does meanwhile disturbs no interval.
 """
 
@@ -9,15 +9,17 @@ from __future__ import annotations
 import itertools
 import random
 import statistics
-import time
 from contextlib import suppress
 from dataclasses import dataclass
-from types import TracebackType
 
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec.cip import ConnectionService
 from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
+from rcx_harness.enip.codec.forward_open import OpenRequest, Triad, decode_open_reply
 from rcx_harness.enip.cyclic.connections import (
     IO_PORT,
+    RUN_IDLE_SIZE,
+    SEQUENCE_SIZE,
     ConnectionKind,
     ConnectionParameters,
     EndReason,
@@ -25,23 +27,68 @@ from rcx_harness.enip.cyclic.connections import (
 )
 from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.exchange import Role
-from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, now_us
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import PORT, Client
-from rcx_harness.enip.originator.connection import OpenRequest, decode_open_reply
-from rcx_harness.enip.target.assemblies import Assemblies, areas_of
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT, check_size
 
-__all__ = ["Received", "Scanner", "ScannerStatistics"]
+__all__ = ["LARGEST", "Assemblies", "Received", "Scanner", "ScannerStatistics"]
+
+LARGEST = 1400
+"""Bytes of data that fit into one datagram of the Ethernet."""
+
+
+@dataclass(frozen=True)
+class Assemblies:
+    """The assemblies of one connection; as they stand, those of the controller with 48 bytes.
+
+    Args:
+        input_size: Bytes from the adapter.
+        output_size: Bytes to the adapter; an exclusive owner alone sends them.
+        input_instance: The adapter's instance, or connection point, to receive from.
+        output_instance: The one to send to.
+        heartbeat: The one that readers name instead; None for the usual one.
+        configuration: Configuration instance to name, None for none.
+        configuration_data: Data for it, an even number of bytes.
+
+    Raises:
+        InputError: a size that no datagram holds, a number that is no instance, or data without
+            their instance.
+    """
+
+    input_size: int = SIZE
+    output_size: int = SIZE
+    input_instance: int = TO_MASTER
+    output_instance: int = TO_ROBOT
+    heartbeat: int | None = None
+    configuration: int | None = None
+    configuration_data: bytes = b""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be asked for."""
+        for size in (self.input_size, self.output_size):
+            if not 1 <= size <= LARGEST:
+                hint = f"an assembly has 1 to {LARGEST}"
+                raise InputError(f"an assembly of {size} bytes cannot be exchanged", hint=hint)
+        numbers = (self.input_instance, self.output_instance, self.heartbeat, self.configuration)
+        for number in numbers:
+            if number is not None and not 1 <= number <= 0xFFFF:
+                raise InputError(f"{number} is no instance of an assembly; they are 1 to 65535")
+        if self.configuration_data and self.configuration is None:
+            raise InputError("configuration data need the instance that they are for")
+        if len(self.configuration_data) % 2 or len(self.configuration_data) > 2 * 0xFF:
+            raise InputError("configuration data are an even number of bytes, at most 510")
+
 
 _HEARTBEATS = {
     ConnectionKind.INPUT_ONLY: AdapterOptions.input_only,
     ConnectionKind.LISTEN_ONLY: AdapterOptions.listen_only,
 }
-_COUNT, _RUN_IDLE = 2, 4  # bytes of sequence count and run/idle header
 _LARGEST_PLAIN = 0x1FF  # of a connection that needs no Large Forward Open
 _SCHEDULED_DSCP = 47
+_VENDOR = 0
 _NAMES = {
     ConnectionService.FORWARD_OPEN: "the connection (Forward Open)",
     ConnectionService.LARGE_FORWARD_OPEN: "the connection (Large Forward Open)",
@@ -78,7 +125,7 @@ class ScannerStatistics:
     gap_max_us: int
 
 
-class Scanner:
+class Scanner(Closing):
     """One connection to one adapter, and the session it is opened through.
 
     Args:
@@ -108,7 +155,7 @@ class Scanner:
     def __init__(
         self,
         host: str,
-        size: int | Assemblies = 48,
+        size: int | Assemblies = SIZE,
         rpi_us: int = 10_000,
         *,
         kind: ConnectionKind = ConnectionKind.EXCLUSIVE_OWNER,
@@ -121,7 +168,10 @@ class Scanner:
         timeout_s: float = 5.0,
     ) -> None:
         _check(rpi_us, multiplier)
-        self._asked = asked = areas_of(size) if isinstance(size, int) else size
+        if isinstance(size, int):
+            check_size(size)
+            size = Assemblies(size, size)
+        self._asked = asked = size
         self._kind, self._rpi_us = kind, rpi_us
         self._multiplier, self._multicast, self._large = multiplier, multicast, large
         usual = _HEARTBEATS.get(kind, 0)
@@ -199,6 +249,11 @@ class Scanner:
         self._control.add(self.connection)
 
     @property
+    def pid(self) -> int:
+        """Number of the process that sends and receives."""
+        return self._control.pid
+
+    @property
     def alive(self) -> bool:
         """Does the process that sends and receives still run?"""
         return self._control.alive
@@ -220,8 +275,7 @@ class Scanner:
         """
         self._images.to_robot.write(image)
         self._images.run = run
-        now_us = time.monotonic_ns() // 1000
-        self._images.sending_ends_us = 0 if valid_us is None else now_us + valid_us
+        self._images.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""
@@ -229,7 +283,7 @@ class Scanner:
         arrived_us = self._images.arrived_us
         connected = self._control.alive and self._images.owner is OwnerState.RUN
         image = self._images.to_master.read()
-        age_us = max(0, time.monotonic_ns() // 1000 - arrived_us) if arrived_us else None
+        age_us = max(0, now_us() - arrived_us) if arrived_us else None
         return Received(image, age_us, connected)
 
     def statistics(self) -> ScannerStatistics:
@@ -270,19 +324,6 @@ class Scanner:
         self.client.close()
         self._control.close()
         self._images.close()
-
-    def __enter__(self) -> Scanner:
-        """The scanner, with its session; not yet open."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """End everything."""
-        self.close()
 
     def _forget(self) -> None:
         """Our end of the connection is no more."""
@@ -327,12 +368,10 @@ class Scanner:
 
     def _new_request(self) -> OpenRequest:
         is_owner, asked = self._kind is ConnectionKind.EXCLUSIVE_OWNER, self._asked
-        o_to_t = _COUNT + _RUN_IDLE + asked.output_size if is_owner else _COUNT
-        t_to_o = _COUNT + asked.input_size
+        o_to_t = SEQUENCE_SIZE + (RUN_IDLE_SIZE + asked.output_size if is_owner else 0)
+        t_to_o = SEQUENCE_SIZE + asked.input_size
         return OpenRequest(
-            serial=next(self._serials) & 0xFFFF,
-            vendor=0,
-            originator=self._originator,
+            triad=Triad(next(self._serials) & 0xFFFF, _VENDOR, self._originator),
             t_to_o_id=random.getrandbits(32),
             rpi_us=self._rpi_us,
             o_to_t_length=o_to_t,

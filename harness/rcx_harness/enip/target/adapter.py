@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import asdict
-from types import TracebackType
 from typing import Any
 
+from rcx_harness.enip.child import Child, how_ended
+from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.shared import SharedImages
-from rcx_harness.enip.ended import how_ended, wait_for_code
-from rcx_harness.enip.errors import EnipError, ProcessDiedError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.enip.target.assemblies import areas_of
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["Adapter"]
 
 _MODULE = "rcx_harness.enip.target.adapter_process"
-_STOP_S = 5.0
 
 
-class Adapter:
+class Adapter(Closing):
     """A virtual controller's EtherNet/IP interface, in a process of its own.
 
     It serves explicit messages to the Assemblies 100 (robot to master) and 150 (master to robot;
@@ -52,7 +48,7 @@ class Adapter:
 
     def __init__(
         self,
-        size: int = 48,
+        size: int = SIZE,
         identity: Identity | None = None,
         host: str = "127.0.0.1",
         port: int = 0,
@@ -60,8 +56,9 @@ class Adapter:
         cyclic: int | None = None,
         options: AdapterOptions | None = None,
     ) -> None:
-        self.size = areas_of(size).input_size
-        self._process: subprocess.Popen[str] | None = None
+        check_size(size)
+        self.size = size
+        self._child: Child | None = None
         self._closed = False
         self._failure = ""
         self.shared = SharedImages.create(size)
@@ -85,9 +82,15 @@ class Adapter:
         self.io_port: int | None = started["io_port"]
 
     @property
+    def pid(self) -> int:
+        """Its process's number."""
+        assert self._child is not None
+        return self._child.process.pid
+
+    @property
     def alive(self) -> bool:
         """Does its process run? If it does not, `shared` says what was, not what is."""
-        return self._process is not None and self._process.poll() is None
+        return self._child is not None and self._child.process.poll() is None
 
     @property
     def failure(self) -> str:
@@ -107,60 +110,28 @@ class Adapter:
     def close(self) -> None:
         """Stop the process and free the memory; more than once does no harm."""
         self._closed = True
-        if self._process is not None:
-            # The end of its standard input is the process's sign to end.
-            for pipe in (self._process.stdin, self._process.stdout):
-                if pipe is not None:
-                    pipe.close()
-            try:
-                self._process.wait(_STOP_S)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+        if self._child is not None:
+            self._child.stop()
+            self._child.reports.close()
         self.shared.close()
-
-    def __enter__(self) -> Adapter:
-        """The adapter, already running."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Stop it."""
-        self.close()
 
     def wait_for_failure(self) -> str:
         """`failure`, for who has seen its connections end a moment before it has ended itself."""
-        if self._process is not None and not self._closed:
-            wait_for_code(self._process)
+        if self._child is not None and not self._closed:
+            self._child.wait_for_code()
         return self.failure
 
     def _find_failure(self) -> str:
-        assert self._process is not None
-        assert self._process.stdout is not None
-        if last := self._process.stdout.readline():
+        assert self._child is not None
+        if last := self._child.reports.readline():
             return f"the EtherNet/IP adapter has ended: {json.loads(last)['died']}"
-        how = how_ended(self._process.returncode)
+        how = how_ended(self._child.process.returncode)
         return f"the process of the EtherNet/IP adapter has ended by itself ({how})"
 
     def _start(self, settings: dict[str, Any]) -> dict[str, Any]:
         """Start the process and wait until it listens; return its ports."""
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", _MODULE, json.dumps(settings)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
-        )
-        assert self._process.stdout is not None
-        line = self._process.stdout.readline()
-        if not line:
-            how = how_ended(self._process.wait())
-            raise ProcessDiedError(f"the EtherNet/IP adapter's process ended at once, {how}")
-        started: dict[str, Any] = json.loads(line)
+        self._child = Child(_MODULE, settings, "the EtherNet/IP adapter's process")
+        started = self._child.started
         if "refused" in started:
             raise EnipError(started["refused"])
         if "error" in started:

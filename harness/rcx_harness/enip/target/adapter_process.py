@@ -20,21 +20,20 @@ import threading
 from contextlib import suppress
 from typing import Any
 
+from rcx_harness.enip.child import tell
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
 from rcx_harness.enip.errors import EnipError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.device import Device
+from rcx_harness.enip.target.listing import Datagrams
 from rcx_harness.enip.target.network_interface import (
     NetworkInterface,
     address_toward,
     find_interface,
 )
-from rcx_harness.enip.target.tcp_server import TcpServer
-from rcx_harness.enip.target.udp import Datagrams
-from rcx_harness.enip.target.udp_server import UdpServer
+from rcx_harness.enip.target.servers import TcpServer, UdpServer
 
 __all__ = ["main"]
 
@@ -72,15 +71,15 @@ class _Adapter:
         try:
             await self._start()
         except EnipError as error:
-            _tell({"refused": str(error)})
+            tell({"refused": str(error)})
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
-            _tell({"error": str(error)})
+            tell({"error": str(error)})
         else:
             await self._until_parent_gone()
             self._server.close()
             self._tcp.close_all()
             if self._failure:
-                _tell({"died": self._failure})
+                tell({"died": self._failure})
                 sys.exit(1)
         finally:
             if self._control is not None:
@@ -120,7 +119,7 @@ class _Adapter:
                 if not left:
                     raise
         await self._udp.start()
-        _tell({"port": local[1], "io_port": self._control.port if self._control else None})
+        tell({"port": local[1], "io_port": self._control.port if self._control else None})
 
     def _start_cyclic(self, host: str, port: int) -> CyclicControl:
         def ended(number: int, reason: EndReason) -> None:
@@ -130,13 +129,11 @@ class _Adapter:
         return CyclicControl(self._shared.name, host, port, ended)
 
     def _make_device(self, interface: NetworkInterface) -> Device:
-        options = self._settings["options"]
-        options["configurations"] = tuple(options["configurations"])
         return Device(
             self._shared.to_master,
             self._shared.to_robot,
             Identity(**self._settings["identity"]),
-            AdapterOptions(**options),
+            AdapterOptions.from_message(self._settings["options"]),
             self._control,
             lambda: self._shared.owner,
             interface,
@@ -191,11 +188,6 @@ class _Adapter:
                 self._lose_cyclic_part(self._device)
                 return
             await asyncio.sleep(_LOOK_S)
-
-
-def _tell(message: dict[str, Any]) -> None:
-    with suppress(BrokenPipeError):  # the parent has ended
-        os.write(1, json.dumps(message).encode() + b"\n")
 
 
 if __name__ == "__main__":

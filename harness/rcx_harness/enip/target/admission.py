@@ -1,19 +1,19 @@
-"""May this connection be opened? What can be told without looking at the connections there are.
+"""May it come in? Electronic keys, places for one more, and what a Forward Open must be like.
 
-The order of the checks is ours; each refusal carries general status 0x01 and the extended status
-of CIP volume 1, chapter 3, 5.6.
+All that can be told without looking at the connections there are. The order of the checks is ours;
+each refusal carries general status 0x01 and the extended status of CIP volume 1, chapter 3, 5.6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Collection, Iterable
 
-from rcx_harness.enip.codec.cip import Refusal, Status
-from rcx_harness.enip.codec.connection_path import ConnectionPath
-from rcx_harness.enip.codec.connection_status import ExtendedStatus
-from rcx_harness.enip.codec.forward_open import ConnectionType, ForwardOpen
-from rcx_harness.enip.cyclic.connections import ConnectionKind
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.codec.cip import ClassId, ElectronicKey, ExtendedStatus, Refusal, Status
+from rcx_harness.enip.codec.forward_open import ConnectionPath, ConnectionType, ForwardOpen
+from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE, ConnectionKind
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
 __all__ = [
     "EXPLICIT_CLASS",
@@ -21,19 +21,60 @@ __all__ = [
     "check_cyclic",
     "check_explicit",
     "check_transport",
+    "has_room",
+    "key_mismatch",
     "refused",
 ]
+
+
+def key_mismatch(key: ElectronicKey | None, identity: Identity) -> ExtendedStatus | None:
+    """What of the key does not fit, as a Forward Open is refused for it; None if it fits.
+
+    A value of 0 fits every device. A compatible device may have a newer minor revision.
+    """
+    if key is None:
+        return None
+    if _differs(key.vendor, identity.vendor) or _differs(key.product_code, identity.product_code):
+        return ExtendedStatus.KEY_VENDOR_OR_PRODUCT
+    if _differs(key.device_type, identity.device_type):
+        return ExtendedStatus.KEY_DEVICE_TYPE
+    newer = key.compatible and identity.minor_revision > key.minor
+    if _differs(key.major, identity.major_revision) or (
+        _differs(key.minor, identity.minor_revision) and not newer
+    ):
+        return ExtendedStatus.KEY_REVISION
+    return None
+
+
+def _differs(wanted: int, have: int) -> bool:
+    return wanted not in (0, have)
+
+
+_KEPT_PART = 8
+
+
+def has_room(taken: Iterable[str], peer: str, places: int, of_peer: int) -> bool:
+    """May this address take one more place?
+
+    Args:
+        taken: The address of each place that is taken.
+        peer: The address that asks.
+        places: How many there are; the last eighth is for addresses that have none yet.
+        of_peer: How many one address may have.
+    """
+    count = Counter(taken)
+    own = count[peer]
+    kept = places // _KEPT_PART if own else 0
+    return own < of_peer and count.total() < places - kept
+
 
 CYCLIC_CLASS, EXPLICIT_CLASS = 1, 3
 MAX_EXPLICIT_SIZE = 4002
 """Longest message of a class 3 connection, with its sequence count."""
 
-_MESSAGE_ROUTER, _ASSEMBLY = 2, 4
-_TO_MASTER, _TO_ROBOT = 100, 150
 _CYCLIC, _LAST_TRIGGER = 0, 2
 _MAX_MULTIPLIER = 7
-_SEQUENCE, _RUN_IDLE = 2, 4
-_HEARTBEATS = (0, _SEQUENCE, _SEQUENCE + _RUN_IDLE)
+_HEARTBEATS = (0, SEQUENCE_SIZE, SEQUENCE_SIZE + RUN_IDLE_SIZE)
 # How the interval in the reply to 0x112 is meant.
 _ACCEPTABLE, _MINIMUM, _MAXIMUM, _REQUIRED = 0, 2, 3, 4
 
@@ -76,7 +117,7 @@ def check_explicit(request: ForwardOpen, path: ConnectionPath) -> None:
     Raises:
         Refusal: 0x12F, 0x127, 0x128, 0x112.
     """
-    if path.application() != (_MESSAGE_ROUTER, (1,)):
+    if path.application() != (ClassId.MESSAGE_ROUTER, (1,)):
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
     if not 0 < request.o_to_t.size <= MAX_EXPLICIT_SIZE:
         raise refused(ExtendedStatus.O_TO_T_SIZE, MAX_EXPLICIT_SIZE)
@@ -108,13 +149,13 @@ def check_cyclic(
         Refusal: 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112, 0x11B.
     """
     kind = _check_paths(path, options)
-    expected = _SEQUENCE + _RUN_IDLE + size
+    expected = SEQUENCE_SIZE + RUN_IDLE_SIZE + size
     fitting = (expected,) if kind is ConnectionKind.EXCLUSIVE_OWNER else _HEARTBEATS
     if request.o_to_t.size not in fitting:
-        best = expected if kind is ConnectionKind.EXCLUSIVE_OWNER else _SEQUENCE
+        best = expected if kind is ConnectionKind.EXCLUSIVE_OWNER else SEQUENCE_SIZE
         raise refused(ExtendedStatus.O_TO_T_SIZE, best)
-    if request.t_to_o.size != _SEQUENCE + size:
-        raise refused(ExtendedStatus.T_TO_O_SIZE, _SEQUENCE + size)
+    if request.t_to_o.size != SEQUENCE_SIZE + size:
+        raise refused(ExtendedStatus.T_TO_O_SIZE, SEQUENCE_SIZE + size)
     _check_intervals(request, options.rpi_min_us, options.rpi_max_us)
     if path.inhibit_us > request.t_to_o_rpi:
         raise refused(ExtendedStatus.INHIBIT_TIME_ABOVE_RPI)
@@ -125,19 +166,19 @@ def check_cyclic(
 
 
 def _check_paths(path: ConnectionPath, options: AdapterOptions) -> ConnectionKind:
-    if path.class_id != _ASSEMBLY or not 2 <= len(path.numbers) <= 3:
+    if path.class_id != ClassId.ASSEMBLY or not 2 <= len(path.numbers) <= 3:
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
     *configuration, consuming, producing = path.numbers
     if configuration and configuration[0] not in options.configurations:
         raise refused(ExtendedStatus.CONFIGURATION_PATH)
     kinds = {
-        _TO_ROBOT: ConnectionKind.EXCLUSIVE_OWNER,
+        TO_ROBOT: ConnectionKind.EXCLUSIVE_OWNER,
         options.input_only: ConnectionKind.INPUT_ONLY,
         options.listen_only: ConnectionKind.LISTEN_ONLY,
     }
     if consuming not in kinds:
         raise refused(ExtendedStatus.CONSUMING_PATH)
-    if producing != _TO_MASTER:
+    if producing != TO_MASTER:
         raise refused(ExtendedStatus.PRODUCING_PATH)
     if path.configuration:
         raise refused(ExtendedStatus.CONFIGURATION_SIZE, 0)

@@ -1,49 +1,144 @@
 """The Connection Manager: opens and closes connections, and knows those that are open.
 
 What a Forward Open must be like is `admission`'s; the packets of class 1 are the cyclic part's,
-which is told here. CIP volume 1, chapter 3, 5.
+which is told here; the messages of class 3 are answered here. CIP volume 1, chapter 3, 5.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from rcx_harness.enip.codec import forward_open as bytes_of
 from rcx_harness.enip.codec.cip import (
     ConnectionService,
+    ExtendedStatus,
     Refusal,
     Request,
     Status,
     encode_reply,
 )
-from rcx_harness.enip.codec.connection_path import (
+from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
+from rcx_harness.enip.codec.forward_open import (
     ConnectionPath,
+    ConnectionType,
+    ForwardOpen,
     PathRefusal,
+    Triad,
     decode_connection_path,
 )
-from rcx_harness.enip.codec.connection_status import ExtendedStatus, older
-from rcx_harness.enip.codec.electronic_key import key_mismatch
-from rcx_harness.enip.codec.encapsulation import Item, decode_socket_address, socket_address
-from rcx_harness.enip.codec.forward_open import ConnectionType, ForwardOpen, Triad
-from rcx_harness.enip.cyclic.connections import IO_PORT, ConnectionKind, ConnectionParameters
+from rcx_harness.enip.cyclic.connections import (
+    IO_PORT,
+    RUN_IDLE_SIZE,
+    SEQUENCE_SIZE,
+    ConnectionKind,
+    ConnectionParameters,
+)
 from rcx_harness.enip.errors import EnipError
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.options import AdapterOptions
+from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.admission import (
     EXPLICIT_CLASS,
     check_cyclic,
     check_explicit,
     check_transport,
+    has_room,
+    key_mismatch,
     refused,
 )
-from rcx_harness.enip.target.connected import ExplicitConnection
-from rcx_harness.enip.target.origin import Origin
-from rcx_harness.enip.target.shares import has_room
 
-__all__ = ["MAX_CYCLIC", "MAX_EXPLICIT", "ConnectionManager", "CyclicPart"]
+__all__ = [
+    "MAX_CYCLIC",
+    "MAX_EXPLICIT",
+    "ConnectionManager",
+    "CyclicPart",
+    "ExplicitConnection",
+    "Origin",
+]
+
+
+@dataclass
+class Origin:
+    """The sender of one request.
+
+    Attributes:
+        peer: Its IPv4 address.
+        local: Our IPv4 address that it has reached.
+        session: Handle of its session; an explicit connection lives as long as that.
+        addresses: Socket address items it has sent along, by their type.
+        items: Socket address items to send along with the reply; filled by who answers.
+    """
+
+    peer: str = "127.0.0.1"
+    local: str = "127.0.0.1"
+    session: int = 0
+    addresses: Mapping[int, bytes] = field(default_factory=dict)
+    items: list[tuple[int, bytes]] = field(default_factory=list)
+
+
+_FIRST_S = 10.0
+
+
+class ExplicitConnection:
+    """One class 3 connection, as the server of its messages.
+
+    A message that comes again with the same sequence count is answered with the same reply and
+    not carried out again.
+
+    Args:
+        request: As it was opened.
+        connection_id: Of the messages to us.
+        session: Handle of the session it lives and dies with.
+        peer: IPv4 address of the originator.
+        now: Seconds of the clock that `answer` and `has_timed_out` use, too.
+    """
+
+    def __init__(
+        self, request: ForwardOpen, connection_id: int, session: int, peer: str, now: float
+    ) -> None:
+        self.triad = request.triad
+        self.connection_id = connection_id
+        self.session = session
+        self.peer = peer
+        self.reply_id = request.t_to_o_id
+        self._sizes = request.o_to_t.size, request.t_to_o.size
+        self._timeout_s = request.o_to_t_rpi * (4 << request.multiplier) / 1e6
+        self._deadline = now + max(self._timeout_s, _FIRST_S)
+        self._last = b""
+        self._reply = b""
+
+    def has_timed_out(self, now: float) -> bool:
+        """No message has come for its interval times its multiplier (at first, at least 10 s)."""
+        return now >= self._deadline
+
+    def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
+        """Reply to a message, both with the sequence count first.
+
+        Args:
+            message: As it came; longer than the connection's size it gets status 0x15.
+            now: Seconds.
+            perform: Gives the CIP reply to a CIP request.
+
+        Returns:
+            None if it is too short to be a message: no reply.
+        """
+        if len(message) < SEQUENCE_SIZE + 2:
+            return None
+        self._deadline = now + self._timeout_s
+        sequence, service = message[:SEQUENCE_SIZE], message[SEQUENCE_SIZE]
+        if sequence == self._last:
+            return self._reply
+        if len(message) > self._sizes[0]:
+            reply = encode_reply(service, Status.TOO_MUCH_DATA)
+        else:
+            reply = perform(message[SEQUENCE_SIZE:])
+        if SEQUENCE_SIZE + len(reply) > self._sizes[1]:
+            reply = encode_reply(service, Status.REPLY_DATA_TOO_LARGE)
+        self._last, self._reply = sequence, sequence + reply
+        return self._reply
+
 
 MAX_CYCLIC = {
     ConnectionKind.EXCLUSIVE_OWNER: 1,
@@ -53,7 +148,6 @@ MAX_CYCLIC = {
 MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER = 32, 16
 MAX_CYCLIC_OF_PEER = 8
 
-_HEADER_SIZES = 6  # sequence count and run/idle header
 _MANY_IDS = 0x10000
 
 
@@ -248,7 +342,7 @@ class ConnectionManager:
             peer=origin.peer,
             destination=self._group if multicast else origin.peer,
             destination_port=self._destination_port(multicast, origin),
-            run_idle=not heartbeat or request.o_to_t.size == _HEADER_SIZES,
+            run_idle=not heartbeat or request.o_to_t.size == SEQUENCE_SIZE + RUN_IDLE_SIZE,
             multicast=multicast,
             dscp=self._dscp(request.t_to_o.priority),
             first_packet_us=self._options.first_packet_us,
@@ -343,5 +437,5 @@ class ConnectionManager:
         """Extended status; with its further words only if it is the code that has them."""
         if not self._options.older_status or not refusal.extended:
             return refusal.extended
-        code = older(ExtendedStatus(refusal.extended[0]))
+        code = ExtendedStatus(refusal.extended[0]).older
         return refusal.extended if code == refusal.extended[0] else (code,)

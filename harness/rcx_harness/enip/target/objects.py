@@ -1,35 +1,100 @@
 """The device's CIP objects and their attributes, held by cpppo; nothing else imports cpppo.
 
 cpppo keeps its object directory for the whole process: one device per process, and a new
-`ObjectModel` replaces the one before it.
+`ObjectModel` replaces the one before it. The objects that describe the network are those of CIP
+volume 2, chapter 5: TCP/IP Interface (0xF5, revision 4), Ethernet Link (0xF6, revision 4) and QoS
+(0x48, revision 1). A virtual controller has nothing to configure: the addresses are its host's,
+and only what touches nobody else can be set.
 """
 
 from __future__ import annotations
 
+import ipaddress
 import logging
 import struct
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from cpppo.dotdict import dotdict
 from cpppo.server.enip import device, parser
 
-from rcx_harness.enip.codec.cip import Path, Refusal, Status
-from rcx_harness.enip.identity import Identity
+from rcx_harness.enip.codec.cip import REVISIONS, ClassId, Path, Refusal, Status
+from rcx_harness.enip.cyclic.shared import Image
+from rcx_harness.enip.options import Identity
 from rcx_harness.enip.target.network_interface import NetworkInterface
-from rcx_harness.enip.target.network_objects import (
-    DSCP,
-    ETHERNET_LINK,
-    QOS,
-    TCP_IP,
-    ethernet_link_values,
-    tcp_ip_values,
-)
+from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
-__all__ = ["ASSEMBLY", "CONNECTION_MANAGER", "IDENTITY", "TO_MASTER", "TO_ROBOT", "ObjectModel"]
+__all__ = ["ObjectModel"]
 
-IDENTITY, MESSAGE_ROUTER, ASSEMBLY, CONNECTION_MANAGER = 0x01, 0x02, 0x04, 0x06
-TO_MASTER, TO_ROBOT = 100, 150
+DSCP = {4: 55, 5: 47, 6: 43, 7: 31, 8: 27}
+"""Attributes of the QoS object with their initial code points: urgent, scheduled, high and low
+priority, explicit messages."""
+
+_CONFIGURED = 1  # status: the interface configuration is valid
+_FULL_DUPLEX_UP = 0x0F  # link up, full duplex, negotiated (3 in bits 2 to 4)
+_MBIT = 100
+_NEGOTIATE = 1
+_TWISTED_PAIR = 2
+_ENABLED, _DISABLED = 1, 2
+_CAN_NEGOTIATE = 0x02
+_SPEEDS = ((10, 0), (10, 1), (100, 0), (100, 1))  # Mbit/s, full duplex
+
+
+def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
+    """Attributes 1 to 12 of the TCP/IP Interface object.
+
+    Args:
+        interface: The adapter's own.
+        group: First multicast address.
+    """
+    address = _number(interface.address) + _number(interface.netmask) + bytes(12)
+    return {
+        1: struct.pack("<I", _CONFIGURED),
+        2: bytes(4),  # configuration capability: none
+        3: bytes(4),  # configuration control: a fixed address
+        4: bytes(2),  # physical link object: two of them, behind the module's switch
+        5: address + bytes(2),  # gateway, name servers and domain name: none
+        6: bytes(2),  # host name: none
+        7: bytes(6),  # safety network number
+        8: bytes([1]),  # time to live of multicast packets
+        9: struct.pack("<BxH", 0, 1) + _number(group),  # allocated by address, one
+        10: bytes(1),  # address conflict detection: off
+        11: bytes(35),  # last conflict: none
+        12: bytes(1),  # quick connect: off
+    }
+
+
+def ethernet_link_values(port: int, hardware_address: bytes) -> dict[int, bytes]:
+    """Attributes 1 to 11 of an Ethernet Link instance.
+
+    The module has two connectors, 10Base-T or 100Base-TX (manual chapter 1, 3.1); the first is
+    the one that is plugged in.
+
+    Args:
+        port: Number of the connector, 1 or 2.
+        hardware_address: Six bytes.
+    """
+    plugged = port == 1
+    label = f"Port {port}".encode()
+    speeds = b"".join(struct.pack("<HB", *speed) for speed in _SPEEDS)
+    return {
+        1: struct.pack("<I", _MBIT if plugged else 0),
+        2: struct.pack("<I", _FULL_DUPLEX_UP if plugged else 0),
+        3: hardware_address,
+        4: bytes(11 * 4),  # interface counters
+        5: bytes(12 * 4),  # media counters
+        6: struct.pack("<HH", _NEGOTIATE, 0),
+        7: bytes([_TWISTED_PAIR]),
+        8: bytes([_ENABLED if plugged else _DISABLED]),
+        9: bytes([_ENABLED]),
+        10: bytes([len(label)]) + label,
+        11: struct.pack("<IB", _CAN_NEGOTIATE, len(_SPEEDS)) + speeds,
+    }
+
+
+def _number(address: str) -> bytes:
+    return int(ipaddress.IPv4Address(address)).to_bytes(4, "little")
+
 
 _OPERATIONAL = 3
 _CONTROL, _INACTIVITY = 3, 13  # attributes of the TCP/IP Interface object
@@ -43,47 +108,14 @@ for _name in ("cpppo", "enip"):
     logging.getLogger(_name).setLevel(logging.CRITICAL)
 
 
-class Image(Protocol):
-    """The data of an Assembly; always as long."""
-
-    def read(self) -> bytes:
-        """The whole of it."""
-        ...
-
-    def write(self, image: bytes) -> None:
-        """Replace it, whole."""
-        ...
+#: Each class of objects is a class of cpppo's.
+_KINDS: dict[ClassId, Any] = {
+    class_id: type(f"Class{class_id}", (device.Object,), {"class_id": int(class_id)})
+    for class_id in ClassId
+}
 
 
-class _Identity(device.Object):  # type: ignore[misc]  # cpppo has no types
-    class_id = IDENTITY
-
-
-class _MessageRouter(device.Object):  # type: ignore[misc]
-    class_id = MESSAGE_ROUTER
-
-
-class _Assembly(device.Object):  # type: ignore[misc]
-    class_id = ASSEMBLY
-
-
-class _ConnectionManager(device.Object):  # type: ignore[misc]
-    class_id = CONNECTION_MANAGER
-
-
-class _Qos(device.Object):  # type: ignore[misc]
-    class_id = QOS
-
-
-class _TcpIp(device.Object):  # type: ignore[misc]
-    class_id = TCP_IP
-
-
-class _EthernetLink(device.Object):  # type: ignore[misc]
-    class_id = ETHERNET_LINK
-
-
-class _Value(device.Attribute):  # type: ignore[misc]
+class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
     """An attribute whose bytes are elsewhere; to be set only if it has a `write`."""
 
     def __init__(
@@ -135,26 +167,26 @@ class ObjectModel:
         self._dscp = dict(DSCP)
         self._is_owned = is_owned
         device.lookup_reset()
-        _add(_Identity, 1, 1, _identity_attributes(identity, status))
-        _add(_MessageRouter, 1, 1, {})
+        _add(ClassId.IDENTITY, 1, _identity_attributes(identity, status))
+        _add(ClassId.MESSAGE_ROUTER, 1, {})
         for instance, image, write in (
             (TO_MASTER, to_master, None),
             (TO_ROBOT, to_robot, to_robot.write),
         ):
             size = struct.pack("<H", len(image.read()))
             data = _Value("Data", image.read, write)
-            _add(_Assembly, 2, instance, {3: data, 4: _fixed("Size", size)})
-        _add(_ConnectionManager, 1, 1, {})
-        _add(_Qos, 1, 1, {number: self._dscp_attribute(number) for number in DSCP})
+            _add(ClassId.ASSEMBLY, instance, {3: data, 4: _fixed("Size", size)})
+        _add(ClassId.CONNECTION_MANAGER, 1, {})
+        _add(ClassId.QOS, 1, {number: self._dscp_attribute(number) for number in DSCP})
         values = _fixed_values(tcp_ip_values(interface, group))
         values[_CONTROL].write = self._keep_control
         values[_INACTIVITY] = _Value(
             "Inactivity", lambda: struct.pack("<H", self._inactivity_s), self._set_inactivity
         )
-        _add(_TcpIp, 4, 1, values)
+        _add(ClassId.TCP_IP, 1, values)
         for port in (1, 2):
             link = ethernet_link_values(port, interface.hardware_address)
-            _add(_EthernetLink, 4, port, _fixed_values(link))
+            _add(ClassId.ETHERNET_LINK, port, _fixed_values(link))
 
     @property
     def inactivity_s(self) -> int:
@@ -238,7 +270,7 @@ class ObjectModel:
         """An object or attribute, None where there is none; what there is stays as it is."""
         found = self._found.get(path)
         if found is None:
-            found = device.lookup(*path)
+            found = device.lookup(*map(int, path))
             if found is not None:
                 self._found[path] = found
         return found
@@ -262,11 +294,13 @@ class ObjectModel:
         return _Value(f"DSCP {number}", lambda: bytes([self._dscp[number]]), write)
 
 
-def _add(kind: Any, revision: int, instance: int, attributes: Mapping[int, Any]) -> None:
+def _add(class_id: ClassId, instance: int, attributes: Mapping[int, Any]) -> None:
     """Create an instance, and with the first one its class."""
-    kind(instance_id=instance).attribute.update({str(k): v for k, v in attributes.items()})
-    of_class = device.lookup(kind.class_id, 0).attribute
-    of_class["1"].value = revision
+    _KINDS[class_id](instance_id=instance).attribute.update(
+        {str(k): v for k, v in attributes.items()}
+    )
+    of_class = device.lookup(int(class_id), 0).attribute
+    of_class["1"].value = REVISIONS[class_id]
     for number, value in ((6, _CLASS_ATTRIBUTES), (7, max(attributes, default=0))):
         of_class[str(number)] = device.Attribute("Maximum", parser.UINT, default=value)
 

@@ -6,7 +6,9 @@ import struct
 from collections.abc import Callable
 
 from rcx_harness.enip.codec.cip import (
+    ClassId,
     ConnectionService,
+    ExtendedStatus,
     Path,
     Refusal,
     Request,
@@ -15,12 +17,10 @@ from rcx_harness.enip.codec.cip import (
     decode_request,
     encode_reply,
 )
-from rcx_harness.enip.codec.connection_status import ExtendedStatus
-from rcx_harness.enip.codec.electronic_key import key_mismatch
-from rcx_harness.enip.identity import Identity
-from rcx_harness.enip.target.connection_manager import ConnectionManager
-from rcx_harness.enip.target.objects import CONNECTION_MANAGER, IDENTITY, ObjectModel
-from rcx_harness.enip.target.origin import Origin
+from rcx_harness.enip.options import Identity
+from rcx_harness.enip.target.admission import key_mismatch
+from rcx_harness.enip.target.connection_manager import ConnectionManager, Origin
+from rcx_harness.enip.target.objects import ObjectModel
 
 __all__ = ["Router"]
 
@@ -59,7 +59,7 @@ class Router:
 
     def identity(self) -> bytes:
         """Attributes 1 to 8 of the Identity object, as ListIdentity shows them."""
-        return b"".join(self._objects.get(IDENTITY, 1, number) for number in range(1, 9))
+        return b"".join(self._objects.get(ClassId.IDENTITY, 1, number) for number in range(1, 9))
 
     def _answer(self, message: bytes, origin: Origin, routed: bool) -> bytes:
         try:
@@ -68,7 +68,7 @@ class Router:
             if key_mismatch(path.key, self._identity) is not None:
                 raise Refusal(Status.KEY_FAILURE_IN_PATH)
             self._objects.require(path)
-            if (path.class_id, path.instance) == (CONNECTION_MANAGER, 1):
+            if (path.class_id, path.instance) == (ClassId.CONNECTION_MANAGER, 1):
                 if request.service == ConnectionService.UNCONNECTED_SEND:
                     return self._unconnected_send(request, origin, routed)
                 if request.service in _CONNECTION_SERVICES:
@@ -88,7 +88,10 @@ class Router:
             return encode_reply(request.service, Status.SUCCESS)
         if request.service == Service.GET_ATTRIBUTE_LIST:
             return self._get_list(path, request.data)
-        if request.service == Service.RESET and (path.class_id, path.instance) == (IDENTITY, 1):
+        if request.service == Service.RESET and (path.class_id, path.instance) == (
+            ClassId.IDENTITY,
+            1,
+        ):
             return self._reset_device(request)
         return self._objects.perform(request.service, path)
 

@@ -11,8 +11,7 @@ from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.tree import Symbol
 from rcx_harness.engine.types import BlockType, StructType, Type
 from rcx_harness.export.body import Scope
-from rcx_harness.export.dialect.body import dialect_body
-from rcx_harness.export.dialect.dialect import BYTES, Dialect, Names
+from rcx_harness.export.dialect.dialect import BYTES, Dialect, Names, dialect_body
 from rcx_harness.export.initial import is_scalar, zero
 from rcx_harness.export.losses import lost_configuration, reaching_out, sections
 from rcx_harness.export.output import NOTICE, Missing, Output

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from rcx_harness.engine.frontend import tree as t
@@ -29,11 +29,47 @@ from rcx_harness.export.l5x.model import (
     passed,
     value_text,
 )
-from rcx_harness.export.l5x.written import written
 from rcx_harness.export.losses import retain
 from rcx_harness.export.parts import Part
 
-__all__ = ["translated"]
+__all__ = ["translated", "written"]
+
+
+def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
+    """Names of the variables that are assigned, or passed to a block that assigns them.
+
+    Args:
+        pou: A program or block.
+        pous: The POUs of the sources by upper-case name.
+    """
+    found = set()
+    for one in _statements(pou.body):
+        if isinstance(one, t.Assign):
+            found.add(_root(one.target))
+        elif isinstance(one, t.CallBlock):
+            found |= {_root(target) for _, target in one.outputs}
+            callee = pous.get(one.block.name.upper())
+            inside = written(callee, pous) if callee is not None else set()
+            found |= {_root(variable) for pin, variable in one.in_outs if pin in inside}
+    return found
+
+
+def _root(node: t.Variable) -> str:
+    while not isinstance(node, t.Use):
+        node = node.base
+    return node.symbol.name
+
+
+def _statements(body: Iterable[t.Statement]) -> Iterator[t.Statement]:
+    for one in body:
+        yield one
+        if isinstance(one, t.If | t.Case):
+            for branch in one.branches:
+                yield from _statements(branch[1])
+            yield from _statements(one.otherwise)
+        elif isinstance(one, t.While | t.Repeat | t.For):
+            yield from _statements(one.body)
+
 
 _COMMENT = re.compile(r"'(?:\$.|[^$'\n])*'|\(\*(.*?)\*\)", re.DOTALL)
 _USAGES = {"VAR_INPUT": "Input", "VAR_OUTPUT": "Output", "VAR_IN_OUT": "InOut"}

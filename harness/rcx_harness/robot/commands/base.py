@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from rcx_harness.robot.alarms import CommandError
-from rcx_harness.robot.area import CYCLE_US
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
+from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = [
     "Action",

@@ -26,6 +26,7 @@ from rcx_harness.robot.stored import (
     single,
     variable_number,
 )
+from rcx_harness.spec.wire import AREA_SIZES
 
 __all__ = [
     "STORED",
@@ -44,7 +45,7 @@ STORED = ("points", "comments", "pallets", "shifts", "hands", "variables", "para
 #: A robot program's name, as remote commands can carry it (guide 4.6.1).
 _NAME = re.compile("[A-Z0-9_]+")
 _CHOICES = {
-    "size": (48, 256),
+    "size": AREA_SIZES,
     "parallel_io": ("none", "valid", "invalid"),
     "idle_header": ("loss", "hold"),
     "skip_run_status": ("never", "short", "always"),

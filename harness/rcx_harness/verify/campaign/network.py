@@ -6,6 +6,7 @@ from hashlib import blake2b
 
 from rcx_harness.cell.clock import Action, Agenda, Kind, Timing
 from rcx_harness.cell.link import DirectLink, PacketNetwork
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["BOTH", "FaultAgenda", "FaultLink", "FaultNetwork"]
 
@@ -109,7 +110,7 @@ class FaultLink(DirectLink):
         size: Bytes of each area.
     """
 
-    def __init__(self, timing: Timing, seed: int, latest_us: int, size: int = 48) -> None:
+    def __init__(self, timing: Timing, seed: int, latest_us: int, size: int = SIZE) -> None:
         super().__init__(size)
         self._arguments = (timing, seed, latest_us)
         self.made: FaultNetwork | None = None

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from rcx_harness.spec.wire import NORMAL_END
+
 __all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kinds", "pous"]
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -35,7 +37,6 @@ _JOB = "FB_Job"
 _CALLED_WRONG = {0x8013, 0x8016}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
-_NORMAL_END = 0x0200
 _ANSWER = re.compile(r"\bRobot\.Answer := WORD#16#([0-9A-F]{4});")
 
 #: Paragraphs of a head that the page says in another way.
@@ -193,7 +194,7 @@ def _pou(file: Path) -> Pou:
         uses=tuple(name for name in dict.fromkeys(_POU.findall(code)) if name != file.stem),
         said=tuple(name for name in said if name != file.stem),
         own_errors=frozenset(int(number, 16) for number in _ERROR.findall(own)),
-        answers=frozenset(int(number, 16) for number in answers) - {0, _NORMAL_END},
+        answers=frozenset(int(number, 16) for number in answers) - {0, NORMAL_END},
         job=job[1] if job and _JOB in code else "",
         result=result[1] if result else "",
     )

@@ -8,6 +8,8 @@ from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
+from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
+
 __all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
 
 #: What may be done with a block in a scan: its Execute or Enable FALSE or TRUE, or no call.
@@ -252,4 +254,4 @@ class Model:
 
 def response(status: int) -> int:
     """SOW(1) that comes with a status: each status has its own, so that a late copy shows."""
-    return {0x0000: 0, 0x0100: 0, 0x0200: 0x1234, 0x4000: 12}[status]
+    return {READY: 0, RUN: 0, NORMAL_END: 0x1234, ABNORMAL_END: 12}[status]

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from rcx_harness.spec.wire import ABNORMAL_END, ENDS, NORMAL_END, RUN
 from rcx_tools.evidence.explore.model import SKIPPED, UP, Block, Choice, Model, Wire, response
 
 __all__ = ["Oracle", "Pins"]
 
-_ENDS = (0x0200, 0x4000)
 _CPU_OK = 0x0002
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
@@ -207,7 +207,7 @@ class _Scan:
         return (
             block.kind == "command"
             and self._is_out(k)
-            and self.status in _ENDS
+            and self.status in ENDS
             and not self.own[2 * k] & _MISSED
         )
 
@@ -228,7 +228,7 @@ class _Scan:
             self.say("answer", f"{block.name}: Done without a connection")
         if block.kind == "command":
             out = self._is_out(k)
-            ends = {0x0000: 0x0200, 0x8020: 0x4000}.get(now.error_id)
+            ends = {0x0000: NORMAL_END, 0x8020: ABNORMAL_END}.get(now.error_id)
             if ends is not None and not (out and self.status == ends):
                 text = f"end {now.error_id:04X}, status {self.status:04X}"
                 self.say("answer", f"{block.name}: {text}")
@@ -280,8 +280,8 @@ class _Scan:
             self.say("link", f"the code {code:04X} is out without link or CPU_OK")
         if was and self.judged:
             lost = not self.cpu_ok or (self.flags & _RAN and self.status == 0)
-            endless = was & 0x0FFF in _CONTINUOUS and self.was.first & 1 and self.status == 0x0100
-            ended = self.status in _ENDS
+            endless = was & 0x0FFF in _CONTINUOUS and self.was.first & 1 and self.status == RUN
+            ended = self.status in ENDS
             may = ended or lost or (endless and code == 0)
             if (code != was or self.words != self.old_words) and not may:
                 text = f"code {was:04X} to {code:04X}, or data, status {self.status:04X}"

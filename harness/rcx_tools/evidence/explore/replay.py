@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rcx_harness.engine.base import Program
+from rcx_harness.spec.wire import CYCLE_US, SIZE
 from rcx_harness.trace import Record, Scan, Trace, Violation
 from rcx_harness.trace.chart import Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
@@ -18,7 +19,6 @@ __all__ = ["Replay", "replay"]
 
 #: Scans of the quiet environment that are shown of a hang.
 _SHOWN = 40
-_AREA = 48
 
 
 class Replay:
@@ -83,7 +83,7 @@ def replay(
     """
     program = compiled(model, library)
     oracle = Oracle(model, program.holder("Main"))
-    header = {"scan_us": model.tick_ms * 1000, "cycle_us": 5000, "size": _AREA, "seed": 0}
+    header = {"scan_us": model.tick_ms * 1000, "cycle_us": CYCLE_US, "size": SIZE, "seed": 0}
     trace = Trace({**header, "engine": "builtin", "link": "explored"}, file)
     timeline = _Lanes(_pins(model))
     trace.listen(timeline.take)
@@ -103,8 +103,8 @@ def replay(
         before = oracle.pins()
         program.scan(now_us)
         memory, rules = oracle.judge(memory, choice, before)
-        so = choice.image + bytes(_AREA - len(choice.image))
-        si = program.read_bytes("Main.OutputArea")[:34] + bytes(_AREA - 34)
+        so = choice.image + bytes(SIZE - len(choice.image))
+        si = program.read_bytes("Main.OutputArea")[:34] + bytes(SIZE - 34)
         values = dict(zip(watch, look(), strict=True))
         trace.add(Scan(now_us, number, so, si, {"done": model.tell(choice), **values}))
         found = monitor.scan(now_us, number, so, si, choice.situation.connected)

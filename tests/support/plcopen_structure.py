@@ -1,4 +1,4 @@
-"""What writer and reader of PLCopen TC6 XML share: its names, and the order of its elements."""
+"""Where the schema of PLCopen TC6 XML 2.01 wants elements and attributes."""
 
 from __future__ import annotations
 
@@ -6,38 +6,9 @@ import re
 from xml.etree import ElementTree as ET
 
 from rcx_harness.errors import InputError
+from rcx_harness.export.plcopen import ELEMENTARY, NAMESPACE, SECTIONS, XHTML
 
-__all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "check_structure", "local"]
-
-NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
-XHTML = "http://www.w3.org/1999/xhtml"
-
-#: Sections of variables and their elements.
-SECTIONS = {
-    "VAR": "localVars",
-    "VAR_TEMP": "tempVars",
-    "VAR_INPUT": "inputVars",
-    "VAR_OUTPUT": "outputVars",
-    "VAR_IN_OUT": "inOutVars",
-    "VAR_EXTERNAL": "externalVars",
-    "VAR_GLOBAL": "globalVars",
-}
-
-#: `pouType` of the kinds of POU.
-POU_KINDS = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
-
-_PLAIN = (
-    *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT"),
-    *("UDINT", "ULINT", "REAL", "LREAL", "TIME", "DATE", "DT", "TOD"),
-)
-
-#: Elementary types and their elements.
-ELEMENTARY = {
-    **{name: name for name in _PLAIN},
-    "DATE_AND_TIME": "DT",
-    "TIME_OF_DAY": "TOD",
-    "STRING": "string",
-}
+__all__ = ["check_structure", "local"]
 
 _DATA_TYPE = f"({'|'.join({**dict.fromkeys(ELEMENTARY.values())})}|array|derived|enum|struct),"
 _LISTS = "|".join(SECTIONS.values())

@@ -1,0 +1,111 @@
+"""A process of its own that serves a part of the network, for both ends of its pipes.
+
+Its settings are the JSON in its only argument. It says on standard output where it listens, or why
+it cannot, one JSON object a line; it ends when its standard input does, that is with its parent at
+the latest.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import IO, Any
+
+from rcx_harness.enip.errors import ProcessDiedError
+
+__all__ = ["Child", "be_punctual", "how_ended", "tell"]
+
+_STOP_S, _WAIT_S = 5.0, 1.0
+_PRIORITY = 1
+
+
+class Child:
+    """The process as its parent holds it.
+
+    Args:
+        module: What it runs.
+        settings: Its argument.
+        name: What it is, in messages.
+
+    Attributes:
+        process: It.
+        orders: Its standard input.
+        reports: Its standard output.
+        started: What it has said first.
+
+    Raises:
+        ProcessDiedError: it has ended without a word.
+    """
+
+    def __init__(self, module: str, settings: Mapping[str, Any], name: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", module, json.dumps(settings)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
+        )
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.orders: IO[str] = self.process.stdin
+        self.reports: IO[str] = self.process.stdout
+        try:
+            line = self.reports.readline()
+            if not line:
+                how = how_ended(self.process.wait())
+                raise ProcessDiedError(f"{name} ended at once, {how}")
+            self.started: dict[str, Any] = json.loads(line)
+        except BaseException:
+            self.stop()
+            raise
+
+    def wait_for_code(self) -> int | None:
+        """Exit code of one whose pipes have closed, which takes a moment; None if it lives on."""
+        with suppress(subprocess.TimeoutExpired):
+            return self.process.wait(_WAIT_S)
+        return None
+
+    def stop(self) -> None:
+        """End it by its sign, the end of its standard input; else by force."""
+        with suppress(OSError):  # it has ended with an order unread
+            self.orders.close()
+        try:
+            self.process.wait(_STOP_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+def how_ended(code: int | None) -> str:
+    """An exit code as `subprocess` gives it: `killed by SIGKILL`, `exit code 1`."""
+    if code is None:
+        return "it does not answer any more"
+    if code < 0:
+        with suppress(ValueError):  # a number without a name
+            return f"killed by {signal.Signals(-code).name}"
+        return f"killed by signal {-code}"
+    return f"exit code {code}"
+
+
+def tell(message: Mapping[str, Any]) -> None:
+    """Say something to the parent, in the process itself."""
+    with suppress(BrokenPipeError):  # the parent has ended
+        os.write(1, json.dumps(message).encode() + b"\n")
+
+
+def be_punctual(policy: str) -> None:
+    """Ask for real time, for the threads to come too; where it is not allowed we do without.
+
+    Args:
+        policy: Name in `os`: SCHED_FIFO or SCHED_RR.
+    """
+    gc.freeze()
+    if hasattr(os, "sched_setscheduler"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, getattr(os, policy), os.sched_param(_PRIORITY))

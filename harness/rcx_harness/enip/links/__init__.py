@@ -1,1 +1,0 @@
-"""Links of the virtual cell over EtherNet/IP."""

@@ -1,0 +1,209 @@
+"""Opening a connection: again after every loss, and what to do about a refusal."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Collection
+from typing import Protocol
+
+from rcx_harness.enip.codec.cip import ExtendedStatus
+from rcx_harness.enip.cyclic.connections import EndReason
+from rcx_harness.enip.errors import CipError
+from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import AREA_SIZES
+from rcx_harness.units import format_us
+
+__all__ = ["MasterLink", "Opener", "multiplier_of", "refusal_hint"]
+
+_MOST = 7
+_SIZES = (
+    ExtendedStatus.INVALID_CONNECTION_SIZE,
+    ExtendedStatus.O_TO_T_SIZE,
+    ExtendedStatus.T_TO_O_SIZE,
+)
+_INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
+#: What to do, and the option that it needs: not every command has each.
+_REMEDIES: dict[int, tuple[str, str]] = {
+    ExtendedStatus.CONNECTION_NOT_FOUND: ("", "it has lost the connection, too"),
+    ExtendedStatus.ONLY_LISTENERS: (
+        "--listen-only",
+        "no other connection is open; leave --listen-only out",
+    ),
+    ExtendedStatus.CONFIGURATION_SIZE: (
+        "--config-data",
+        "its configuration has another size; give its data with --config-data",
+    ),
+    ExtendedStatus.CONFIGURATION_PATH: (
+        "--config-instance",
+        "its configuration instance is another, or none; name it with --config-instance",
+    ),
+    ExtendedStatus.CONSUMING_PATH: (
+        "--heartbeat",
+        "its heartbeat connection point is another; name it with --heartbeat",
+    ),
+    ExtendedStatus.PRODUCING_PATH: (
+        "--input-instance",
+        "its assembly to the master is another; name it with --input-instance",
+    ),
+}
+#: How the interval in a refusal is meant.
+_TOLD = {
+    2: "the shortest that it takes",
+    3: "the longest that it takes",
+    4: "the one that it takes",
+}
+
+
+class MasterLink(Protocol):
+    """What is needed of `rcx_harness.enip.originator.scanner.Scanner`."""
+
+    ended: EndReason | None
+
+    @property
+    def failure(self) -> str: ...  # noqa: D102
+
+    def open(self) -> None: ...  # noqa: D102
+
+    def read(self) -> Received: ...  # noqa: D102
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None: ...  # noqa: D102
+
+    def statistics(self) -> ScannerStatistics: ...  # noqa: D102
+
+    def close(self) -> None: ...  # noqa: D102
+
+
+class Opener:
+    """Keeps one connection open: it is opened anew after every loss.
+
+    Args:
+        opened: Opens the connection; gives the scanner that has it.
+        first_s: Longest wait for the first packet, in seconds; None for the connection's own.
+
+    Attributes:
+        wanted: Is there to be a connection? What is open stays, but nothing is opened anew.
+        scanner: What was opened last, lost or not; None before.
+        reason: Why the last attempt to open it anew has failed; empty if it has not.
+    """
+
+    def __init__(self, opened: Callable[[], MasterLink], first_s: float | None = None) -> None:
+        self.wanted = True
+        self.scanner: MasterLink | None = None
+        self.reason = ""
+        self._opened = opened
+        self._first_s = math.inf if first_s is None else first_s
+        self._until_s = 0.0
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(
+        self, look_s: float, retry_s: float = 0.0, on_died: Callable[[], None] = lambda: None
+    ) -> None:
+        """Keep it from now on, in a thread of its own: whatever waits is done there.
+
+        Args:
+            look_s: Seconds between two looks at the connection.
+            retry_s: Seconds to wait besides, after an attempt that has failed.
+            on_died: Told if the thread ends by itself.
+        """
+
+        def work() -> None:
+            try:
+                while not self._ended.wait(look_s):
+                    if not self.keep():
+                        self._ended.wait(retry_s)
+            finally:
+                if not self._ended.is_set():
+                    on_died()
+
+        self._thread = threading.Thread(target=work, daemon=True)
+        self._thread.start()
+
+    def end(self) -> None:
+        """End the thread, not the connection; more than once does no harm."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def open(self) -> None:
+        """Open it, whatever was there before.
+
+        Raises:
+            InputError: the adapter is not there or refuses.
+        """
+        self.reason = ""
+        self.scanner = self._opened()
+        self._until_s = time.monotonic() + self._first_s
+
+    def keep(self) -> bool:
+        """Open anew what is wanted and lost; False if that has failed."""
+        if not self.wanted:
+            self._until_s = 0.0
+        elif self._is_lost():
+            try:
+                self.open()
+            except (InputError, OSError) as error:  # not there, or it has not noticed the loss yet
+                self.reason = str(error)
+                return False
+        return True
+
+    def _is_lost(self) -> bool:
+        scanner = self.scanner
+        if scanner is None or scanner.ended is not None or scanner.failure:
+            return True
+        return time.monotonic() >= self._until_s and not scanner.read().connected
+
+
+def multiplier_of(timeout_us: int, rpi_us: int) -> int:
+    """The smallest coded time-out multiplier that gives at least this time-out.
+
+    Raises:
+        InputError: even the greatest, 512 intervals, is too short.
+    """
+    for coded in range(_MOST + 1):
+        if rpi_us * (4 << coded) >= timeout_us:
+            return coded
+    longest = format_us(rpi_us * (4 << _MOST))
+    raise InputError(
+        f"a time-out of {format_us(timeout_us)} cannot be asked for",
+        hint=f"at this packet interval the longest is {longest}",
+    )
+
+
+def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
+    """What to do about a Forward Open that was refused; empty where that is not known.
+
+    Args:
+        error: The refusal.
+        size: Bytes that were asked for from the adapter.
+        options: Those of the command that a remedy may name.
+    """
+    code = error.extended[0] if error.extended else 0
+    if code == ExtendedStatus.OWNERSHIP_CONFLICT:
+        beside = ", or leave --write out" if "--write" in options else ""
+        return f"another master has it: disconnect that first{beside}"
+    if code in _SIZES:
+        if size in AREA_SIZES:
+            return f"its areas have another size: try --size {sum(AREA_SIZES) - size}"
+        return "its EDS file has the sizes; give them with --input-size and --output-size"
+    if code in _INTERVALS:
+        return _interval_hint(error.extended)
+    option, remedy = _REMEDIES.get(code, ("", ""))
+    return remedy if not option or option in options else ""
+
+
+def _interval_hint(extended: tuple[int, ...]) -> str:
+    """Which interval to ask for; a refusal may say what would do (admission.py has the words)."""
+    if len(extended) < 6:
+        return "try --rpi 10ms"
+    kinds = (extended[1] & 0xFF, extended[1] >> 8)
+    times_us = (extended[2] | extended[3] << 16, extended[4] | extended[5] << 16)
+    told = {kind: each for kind, each in zip(kinds, times_us, strict=True) if kind in _TOLD}
+    if not told:
+        return "try --rpi 10ms"
+    kind, time_us = next(iter(told.items()))
+    shown = format_us(time_us)
+    return f"{_TOLD[kind]} is {shown}; try --rpi {shown.replace(' ', '')}"

@@ -1,0 +1,246 @@
+"""The TCP and UDP ports: who may connect, and each one's bytes to and from the device.
+
+On UDP there is one socket for our address and one for each broadcast address: the socket that a
+datagram comes to tells whether it was a broadcast. Several adapters on one machine must all hear a
+broadcast, so those sockets share their address; our own is ours alone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Iterable
+from typing import cast
+
+from rcx_harness.enip.target.admission import has_room
+from rcx_harness.enip.target.device import Device, Session
+from rcx_harness.enip.target.listing import Datagrams
+from rcx_harness.enip.target.network_interface import ANY, address_toward
+
+__all__ = [
+    "MAX_CONNECTIONS",
+    "MAX_CONNECTIONS_OF_PEER",
+    "MAX_DELAYED",
+    "MAX_DELAYED_OF_PEER",
+    "TcpServer",
+    "UdpServer",
+]
+
+MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
+
+#: So many bytes of one connection are answered before the others have their turn. They are
+#: received into memory that stays: asyncio's `Protocol` takes and gives back 256 KiB each time.
+_TURN = 1024
+
+
+class TcpServer:
+    """All TCP connections of one device.
+
+    Args:
+        device: Answers them.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self.accepts = True
+        self._connections: set[_Connection] = set()
+
+    def protocol(self) -> asyncio.BufferedProtocol:
+        """What asyncio asks for with each new connection."""
+        return _Connection(self)
+
+    def has_room(self, peer: str) -> bool:
+        """May one more connection come from this address?"""
+        taken = (each.peer for each in self._connections)
+        return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
+
+    def add(self, connection: _Connection) -> None:
+        """A connection has come."""
+        self._connections.add(connection)
+
+    def discard(self, connection: _Connection) -> None:
+        """It has gone."""
+        self._connections.discard(connection)
+
+    def close_overdue(self) -> None:
+        """Close what has been silent, or slow, for too long."""
+        for connection in list(self._connections):
+            if connection.session.is_overdue():
+                connection.transport.abort()
+
+    def close_all(self) -> None:
+        """Close all connections once their answers have gone."""
+        for connection in list(self._connections):
+            connection.transport.close()
+
+    def abort_all(self) -> None:
+        """Close all connections at once."""
+        for connection in list(self._connections):
+            connection.transport.abort()
+
+
+class _Connection(asyncio.BufferedProtocol):
+    """One scanner on the TCP port."""
+
+    transport: asyncio.Transport
+    session: Session
+    peer: str
+
+    def __init__(self, server: TcpServer) -> None:
+        self._server = server
+        self._admitted = False
+        self._received = memoryview(bytearray(_TURN))
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Start a session; asyncio has set TCP_NODELAY."""
+        assert isinstance(transport, asyncio.Transport)
+        self.transport = transport
+        self.peer = transport.get_extra_info("peername")[0]
+        if not self._server.has_room(self.peer):
+            transport.abort()
+            return
+        device = self._server.device
+        local_host, local_port = transport.get_extra_info("sockname")
+        self.session = device.connect((local_host, local_port), self.peer)
+        # The code point is in the upper six bits of the type of service.
+        wire: socket.socket = transport.get_extra_info("socket")
+        wire.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, device.objects.explicit_dscp << 2)
+        self._admitted = True
+        self._server.add(self)
+
+    def get_buffer(self, sizehint: int) -> memoryview:
+        """Where the next bytes are received: a turn's, what is more waits for the next turn."""
+        return self._received
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Answer what is complete."""
+        if not self._admitted:
+            return
+        if answers := self.session.receive(self._received[:nbytes]):
+            self.transport.write(answers)
+        if self.session.ended:
+            self.transport.close()
+
+    def pause_writing(self) -> None:
+        """It does not take our answers: take no more of its requests."""
+        self.transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        """It has taken them."""
+        self.transport.resume_reading()
+
+    def connection_lost(self, error: Exception | None) -> None:
+        """The connection is gone; its session with it."""
+        if self._admitted:
+            self._server.discard(self)
+            self.session.close()
+
+
+MAX_DELAYED, MAX_DELAYED_OF_PEER = 64, 8
+
+
+class UdpServer:
+    """The UDP sockets of one device.
+
+    Args:
+        datagrams: Answers them.
+        local: Host and port; the socket is bound to it. With `ANY` a broadcast cannot be told from
+            a question to us alone, and is answered at once.
+        broadcasts: Broadcast addresses to listen at; those the machine does not allow are left.
+        dscp: Code point of the answers.
+
+    Attributes:
+        answers: Does the device answer at all?
+        delayed: Who waits for an answer that comes after a delay.
+
+    Raises:
+        OSError: the port is taken.
+    """
+
+    def __init__(
+        self,
+        datagrams: Datagrams,
+        local: tuple[str, int],
+        broadcasts: Iterable[str],
+        dscp: int = 0,
+    ) -> None:
+        self.answers = True
+        self.datagrams = datagrams
+        self.local = local
+        self.delayed: list[str] = []
+        self._unicast = _bound(local, shared=False)
+        self._unicast.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, dscp << 2)
+        self._broadcast = []
+        # A socket of all addresses hears broadcasts, too.
+        for address in () if local[0] == ANY else broadcasts:
+            try:
+                self._broadcast.append(_bound((address, local[1]), shared=True))
+            except OSError:
+                continue  # not every system has addresses of that kind to bind to
+
+    async def start(self) -> None:
+        """Begin to answer."""
+        loop = asyncio.get_running_loop()
+        transport, _ = await loop.create_datagram_endpoint(
+            lambda: _Endpoint(self, broadcast=False), sock=self._unicast
+        )
+        for each in self._broadcast:
+            # Answers come from our own address, whichever the question came to.
+            await loop.create_datagram_endpoint(
+                lambda: _Endpoint(self, broadcast=True, reply=transport), sock=each
+            )
+
+
+class _Endpoint(asyncio.DatagramProtocol):
+    def __init__(
+        self,
+        server: UdpServer,
+        broadcast: bool,
+        reply: asyncio.DatagramTransport | None = None,
+    ) -> None:
+        self._server = server
+        self._broadcast = broadcast
+        self._reply = reply
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._reply = self._reply or cast("asyncio.DatagramTransport", transport)
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        server = self._server
+        if not server.answers:
+            return
+        host, port = server.local
+        local = address_toward(host, addr[0]), port
+        answer = server.datagrams.answer(data, local, self._broadcast)
+        if answer is None:
+            return
+        room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
+        if answer.delay_s == 0 or not room:
+            # Whoever has asked too often waits no more; nobody's question is dropped for it.
+            self._send(answer.data, addr)
+        else:
+            server.delayed.append(addr[0])
+            loop = asyncio.get_running_loop()
+            loop.call_later(answer.delay_s, self._send_delayed, answer.data, addr)
+
+    def _send_delayed(self, data: bytes, addr: tuple[str, int]) -> None:
+        self._server.delayed.remove(addr[0])
+        if self._server.answers:
+            self._send(data, addr)
+
+    def _send(self, data: bytes, addr: tuple[str, int]) -> None:
+        assert self._reply is not None
+        self._reply.sendto(data, addr)
+
+
+def _bound(address: tuple[str, int], shared: bool) -> socket.socket:
+    wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if shared:
+            wire.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        wire.setblocking(False)
+        wire.bind(address)
+    except BaseException:
+        wire.close()
+        raise
+    return wire

@@ -1,0 +1,59 @@
+"""The facts of the wire, each in its one place: sizes, assemblies, cycle and status words.
+
+The controller, the adapter and the watching monitor each judge by their own code; what they share
+are these numbers. tests/spec/test_wire.py reads them a second time.
+"""
+
+from __future__ import annotations
+
+from rcx_harness.errors import InputError
+
+__all__ = [
+    "ABNORMAL_END",
+    "AREA_SIZES",
+    "CYCLE_US",
+    "DEDICATED_AT",
+    "ENDS",
+    "EXTENDED_SIZE",
+    "NORMAL_END",
+    "READY",
+    "RESERVED_AT",
+    "RUN",
+    "SIZE",
+    "STATUS_NAMES",
+    "TO_MASTER",
+    "TO_ROBOT",
+    "check_size",
+]
+
+SIZE, EXTENDED_SIZE = 48, 256
+"""Bytes of each area: by default, and with "SIOW extension" valid (manual chapter 1, 4)."""
+AREA_SIZES = (SIZE, EXTENDED_SIZE)
+
+TO_MASTER, TO_ROBOT = 100, 150
+"""Instances of the Assembly object that carry the areas (manual chapter 1, 4.3; chapter 5, 4)."""
+
+DEDICATED_AT, RESERVED_AT = 32, 46
+"""Bytes of an area from which on the dedicated bits and the reserved bytes lie (chapter 1, 4.1)."""
+
+CYCLE_US = 5_000
+"""The controller's I/O update interval in microseconds (manual chapter 5, 4)."""
+
+READY, RUN, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
+"""The remote status (guide chapter 1, 1.2)."""
+ENDS = (NORMAL_END, ABNORMAL_END)
+STATUS_NAMES = {
+    READY: "command ready",
+    RUN: "command run",
+    NORMAL_END: "normal end",
+    ABNORMAL_END: "abnormal end",
+}
+
+
+def check_size(size: int) -> None:
+    """Refuse a size that no area has (InputError)."""
+    if size not in AREA_SIZES:
+        raise InputError(
+            f"an area of {size} bytes does not exist",
+            hint=f"use {SIZE}, or {EXTENDED_SIZE} with SIOW extension valid",
+        )

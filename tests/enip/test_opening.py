@@ -1,0 +1,200 @@
+"""Opening a connection: again after every loss, and what to do about a refusal."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from rcx_harness.enip.cyclic.connections import EndReason
+from rcx_harness.enip.errors import CipError, EnipError
+from rcx_harness.enip.originator.opening import Opener, multiplier_of, refusal_hint
+from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
+from rcx_harness.errors import InputError
+
+SCAN = ("--write", "--listen-only", "--heartbeat", "--input-instance", "--config-data")
+BRIDGE = ("--size", "--rpi")
+
+
+class FakeScanner:
+    """A scanner without a network."""
+
+    def __init__(self) -> None:
+        self.ended: EndReason | None = None
+        self.failure = ""
+        self.connected = False
+
+    def open(self) -> None:
+        """Open."""
+
+    def read(self) -> Received:
+        """Whether packets come."""
+        return Received(bytes(48), 5, self.connected)
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
+        """Nothing."""
+
+    def statistics(self) -> ScannerStatistics:
+        """All 0."""
+        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+class Bench:
+    """One scanner and its opener, with the number of openings."""
+
+    def __init__(self, first_s: float | None = None) -> None:
+        self.scanner = FakeScanner()
+        self.openings = 0
+        self.refused = False
+        self.opener = Opener(self.opened, first_s)
+
+    def opened(self) -> FakeScanner:
+        """Counted."""
+        self.openings += 1
+        if self.refused:
+            raise EnipError("nobody there")
+        return self.scanner
+
+
+def test_what_has_never_been_open_is_opened_once() -> None:
+    bench = Bench()
+    assert bench.opener.keep()
+    assert bench.opener.keep()
+    assert bench.openings == 1
+    assert bench.opener.scanner is bench.scanner
+
+
+def test_what_is_not_wanted_is_not_opened() -> None:
+    bench = Bench()
+    bench.opener.wanted = False
+    assert bench.opener.keep()
+    assert bench.openings == 0
+
+
+@pytest.mark.parametrize("end", ["timed out", "process"])
+def test_what_has_ended_is_opened_anew(end: str) -> None:
+    bench = Bench()
+    bench.opener.keep()
+    if end == "process":
+        bench.scanner.failure = "killed"
+    else:
+        bench.scanner.ended = EndReason.TIMED_OUT
+    bench.opener.keep()
+    assert bench.openings == 2
+
+
+def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
+    bench = Bench()
+    bench.refused = True
+    assert not bench.opener.keep()
+    assert bench.opener.reason == "nobody there"
+    bench.refused = False
+    assert bench.opener.keep()
+    assert bench.opener.reason == ""
+
+
+@pytest.mark.parametrize(("first_s", "openings"), [(None, 1), (1e9, 1), (0.0, 3)])
+def test_the_first_packet_is_waited_for_as_long_as_was_asked(
+    first_s: float | None, openings: int
+) -> None:
+    """None: the connection's own time-out, of which the scanner tells."""
+    bench = Bench(first_s)
+    for _ in range(3):
+        bench.opener.keep()
+    assert bench.openings == openings
+
+
+def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
+    bench = Bench(0.0)
+    bench.scanner.connected = True
+    for _ in range(3):
+        bench.opener.keep()
+    assert bench.openings == 1
+
+
+def test_what_was_not_wanted_meanwhile_is_not_waited_for_again() -> None:
+    """The adapter was off: its first packet would never come."""
+    bench = Bench(1e9)
+    for wanted in (True, False, True):
+        bench.opener.wanted = wanted
+        bench.opener.keep()
+    assert bench.openings == 2
+
+
+def test_a_thread_keeps_it_until_it_is_told_to_end() -> None:
+    bench = Bench()
+    opened, died = threading.Event(), threading.Event()
+    bench.opener = Opener(lambda: opened.set() or bench.opened())  # type: ignore[func-returns-value]
+    bench.opener.start(0.0, on_died=died.set)
+    assert opened.wait(60)
+    bench.opener.end()
+    bench.opener.end()
+    assert not died.is_set()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_thread_that_ends_by_itself_is_told() -> None:
+    died = threading.Event()
+
+    def failing() -> FakeScanner:
+        raise SystemExit
+
+    opener = Opener(failing)
+    opener.start(0.0, on_died=died.set)
+    assert died.wait(60)
+    opener.end()
+
+
+@pytest.mark.parametrize(
+    ("extended", "options", "hint"),
+    [
+        ((0x106,), BRIDGE, "another master has it: disconnect that first"),
+        ((0x106,), SCAN, "another master has it: disconnect that first, or leave --write out"),
+        ((0x107,), BRIDGE, "it has lost the connection, too"),
+        ((0x109,), BRIDGE, "its areas have another size: try --size 256"),
+        ((0x127,), SCAN, "its areas have another size: try --size 256"),
+        ((0x128,), SCAN, "its areas have another size: try --size 256"),
+        ((0x111,), BRIDGE, "try --rpi 10ms"),
+        ((0x112,), SCAN, "try --rpi 10ms"),
+        (
+            (0x112, 0x0200, 5_000, 0, 20_000, 0),
+            BRIDGE,
+            "the shortest that it takes is 20 ms; try --rpi 20ms",
+        ),
+        ((0x119,), SCAN, "no other connection is open; leave --listen-only out"),
+        ((0x12A,), SCAN, "its heartbeat connection point is another; name it with --heartbeat"),
+    ],
+)
+def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
+    extended: tuple[int, ...], options: tuple[str, ...], hint: str
+) -> None:
+    """Codes: CIP volume 1, chapter 3, 5.6; 0x112 tells of each direction what would do."""
+    assert refusal_hint(CipError("x", 1, extended), 48, options) == hint
+
+
+@pytest.mark.parametrize("extended", [(), (0x315,), (0x126,), (0x129,), (0x12A,), (0x12B,)])
+def test_a_remedy_that_the_command_has_no_option_for_is_not_told(
+    extended: tuple[int, ...],
+) -> None:
+    assert refusal_hint(CipError("x", 1, extended), 48, BRIDGE) == ""
+
+
+def test_another_size_than_the_controllers_is_in_the_devices_own_sheet() -> None:
+    hint = "its EDS file has the sizes; give them with --input-size and --output-size"
+    assert refusal_hint(CipError("x", 1, (0x128,)), 64, SCAN) == hint
+
+
+@pytest.mark.parametrize(
+    ("timeout_us", "coded"), [(1, 0), (40_000, 0), (40_001, 1), (320_000, 3), (5_120_000, 7)]
+)
+def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int) -> None:
+    """4, 8, ... 512 intervals of 10 ms."""
+    assert multiplier_of(timeout_us, 10_000) == coded
+
+
+def test_a_time_out_beyond_512_intervals_is_bad_input() -> None:
+    with pytest.raises(InputError, match=r"6000 ms cannot be asked for; .* 5120 ms"):
+        multiplier_of(6_000_000, 10_000)
