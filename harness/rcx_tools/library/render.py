@@ -52,7 +52,7 @@ def files() -> dict[str, Callable[[], str]]:
         written[f"plc/lib/types/{array.name}.st"] = partial(_array, array)
     for block in tables.blocks.values():
         if not block.handwritten:
-            written[f"plc/lib/command/{block.name}.st"] = partial(_block, block, tables)
+            written[block.file] = partial(_block, block, tables)
     return written
 
 
