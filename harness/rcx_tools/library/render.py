@@ -90,7 +90,7 @@ def _block(block: Block, tables: Library) -> str:
     head = _head(block.name, block.does, f"guide {sections}", *more, [_FROM, f"Tests: {_TESTS}"])
     body = [
         *_IDLE,
-        "IF Execute AND NOT Job.Busy THEN",
+        "IF Execute AND NOT (Job.Busy OR Job.WasExecute) THEN",
         *indent(
             [
                 *_code(block, tables),

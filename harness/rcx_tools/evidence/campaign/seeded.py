@@ -71,7 +71,7 @@ SEEDED: tuple[Seeded, ...] = (
     Seeded(
         "inputs are taken while the block is busy",
         "command/movement/FB_MoveDirectPulses.st",
-        "  IF Execute AND NOT Job.Busy THEN",
+        "  IF Execute AND NOT (Job.Busy OR Job.WasExecute) THEN",
         "  IF Execute THEN",
         ("rule command held", "rule hold-command", "starts by itself", "not executed"),
     ),
