@@ -24,8 +24,8 @@ Captured = pytest.CaptureFixture[str]
 
 _TEXT = re.compile(r"'(?:\$.|[^$'\n])*'|&apos;.*?&apos;")
 _MARK = re.compile(r"\{?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\}?")
+_DATE = re.compile(r"\d{4}-\d\d-\d\dT[\d:.]+Z?")
 _PATH = re.compile(r"(?:tests|docs|spec|plc)/[\w/.]+")
-#: What an export with a prefix cannot know as a whole word, or orders by the new names.
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 _OWN = """
@@ -50,22 +50,22 @@ PROGRAM Main
     Servo    : fb_servoon;
     Robot    : RCX_REF;
     Area     : RCX_IMAGE;
-    Mine     : MINE := HAND_RIGHT;
+    Kind     : MINE := HAND_RIGHT;
     Hand     : RCX_HAND_SYSTEM := RCX_HAND_SYSTEM#HAND_LEFT;
-    Records  : RECORDS := (UNIT_MM := 3);
+    Own      : RECORDS := (UNIT_MM := 3);
     Unit     : RCX_UNIT;
     Text     : STRING := 'FB_ServoOn';
     Read     : FB_ReadPoint;
     Code     : INT;
   END_VAR
-  Status(FC_Word := Records.UNIT_MM);
-  Records.FB_Job := Status.Sum > 3;
-  Servo(Robot := Robot, Execute := Records.FB_Job);
+  Status(FC_Word := Own.UNIT_MM);
+  Own.FB_Job := Status.Sum > 3;
+  Servo(Robot := Robot, Execute := Own.FB_Job);
   Read(Robot := Robot);
   Unit := UNIT_MM;
   CASE Unit OF
-    UNIT_PULSES: Mine := MINE_OTHER;
-    UNIT_MM: Mine := MINE#HAND_RIGHT;
+    UNIT_PULSES: Kind := MINE_OTHER;
+    UNIT_MM: Kind := MINE#HAND_RIGHT;
   END_CASE;
   Code := WORD_TO_INT(FC_CharCode(Text := Text, Position := 1));
 END_PROGRAM
@@ -93,9 +93,16 @@ def _new(word: str, prefix: str) -> str:
 
 
 def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
-    """The words of all texts and file names outside of texts, paths and identifiers."""
-    every = [*files, *(_PATH.sub("", _MARK.sub("", _TEXT.sub("", one))) for one in files.values())]
-    words = (word for text in every for word in _WORD.findall(text))
+    """The words of all files and their names outside of texts, paths, identifiers and dates.
+
+    An instance that a target makes is called like its function, with a number.
+    """
+    every = [*files]
+    for text in files.values():
+        for pattern in (_TEXT, _MARK, _DATE, _PATH):
+            text = pattern.sub("", text)
+        every.append(text)
+    words = (re.sub(r"_\d+$", "", word) for text in every for word in _WORD.findall(text))
     return Counter(_new(word, prefix) if prefix else word for word in words)
 
 
@@ -163,18 +170,18 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     assert "(* FB_Status is mine, Yam_FB_ServoOn and fb_servoon are theirs *)" in mine
     assert "docs/blocks/FB_ServoOn.md" in mine
     assert "Servo    : Yam_fb_servoon;" in mine
-    assert "Mine     : MINE := HAND_RIGHT;" in mine
+    assert "Kind     : MINE := HAND_RIGHT;" in mine
     assert "Hand     : Yam_RCX_HAND_SYSTEM := Yam_RCX_HAND_SYSTEM#Yam_HAND_LEFT;" in mine
-    assert "Records  : RECORDS := (UNIT_MM := 3);" in mine
+    assert "Own      : RECORDS := (UNIT_MM := 3);" in mine
     assert "Text     : STRING := 'FB_ServoOn';" in mine
-    assert "Status(FC_Word := Records.UNIT_MM);" in mine
+    assert "Status(FC_Word := Own.UNIT_MM);" in mine
     assert "Unit := Yam_UNIT_MM;" in mine
-    assert "Yam_UNIT_MM: Mine := MINE#HAND_RIGHT;" in mine
-    assert "Yam_FC_CharCode(Text := Text, Position := 1)" in mine.replace("RcxC", "C")
+    assert "Yam_UNIT_MM: Kind := MINE#HAND_RIGHT;" in mine
+    assert "Yam_FC_CharCode(Text := Text, Position := 1)" in mine
     program = build([file], "builtin").program
     program.scan(0)
     assert program.read("Main.Status.Sum") == 4
-    assert program.read("Main.Records.FB_Job") is True
+    assert program.read("Main.Own.FB_Job") is True
 
 
 def test_a_member_that_begins_with_the_prefix_by_its_type_alone_has_it_in_a_literal(

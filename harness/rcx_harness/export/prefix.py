@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.cell.build import SourceFiles
+from rcx_harness.cell.build import SourceFiles, st_files
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.parser import parse
@@ -55,7 +55,8 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
             hint="a letter, then letters, digits and single underscores, such as RCX_",
         )
     users, library = files.users
-    known = frozenset(name.text for file in library for name in _declared(parse(file)))
+    whole = dict.fromkeys([*library, *_unneeded(files)])  # comments name blocks of all of it
+    known = frozenset(name.text for file in whole for name in _declared(parse(file)))
     staying = {name.upper() for name in known if name.upper().startswith(prefix.upper())}
     prefixes = {
         name: 2 * prefix if f"{prefix}{name}".upper() in staying else prefix
@@ -74,6 +75,12 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
     texts = {file: _renamed(file, in_library) for file in library}
     texts |= {file: _renamed(file, in_users) for file in users}
     return Renaming(prefixes, texts)
+
+
+def _unneeded(files: SourceFiles) -> Iterator[Path]:
+    """Files of the library that are not exported."""
+    taken = {file.resolve() for file in files.all}
+    return (file for file in st_files(files.folder) if file.resolve() not in taken)
 
 
 @dataclass(frozen=True)
