@@ -293,3 +293,65 @@ def _compare(plc: CommandBench, expected: Pins) -> None:
     got = plc.pins(expected)
     for name, value in expected.items():
         assert same(got[name], value), f"{name} is {got[name]}, not {value}"
+
+
+def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """An edge while the block is busy, and pins that change while Execute stays, are nothing.
+
+    Source: design of the library, 3: inputs are sampled on the rising edge.
+    """
+    limits = [timedelta(seconds=number) for number in (11, 12, 13)]
+    for first in _draws(reading, chance, 3):
+        other = _another(reading, chance, first)
+        plc.send({**first, "Timeout": limits[0]})
+        held = _held(plc)
+        plc.set({"Execute": False})
+        plc.scan()
+        plc.set({**other, "Timeout": limits[1], "Execute": True})
+        plc.scan()
+        assert _held(plc) == held, "an edge while busy"
+        plc.end()
+        plc.answer(0)
+        refused = [pins for pins, _error in islice(reading.refused(chance), 5)]
+        for pins in [other, *refused, reading.draw(chance)]:
+            plc.set({**pins, "Timeout": limits[2]})
+            plc.scan()
+            assert plc.shown == ["Done"]
+            assert _held(plc) == held, f"after Done: {pins}"
+        plc.finish()
+        for pins in refused[:1]:
+            plc.set({**pins, "Execute": True})
+            plc.scan(2)
+            held = _held(plc)
+            plc.set({**other, "Timeout": limits[0]})
+            plc.scan()
+            assert plc.shown == ["Error"]
+            assert _held(plc) == held, f"after an error: {other}"
+            plc.finish()
+
+
+def test_an_edge_right_after_the_end_is_shown_is_taken(
+    plc: CommandBench, reading: Reading, chance: random.Random
+) -> None:
+    """Execute fell before the end, which is shown for one scan; in the next call it rises."""
+    first = reading.draw(chance)
+    other = _another(reading, chance, first)
+    plc.send(first)
+    plc.set({"Execute": False})
+    plc.end()
+    assert plc.shown == ["Done"]
+    plc.answer(0)
+    plc.set({**other, "Execute": True})
+    plc.scan_until(lambda: plc.words[0] != 0, most=3)
+    _check(reading, other, plc.words)
+
+
+def _held(plc: CommandBench) -> Pins:
+    """What a block keeps from the edge on, and what it has given its job."""
+    kind = plc.program.type_of(f"Main.{plc.instance}")
+    assert isinstance(kind, BlockType)
+    own = [one.name for one in kind.variables if one.section == "VAR"]
+    kept = [name for name in own if name not in ("Job", "k", "Number")]  # these count, and decode
+    return plc.pins([*kept, "Job.Holder", "Job.Trouble", "Job.Longest"])

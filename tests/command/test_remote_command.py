@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
+
 import pytest
 
 from plc_bench import PlcBench
@@ -27,6 +29,35 @@ def test_inputs_are_sampled_on_the_rising_edge() -> None:
     plc.answer(0)
     plc.scan_until(lambda: plc.words[0] != 0)
     assert plc.words[:3] == [0x0101, 0, 100]
+
+
+def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
+    """Not by an edge while the block is busy, nor after its end while Execute stays.
+
+    Source: design of the library, 3: inputs are sampled on the rising edge.
+    """
+    plc = _plc()
+    names = ("HeldCode", "HeldData", "Refused", "Job.Holder", "Job.Longest", "Job.Trouble")
+
+    def held() -> dict[str, object]:
+        return {name: plc[f"First.{name}"] for name in names}
+
+    plc["First.Execute"] = True
+    plc.scan(2)
+    before = held()
+    plc["First.Execute"] = False
+    plc.scan()
+    plc["First.Code"], plc["First.Data[3]"], plc["First.Timeout"] = 0x0101, 7, timedelta(seconds=9)
+    plc["First.Execute"] = True
+    plc.scan()
+    assert held() == before, "an edge while busy"
+    plc.answer(0x0200)
+    plc.scan()
+    for code in (0x0102, 0):
+        plc["First.Code"] = code
+        plc.scan()
+        assert plc["First.Done"]
+        assert held() == before, "after Done"
 
 
 def test_all_fifteen_words_go_out_and_come_back() -> None:

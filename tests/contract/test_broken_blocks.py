@@ -13,7 +13,7 @@ from rcx_tools.evidence.broken import broken_library
 
 _JOB, _TAKE_HEAD = "sequence/FB_Job.st", "area/FB_TakeHead.st"
 _HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"
-_HEAD, _JOG = "area/FB_MakeHead.st", "command/FB_Jog.st"
+_HEAD, _JOG = "area/FB_MakeHead.st", "command/movement/FB_Jog.st"
 _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
@@ -67,7 +67,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
             (
                 "the end comes with Busy",
                 "FB_ReadPoint",
-                "command/FB_ReadPoint.st",
+                "command/definition/FB_ReadPoint.st",
                 "  Busy := Job.Busy;",
                 "  Busy := Job.Busy OR Job.Ended;",
                 "Busy and Error are true together; expected at most one",
@@ -131,7 +131,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
             (
                 "the group is not that of the alarm",
                 "FB_ReadPoint",
-                "command/FB_ReadPoint.st",
+                "command/definition/FB_ReadPoint.st",
                 "Before := AlarmGroup,\n"
                 "                             Response := Robot.Response[1]);",
                 "Before := AlarmGroup,\n"
@@ -174,7 +174,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
             (
                 "a wrong code",
                 "FB_ReadPoint",
-                "command/FB_ReadPoint.st",
+                "command/definition/FB_ReadPoint.st",
                 "WORD#16#0101",
                 "WORD#16#0102",
                 "the code 0x0102 is not this block's",

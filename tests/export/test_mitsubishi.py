@@ -80,11 +80,11 @@ def test_undone_the_statements_are_those_of_the_library(
     ("old", "new", "block"),
     [
         ("Robot.SO.SO03_Alarm THEN", "Robot.SO.SO04_MpRdy THEN", "sequence/FB_ServoOn"),
-        ("1 (* SPEED_DIRECT *)", "2 (* SPEED_DIRECT *)", "command/FB_MovePtp"),
+        ("1 (* SPEED_DIRECT *)", "2 (* SPEED_DIRECT *)", "command/movement/FB_MovePtp"),
         (
             "FC_Outside(Speed, 0.009, 100.0)",
             "FC_Outside(Speed, 100.0, 0.009)",
-            "command/FB_MovePtp",
+            "command/movement/FB_MovePtp",
         ),
     ],
 )
@@ -161,8 +161,8 @@ def test_a_name_of_32_characters_at_most_and_none_of_a_device(files: Mapping[str
 def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> None:
     listed = "RCX_SPEED_MODE: 0 SPEED_PROGRAM, 1 SPEED_DIRECT, 2 SPEED_PERCENT"
     assert listed in files["types/enumerations.txt"]
-    assert "        1 (* SPEED_DIRECT *): Data[1] :=" in files["command/FB_MovePtp.st"]
-    row = _rows(files["command/FB_MovePtp.csv"])["SpeedMode"]
+    assert "        1 (* SPEED_DIRECT *): Data[1] :=" in files["command/movement/FB_MovePtp.st"]
+    row = _rows(files["command/movement/FB_MovePtp.csv"])["SpeedMode"]
     assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "how Speed is given"]
 
 

@@ -179,7 +179,7 @@ def test_text_functions_get_the_types_that_they_want_and_names_of_instructions_a
     assert "Place := UINT_TO_INT(FIND('PQR" in files["command/FC_CharCode.st"]
     assert "Reset_X(Robot := Robot," in files["sequence/FB_PowerUp.st"]
     assert "Reset_X\tFB_ProgramReset\t" in files["sequence/FB_PowerUp.internals.txt"]
-    assert "RCX_SPEED_MODE#SPEED_DIRECT: Data[1] :=" in files["command/FB_MovePtp.st"]
+    assert "RCX_SPEED_MODE#SPEED_DIRECT: Data[1] :=" in files["command/movement/FB_MovePtp.st"]
     assert "Reset is Reset_X" in files["README.txt"]
 
 

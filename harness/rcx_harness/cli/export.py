@@ -32,6 +32,10 @@ def export(
     needed: Annotated[
         bool, typer.Option("--needed", help="Only the part of the library that --program needs.")
     ] = False,
+    prefix: Annotated[
+        str | None,
+        typer.Option(help="Give the library's names a prefix, as RCX_. Default: none."),
+    ] = None,
     allow_missing: Annotated[
         bool, typer.Option("--allow-missing", help="Write it although something is not carried.")
     ] = False,
@@ -44,7 +48,7 @@ def export(
     Exit code: 0; 1 if something is not carried, and nothing is written then without
     `--allow-missing`; 2 on errors in the sources and where the output exists.
     """
-    output = make(target, lib, program or [], only_needed=needed)
+    output = make(target, lib, program or [], only_needed=needed, prefix=prefix)
     place = Path(TARGETS[target].default) if out is None else out
     for one in output.missing:
         print(f"not carried: {one}")

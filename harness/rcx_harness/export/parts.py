@@ -17,6 +17,7 @@ from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.registry import Registry
 from rcx_harness.errors import InputError
+from rcx_harness.export.prefix import Renaming, renaming
 
 __all__ = ["Declaration", "Part", "Sources", "comment", "plain", "sources_of"]
 
@@ -39,6 +40,7 @@ class Part:
         head: Its text from the opening word to the last END_VAR; of a type or a configuration
             all of it.
         body: The text of its statements, with their comments.
+        line: Where the body begins in the file.
         node: Its syntax tree.
         notes: Comments of its variables, fields, enumeration members, tasks and instances by
             upper-case name; under "" what belongs to none of them and is not in the header.
@@ -51,6 +53,7 @@ class Part:
     header: str
     head: str
     body: str
+    line: int
     node: Declaration
     notes: dict[str, str] = field(default_factory=dict)
 
@@ -71,10 +74,12 @@ class Sources:
     Attributes:
         parts: The declarations.
         project: What they mean.
+        renaming: What names of the library have become.
     """
 
     parts: tuple[Part, ...]
     project: Project
+    renaming: Renaming = field(default_factory=Renaming)
 
     def of(self, *kinds: str) -> list[Part]:
         """The parts of some kinds, in dependency order."""
@@ -82,7 +87,11 @@ class Sources:
 
 
 def sources_of(
-    lib: Path | None = None, program: Sequence[Path] = (), *, only_needed: bool = False
+    lib: Path | None = None,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+    prefix: str | None = None,
 ) -> Sources:
     """Read and check the library, and a user's files with it.
 
@@ -90,19 +99,28 @@ def sources_of(
         lib: Folder of the library; None for the one of this package.
         program: The user's files or folders.
         only_needed: Leave out what the program does not need.
+        prefix: What the names of the library get; None to leave them.
 
     Raises:
-        InputError: a file that is missing or wrong.
+        InputError: a file that is missing or wrong, or a prefix that cannot be.
     """
     if only_needed and not program:
         raise InputError("--needed asks what a program needs", hint="name it with --program")
     files = _files(lib, program, only_needed)
-    project = checked(files.all)
+    renamed = Renaming() if prefix is None else renaming(files, prefix)
+
+    def read(file: Path) -> s.Source:
+        text = renamed.texts.get(file)
+        return parse(file) if text is None else parse_text(text, file)
+
+    project = checked(files.all, read)
     found = {
-        id(part.node): part for file in files.all for part in _parts(file, _folder(file, files))
+        id(part.node): part
+        for file in files.all
+        for part in _parts(file, _folder(file, files), renamed.texts.get(file))
     }
-    ordered = Registry(map(parse, files.all), _raise).ordered()
-    return Sources(tuple(found[id(declared.node)] for declared in ordered), project)
+    ordered = Registry(map(read, files.all), _raise).ordered()
+    return Sources(tuple(found[id(declared.node)] for declared in ordered), project, renamed)
 
 
 def plain(text: str) -> str:
@@ -159,8 +177,8 @@ class _Source:
         return self.text[self.end(index - 1) : self.start(index)]
 
 
-def _parts(file: Path, folder: str) -> Iterator[Part]:
-    text = file.read_text(encoding="utf-8-sig")
+def _parts(file: Path, folder: str, text: str | None) -> Iterator[Part]:
+    text = file.read_text(encoding="utf-8-sig") if text is None else text
     source = _Source(text, list(tokens(text, file)))
     nodes = iter(parse_text(text, file).declarations)
     first = 0
@@ -179,9 +197,9 @@ def _parts(file: Path, folder: str) -> Iterator[Part]:
             yield from _types(source, first, last, header, file, folder, nodes)
         else:
             node = next(nodes)
-            head, body = _split(source, first, last, kind)
+            head, body, line = _split(source, first, last, kind)
             notes = _notes(source, first, last, node)
-            yield Part(kind, node.name.text, file, folder, header, head, body, node, notes)
+            yield Part(kind, node.name.text, file, folder, header, head, body, line, node, notes)
         first = last + 1
 
 
@@ -189,18 +207,21 @@ def _said(gap: str) -> str:
     return "\n".join(plain(found[1]) for found in _COMMENT.finditer(gap))
 
 
-def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str]:
+def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str, int]:
+    """Head, body, and the line in which the body begins."""
     if kind == "CONFIGURATION":
-        return source.text[source.start(first) : source.end(last)], ""
+        return source.text[source.start(first) : source.end(last)], "", 1
     ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
     head_end = ends[-1] if ends else first + (3 if kind == "FUNCTION" else 1)
     body = source.text[source.end(head_end) : source.start(last)]
     lines = [line.rstrip() for line in body.splitlines()]
+    begin = source.text.count("\n", 0, source.end(head_end)) + 1
     while lines and not lines[0]:
         del lines[0]
+        begin += 1
     while lines and not lines[-1]:
         del lines[-1]
-    return source.text[source.start(first) : source.end(head_end)], "\n".join(lines)
+    return source.text[source.start(first) : source.end(head_end)], "\n".join(lines), begin
 
 
 def _types(
@@ -232,7 +253,7 @@ def _types(
             *_remarks(remark, own=False, last=index + 1 == last),
         ]
         notes |= {"": "\n".join(around)} if around else {}
-        yield Part("TYPE", node.name.text, file, folder, header, head, "", node, notes)
+        yield Part("TYPE", node.name.text, file, folder, header, head, "", 1, node, notes)
         begin, header = index + 1, ""
 
 

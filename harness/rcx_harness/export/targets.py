@@ -72,6 +72,7 @@ def export(
     program: Sequence[Path] = (),
     *,
     only_needed: bool = False,
+    prefix: str | None = None,
 ) -> Output:
     """Write the library, and a user's files with it, in a target's format.
 
@@ -80,6 +81,7 @@ def export(
         lib: Folder of the library; None for the one of this package.
         program: The user's files or folders.
         only_needed: Leave out what the program does not need.
+        prefix: What the names of the library get; None to leave them.
 
     Raises:
         InputError: no such target, or a mistake in the sources.
@@ -87,6 +89,6 @@ def export(
     found = TARGETS.get(target)
     if found is None:
         raise InputError(f"there is no target {target!r}", hint=f"use {', '.join(TARGETS)}")
-    sources = sources_of(lib, program, only_needed=only_needed)
+    sources = sources_of(lib, program, only_needed=only_needed, prefix=prefix)
     inputs = frozenset(part.file for part in sources.parts)
     return replace(found.write(sources), inputs=inputs, recorded=True)

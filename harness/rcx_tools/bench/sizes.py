@@ -83,7 +83,8 @@ def sizes(matiec: Matiec, compiler: str) -> list[Size]:
         InputError: the library has an error, or the C compiler fails.
         TranslationError: iec2c refuses the library.
     """
-    library = sorted(default_lib().rglob("*.st"))
+    home = default_lib()
+    library = sorted(home.rglob("*.st"))
     blocks = [path for path in library if path.stem.startswith("FB_")]
     with tempfile.TemporaryDirectory(prefix="rcx-") as name:
         folder = Path(name)
@@ -106,7 +107,7 @@ def sizes(matiec: Matiec, compiler: str) -> list[Size]:
         printed = subprocess.run([str(program)], capture_output=True, text=True, check=True)
     found = dict(zip(names, map(int, printed.stdout.split()), strict=True))
     every = [Size("RCX_REF", "types", found["RCX_REF"])]
-    every += [Size(path.stem, path.parent.name, found[path.stem]) for path in blocks]
+    every += [Size(path.stem, path.relative_to(home).parts[0], found[path.stem]) for path in blocks]
     return sorted(every, key=lambda size: (size.folder, size.name))
 
 

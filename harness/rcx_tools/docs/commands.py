@@ -7,20 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from rcx_harness import spec
 from rcx_harness.spec.telegram import Command, Field, intervals
-from rcx_tools.library import Block, library
+from rcx_tools.library import CATEGORIES, Block, library
 
 __all__ = ["blocks_of", "commands_page"]
-
-_CATEGORIES = {
-    1: "movement",
-    2: "definition and reference",
-    3: "arithmetic",
-    4: "I/O ports",
-    5: "program operation",
-    6: "data handling",
-    7: "utility mode",
-    8: "real time output",
-}
 
 _INTRO = """\
 The remote commands of the guide, all 116: code, block, test and section. `R` in a code is the
@@ -45,7 +34,7 @@ def commands_page() -> Iterator[str]:
     every = list(spec.commands().values())
     for command in every:
         blocks = blocks_of(command)
-        shown = ", ".join(_file(block.name) for block in blocks)
+        shown = ", ".join(_file(block) for block in blocks)
         tests = ", ".join(dict.fromkeys(_test(block) for block in blocks))
         if not command.code:
             shown = "[FB_Handshake](../plc/lib/area/FB_Handshake.st)"
@@ -56,7 +45,7 @@ def commands_page() -> Iterator[str]:
     for command in every:
         if command.category != category and command.category:
             category = command.category
-            yield f"\n## Category {category}: {_CATEGORIES[category]}"
+            yield f"\n## Category {category}: {CATEGORIES[category][1]}"
         yield from _details(command)
 
 
@@ -127,12 +116,12 @@ def _limits(limits: tuple[int, ...]) -> str:
     )
 
 
-def _file(block: str) -> str:
-    return f"[{block}](../plc/lib/command/{block}.st)"
+def _file(block: Block) -> str:
+    return f"[{block.name}](../{block.file})"
 
 
 def _test(block: Block) -> str:
-    text = (spec.folder().parent / f"plc/lib/command/{block.name}.st").read_text(encoding="utf-8")
+    text = (spec.folder().parent / block.file).read_text(encoding="utf-8")
     head = text.partition("*)")[0]
     return ", ".join(_link(path) for path in re.findall(r"tests/[\w/]+\.py", head))
 

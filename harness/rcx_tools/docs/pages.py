@@ -51,6 +51,11 @@ class Header:
     section: str
     tests: tuple[str, ...]
 
+    @property
+    def folder(self) -> str:
+        """Where the file is below plc/lib."""
+        return self.file.parent.relative_to(ROOT / "plc/lib").as_posix()
+
 
 def headers() -> list[Header]:
     """The heads of all files in plc/lib, folder by folder."""
@@ -84,11 +89,11 @@ def _blocks() -> Iterator[str]:
     yield "neighbours; its source is one file, whose head is the interface. The dedicated bits,"
     yield "codes and errors on one sheet for the panel: [panel.html](panel.html)."
     columns = ("Block", "Source", "What it does", "Manual", "Tests", "Chart")
-    folders = sorted({head.file.parent.name for head in headers()}, key=_place)
+    folders = sorted({head.folder for head in headers()}, key=_place)
     for folder in folders:
         yield f"\n## {folder}\n\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
         for head in headers():
-            if head.file.parent.name == folder:
+            if head.folder == folder:
                 tests = ", ".join(_link(test) for test in head.tests)
                 source = f"[ST](../{head.file.relative_to(ROOT).as_posix()})"
                 cells = (_page_of(head.name), source, head.purpose, head.section, tests)
@@ -100,9 +105,10 @@ _FOLDERS = ("area", "sequence", "command", "diagnosis")
 
 def _place(folder: str) -> tuple[int, str]:
     """Where a folder stands: those of the list first, the types last."""
-    if folder == "types":
+    top = folder.partition("/")[0]
+    if top == "types":
         return len(_FOLDERS) + 1, folder
-    return (_FOLDERS.index(folder) if folder in _FOLDERS else len(_FOLDERS)), folder
+    return (_FOLDERS.index(top) if top in _FOLDERS else len(_FOLDERS)), folder
 
 
 def _page_of(name: str) -> str:

@@ -1,6 +1,6 @@
 """The generated part of plc/lib: command blocks and their types, from the tables in spec/."""
 
 from rcx_tools.library.render import files
-from rcx_tools.library.tables import Block, Library, library
+from rcx_tools.library.tables import CATEGORIES, Block, Library, library
 
-__all__ = ["Block", "Library", "files", "library"]
+__all__ = ["CATEGORIES", "Block", "Library", "files", "library"]

@@ -52,7 +52,7 @@ def files() -> dict[str, Callable[[], str]]:
         written[f"plc/lib/types/{array.name}.st"] = partial(_array, array)
     for block in tables.blocks.values():
         if not block.handwritten:
-            written[f"plc/lib/command/{block.name}.st"] = partial(_block, block, tables)
+            written[block.file] = partial(_block, block, tables)
     return written
 
 
@@ -90,7 +90,7 @@ def _block(block: Block, tables: Library) -> str:
     head = _head(block.name, block.does, f"guide {sections}", *more, [_FROM, f"Tests: {_TESTS}"])
     body = [
         *_IDLE,
-        "IF Execute AND NOT Job.Busy THEN",
+        "IF Execute AND NOT (Job.Busy OR Job.WasExecute) THEN",
         *indent(
             [
                 *_code(block, tables),

@@ -12,7 +12,29 @@ from rcx_harness import spec
 from rcx_harness.errors import InputError
 from rcx_harness.spec.telegram import Command, Field, did_you_mean
 
-__all__ = ["Array", "Block", "Enumeration", "Input", "Library", "Member", "Output", "library"]
+__all__ = [
+    "CATEGORIES",
+    "Array",
+    "Block",
+    "Enumeration",
+    "Input",
+    "Library",
+    "Member",
+    "Output",
+    "library",
+]
+
+#: The guide's categories of remote commands: folder of their blocks, and title.
+CATEGORIES = {
+    1: ("movement", "movement"),
+    2: ("definition", "definition and reference"),
+    3: ("arithmetic", "arithmetic"),
+    4: ("ports", "I/O ports"),
+    5: ("programs", "program operation"),
+    6: ("data", "data handling"),
+    7: ("utility", "utility mode"),
+    8: ("realtime", "real time output"),
+}
 
 #: A field, and the lowest and highest value with which a pin counts.
 When = tuple[str, int, int]
@@ -102,6 +124,12 @@ class Block:
     only: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     echo: tuple[str, ...] = ()
     handwritten: bool = False
+
+    @property
+    def file(self) -> str:
+        """Where it is in the repository: in the folder of its category."""
+        folder, _ = CATEGORIES[self.commands[0].category]
+        return f"plc/lib/command/{folder}/{self.name}.st"
 
     @property
     def requests(self) -> Mapping[str, Field]:

@@ -96,7 +96,7 @@ def test_every_page_is_two_clicks_from_the_readme() -> None:
     for name in _BLOCKS:
         assert f"[{name}](blocks/{name}.md)" in index
         page = _page(name)
-        assert f"/{pous()[name].folder}/{name}.st)" in page
+        assert f"/{pous()[name].file.relative_to(ROOT).as_posix()})" in page
         assert all(f"({Path('../..', test).as_posix()})" in page for test in pous()[name].tests)
 
 

@@ -168,6 +168,6 @@ def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
 def test_a_head_names_its_tests_and_they_exist(head: docs.Header) -> None:
     """`FC_ArmRotation` in plc/lib/command has tests/command/test_arm_rotation.py, if any."""
     words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", head.name.partition("_")[2]).lower()
-    own = f"tests/{head.file.parent.name}/test_{words}.py"
+    own = f"tests/{head.folder.partition('/')[0]}/test_{words}.py"
     assert own in head.tests or head.name.startswith("RCX_") or not (_ROOT / own).exists()
     assert [test for test in head.tests if not (_ROOT / test).is_file()] == []

@@ -244,7 +244,7 @@ def test_filled(levels):
 
 
 def test_the_generated_block():
-    block = Path(__file__).parents[2] / "plc/lib/command/FB_MovePtp.st"
+    block = Path(__file__).parents[2] / "plc/lib/command/movement/FB_MovePtp.st"
     assert "T#60s" in block.read_text(encoding="utf-8")
 """
 _SEEDED = """[[bug]]
@@ -280,7 +280,7 @@ def house(tmp_path: Path, repository: Path) -> Path:
     house = tmp_path / "house"
     for folder in ("harness", "spec"):
         shutil.copytree(repository / folder, house / folder)
-    block = "plc/lib/command/FB_MovePtp.st"
+    block = "plc/lib/command/movement/FB_MovePtp.st"
     files = {
         "harness/rcx_harness/robot/latch.py": _LATCH,
         "tests/robot/test_latch.py": _TEST,

@@ -16,7 +16,7 @@ BLOCKS = [name for name, block in library().blocks.items() if not block.handwrit
 
 def _parts(name: str) -> tuple[str, str, str]:
     """The call with its request, the response, and the outputs at the end."""
-    text = (ROOT / f"plc/lib/command/{name}.st").read_text(encoding="utf-8")
+    text = (ROOT / library().blocks[name].file).read_text(encoding="utf-8")
     begin, end = text.index("  Job(Channel"), text.index("  Done := Job.Done;")
     call, found, response = text[begin:end].partition("  IF Job.Ended THEN")
     return call, found + response, text[end:]
@@ -34,8 +34,8 @@ def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> Non
 @pytest.mark.parametrize("name", BLOCKS)
 def test_a_block_samples_its_inputs_only_before_it_works(name: str) -> None:
     """PLCopen: inputs are sampled on the rising edge."""
-    text = (ROOT / f"plc/lib/command/{name}.st").read_text(encoding="utf-8")
-    head, _, rest = text.partition("  IF Execute AND NOT Job.Busy THEN\n")
+    text = (ROOT / library().blocks[name].file).read_text(encoding="utf-8")
+    head, _, rest = text.partition("  IF Execute AND NOT (Job.Busy OR Job.WasExecute) THEN\n")
     after = rest.partition("\n  END_IF;\n\n  Job(")[2]
     block = library().blocks[name]
     pins = [pin.pin for pin in block.inputs] + ["RobotNumber"]
@@ -43,6 +43,29 @@ def test_a_block_samples_its_inputs_only_before_it_works(name: str) -> None:
     assert head
     for pin in set(pins) - outputs:
         assert not re.search(rf"\b{pin}\b", after), pin
+
+
+#: The guide's chapters on commands, 4.2 to 4.9: its categories 1 to 8.
+_FOLDERS = {
+    "4.2": "movement",
+    "4.3": "definition",
+    "4.4": "arithmetic",
+    "4.5": "ports",
+    "4.6": "programs",
+    "4.7": "data",
+    "4.8": "utility",
+    "4.9": "realtime",
+}
+
+
+@pytest.mark.parametrize("name", library().blocks)
+def test_a_command_block_is_in_the_folder_of_its_category(name: str) -> None:
+    """Source: remote command guide, headings of 4.2 to 4.9."""
+    (file,) = (ROOT / "plc/lib").rglob(f"{name}.st")
+    head = file.read_text(encoding="utf-8").partition("*)")[0]
+    chapter = re.search(r"\bguide[\s*]+(4\.\d)\.", head)
+    assert chapter, head
+    assert file.parent == ROOT / "plc/lib/command" / _FOLDERS[chapter[1]]
 
 
 def test_every_generated_file_says_from_what() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -190,13 +190,17 @@ def load(paths: Sequence[Path]) -> Project:
     return project
 
 
-def checked(paths: Sequence[Path]) -> Project:
+def checked(paths: Sequence[Path], read: Callable[[Path], s.Source] = parse) -> Project:
     """The same for sources that may also be a library without a PROGRAM.
+
+    Args:
+        paths: The files.
+        read: What parses one of them.
 
     Raises:
         InputError: the first mistake.
     """
-    project, errors = _analyse(paths)
+    project, errors = _analyse(paths, read)
     if errors:
         raise errors[0]
     assert project is not None
@@ -212,11 +216,13 @@ def check(paths: Sequence[Path]) -> list[InputError]:
     return _analyse(paths)[1]
 
 
-def _analyse(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
+def _analyse(
+    paths: Sequence[Path], read: Callable[[Path], s.Source] = parse
+) -> tuple[Project | None, list[InputError]]:
     try:
-        return deeply(partial(_analysed, paths))
+        return deeply(partial(_analysed, paths, read))
     except RecursionError:
-        return None, [_too_deep([parse(path) for path in paths])]
+        return None, [_too_deep([read(path) for path in paths])]
 
 
 def _too_deep(sources: Sequence[s.Source]) -> InputError:
@@ -242,12 +248,14 @@ def _too_deep(sources: Sequence[s.Source]) -> InputError:
 
 
 @uncollected()
-def _analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
+def _analysed(
+    paths: Sequence[Path], read: Callable[[Path], s.Source]
+) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     for path in dict.fromkeys(paths):
         try:
-            sources.append(parse(path))
+            sources.append(read(path))
         except InputError as error:
             errors.append(error)
     project = None if errors else _resolve(sources, errors)

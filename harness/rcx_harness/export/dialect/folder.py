@@ -72,7 +72,7 @@ def to_folder(sources: Sources, tool: Tool) -> Output:
         files["types/enumerations.txt"] = writer.numbers()
     order = "\n".join(f"  {part.folder}/{part.name}" for part in writer.carried)
     renamed = ", ".join(f"{old} is {new}" for old, new in sorted(writer.renamed.items()))
-    steps = tool.readme.format(order=order, renamed=renamed or "none")
+    steps = sources.renaming.said(tool.readme).format(order=order, renamed=renamed or "none")
     files["README.txt"] = f"{NOTICE}\n\n{steps}"
     return Output(dict(sorted(files.items())), tuple(writer.missing), newline="\r\n")
 

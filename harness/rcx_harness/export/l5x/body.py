@@ -13,7 +13,6 @@ from rcx_harness.export.initial import differing, zero
 from rcx_harness.export.l5x.expressions import Expressions, fold
 from rcx_harness.export.l5x.model import (
     FIRST_SCAN,
-    IMAGES,
     RESULT,
     STANDARD_BLOCKS,
     UNWRITTEN,
@@ -24,6 +23,7 @@ from rcx_harness.export.l5x.model import (
     check_name,
     companion,
     data_of,
+    image_element,
     is_whole,
     is_zero,
     passed,
@@ -230,7 +230,7 @@ class _Writer:
         given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
         pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given
         kept = symbol.name.upper() in retain(self._part) and symbol.section == "VAR"
-        image = isinstance(symbol.type, ArrayType) and symbol.type.name.upper() in IMAGES
+        image = isinstance(symbol.type, ArrayType) and image_element(symbol.type.name) != ""
         if pin or kept or image:
             raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
 
@@ -346,8 +346,8 @@ class _Writer:
         return [*self._taken(indent), indent + line]
 
     def _scalar(self, target: t.Variable, place: str, value: t.Expression) -> str:
-        image = IMAGES.get(_array_name(target))
-        if image is not None:
+        image = image_element(_array_name(target))
+        if image:
             bits = {"SINT": 8, "INT": 16}[image]
             kept = self._expressions.kept(value)
             return f"{place} := {fold(kept, bits)[1:-1]};"
@@ -446,11 +446,8 @@ def _copy(source: str, target: str, kind: Type) -> str:
 
 def _comments(part: Part) -> list[tuple[int, str]]:
     """The comments between statements with their lines, counted in the file."""
-    text = part.file.read_text(encoding="utf-8-sig")
-    start = text.find(part.body)
-    found = []
-    for one in _COMMENT.finditer(part.body):
-        if one[1] is not None and start >= 0:
-            line = text.count("\n", 0, start + one.start()) + 1
-            found.append((line, " ".join(one[1].split())))
-    return found
+    return [
+        (part.line + part.body.count("\n", 0, one.start()), " ".join(one[1].split()))
+        for one in _COMMENT.finditer(part.body)
+        if one[1] is not None
+    ]

@@ -15,11 +15,11 @@ from rcx_harness.engine.frontend.scalars import SIGNED, WIDTH
 from rcx_harness.engine.frontend.standard import conversion
 from rcx_harness.engine.types import ArrayType, BlockType, EnumType, Type
 from rcx_harness.export.l5x.model import (
-    IMAGES,
     RESULT,
     NotCarriedError,
     companion,
     data_of,
+    image_element,
     is_whole,
     value_text,
 )
@@ -333,7 +333,7 @@ def _is_below(node: t.Expression, mask: int) -> bool:
 def _raw(node: t.Variable) -> str:
     """SINT or INT, if this is an element of a process image."""
     if isinstance(node, t.Index) and isinstance(node.base.type, ArrayType):
-        return IMAGES.get(node.base.type.name.upper(), "")
+        return image_element(node.base.type.name)
     return ""
 
 

@@ -25,7 +25,6 @@ from rcx_harness.engine.types import (
 
 __all__ = [
     "FIRST_SCAN",
-    "IMAGES",
     "RESULT",
     "STANDARD_BLOCKS",
     "UNWRITTEN",
@@ -36,6 +35,7 @@ __all__ = [
     "check_name",
     "companion",
     "data_of",
+    "image_element",
     "is_whole",
     "is_zero",
     "passed",
@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 #: Array types whose elements keep their width: what the scanner fills and sends.
-IMAGES = {"RCX_IMAGE": "SINT", "RCX_IMAGE_WORDS": "INT"}
+_IMAGES = {"RCX_IMAGE": "SINT", "RCX_IMAGE_WORDS": "INT"}
 
 #: The parameter that holds what a function returns.
 RESULT = "FcResult"
@@ -160,12 +160,17 @@ def _array(kind: ArrayType) -> Data:
     if len(kind.bounds) != 1 or kind.bounds[0][0] < 0:
         raise NotCarriedError(f"{kind.name} has several dimensions, or begins below 0")
     size = kind.bounds[0][1] + 1
-    if kind.name.upper() in IMAGES:
-        return Data(IMAGES[kind.name.upper()], size)
+    if image := image_element(kind.name):
+        return Data(image, size)
     element = data_of(kind.element)
     if element.size or element.type == "BOOL" or isinstance(kind.element, BlockType):
         raise NotCarriedError(f"{kind.name} is an array of arrays, BOOL or blocks")
     return Data(element.type, size)
+
+
+def image_element(name: str) -> str:
+    """The elements of a type that is an image, also with a prefix; empty for another type."""
+    return next((one for image, one in _IMAGES.items() if name.upper().endswith(image)), "")
 
 
 def is_whole(kind: Type) -> bool:

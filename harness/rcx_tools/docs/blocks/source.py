@@ -64,7 +64,7 @@ class Pou:
 
     Attributes:
         file: Its source.
-        folder: Folder below plc/lib.
+        folder: Topmost folder below plc/lib.
         does: The first sentence of its head.
         about: The paragraphs after it, without those on tests and on what generates it.
         section: Where the manual has it; empty for the library's own.
@@ -185,7 +185,7 @@ def _pou(file: Path) -> Pou:
     result = re.search(r"^FUNCTION \w+ : (\w+)", code, re.MULTILINE)
     return Pou(
         file=file,
-        folder=file.parent.name,
+        folder=file.relative_to(ROOT / "plc/lib").parts[0],
         does=does[:1].upper() + does[1:],
         about=tuple(one for one in rest if one and not one.startswith(_NOT_SAID)),
         section=where[1] if where else "",

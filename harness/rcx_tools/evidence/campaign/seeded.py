@@ -62,7 +62,7 @@ SEEDED: tuple[Seeded, ...] = (
     ),
     Seeded(
         "the words of a position are swapped",
-        "command/FB_WritePoint.st",
+        "command/definition/FB_WritePoint.st",
         "          Data[2 * k + 2] := FC_LowWord(Value := Pulses[k]);\n"
         "          Data[2 * k + 3] := FC_HighWord(Value := Pulses[k]);",
         "          Data[2 * k + 2] := FC_HighWord(Value := Pulses[k]);\n"
@@ -71,8 +71,8 @@ SEEDED: tuple[Seeded, ...] = (
     ),
     Seeded(
         "inputs are taken while the block is busy",
-        "command/FB_MoveDirectPulses.st",
-        "  IF Execute AND NOT Job.Busy THEN",
+        "command/movement/FB_MoveDirectPulses.st",
+        "  IF Execute AND NOT (Job.Busy OR Job.WasExecute) THEN",
         "  IF Execute THEN",
         ("rule command held", "rule hold-command", "starts by itself", "not executed"),
     ),
@@ -107,7 +107,7 @@ SEEDED: tuple[Seeded, ...] = (
     ),
     Seeded(
         "a jog does not stop",
-        "command/FB_Jog.st",
+        "command/movement/FB_Jog.st",
         "  Robot.StopJog := Robot.StopJog OR (Out AND Halt AND Job.Busy);\n",
         "",
         ("jog goes on",),

@@ -1,0 +1,229 @@
+"""`rcx export TARGET --prefix`: the library under other names, in every target the same way."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from example_runs import EXAMPLES
+from exported import recorded, shapes, trace_of
+from l5x_reader import read_l5x
+from plc_bench import ROOT
+from plcopen_reader import read_plcopen
+from rcx_harness.cli.app import main
+from rcx_harness.engine.frontend import check
+from rcx_harness.engine.load import build, find_c_compiler, find_matiec
+from rcx_harness.export import TARGETS, export
+from rcx_harness.export.output import write
+
+LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
+Captured = pytest.CaptureFixture[str]
+
+_TEXT = re.compile(r"'(?:\$.|[^$'\n])*'|&apos;.*?&apos;")
+_MARK = re.compile(r"\{?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\}?")
+_DATE = re.compile(r"\d{4}-\d\d-\d\dT[\d:.]+Z?")
+_PATH = re.compile(r"(?:tests|docs|spec|plc)/[\w/.]+")
+_WORD = re.compile(r"[A-Za-z_]\w*")
+
+_OWN = """
+TYPE
+  MINE : (HAND_RIGHT, MINE_OTHER);
+END_TYPE
+TYPE
+  RECORDS : STRUCT UNIT_MM : INT; FB_Job : BOOL; END_STRUCT;
+END_TYPE
+FUNCTION_BLOCK FB_Status (* FB_Status is mine, FB_ServoOn and fb_servoon are theirs *)
+  VAR_INPUT
+    FC_Word : INT;
+  END_VAR
+  VAR_OUTPUT
+    Sum : INT;
+  END_VAR
+  Sum := FC_Word + 1; (* docs/blocks/FB_ServoOn.md *)
+END_FUNCTION_BLOCK
+PROGRAM Main
+  VAR
+    Status   : FB_Status;
+    Servo    : fb_servoon;
+    Robot    : RCX_REF;
+    Area     : RCX_IMAGE;
+    Kind     : MINE := HAND_RIGHT;
+    Hand     : RCX_HAND_SYSTEM := RCX_HAND_SYSTEM#HAND_LEFT;
+    Own      : RECORDS := (UNIT_MM := 3);
+    Unit     : RCX_UNIT;
+    Text     : STRING := 'FB_ServoOn';
+    Read     : FB_ReadPoint;
+    Code     : INT;
+  END_VAR
+  Status(FC_Word := Own.UNIT_MM);
+  Own.FB_Job := Status.Sum > 3;
+  Servo(Robot := Robot, Execute := Own.FB_Job);
+  Read(Robot := Robot);
+  Unit := UNIT_MM;
+  CASE Unit OF
+    UNIT_PULSES: Kind := MINE_OTHER;
+    UNIT_MM: Kind := MINE#HAND_RIGHT;
+  END_CASE;
+  Code := WORD_TO_INT(FC_CharCode(Text := Text, Position := 1));
+END_PROGRAM
+"""
+
+
+def _names() -> set[str]:
+    """Names of types, blocks and functions, and members of enumerations, read off the sources."""
+    found = {file.stem for file in LIB}
+    for file in LIB:
+        code = re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
+        members = re.search(r"TYPE\s+\w+ : \(([^)]*)\);", code)
+        found |= set(_WORD.findall(members[1])) if members else set()
+    return found
+
+
+_NAMES = _names()
+
+
+def _new(word: str, prefix: str) -> str:
+    """A name of the library with its prefix, by hand: PROGRAM_STEP of RCX_PROGRAM_STEP is twice."""
+    if word not in _NAMES or word.startswith(prefix):
+        return word
+    return f"{prefix}{prefix}{word}" if f"{prefix}{word}" in _NAMES else f"{prefix}{word}"
+
+
+def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
+    """The words of all files and their names outside of texts, paths, identifiers and dates.
+
+    An instance that a target makes is called like its function, with a number.
+    """
+    every = [*files]
+    for text in files.values():
+        for pattern in (_TEXT, _MARK, _DATE, _PATH):
+            text = pattern.sub("", text)
+        every.append(text)
+    words = (re.sub(r"_\d+$", "", word) for text in every for word in _WORD.findall(text))
+    return Counter(_new(word, prefix) if prefix else word for word in words)
+
+
+@pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_name_of_the_library_has_the_prefix_and_nothing_else(
+    target: str, prefix: str
+) -> None:
+    """In the library, in the program that uses it, in file names, tables and steps."""
+    program = [EXAMPLES[0].folder]
+    plain = export(target, program=program, only_needed=True)
+    renamed = export(target, program=program, only_needed=True, prefix=prefix)
+    before, after = _words(dict(plain.files), prefix), _words(dict(renamed.files))
+    assert after - before == Counter()
+    assert before - after == Counter()
+    assert f"{prefix}FB_ServoOn" in after
+    assert len(renamed.missing) == len(plain.missing)
+
+
+@pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
+def test_an_example_has_the_same_trace_under_other_names(prefix: str, tmp_path: Path) -> None:
+    """As one file, as PLCopen XML read back, and as Logix instructions read back."""
+    example = EXAMPLES[0]
+    made = {}
+    for target in ("st", "plcopen", "l5x"):
+        (tmp_path / target).mkdir()
+        output = export(target, program=[example.folder], only_needed=True, prefix=prefix)
+        made[target] = write(output, tmp_path / target / "one")
+    programs = {
+        "st": made["st"],
+        "plcopen": write(read_plcopen(made["plcopen"][0]), tmp_path / "back"),
+        "l5x": [
+            *write(read_l5x(made["l5x"][0]), tmp_path / "back.st"),
+            example.folder / "Config.st",
+        ],
+    }
+    for target, program in programs.items():
+        text = "".join(file.read_text(encoding="utf-8") for file in program)
+        assert f"{prefix}FB_ServoOn" in text, target
+        assert trace_of(example, program, tmp_path / target) == recorded(example), target
+
+
+def test_the_whole_library_is_sound_under_other_names(tmp_path: Path) -> None:
+    (file,) = write(export("st", prefix="Yam_"), tmp_path / "one.st")
+    assert check([file]) == []
+    assert len(shapes([file])) == len(LIB)
+    assert all(name.startswith("Yam_") for name in shapes([file]))
+
+
+def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
+    if find_matiec() is None or find_c_compiler() is None:
+        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
+    program = [EXAMPLES[0].folder]
+    (file,) = write(export("st", program=program, prefix="RCX_"), tmp_path / "one.st")
+    build([file], "matiec").program.close()
+
+
+def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None:
+    """A block, a member, fields, pins and texts as the library has them, too."""
+    source = tmp_path / "Mine.st"
+    source.write_text(_OWN)
+    (file,) = write(export("st", program=[source], prefix="Yam_"), tmp_path / "one.st")
+    text = file.read_text()
+    mine = text[text.index("FUNCTION_BLOCK FB_Status") : text.index("END_PROGRAM")]
+    assert "(* FB_Status is mine, Yam_FB_ServoOn and fb_servoon are theirs *)" in mine
+    assert "docs/blocks/FB_ServoOn.md" in mine
+    assert "Servo    : Yam_fb_servoon;" in mine
+    assert "Kind     : MINE := HAND_RIGHT;" in mine
+    assert "Hand     : Yam_RCX_HAND_SYSTEM := Yam_RCX_HAND_SYSTEM#Yam_HAND_LEFT;" in mine
+    assert "Own      : RECORDS := (UNIT_MM := 3);" in mine
+    assert "Text     : STRING := 'FB_ServoOn';" in mine
+    assert "Status(FC_Word := Own.UNIT_MM);" in mine
+    assert "Unit := Yam_UNIT_MM;" in mine
+    assert "Yam_UNIT_MM: Kind := MINE#HAND_RIGHT;" in mine
+    assert "Yam_FC_CharCode(Text := Text, Position := 1)" in mine
+    program = build([file], "builtin").program
+    program.scan(0)
+    assert program.read("Main.Status.Sum") == 4
+    assert program.read("Main.Own.FB_Job") is True
+
+
+def test_a_member_that_begins_with_the_prefix_by_its_type_alone_has_it_in_a_literal(
+    tmp_path: Path,
+) -> None:
+    """RCX_UNIT stays, UNIT_MM does not."""
+    source = tmp_path / "Mine.st"
+    source.write_text(
+        "PROGRAM Main\n  VAR\n    Unit : RCX_UNIT;\n  END_VAR\n"
+        "  Unit := RCX_UNIT#UNIT_MM;\nEND_PROGRAM\n"
+    )
+    output = export("st", program=[source], only_needed=True, prefix="RCX_")
+    assert "Unit := RCX_UNIT#RCX_UNIT_MM;" in output.files[""]
+    assert "RCX_RCX_" not in output.files[""]
+
+
+@pytest.mark.parametrize("prefix", ["", "1A_", "A__", "A B", "_A", "Ä_", "A-", "A.B"])
+def test_what_cannot_begin_a_name_is_refused(prefix: str, tmp_path: Path, capsys: Captured) -> None:
+    assert main(["export", "st", "--prefix", prefix, "-o", str(tmp_path / "x.st")]) == 2
+    assert capsys.readouterr().err == (
+        f"rcx: --prefix {prefix!r} cannot begin a name; "
+        "a letter, then letters, digits and single underscores, such as RCX_\n"
+    )
+    assert not (tmp_path / "x.st").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        (3, "PROGRAM Main\n  VAR\n    rcx_fb_servoon : INT;\n  END_VAR\n  rcx_fb_servoon := 1;\n"),
+        (2, "PROGRAM Main\n  VAR X : RCX_FB_SERVOON; END_VAR\n  X();\n"),
+    ],
+)
+def test_a_new_name_that_the_user_has_already_is_told_with_its_place(
+    line: int, code: str, tmp_path: Path, capsys: Captured
+) -> None:
+    source = tmp_path / "Mine.st"
+    source.write_text(f"{code}END_PROGRAM\n")
+    arguments = ["--prefix", "RCX_", "--program", str(source), "-o", str(tmp_path / "x.st")]
+    assert main(["export", "st", *arguments]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"rcx: {source}:{line}: ")
+    assert "is there already; --prefix RCX_ makes it of FB_ServoOn of the library" in told
+    assert told.endswith("; take another prefix\n")
+    assert told.count("\n") == 1

@@ -1,0 +1,72 @@
+"""The blocks of the processes sample their inputs on the rising edge of Execute alone."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from plc_bench import PlcBench
+from rcx_harness.engine.base import Value
+from sequence_bench import pins, sequences
+
+#: The blocks, each with outputs of the controller while which its work is not done.
+_BLOCKS = {
+    "AlarmReset": ["SO03"],
+    "AutoStart": ["SO02", "SO14"],
+    "EmergencyStop": ["SO02"],
+    "Origin": ["SO02"],
+    "ProgramReset": ["SO02"],
+    "ProgramStop": ["SO02", "SO13"],
+    "ServoOn": [],
+}
+every_block = pytest.mark.parametrize("block", _BLOCKS)
+
+
+def _plc(block: str) -> PlcBench:
+    plc = PlcBench() if block == "AlarmReset" else sequences()
+    plc.power_up()
+    plc.outputs(**dict.fromkeys(_BLOCKS[block], True))
+    plc.scan()
+    return plc
+
+
+def _held(plc: PlcBench, block: str) -> list[Value]:
+    names = ["Job.Longest", *(["Chosen"] if block == "Origin" else [])]
+    return [plc[f"{block}.{name}"] for name in names]
+
+
+def _change(plc: PlcBench, block: str) -> None:
+    plc[f"{block}.Timeout"] = timedelta(seconds=7)
+    if block == "Origin":
+        plc["Origin.Axes"] = "ORIGIN_ABSOLUTE"
+
+
+@every_block
+def test_inputs_that_change_after_the_end_while_execute_stays_change_nothing(block: str) -> None:
+    """Source: design of the library, 3: inputs are sampled on the rising edge."""
+    plc = _plc(block)
+    plc["Connected"] = False
+    plc[f"{block}.Execute"] = True
+    plc.scan(2)
+    assert pins(plc, block) == "Error", "there is no link"
+    before = _held(plc, block)
+    _change(plc, block)
+    plc.scan()
+    assert _held(plc, block) == before
+
+
+@every_block
+def test_an_edge_while_the_block_is_busy_changes_nothing(block: str) -> None:
+    """Source: design of the library, 3: a rising edge while busy is ignored."""
+    plc = _plc(block)
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    before = _held(plc, block)
+    plc[f"{block}.Execute"] = False
+    plc.scan()
+    _change(plc, block)
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    assert pins(plc, block).startswith("Busy")
+    assert _held(plc, block) == before
