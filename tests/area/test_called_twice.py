@@ -63,7 +63,7 @@ END_PROGRAM
 
 _COPY = """k := 0;
   WHILE k <= 255 DO
-    Taken[k] := FC_Word(LowByte := InputArea[2 * k], HighByte := InputArea[2 * k + 1]);
+    Taken[k] := FC_RcxWord(LowByte := InputArea[2 * k], HighByte := InputArea[2 * k + 1]);
     k := k + 1;
   END_WHILE;
 ---k := 0;

@@ -1,4 +1,4 @@
-"""FB_DedicatedInputs: one change at a time, 100 ms and the margin apart (120 ms, 12 scans here)."""
+"""FB_RcxDedicatedInputs: one change at a time, 100 ms and a margin apart (120 ms, 12 scans)."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def test_inputs_that_nobody_requests_any_more_are_withdrawn() -> None:
 
 @pytest.fixture(scope="module")
 def compiled() -> Alone:
-    return Alone("FB_DedicatedInputs", {"Robot": "RCX_REF"})
+    return Alone("FB_RcxDedicatedInputs", {"Robot": "RCX_REF"})
 
 
 @pytest.fixture
@@ -174,7 +174,7 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
                 + [alone[f"Robot.{name}"] for name in ("Applied", "Settled", "Request")],
                 [*rules.applied.values(), bits_of(rules.applied), rules.settled, 0],
             )
-            assert not wrong, f"FB_DedicatedInputs, {told}: {wrong}"
+            assert not wrong, f"FB_RcxDedicatedInputs, {told}: {wrong}"
             now += 10
 
 

@@ -1,4 +1,4 @@
-"""FB_Handshake: data, code, end, reset, ready; each step in the order of the guide's chapter 2."""
+"""FB_RcxHandshake: data, code, end, reset, ready: each in the order of the guide's chapter 2."""
 
 from __future__ import annotations
 
@@ -232,7 +232,7 @@ def test_a_block_that_gives_up_with_its_data_out_hands_no_data_to_the_next_code(
 
 @pytest.fixture(scope="module")
 def compiled() -> Alone:
-    return Alone("FB_Handshake", {"Robot": "RCX_REF"})
+    return Alone("FB_RcxHandshake", {"Robot": "RCX_REF"})
 
 
 @pytest.fixture
@@ -305,4 +305,4 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
             + list(astuple(Channel.of(found))),
             [rules.phase, rules.running, False, *astuple(channel)],
         )
-        assert not wrong, f"FB_Handshake, {told}: {wrong}"
+        assert not wrong, f"FB_RcxHandshake, {told}: {wrong}"

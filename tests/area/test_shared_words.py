@@ -85,7 +85,7 @@ def test_a_hold_that_is_released_in_the_scan_in_which_it_is_asked_for_stays(
     name: str, bit: int
 ) -> None:
     """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
-    head = Alone("FB_MakeHead", {"Robot": "RCX_REF"})
+    head = Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
     head["Robot.Connected"] = True
     head["Block.EmergencyStopOk"] = head["Block.StopOk"] = True
     for now in range(0, 1000, 20):

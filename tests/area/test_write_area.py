@@ -114,12 +114,12 @@ def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, nam
     assert plc.inputs == ["SI00", "SI06"]
 
 
-# --- FB_MakeHead alone, at random ---
+# --- FB_RcxMakeHead alone, at random ---
 
 
 @pytest.fixture(scope="module")
 def head() -> Alone:
-    return Alone("FB_MakeHead", {"Robot": "RCX_REF"})
+    return Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
 
 
 _CODES = (0x0001, 0x0020, 0x0021, 0x1022, 0x3020, 0x0501, 0x0023, 0x001F)

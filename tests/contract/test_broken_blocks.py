@@ -11,9 +11,9 @@ from contract_bench import ContractBench, cases
 from fault_cell import CaseFailure
 from rcx_tools.evidence.broken import broken_library
 
-_JOB, _TAKE_HEAD = "sequence/FB_Job.st", "area/FB_TakeHead.st"
-_HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"
-_HEAD, _JOG = "area/FB_MakeHead.st", "command/FB_Jog.st"
+_JOB, _TAKE_HEAD = "core/FB_RcxJob.st", "core/FB_RcxTakeHead.st"
+_HANDSHAKE, _INPUTS = "core/FB_RcxHandshake.st", "core/FB_RcxDedicatedInputs.st"
+_HEAD, _JOG = "core/FB_RcxMakeHead.st", "command/FB_Jog.st"
 _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
@@ -133,9 +133,9 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "FB_ReadPoint",
                 "command/FB_ReadPoint.st",
                 "Before := AlarmGroup,\n"
-                "                             Response := Robot.Response[1]);",
+                "                                Response := Robot.Response[1]);",
                 "Before := AlarmGroup,\n"
-                "                             Response := Robot.Response[2]);",
+                "                                Response := Robot.Response[2]);",
                 "alarm 600.600, expected 12.600",
             ),
             (

@@ -1,4 +1,4 @@
-"""FB_Job: the contract of Execute, and turns on a channel, through its users and alone."""
+"""FB_RcxJob: the contract of Execute, and turns on a channel, through its users and alone."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
 
 def _job(**inputs: object) -> Alone:
     """The first call, with Execute, has been made."""
-    job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     for name, value in {**inputs, "Execute": True}.items():
         job[f"Block.{name}"] = value
     job.scan(0)
@@ -223,8 +223,8 @@ def _job(**inputs: object) -> Alone:
 
 @pytest.mark.parametrize(("ahead", "taken"), [(0, 1), (32_766, 1), (32_767, 0)])
 def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, taken: int) -> None:
-    """Source: head of FC_Tickets: those that live are never more than 32767 apart."""
-    job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
+    """Source: head of FC_RcxTickets: those that live are never more than 32767 apart."""
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = ahead
     job["Block.Execute"] = True
     job.scan(0)
@@ -239,7 +239,7 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
 
 
 def test_a_limit_of_one_millisecond_is_a_limit() -> None:
-    """Source: head of FB_Job: 0 alone is none."""
+    """Source: head of FB_RcxJob: 0 alone is none."""
     job = _job(Longest=1, Elapsed=1)
     assert job["Block.Request"] is True
     job.scan(1)
@@ -288,7 +288,7 @@ def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
 def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
     """The job ends before the code of an earlier one has left the wire, which has its status.
 
-    Source: manual chapter 4, 2.1; head of FB_Job.
+    Source: manual chapter 4, 2.1; head of FB_RcxJob.
     """
     job = _job(Remote=True, Applied=True, Answer=0x0200)
     job.scan(10)

@@ -94,7 +94,7 @@ def _blocks() -> Iterator[str]:
                 yield f"| {' | '.join((*cells, _charts(head.name)))} |"
 
 
-_FOLDERS = ("area", "sequence", "command", "diagnosis")
+_FOLDERS = ("area", "sequence", "command", "diagnosis", "core")
 
 
 def _place(folder: str) -> tuple[int, str]:

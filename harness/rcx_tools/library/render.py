@@ -31,11 +31,11 @@ _SHOWN = [
     "Active := Job.Active;",
     "Error := Job.Error;",
     "ErrorID := Job.ErrorID;",
-    "AlarmGroup := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
-    "                           Response := Robot.Response[1]);",
-    "AlarmCategory := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, "
+    "AlarmGroup := FC_RcxAlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
+    "                              Response := Robot.Response[1]);",
+    "AlarmCategory := FC_RcxAlarmWord(ErrorID := ErrorID, Ended := Job.Ended, "
     "Before := AlarmCategory,",
-    "                              Response := Robot.Response[2]);",
+    "                                 Response := Robot.Response[2]);",
 ]
 
 #: name, type with default, comment
@@ -95,7 +95,7 @@ def _block(block: Block, tables: Library) -> str:
             [
                 *_code(block, tables),
                 *checks(block, tables, packing(block, tables)),
-                "Job.Longest := FC_Milliseconds(Value := Timeout);",
+                "Job.Longest := FC_RcxMilliseconds(Value := Timeout);",
             ]
         ),
         "END_IF;",
@@ -167,7 +167,7 @@ def _outputs(block: Block) -> list[_Row]:
 
 def _inner(body: str) -> list[_Row]:
     every = (
-        ("Job", "FB_Job", ""),
+        ("Job", "FB_RcxJob", ""),
         ("Data", "RCX_WORDS", "held from the rising edge on"),
         ("Refused", "WORD", "ErrorID of an input that is not legal"),
         ("Number", "DINT", ""),

@@ -120,7 +120,7 @@ def test_a_library_that_needs_a_scan_more_is_found(
     """
     library = tmp_path / "lib"
     shutil.copytree(default_lib(), library)
-    file = library / "area" / "FB_Handshake.st"
+    file = library / "core" / "FB_RcxHandshake.st"
     text = file.read_text(encoding="utf-8")
     found = "IF Hold OR NOT Robot.CodeRequest THEN"
     assert found in text

@@ -76,7 +76,13 @@ def _blocks() -> dict[str, dict[str, str]]:
 
 _BLOCKS = _blocks()
 #: Parts of other blocks, which give them all of their inputs.
-_PARTS = {"FB_DedicatedInputs", "FB_Handshake", "FB_MakeHead", "FB_TakeHead", "FB_SharedWords"}
+_PARTS = {
+    "FB_RcxDedicatedInputs",
+    "FB_RcxHandshake",
+    "FB_RcxMakeHead",
+    "FB_RcxTakeHead",
+    "FB_RcxSharedWords",
+}
 
 
 @pytest.mark.parametrize("block", sorted(set(_BLOCKS) - _PARTS))

@@ -73,7 +73,7 @@ def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaul
     for block in project.blocks.values():
         assert isinstance(block, BlockType)
         pins = [variable.name for variable in block.variables if variable.section == "VAR_OUTPUT"]
-        if "Done" in pins and block.name != "FB_Job":
+        if "Done" in pins and block.name != "FB_RcxJob":
             assert pins[:5] == outputs
             found.append(block.name)
     written = {block.name for block in library().blocks.values() if not block.handwritten}

@@ -52,26 +52,28 @@ TYPES: dict[str, Kept] = {
     "FB_READAREA": Kept(
         dropped="Connected Error ErrorID Status Words Bits k", fixed="m Size ImageSize"
     ),
-    "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"),
+    "FB_RCXTAKEHEAD": Kept(
+        dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"
+    ),
     # Scans are whole milliseconds apart: nothing is left over.
-    "FB_SCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
+    "FB_RCXSCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Kept(
         dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value Bits k",
         fixed="n Size ImageSize",
     ),
-    "FB_MAKEHEAD": Kept(
+    "FB_RCXMAKEHEAD": Kept(
         dropped="Interval Margin EmergencyStopOk StopOk Code Extra Spacing SameData k JogCode",
         while_true={_DATA: "Words"},
     ),
-    "FB_HANDSHAKE": Kept(
+    "FB_RCXHANDSHAKE": Kept(
         dropped="Interval Hold SameData Code Endless",
         while_true={_DATA: "Owner Asked"},
         tickets={"Owner": "command"},
     ),
-    "FB_DEDICATEDINPUTS": Kept(
+    "FB_RCXDEDICATEDINPUTS": Kept(
         dropped="Interval Settling Restart Wanted Unset Change First", scans="Seen"
     ),
-    "FB_JOB": Kept(
+    "FB_RCXJOB": Kept(
         dropped="Execute Scan Elapsed Holder Trouble Answer Settled Applied Request Ended",
         flags="ErrorID",
         while_true={"o.BUSY": "Armed Ticket Longest Waited Seen"},

@@ -242,9 +242,9 @@ _COUNTED = "Scan := Robot.Scan, Elapsed := Robot.Elapsed"
 
 JOBS = Model(
     "jobs",
-    "three FB_Job alone on one channel, with any answer and any trouble",
+    "three FB_RcxJob alone on one channel, with any answer and any trouble",
     tuple(
-        Block(name, "FB_Job",
+        Block(name, "FB_RcxJob",
               f"Channel := Robot.Sequence, Longest := {limit}, {_COUNTED}, "
               "Trouble := Trouble, Settled := TRUE, Applied := Applied, "
               "Answer := BOOL_TO_WORD(Answered)",
@@ -265,9 +265,9 @@ JOBS = Model(
 
 RETRIES = Model(
     "retries",
-    "three FB_Job on one channel that are tried again and again, give up, and lose the link",
+    "three FB_RcxJob on one channel that are tried again and again, give up, and lose the link",
     tuple(
-        Block(name, "FB_Job",
+        Block(name, "FB_RcxJob",
               f"Channel := Robot.Sequence, Longest := {limit}, {_COUNTED}, "
               f"Trouble := WORD#16#0000, Settled := TRUE, Applied := {name}.Active, "
               "Answer := Robot.Status OR BOOL_TO_WORD(NOT Robot.Connected) "

@@ -50,7 +50,7 @@ class Seeded:
 SEEDED = (
     Seeded(
         "the interval is not waited for",
-        "FB_DedicatedInputs",
+        "FB_RcxDedicatedInputs",
         "IF Pace.Q AND NOT Restart THEN",
         "IF NOT Restart THEN",
         "inputs",
@@ -58,7 +58,7 @@ SEEDED = (
     ),
     Seeded(
         "SI(06) goes ON together with SI(00)",
-        "FB_DedicatedInputs",
+        "FB_RcxDedicatedInputs",
         "    Change := Change AND First;",
         "    Change := Change AND (First OR WORD#16#0040);",
         "inputs",
@@ -66,7 +66,7 @@ SEEDED = (
     ),
     Seeded(
         "the recovery of the link does not count as a change",
-        "FB_DedicatedInputs",
+        "FB_RcxDedicatedInputs",
         "Restart := (Robot.Connected AND NOT WasUp) OR Seen <> Robot.Scan;",
         "Restart := Seen <> Robot.Scan;",
         "inputs",
@@ -74,7 +74,7 @@ SEEDED = (
     ),
     Seeded(
         "the code goes out with the data of the next holder",
-        "FB_Handshake",
+        "FB_RcxHandshake",
         "Owner = Robot.Command.Serving AND SameData\n        AND Asked = Robot.Code THEN",
         "TRUE THEN",
         "commands",
@@ -82,7 +82,7 @@ SEEDED = (
     ),
     Seeded(
         "a command without its block is not held to its end",
-        "FB_Handshake",
+        "FB_RcxHandshake",
         "ELSIF Endless AND Robot.Status",
         "ELSIF Robot.Status",
         "commands",
@@ -90,7 +90,7 @@ SEEDED = (
     ),
     Seeded(
         "a holder that has gone keeps its turn",
-        "FB_Handshake",
+        "FB_RcxHandshake",
         "    ELSE\n      Robot.Command.Serving := Robot.Command.Lowest;",
         "    ELSIF Robot.Command.Orphan THEN\n      Robot.Command.Serving := Robot.Command.Lowest;",
         "commands",
@@ -98,7 +98,7 @@ SEEDED = (
     ),
     Seeded(
         "a loss of CPU_OK does not end a command that waits",
-        "FB_Job",
+        "FB_RcxJob",
         "IF Answer = WORD#16#8001 OR Answer = WORD#16#8002 THEN",
         "IF Answer = WORD#16#8001 OR (Answer = WORD#16#8002 AND Active) THEN",
         "commands",
@@ -106,7 +106,7 @@ SEEDED = (
     ),
     Seeded(
         "a time limit that is sampled but not counted",
-        "FB_Job",
+        "FB_RcxJob",
         "Waits := Longest > 0 AND (Active OR Channel.Orphan)",
         "Waits := FALSE",
         "alone",
@@ -114,7 +114,7 @@ SEEDED = (
     ),
     Seeded(
         "a falling Execute cancels",
-        "FB_Job",
+        "FB_RcxJob",
         "  Ended := Busy; (* it may",
         "  Busy := Busy AND Execute;\n  Ended := Busy; (* it may",
         "commands",
@@ -122,7 +122,7 @@ SEEDED = (
     ),
     Seeded(
         "a jog that is not called any more goes on",
-        "FB_MakeHead",
+        "FB_RcxMakeHead",
         "(Robot.Command.Orphan OR Robot.StopJog)",
         "Robot.StopJog",
         "jog",
@@ -130,7 +130,7 @@ SEEDED = (
     ),
     Seeded(
         "a command goes out before SI(06) is back after a jog",
-        "FB_MakeHead",
+        "FB_RcxMakeHead",
         "Hold := JogHold",
         "Hold := FALSE",
         "stopped",
@@ -138,7 +138,7 @@ SEEDED = (
     ),
     Seeded(
         "the last comer is served first",
-        "FB_Job",
+        "FB_RcxJob",
         "    IF Ticket = Channel.Serving THEN",
         "    IF Channel.NextTicket - Ticket = UINT#1 THEN",
         "arbitration",
@@ -146,7 +146,7 @@ SEEDED = (
     ),
     Seeded(
         "a hold that is asked for can be released in the same scan",
-        "FB_MakeHead",
+        "FB_RcxMakeHead",
         "Robot.HoldEmergency OR Robot.KeepEmergency",
         "Robot.HoldEmergency",
         "emergency",
@@ -154,7 +154,7 @@ SEEDED = (
     ),
     Seeded(
         "tickets of those who gave up are passed one in each scan",
-        "FB_DedicatedInputs",
+        "FB_RcxDedicatedInputs",
         "    Robot.Sequence.Serving := Robot.Sequence.Lowest;",
         "    Robot.Sequence.Serving := Robot.Sequence.Serving + UINT#1;",
         "retries",
@@ -162,7 +162,7 @@ SEEDED = (
     ),
     Seeded(
         "a start goes out against a stop that is asked for",
-        "FB_DedicatedInputs",
+        "FB_RcxDedicatedInputs",
         "Change := Change AND WORD#16#6100;",
         "Change := Change;",
         "sequences",
