@@ -56,7 +56,7 @@ END_PROGRAM
     )
     plc = PlcBench(program=program)
     plc.outputs(SO01=True, SO04=True, SO10=True)
-    plc.scan_until(lambda: bool(plc["Robot.Settled"]))
+    plc.scan_until(lambda: bool(plc["Robot.Inner.Settled"]))
     plc["First.Code"] = 0x0001
     return plc
 
@@ -175,7 +175,7 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
     plc["WriteTwice"] = False
     plc.scan(100)
     assert plc.inputs == []
-    assert (plc["Robot.HoldEmergency"], plc["Robot.HoldStop"]) == (True, True)
+    assert (plc["Robot.Inner.HoldEmergency"], plc["Robot.Inner.HoldStop"]) == (True, True)
 
 
 @_TWINS
@@ -284,7 +284,7 @@ def test_no_start_goes_out_against_a_stop_that_is_asked_for(
         plc[pin] = on
         for _ in range(count):
             before = plc.inputs
-            plc["Robot.Request"] = request
+            plc["Robot.Inner.Request"] = request
             plc.scan()
             if bit in plc.inputs and bit not in before:
                 assert levels <= set(plc.inputs), plc.inputs

@@ -42,10 +42,10 @@ def test_the_six_steps_of_the_guide_in_their_order() -> None:
     assert plc["First.Response"] == [0, 0, 0, 0xE240, 0x0001, *[0] * 10]
     assert plc.words == IDLE, "5: status reset command"
     plc.scan(20)
-    assert plc["Robot.Phase"] == "PHASE_STATUS_RESET", "the status is still 0x0200"
+    assert plc["Robot.Inner.Phase"] == "PHASE_STATUS_RESET", "the status is still 0x0200"
     plc.answer(0x0000)
     plc.scan()
-    assert plc["Robot.Phase"] == "PHASE_READY", "6: ready"
+    assert plc["Robot.Inner.Phase"] == "PHASE_READY", "6: ready"
 
 
 def test_the_run_status_may_be_skipped() -> None:
@@ -100,7 +100,7 @@ def test_a_command_whose_block_is_no_longer_called_is_held_to_its_end() -> None:
     plc["Second.Execute"] = True
     plc.scan(100)
     assert plc.words == [0x0001, *MOVE]
-    assert plc["Robot.Command.Orphan"]
+    assert plc["Robot.Inner.Command.Orphan"]
     assert plc["Second.Busy"]
     assert not plc["Second.Active"]
     plc.answer(0x4000, [0x000C, 0x0258])
@@ -270,12 +270,12 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
         channel.orphan = channel.orphan or chance.random() < 0.01
         channel.holder = code
         alone["Robot.Connected"], alone["Robot.SO.SO01_CpuOk"] = connected, cpu_ok
-        alone["Robot.CodeRequest"], alone["Block.Hold"] = asked, hold
-        alone["Robot.Status"], alone["Robot.Code"] = status, code
-        alone["Robot.Data[1]"] = first
+        alone["Robot.Inner.CodeRequest"], alone["Block.Hold"] = asked, hold
+        alone["Robot.Status"], alone["Robot.Inner.Code"] = status, code
+        alone["Robot.Inner.Data[1]"] = first
         same = chance.random() < 0.9
         alone["Block.SameData"] = same
-        alone["Robot.Command"] = {
+        alone["Robot.Inner.Command"] = {
             "NextTicket": channel.next_ticket,
             "Serving": channel.serving,
             "Lowest": channel.lowest,
@@ -296,12 +296,12 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
             interval=50,
         )
         told = f"seed {seed}, scan {scan}, status 16#{status:04X}, code 16#{code:04X}"
-        found = alone["Robot.Command"]
+        found = alone["Robot.Inner.Command"]
         assert isinstance(found, dict)
         names = [one.name for one in fields(Channel)]
         wrong = differences(
             ("Phase", "Running", "CodeRequest", *names),
-            [alone[f"Robot.{name}"] for name in ("Phase", "Running", "CodeRequest")]
+            [alone[f"Robot.Inner.{name}"] for name in ("Phase", "Running", "CodeRequest")]
             + list(astuple(Channel.of(found))),
             [rules.phase, rules.running, False, *astuple(channel)],
         )

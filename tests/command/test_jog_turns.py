@@ -30,7 +30,7 @@ def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
         assert plc.words[0] == 0
         plc.scan()
     assert "SI06" in plc.inputs
-    assert plc["Robot.Settled"]
+    assert plc["Robot.Inner.Settled"]
 
 
 def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
@@ -47,7 +47,7 @@ def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it()
     """SI(06) is not going to come back by itself then."""
     plc = jog_plc()
     jogging(plc)
-    plc["Robot.HoldStop"] = True
+    plc["Robot.Inner.HoldStop"] = True
     end_by_stop(plc)
     assert plc.inputs == ["SI00"]
     plc["First.Code"], plc["First.Execute"] = 0x0501, True

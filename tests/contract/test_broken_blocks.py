@@ -92,8 +92,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "the data come with the code",
                 "FB_MovePtp",
                 _HANDSHAKE,
-                "      Robot.Phase := PHASE_COMMAND_DATA;\n",
-                "      Robot.Phase := PHASE_COMMAND_RUN;\n",
+                "      Robot.Inner.Phase := PHASE_COMMAND_DATA;\n",
+                "      Robot.Inner.Phase := PHASE_COMMAND_RUN;\n",
                 "the data came together with the code, not before it",
             ),
             (
@@ -117,15 +117,15 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "FB_MovePtp",
                 _HANDSHAKE,
                 "IF NOT Recovery.Q THEN",
-                "IF NOT Recovery.Q AND Robot.Phase <> PHASE_COMMAND_RUN THEN",
+                "IF NOT Recovery.Q AND Robot.Inner.Phase <> PHASE_COMMAND_RUN THEN",
                 "the code 0x0001 is out without connection or CPU_OK",
             ),
             (
                 "an abnormal end is not told from a normal one",
                 "FB_ReadPoint",
                 _TAKE_HEAD,
-                "    Robot.Answer := WORD#16#8020;\n",
-                "    Robot.Answer := WORD#16#0200;\n",
+                "    Robot.Inner.Answer := WORD#16#8020;\n",
+                "    Robot.Inner.Answer := WORD#16#0200;\n",
                 "the end is Done/Valid, but that is not what happened",
             ),
             (
@@ -168,7 +168,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "sequence/FB_ServoOn.st",
                 _IDLE,
                 f"  IF Robot.SO.SO03_Alarm THEN\n"
-                f"    Robot.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
+                f"    Robot.Inner.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
                 "a request goes out unasked",
             ),
             (
@@ -183,8 +183,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "a jog that is not stopped",
                 "FB_Jog",
                 _JOG,
-                "Robot.StopJog := Robot.StopJog OR (Out AND Halt AND Job.Busy);",
-                "Robot.StopJog := Robot.StopJog OR (Out AND Halt AND NOT Job.Busy);",
+                "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND Job.Busy);",
+                "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND NOT Job.Busy);",
                 "the jog goes on with SI(06) ON although Enable is FALSE",
             ),
             (

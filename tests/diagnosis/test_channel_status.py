@@ -30,7 +30,7 @@ class Channels:
         """Run scans."""
         for _ in range(count):
             self._now_ms += after_ms
-            self._alone["Robot.Elapsed"] = after_ms
+            self._alone["Robot.Inner.Elapsed"] = after_ms
             self._alone.scan(self._now_ms)
 
 
@@ -87,7 +87,7 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
     """The ticket of the free channel is that of the next turn."""
     block = Channels()
     block.scan(10)
-    block["Robot.Command.NextTicket"] = 1
+    block["Robot.Inner.Command.NextTicket"] = 1
     block.scan()
     assert block["Command"]["Held"] == 0
 

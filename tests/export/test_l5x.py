@@ -127,7 +127,7 @@ def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Pat
     [
         ("Pace.PT := Interval;", "Pace.PT := 0;"),
         ("IF RCX_FirstScan_1.Q THEN", "IF NOT RCX_FirstScan_1.Q THEN"),
-        ("COP(Data[0], Robot.Data[0], 16);", "COP(Robot.Data[0], Data[0], 16);"),
+        ("COP(Data[0], Robot.Inner.Data[0], 16);", "COP(Robot.Inner.Data[0], Data[0], 16);"),
         ("(Temp_D2 * 256)", "(Temp_D2 * 128)"),
     ],
 )

@@ -95,11 +95,11 @@ def test_turns_go_first_come_first_served_across_blocks() -> None:
         assert [_pins(plc, b) for b in ("First", "Second", "Third")].count("Busy Active") == 1
         plc.scan_until(lambda: plc.words[0] != 0)
         order.append(plc.words[0])
-        assert plc["Robot.Command.Holder"] == plc.words[0]
+        assert plc["Robot.Inner.Command.Holder"] == plc.words[0]
         _finish(plc)
     assert order == [0x0502, 0x0503, 0x0501]
     plc.scan()
-    assert plc["Robot.Command.Holder"] == 0
+    assert plc["Robot.Inner.Command.Holder"] == 0
 
 
 def test_a_waiting_block_that_is_no_longer_called_is_passed_over() -> None:
@@ -121,10 +121,10 @@ def test_a_waiting_block_that_is_no_longer_called_is_passed_over() -> None:
 
 def test_tickets_wrap_around() -> None:
     plc = _plc()
-    plc["Robot.Command.NextTicket"] = plc["Robot.Command.Serving"] = 65535
+    plc["Robot.Inner.Command.NextTicket"] = plc["Robot.Inner.Command.Serving"] = 65535
     plc["First.Execute"] = plc["Second.Execute"] = True
     plc.scan()
-    assert plc["Robot.Command.NextTicket"] == 1
+    assert plc["Robot.Inner.Command.NextTicket"] == 1
     assert (_pins(plc, "First"), _pins(plc, "Second")) == ("Busy Active", "Busy")
     _finish(plc)
     assert (_pins(plc, "First"), _pins(plc, "Second")) == ("Done", "Busy Active")
@@ -163,14 +163,14 @@ def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> 
     plc["First.Execute"] = plc["CallFirst"] = False
     plc.scan()
     for name in ("Serving", "NextTicket", "Lowest"):
-        plc[f"Robot.Command.{name}"] = 0
+        plc[f"Robot.Inner.Command.{name}"] = 0
     plc["Second.Execute"] = True
     plc.scan()
     plc["CallFirst"] = True
     plc.scan()
     assert plc["First.ErrorID"] == 0x8013
     assert _pins(plc, "Second") == "Busy Active"
-    assert plc["Robot.Command.Serving"] == 0
+    assert plc["Robot.Inner.Command.Serving"] == 0
 
 
 def test_the_time_limit_counts_from_the_turn_not_from_the_queue() -> None:

@@ -29,8 +29,8 @@ class Alone:
         counted = "  Block.Scan := Block.Scan + UINT#1;\n" if block == "FB_RcxJob" else ""
         if "Robot" in in_outs:
             reads = block.startswith(("FB_ReadArea", "FB_RcxTakeHead"))
-            counted = "" if reads else "  Robot.Scan := Robot.Scan + UINT#1;\n"
-            counted += f"  Robot.InScan := {str(not reads).upper()};\n"
+            counted = "" if reads else "  Robot.Inner.Scan := Robot.Inner.Scan + UINT#1;\n"
+            counted += f"  Robot.Inner.InScan := {str(not reads).upper()};\n"
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "Alone.st"
             file.write_text(

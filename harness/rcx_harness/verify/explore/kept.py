@@ -24,7 +24,7 @@ class Kept:
         fixed: The same after every scan: constants, and requests that are cleared at its end.
         flags: Words of which only "is it 0" has an effect later: the shown ErrorID.
         while_true: Condition -> what is read only while it is true. The condition is Python, with
-            `o` for the object itself and `robot` for the program's RCX_REF.
+            `o` for the object itself and `robot` for the program's RCX_ARBITRATION.
         tickets: Ticket -> channel on which it stands, as `command`, `sequence` or `own`.
         scans: Numbers of scans: that of the last one, or of one before.
     """
@@ -42,8 +42,9 @@ _DATA = "robot.PHASE == 2"
 _SEQUENCE = Kept(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
 
 TYPES: dict[str, Kept] = {
-    "RCX_REF": Kept(
-        dropped="Connected Status Response SO Elapsed Answer",
+    "RCX_REF": Kept(dropped="Connected Status Response SO"),
+    "RCX_ARBITRATION": Kept(
+        dropped="Elapsed Answer",
         fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan",
         scans="Scan",
         while_true={_RUN: "Running Code Data"},

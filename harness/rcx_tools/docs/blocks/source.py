@@ -29,8 +29,9 @@ _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 #: only, an odd number with double words only.
 _ODD_OFFSET, _ODD_NUMBER = 0x8032, 0x8035
 
-#: What FB_RcxJob adds on its own: a time limit and what else can happen to a turn. A remote command
-#: also ends with what FB_ReadArea finds, Robot.Answer; a channel of one's own has no queue.
+#: What FB_RcxJob adds on its own: a time limit and what else can happen to a turn. A remote
+#: command also ends with what FB_ReadArea finds, Robot.Inner.Answer; a channel of one's own has
+#: no queue.
 _JOB = "FB_RcxJob"
 _CALLED_WRONG = {0x8013, 0x8016}
 _OWN = {0x8010} | _CALLED_WRONG
@@ -72,7 +73,7 @@ class Pou:
         uses: Blocks and functions that its code names.
         said: Blocks and functions that its comments name.
         own_errors: ErrorIDs that its own code gives.
-        answers: ErrorIDs that it puts into Robot.Answer, for the blocks that take that.
+        answers: ErrorIDs that it puts into Robot.Inner.Answer, for the blocks that take that.
         job: How it calls its FB_RcxJob; empty where it has none.
         result: Type of a function's result.
     """
@@ -208,7 +209,7 @@ def _of_job(pou: Pou) -> set[int]:
         found = set(_REMOTE)
     elif "Channel := Own" in pou.job:
         found = set(_OWN)
-    if "Robot.Answer" in pou.job:
+    if "Robot.Inner.Answer" in pou.job:
         found |= {error for one in pous().values() for error in one.answers}
     return found
 

@@ -209,7 +209,7 @@ class _Run:
             read(f"Main.Robot.{turn}.Serving") == read(f"Main.Robot.{turn}.NextTicket")
             for turn in ("Command", "Sequence")
         )
-        ready = read("Main.Robot.Phase") == "PHASE_READY" and read("Main.Robot.Settled")
+        ready = read("Main.Robot.Inner.Phase") == "PHASE_READY" and read("Main.Robot.Inner.Settled")
         return free and ready and bool(read("Main.Robot.SO.SO01_CpuOk"))
 
     def _what_is_busy(self) -> str:
@@ -239,13 +239,13 @@ class _Run:
     def recover(self) -> None:
         """The documented way back: alarm reset, servo on; then the cell does its work."""
         begin_us, read = self.station.now_us, self.station.program.read
-        if read("Main.Robot.HoldEmergency"):
+        if read("Main.Robot.Inner.HoldEmergency"):
             self._do("FromEmergency")
         if self._on(0, 3):
             self._do("AlarmReset")
         if not self._on(0, 2):
             self._do("ServoOn")
-        if read("Main.Robot.HoldStop"):
+        if read("Main.Robot.Inner.HoldStop"):
             self._do("ProgramContinue")
         if not self._on(1, 1):
             self._stop_program()

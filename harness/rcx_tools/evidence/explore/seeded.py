@@ -67,15 +67,16 @@ SEEDED = (
     Seeded(
         "the recovery of the link does not count as a change",
         "FB_RcxDedicatedInputs",
-        "Restart := (Robot.Connected AND NOT WasUp) OR Seen <> Robot.Scan;",
-        "Restart := Seen <> Robot.Scan;",
+        "Restart := (Robot.Connected AND NOT WasUp) OR Seen <> Robot.Inner.Scan;",
+        "Restart := Seen <> Robot.Inner.Scan;",
         "inputs",
         "interval",
     ),
     Seeded(
         "the code goes out with the data of the next holder",
         "FB_RcxHandshake",
-        "Owner = Robot.Command.Serving AND SameData\n        AND Asked = Robot.Code THEN",
+        "Owner = Robot.Inner.Command.Serving\n"
+        "        AND SameData AND Asked = Robot.Inner.Code THEN",
         "TRUE THEN",
         "commands",
         "data first",
@@ -91,8 +92,9 @@ SEEDED = (
     Seeded(
         "a holder that has gone keeps its turn",
         "FB_RcxHandshake",
-        "    ELSE\n      Robot.Command.Serving := Robot.Command.Lowest;",
-        "    ELSIF Robot.Command.Orphan THEN\n      Robot.Command.Serving := Robot.Command.Lowest;",
+        "    ELSE\n      Robot.Inner.Command.Serving := Robot.Inner.Command.Lowest;",
+        "    ELSIF Robot.Inner.Command.Orphan THEN\n"
+        "      Robot.Inner.Command.Serving := Robot.Inner.Command.Lowest;",
         "commands",
         "hang",
     ),
@@ -123,8 +125,8 @@ SEEDED = (
     Seeded(
         "a jog that is not called any more goes on",
         "FB_RcxMakeHead",
-        "(Robot.Command.Orphan OR Robot.StopJog)",
-        "Robot.StopJog",
+        "(Robot.Inner.Command.Orphan OR Robot.Inner.StopJog)",
+        "Robot.Inner.StopJog",
         "jog",
         "jog",
     ),
@@ -147,16 +149,16 @@ SEEDED = (
     Seeded(
         "a hold that is asked for can be released in the same scan",
         "FB_RcxMakeHead",
-        "Robot.HoldEmergency OR Robot.KeepEmergency",
-        "Robot.HoldEmergency",
+        "Robot.Inner.HoldEmergency OR Robot.Inner.KeepEmergency",
+        "Robot.Inner.HoldEmergency",
         "emergency",
         "hold",
     ),
     Seeded(
         "tickets of those who gave up are passed one in each scan",
         "FB_RcxDedicatedInputs",
-        "    Robot.Sequence.Serving := Robot.Sequence.Lowest;",
-        "    Robot.Sequence.Serving := Robot.Sequence.Serving + UINT#1;",
+        "    Robot.Inner.Sequence.Serving := Robot.Inner.Sequence.Lowest;",
+        "    Robot.Inner.Sequence.Serving := Robot.Inner.Sequence.Serving + UINT#1;",
         "retries",
         "wait",
     ),

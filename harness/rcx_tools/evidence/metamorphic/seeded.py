@@ -38,18 +38,18 @@ SEEDED: tuple[Seeded, ...] = (
         "offsets",
         "chart servo_on",
         "area/FB_WriteArea.st",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));\n"
-        "    Image[32] := WORD_TO_BYTE(Robot.Applied AND WORD#16#00FF);",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));\n"
+        "    Image[32] := WORD_TO_BYTE(Robot.Inner.Applied AND WORD#16#00FF);",
     ),
     Seeded(
         "with 256 bytes a byte behind the head is written",
         "size",
         "chart servo_on",
         "area/FB_WriteArea.st",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));\n"
-        "    Image[n + Size - 1] := WORD_TO_BYTE(SHR(Robot.Applied, 8) OR WORD#16#0001);",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));\n"
+        "    Image[n + Size - 1] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8) OR WORD#16#0001);",
     ),
     Seeded(
         "the block for words reads the status twice",
