@@ -56,7 +56,7 @@ END_PROGRAM
     )
     plc = PlcBench(program=program)
     plc.outputs(SO01=True, SO04=True, SO10=True)
-    plc.scan_until(lambda: bool(plc["Robot.Inner.Settled"]))
+    plc.scan_until(lambda: bool(plc["Robot.Settled"]))
     plc["First.Code"] = 0x0001
     return plc
 

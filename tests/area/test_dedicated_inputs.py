@@ -161,9 +161,7 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
                     wanted[name] = not wanted[name]
             connected ^= chance.random() < 0.01
             alone["Robot.Connected"] = connected
-            alone["Robot.Inner.EmergencyStopOk"], alone["Robot.Inner.StopOk"] = (
-                wanted[k] for k in SAFETY
-            )
+            alone["Robot.EmergencyStopOk"], alone["Robot.StopOk"] = (wanted[k] for k in SAFETY)
             alone["Robot.Inner.Request"] = bits_of({name: wanted[name] for name in OTHERS})
             alone.scan(now)
             rules.scan(now, wanted, connected, 100, 170)

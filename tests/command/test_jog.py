@@ -75,7 +75,7 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
     assert plc["Jog.Stopping"]
     assert 8 <= plc.scan_until(lambda: "SI06" in plc.inputs) <= 10, "12 scans from OFF to ON"
     plc.scan_until(lambda: not plc["Jog.Stopping"])
-    assert plc["Robot.Inner.Settled"]
+    assert plc["Robot.Settled"]
 
 
 def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> None:
@@ -91,7 +91,7 @@ def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> Non
     plc.scan()
     plc.answer(0)
     plc.scan_until(lambda: plc.words[0] == 0x0020)
-    assert plc["Robot.Inner.Settled"]
+    assert plc["Robot.Settled"]
     assert "SI06" in plc.inputs
     assert plc.words[2] == 2
 

@@ -30,7 +30,7 @@ def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
         assert plc.words[0] == 0
         plc.scan()
     assert "SI06" in plc.inputs
-    assert plc["Robot.Inner.Settled"]
+    assert plc["Robot.Settled"]
 
 
 def test_a_command_is_not_held_back_where_the_stop_stays() -> None:

@@ -34,7 +34,7 @@ END_PROGRAM
     )
     plc = PlcBench(program=program)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True)
-    plc.scan_until(lambda: bool(plc["Robot.Inner.Settled"]))
+    plc.scan_until(lambda: bool(plc["Robot.Settled"]))
     return plc
 
 
@@ -342,7 +342,7 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
         plc.so[area + 32 : area + 34] = bytes([0x12, 0x01])
     plc["ReadArea.Size"] = plc["WriteArea.Size"] = 48
     plc["Shared.Data"] = [0xAAAA] * 15
-    plc.scan_until(lambda: bool(plc["Robot.Inner.Settled"] and plc["Other.Inner.Settled"]))
+    plc.scan_until(lambda: bool(plc["Robot.Settled"] and plc["Other.Settled"]))
     plc[place] = True
     plc["GoOther"] = True
     for scan in range(40):

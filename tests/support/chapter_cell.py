@@ -58,7 +58,7 @@ class ChapterCell:
 
     def settle(self) -> None:
         """Power on: SI(00) and SI(06) ON and answered."""
-        self.cell.run_until(lambda: self["Robot.Inner.Settled"] is True, within="2s")
+        self.cell.run_until(lambda: self["Robot.Settled"] is True, within="2s")
         self.run("200ms")
 
     def servo_on(self) -> None:

@@ -55,9 +55,7 @@ def recover(cell: FaultCell) -> None:
         cell.help("FB_ServoOn")
     if cell["Robot.Inner.HoldStop"]:
         cell.help("FB_ProgramContinue")
-    cell.until(
-        lambda: bool(cell["Robot.Inner.Settled"]), _STEADY, "SI(00) and SI(06) ON and settled"
-    )
+    cell.until(lambda: bool(cell["Robot.Settled"]), _STEADY, "SI(00) and SI(06) ON and settled")
 
 
 def _rest(cell: FaultCell) -> None:
@@ -73,7 +71,7 @@ def _program_stands(cell: FaultCell) -> None:
         cell.until(lambda: not cell.on("SO13"), 20, "SI(06) OFF stops the program")
         cell["StopOk"] = True
         cell.scan()
-        cell.until(lambda: bool(cell["Robot.Inner.Settled"]), _STEADY, "SI(06) ON and settled")
+        cell.until(lambda: bool(cell["Robot.Settled"]), _STEADY, "SI(06) ON and settled")
     _rest(cell)
 
 

@@ -112,4 +112,4 @@ class PlcBench:
     def power_up(self) -> None:
         """Controller in its normal state, AUTO, SI(00) and SI(06) ON and settled."""
         self.outputs(SO01=True, SO04=True, SO10=True)
-        self.scan_until(lambda: bool(self["Robot.Inner.Settled"]))
+        self.scan_until(lambda: bool(self["Robot.Settled"]))

@@ -154,7 +154,7 @@ def test_the_blocks_take_both(
     file.write_text(PROGRAM, encoding="utf-8")
     robot = RobotConfig(boot_time=0.0, command_delay=delay, skip_run_status=knob)
     cell = build_cell(file, scan="10ms", robot=robot, engine=engine, phases="random", seed=3)
-    cell.run_until(lambda: bool(cell["Main.Robot.Inner.Settled"]), within="2s")
+    cell.run_until(lambda: bool(cell["Main.Robot.Settled"]), within="2s")
     before = cell.commands
     for amount in range(1, 21):
         cell["Main.Amount.Amount"] = amount

@@ -209,7 +209,7 @@ class _Run:
             read(f"Main.Robot.{turn}.Serving") == read(f"Main.Robot.{turn}.NextTicket")
             for turn in ("Command", "Sequence")
         )
-        ready = read("Main.Robot.Inner.Phase") == "PHASE_READY" and read("Main.Robot.Inner.Settled")
+        ready = read("Main.Robot.Inner.Phase") == "PHASE_READY" and read("Main.Robot.Settled")
         return free and ready and bool(read("Main.Robot.SO.SO01_CpuOk"))
 
     def _what_is_busy(self) -> str:

@@ -100,8 +100,8 @@ SEEDED: tuple[Seeded, ...] = (
     Seeded(
         "the hold of SI(00) comes back by itself",
         "core/FB_RcxMakeHead.st",
-        "  Robot.Inner.EmergencyStopOk := EmergencyStopOk AND NOT Robot.Inner.HoldEmergency;",
-        "  Robot.Inner.EmergencyStopOk := TRUE;",
+        "  Robot.EmergencyStopOk := EmergencyStopOk AND NOT Robot.Inner.HoldEmergency;",
+        "  Robot.EmergencyStopOk := TRUE;",
         ("starts by itself", "Done without its effect"),
     ),
     Seeded(
