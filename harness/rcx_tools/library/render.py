@@ -11,7 +11,7 @@ from rcx_harness.spec.telegram import Command
 from rcx_tools.library.answer import answer
 from rcx_tools.library.checks import checks
 from rcx_tools.library.packing import packing
-from rcx_tools.library.st import case, indent, word
+from rcx_tools.library.st import case, indent, named, word
 from rcx_tools.library.tables import Array, Block, Enumeration, Input, Library, library
 
 __all__ = ["files"]
@@ -122,7 +122,7 @@ def _block(block: Block, tables: Library) -> str:
     lines = [*head, f"FUNCTION_BLOCK {block.name}"]
     for keyword, rows in sections_of_pins:
         lines += [f"  {keyword}", *_declared(rows), "  END_VAR"]
-    lines += ["", *indent(body), "END_FUNCTION_BLOCK", ""]
+    lines += ["", *map(named, indent(body)), "END_FUNCTION_BLOCK", ""]
     return "\n".join(line.rstrip() for line in lines)
 
 
