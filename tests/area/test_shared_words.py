@@ -91,12 +91,12 @@ def test_a_hold_that_is_released_in_the_scan_in_which_it_is_asked_for_stays(
     for now in range(0, 1000, 20):
         head.scan(now)
     assert head["Robot.Inner.Applied"] == 0x0041
-    head[f"Robot.Keep{name}"] = True
+    head[f"Robot.Inner.Keep{name}"] = True
     for now in range(1000, 2000, 20):
         head.scan(now)
         assert head["Robot.Inner.Applied"] == 0x0041 & ~bit
-        assert head[f"Robot.Hold{name}"] is True
-        assert head[f"Robot.Keep{name}"] is False
-    head[f"Robot.Hold{name}"] = False
+        assert head[f"Robot.Inner.Hold{name}"] is True
+        assert head[f"Robot.Inner.Keep{name}"] is False
+    head[f"Robot.Inner.Hold{name}"] = False
     head.scan(2000)
     assert head["Robot.Inner.Applied"] == 0x0041

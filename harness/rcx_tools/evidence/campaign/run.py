@@ -206,7 +206,7 @@ class _Run:
         if self.judge.busy or not read("Main.Robot.Connected"):
             return False
         free = all(
-            read(f"Main.Robot.{turn}.Serving") == read(f"Main.Robot.{turn}.NextTicket")
+            read(f"Main.Robot.Inner.{turn}.Serving") == read(f"Main.Robot.Inner.{turn}.NextTicket")
             for turn in ("Command", "Sequence")
         )
         ready = read("Main.Robot.Inner.Phase") == "PHASE_READY" and read("Main.Robot.Settled")
@@ -214,8 +214,9 @@ class _Run:
 
     def _what_is_busy(self) -> str:
         read = self.station.program.read
-        robot = {name: read(f"Main.Robot.{name}") for name in ("Connected", "Phase", "Status")}
-        turns = {name: read(f"Main.Robot.{name}") for name in ("Command", "Sequence")}
+        robot = {name: read(f"Main.Robot.{name}") for name in ("Connected", "Status")}
+        robot["Phase"] = read("Main.Robot.Inner.Phase")
+        turns = {name: read(f"Main.Robot.Inner.{name}") for name in ("Command", "Sequence")}
         return f"busy: {', '.join(self.judge.busy) or 'none'}; {robot}; {turns}"
 
     def _settle(self) -> None:
