@@ -171,7 +171,9 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
             wrong = differences(
                 (*rules.applied, "Applied", "Settled", "Request"),
                 [*(inputs[name] for name in rules.applied)]
-                + [alone[f"Robot.Inner.{name}"] for name in ("Applied", "Settled", "Request")],
+                + [
+                    alone[f"Robot.{name}"] for name in ("Inner.Applied", "Settled", "Inner.Request")
+                ],
                 [*rules.applied.values(), bits_of(rules.applied), rules.settled, 0],
             )
             assert not wrong, f"FB_RcxDedicatedInputs, {told}: {wrong}"

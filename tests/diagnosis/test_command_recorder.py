@@ -127,7 +127,7 @@ def test_a_status_that_is_left_over_does_not_hide_a_lost_link(recorder: Recorder
 
 def test_the_words_of_a_command_are_those_it_went_out_with(recorder: Recorder) -> None:
     recorder["Robot.Inner.Data"] = [7] * 15
-    recorder.command(0x4000, Data=[9] * 15)
+    recorder.command(0x4000, Inner__Data=[9] * 15)
     assert recorder["FaultData"] == [7] * 15
 
 

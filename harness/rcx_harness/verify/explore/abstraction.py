@@ -252,7 +252,7 @@ class Abstraction:
     def _compile(self) -> None:
         names = {
             **self._objects,
-            "robot": self.root.ROBOT.INTERNAL,
+            "robot": self.root.ROBOT.INNER,
             "ton": self._ton,
             "set_ton": self._set_ton,
             "index": self._wide_index,
