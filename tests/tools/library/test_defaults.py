@@ -21,7 +21,6 @@ _USUAL: dict[str, Value] = {
     "Axes": "ORIGIN_INCREMENTAL",
     "Axis": 1,
     "Confirm": timedelta(milliseconds=500),
-    "Connected": True,
     "ImageSize": 512,
     "Interval": timedelta(milliseconds=100),
     "Margin": timedelta(milliseconds=150),
