@@ -63,7 +63,7 @@ END_PROGRAM
 
 _COPY = """k := 0;
   WHILE k <= 255 DO
-    Taken[k] := FC_Word(LowByte := InputArea[2 * k], HighByte := InputArea[2 * k + 1]);
+    Taken[k] := FC_RcxWord(LowByte := InputArea[2 * k], HighByte := InputArea[2 * k + 1]);
     k := k + 1;
   END_WHILE;
 ---k := 0;
@@ -175,7 +175,7 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
     plc["WriteTwice"] = False
     plc.scan(100)
     assert plc.inputs == []
-    assert (plc["Robot.HoldEmergency"], plc["Robot.HoldStop"]) == (True, True)
+    assert (plc["Robot.Inner.HoldEmergency"], plc["Robot.Inner.HoldStop"]) == (True, True)
 
 
 @_TWINS
@@ -284,7 +284,7 @@ def test_no_start_goes_out_against_a_stop_that_is_asked_for(
         plc[pin] = on
         for _ in range(count):
             before = plc.inputs
-            plc["Robot.Request"] = request
+            plc["Robot.Inner.Request"] = request
             plc.scan()
             if bit in plc.inputs and bit not in before:
                 assert levels <= set(plc.inputs), plc.inputs

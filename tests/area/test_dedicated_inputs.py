@@ -1,4 +1,4 @@
-"""FB_DedicatedInputs: one change at a time, 100 ms and the margin apart (120 ms, 12 scans here)."""
+"""FB_RcxDedicatedInputs: one change at a time, 100 ms and a margin apart (120 ms, 12 scans)."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def test_inputs_that_nobody_requests_any_more_are_withdrawn() -> None:
 
 @pytest.fixture(scope="module")
 def compiled() -> Alone:
-    return Alone("FB_DedicatedInputs", {"Robot": "RCX_REF"})
+    return Alone("FB_RcxDedicatedInputs", {"Robot": "RCX_REF"})
 
 
 @pytest.fixture
@@ -162,7 +162,7 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
             connected ^= chance.random() < 0.01
             alone["Robot.Connected"] = connected
             alone["Robot.EmergencyStopOk"], alone["Robot.StopOk"] = (wanted[k] for k in SAFETY)
-            alone["Robot.Request"] = bits_of({name: wanted[name] for name in OTHERS})
+            alone["Robot.Inner.Request"] = bits_of({name: wanted[name] for name in OTHERS})
             alone.scan(now)
             rules.scan(now, wanted, connected, 100, 170)
             told = f"seed {seed}, {now} ms, wanted {[name for name in wanted if wanted[name]]}"
@@ -171,10 +171,12 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
             wrong = differences(
                 (*rules.applied, "Applied", "Settled", "Request"),
                 [*(inputs[name] for name in rules.applied)]
-                + [alone[f"Robot.{name}"] for name in ("Applied", "Settled", "Request")],
+                + [
+                    alone[f"Robot.{name}"] for name in ("Inner.Applied", "Settled", "Inner.Request")
+                ],
                 [*rules.applied.values(), bits_of(rules.applied), rules.settled, 0],
             )
-            assert not wrong, f"FB_DedicatedInputs, {told}: {wrong}"
+            assert not wrong, f"FB_RcxDedicatedInputs, {told}: {wrong}"
             now += 10
 
 
@@ -187,9 +189,9 @@ def test_a_turn_whose_block_was_not_called_passes_to_the_first_that_was(
 ) -> None:
     """Source: design of the library, 2: a holder that is no longer called loses the channel."""
     channel = {"Serving": serving, "NextTicket": next_ticket, "Lowest": lowest, "Holder": 0x12}
-    alone["Robot.Sequence"] = channel
+    alone["Robot.Inner.Sequence"] = channel
     alone.scan(0)
-    found = alone["Robot.Sequence"]
+    found = alone["Robot.Inner.Sequence"]
     assert isinstance(found, dict)
     assert found["Serving"] == lowest
     assert found["Holder"] == (0x12 if serving == lowest else 0)

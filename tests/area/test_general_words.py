@@ -15,7 +15,7 @@ def _up(size: int = 48, m: int = 0, n: int = 0) -> AreasBench:
     plc = AreasBench(size=size, m=m, n=n)
     plc.power_up()
     plc["First.Code"], plc["First.Data"] = 0x0001, DATA
-    assert plc["Robot.Phase"] == "PHASE_READY"
+    assert plc["Robot.Inner.Phase"] == "PHASE_READY"
     return plc
 
 
@@ -120,7 +120,7 @@ def test_words_of_commands_bits_and_the_reserved_area_are_refused(number: int, k
     assert plc.read(f"Read{kind}", Number=number) == (0, False, 0x8034)
     assert plc.write(f"Write{kind}", Number=number, Value=0x1111) == 0x8034
     assert plc.image == before
-    assert plc["Robot.General"] == [0] * 15
+    assert plc["Robot.Inner.General"] == [0] * 15
 
 
 @pytest.mark.parametrize("number", [3, 13, 15, 25, 125, 127])
@@ -136,7 +136,7 @@ def test_a_double_word_begins_at_an_even_number(number: int) -> None:
     assert plc.read("ReadDoubleWord", Number=number) == (0, False, 0x8035)
     assert plc.write("WriteDoubleWord", Number=number, Value=-1) == 0x8035
     assert plc.image == before
-    assert plc["Robot.General"] == [0] * 15
+    assert plc["Robot.Inner.General"] == [0] * 15
 
 
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
@@ -166,7 +166,7 @@ def test_words_of_an_illegal_area_are_refused(
     plc["Writing"] = True
     plc.scan()
     assert plc[f"Read{kind}.ErrorID"] == plc[f"Write{kind}.ErrorID"] == error
-    assert plc["Robot.General"] == [0] * 15
+    assert plc["Robot.Inner.General"] == [0] * 15
 
 
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
@@ -284,7 +284,7 @@ def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> No
     assert seen[1:] == [[0x0001, *DATA]] * 32
     plc.answer(0x0200)
     look(1)
-    general = [0, *plc["Robot.General"][1:]]
+    general = [0, *plc["Robot.Inner.General"][1:]]
     assert plc.words == [0x0000, *general], "the status reset lets them out"
     assert general[13] == (-plc.now_us + 10_000) & 0xFFFF
 
@@ -307,7 +307,7 @@ def test_what_is_written_during_a_command_goes_out_after_it() -> None:
 def test_word_1_belongs_to_the_commands_alone() -> None:
     """Source: manual chapter 1, 4.1, note 1."""
     plc = _up()
-    plc["Robot.General[1]"] = plc["Robot.General[2]"] = 0x1234
+    plc["Robot.Inner.General[1]"] = plc["Robot.Inner.General[2]"] = 0x1234
     plc.scan()
     assert plc.words == [0, 0, 0x1234, *[0] * 13]
 

@@ -1,4 +1,4 @@
-"""FB_Handshake: data, code, end, reset, ready; each step in the order of the guide's chapter 2."""
+"""FB_RcxHandshake: data, code, end, reset, ready: each in the order of the guide's chapter 2."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def test_the_six_steps_of_the_guide_in_their_order() -> None:
     assert plc["First.Response"] == [0, 0, 0, 0xE240, 0x0001, *[0] * 10]
     assert plc.words == IDLE, "5: status reset command"
     plc.scan(20)
-    assert plc["Robot.Phase"] == "PHASE_STATUS_RESET", "the status is still 0x0200"
+    assert plc["Robot.Inner.Phase"] == "PHASE_STATUS_RESET", "the status is still 0x0200"
     plc.answer(0x0000)
     plc.scan()
-    assert plc["Robot.Phase"] == "PHASE_READY", "6: ready"
+    assert plc["Robot.Inner.Phase"] == "PHASE_READY", "6: ready"
 
 
 def test_the_run_status_may_be_skipped() -> None:
@@ -101,7 +101,7 @@ def test_a_command_whose_block_is_no_longer_called_is_held_to_its_end() -> None:
     plc["Second.Execute"] = True
     plc.scan(100)
     assert plc.words == [0x0001, *MOVE]
-    assert plc["Robot.Command.Orphan"]
+    assert plc["Robot.Inner.Command.Orphan"]
     assert plc["Second.Busy"]
     assert not plc["Second.Active"]
     plc.answer(0x4000, [0x000C, 0x0258])
@@ -233,7 +233,7 @@ def test_a_block_that_gives_up_with_its_data_out_hands_no_data_to_the_next_code(
 
 @pytest.fixture(scope="module")
 def compiled() -> Alone:
-    return Alone("FB_Handshake", {"Robot": "RCX_REF"})
+    return Alone("FB_RcxHandshake", {"Robot": "RCX_REF"})
 
 
 @pytest.fixture
@@ -271,12 +271,12 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
         channel.orphan = channel.orphan or chance.random() < 0.01
         channel.holder = code
         alone["Robot.Connected"], alone["Robot.SO.SO01_CpuOk"] = connected, cpu_ok
-        alone["Robot.CodeRequest"], alone["Block.Hold"] = asked, hold
-        alone["Robot.Status"], alone["Robot.Code"] = status, code
-        alone["Robot.Data[1]"] = first
+        alone["Robot.Inner.CodeRequest"], alone["Block.Hold"] = asked, hold
+        alone["Robot.Status"], alone["Robot.Inner.Code"] = status, code
+        alone["Robot.Inner.Data[1]"] = first
         same = chance.random() < 0.9
         alone["Block.SameData"] = same
-        alone["Robot.Command"] = {
+        alone["Robot.Inner.Command"] = {
             "NextTicket": channel.next_ticket,
             "Serving": channel.serving,
             "Lowest": channel.lowest,
@@ -297,16 +297,16 @@ def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) 
             interval=50,
         )
         told = f"seed {seed}, scan {scan}, status 16#{status:04X}, code 16#{code:04X}"
-        found = alone["Robot.Command"]
+        found = alone["Robot.Inner.Command"]
         assert isinstance(found, dict)
         names = [one.name for one in fields(Channel)]
         wrong = differences(
             ("Phase", "Running", "CodeRequest", *names),
-            [alone[f"Robot.{name}"] for name in ("Phase", "Running", "CodeRequest")]
+            [alone[f"Robot.Inner.{name}"] for name in ("Phase", "Running", "CodeRequest")]
             + list(astuple(Channel.of(found))),
             [rules.phase, rules.running, False, *astuple(channel)],
         )
-        assert not wrong, f"FB_Handshake, {told}: {wrong}"
+        assert not wrong, f"FB_RcxHandshake, {told}: {wrong}"
 
 
 @pytest.mark.parametrize(
@@ -333,6 +333,6 @@ def test_a_difference_names_block_scan_code_and_field(
             setattr(given["channel"] if hasattr(given["channel"], name) else rules, name, value)
 
     monkeypatch.setattr(HandshakeRules, "scan", scan)
-    place = "FB_Handshake, seed 0, scan 0, status 16#[0-9A-F]{4}, code 16#[0-9A-F]{4}: "
+    place = "FB_RcxHandshake, seed 0, scan 0, status 16#[0-9A-F]{4}, code 16#[0-9A-F]{4}: "
     with pytest.raises(AssertionError, match=f"^{place}{told}\n"):
         test_every_step_is_the_one_that_the_guide_asks_for(alone, 0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from plc_bench import PlcBench
@@ -99,6 +101,53 @@ def test_without_connection_nothing_of_the_area_is_believed() -> None:
     assert plc["Robot.Response"] == [0] * 15
     assert not any(plc["Robot.SO"].values())
     assert plc["Robot.Connected"] is False
+
+
+_OPEN = """PROGRAM Open
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    InputWords : RCX_IMAGE_WORDS;
+    Robot : RCX_REF;
+    ReadArea : {0};
+    ServoOn : FB_ServoOn;
+    Status : FB_Status;
+    WriteArea : FB_WriteArea;
+  END_VAR
+  ReadArea(Robot := Robot, Image := {1});
+  ServoOn(Robot := Robot);
+  Status(Robot := Robot);
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    ("block", "image"), [("FB_ReadArea", "InputArea"), ("FB_ReadAreaWords", "InputWords")]
+)
+def test_connected_left_open_is_no_connection(block: str, image: str, tmp_path: Path) -> None:
+    """A lost link would not be seen: it is FALSE until it is wired.
+
+    Source: manual chapter 1, 5.2: communication is disabled in the connection error state.
+    """
+    file = tmp_path / "Open.st"
+    file.write_text(_OPEN.format(block, image), encoding="utf-8")
+    plc = PlcBench(program=file)
+    plc.outputs(SO01=True, SO04=True)
+    plc["ServoOn.Execute"] = plc["Status.Enable"] = True
+    plc.scan(100)
+    assert plc["Robot.Connected"] is False
+    assert plc.inputs == []
+    assert (plc["ServoOn.Error"], plc["ServoOn.ErrorID"]) == (True, 0x8001)
+    assert (plc["Status.Error"], plc["Status.ErrorID"]) == (True, 0x8001)
+
+
+@pytest.mark.parametrize("language", ["", "_ja"])
+def test_the_text_of_no_connection_names_the_pin_that_is_to_be_wired(language: str) -> None:
+    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    (row,) = (row for row in table if row["id"] == 0x8001)
+    assert "FB_ReadArea.Connected" in row[f"cause{language}"]
+    wire = {"": "Wire the scanner's status to FB_ReadArea.Connected", "_ja": "Connectedに"}
+    assert row[f"remedy{language}"].startswith(wire[language])
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""FB_ScanTime: whole milliseconds since the last scan, of which none is lost."""
+"""FB_RcxScanTime: whole milliseconds since the last scan, of which none is lost."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LIBRARY = sorted((Path(__file__).resolve().parents[2] / "plc/lib").rglob("*.st"
 _PROGRAM = """
 PROGRAM Clocked
   VAR
-    ScanTime : FB_ScanTime;
+    ScanTime : FB_RcxScanTime;
     Total    : UDINT;
   END_VAR
   ScanTime();

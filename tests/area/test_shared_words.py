@@ -36,7 +36,7 @@ def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
         number -= number % 2
     alone = _reader(block)
     alone.restart()
-    alone["Robot.Connected"], alone["Robot.Phase"] = True, "PHASE_READY"
+    alone["Robot.Connected"], alone["Robot.Inner.Phase"] = True, "PHASE_READY"
     for k, word in enumerate((0x1234, 0x5678), start=number):
         if k <= 15:
             alone[f"Robot.Response[{k}]"] = word
@@ -85,18 +85,18 @@ def test_a_hold_that_is_released_in_the_scan_in_which_it_is_asked_for_stays(
     name: str, bit: int
 ) -> None:
     """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
-    head = Alone("FB_MakeHead", {"Robot": "RCX_REF"})
+    head = Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
     head["Robot.Connected"] = True
     head["Block.EmergencyStopOk"] = head["Block.StopOk"] = True
     for now in range(0, 1000, 20):
         head.scan(now)
-    assert head["Robot.Applied"] == 0x0041
-    head[f"Robot.Keep{name}"] = True
+    assert head["Robot.Inner.Applied"] == 0x0041
+    head[f"Robot.Inner.Keep{name}"] = True
     for now in range(1000, 2000, 20):
         head.scan(now)
-        assert head["Robot.Applied"] == 0x0041 & ~bit
-        assert head[f"Robot.Hold{name}"] is True
-        assert head[f"Robot.Keep{name}"] is False
-    head[f"Robot.Hold{name}"] = False
+        assert head["Robot.Inner.Applied"] == 0x0041 & ~bit
+        assert head[f"Robot.Inner.Hold{name}"] is True
+        assert head[f"Robot.Inner.Keep{name}"] is False
+    head[f"Robot.Inner.Hold{name}"] = False
     head.scan(2000)
-    assert head["Robot.Applied"] == 0x0041
+    assert head["Robot.Inner.Applied"] == 0x0041

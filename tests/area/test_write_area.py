@@ -41,7 +41,7 @@ def test_each_dedicated_input_goes_to_its_bit_and_no_other(byte: int, bit: int, 
         plc.scan(60)
         before = bytearray(plc.image)
         assert before[32:34] == bytes([0x41, 0x00]), "SI(00) and SI(06)"
-        plc["Robot.Request"] = bits_of({name: True})
+        plc["Robot.Inner.Request"] = bits_of({name: True})
         plc.scan()
         before[byte] |= 1 << bit
         assert plc.image == before
@@ -105,22 +105,22 @@ def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, nam
     """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
     plc = PlcBench()
     plc.power_up()
-    plc[f"Robot.{hold}"] = True
+    plc[f"Robot.Inner.{hold}"] = True
     plc.scan()
     assert plc.inputs == [one for one in ("SI00", "SI06") if one != name]
     plc.scan(50)
     assert name not in plc.inputs
-    plc[f"Robot.{hold}"] = False
+    plc[f"Robot.Inner.{hold}"] = False
     plc.scan()
     assert plc.inputs == ["SI00", "SI06"]
 
 
-# --- FB_MakeHead alone, at random ---
+# --- FB_RcxMakeHead alone, at random ---
 
 
 @pytest.fixture(scope="module")
 def head() -> Alone:
-    return Alone("FB_MakeHead", {"Robot": "RCX_REF"})
+    return Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
 
 
 _CODES = (0x0001, 0x0020, 0x0021, 0x1022, 0x3020, 0x0501, 0x0023, 0x001F)
@@ -158,13 +158,20 @@ def test_what_goes_out_is_what_the_rules_ask_for(
         seen = not channel.taken or chance.random() < 0.97
         channel.lowest = channel.serving if seen else channel.next_ticket
         head["Robot.Connected"], head["Robot.SO.SO01_CpuOk"] = flags["connected"], flags["cpu_ok"]
-        head["Robot.Status"], head["Robot.CodeRequest"] = status, flags["asked"]
-        head["Robot.Code"], head["Robot.Data"], head["Robot.General"] = code, data, general
-        head["Robot.StopJog"] = flags["stop_jog"]
-        head["Robot.HoldEmergency"], head["Robot.HoldStop"] = flags["hold00"], flags["hold06"]
+        head["Robot.Status"], head["Robot.Inner.CodeRequest"] = status, flags["asked"]
+        head["Robot.Inner.Code"], head["Robot.Inner.Data"], head["Robot.Inner.General"] = (
+            code,
+            data,
+            general,
+        )
+        head["Robot.Inner.StopJog"] = flags["stop_jog"]
+        head["Robot.Inner.HoldEmergency"], head["Robot.Inner.HoldStop"] = (
+            flags["hold00"],
+            flags["hold06"],
+        )
         head["Block.EmergencyStopOk"], head["Block.StopOk"] = flags["ok00"], flags["ok06"]
-        head["Robot.Request"] = bits_of(requests)
-        head["Robot.Command"] = {
+        head["Robot.Inner.Request"] = bits_of(requests)
+        head["Robot.Inner.Command"] = {
             "NextTicket": channel.next_ticket,
             "Serving": channel.serving,
             "Lowest": channel.lowest,
@@ -197,7 +204,7 @@ def test_what_goes_out_is_what_the_rules_ask_for(
         wrong = differences(
             (*applied, "Phase", "Applied", "StopJog", *(f"word {k}" for k in range(16))),
             [*(inputs[name] for name in applied)]
-            + [head[f"Robot.{name}"] for name in ("Phase", "Applied", "StopJog")]
+            + [head[f"Robot.Inner.{name}"] for name in ("Phase", "Applied", "StopJog")]
             + [head["Block.Code"], *words],
             [*applied.values(), rules.handshake.phase, rules.bits, False, *rules.words],
         )

@@ -86,7 +86,7 @@ def test_no_writing_block_changes_a_command_that_is_out(
                 out += 1
                 shown = " ".join(f"16#{word:04X}" for word in plc.words)
                 assert plc.words == [CODE, *DATA], f"{pin} {number}, scan {scan}: {shown}"
-            elif plc["Robot.Phase"] == "PHASE_COMMAND_DATA":
+            elif plc["Robot.Inner.Phase"] == "PHASE_COMMAND_DATA":
                 assert plc.words[1:] == DATA, f"{pin} {number}, scan {scan}: data before the code"
         assert out >= 7
         assert plc["First.Done"]

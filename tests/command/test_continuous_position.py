@@ -32,7 +32,7 @@ def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
     plc = _plc()
     _reading(plc, RobotNumber=3)
     assert plc.words == [0x3505, 0x0001, *[0] * 14]
-    assert plc["Robot.Command.Holder"] == 0x3505
+    assert plc["Robot.Inner.Command.Holder"] == 0x3505
 
 
 def test_positions_come_with_the_command_run_status_in_every_scan() -> None:

@@ -47,7 +47,7 @@ def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it()
     """SI(06) is not going to come back by itself then."""
     plc = jog_plc()
     jogging(plc)
-    plc["Robot.HoldStop"] = True
+    plc["Robot.Inner.HoldStop"] = True
     end_by_stop(plc)
     assert plc.inputs == ["SI00"]
     plc["First.Code"], plc["First.Execute"] = 0x0501, True

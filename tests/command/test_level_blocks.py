@@ -37,7 +37,7 @@ def test_the_channel_shows_the_code_of_the_command(plc: PlcBench, block: str, co
     """Source: remote command guide 4.2.6 and 4.7.4: R in bits 15 to 12."""
     plc[f"{block}.RobotNumber"], plc[f"{block}.Enable"] = 3, True
     plc.scan_until(lambda: plc.words[0] != 0)
-    assert plc["Robot.Command.Holder"] == code
+    assert plc["Robot.Inner.Command.Holder"] == code
 
 
 @pytest.mark.parametrize("block", BLOCKS)

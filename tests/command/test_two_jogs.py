@@ -17,7 +17,7 @@ _PROGRAM = """PROGRAM Jogs
     WriteArea : FB_WriteArea;
     First, Second : FB_Jog;
   END_VAR
-  ReadArea(Robot := Robot, Image := InputArea);
+  ReadArea(Robot := Robot, Image := InputArea, Connected := TRUE);
   First(Robot := Robot);
   Second(Robot := Robot);
   WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);

@@ -11,9 +11,9 @@ from contract_bench import ContractBench, cases
 from fault_cell import CaseFailure
 from rcx_tools.evidence.broken import broken_library
 
-_JOB, _TAKE_HEAD = "sequence/FB_Job.st", "area/FB_TakeHead.st"
-_HANDSHAKE, _INPUTS = "area/FB_Handshake.st", "area/FB_DedicatedInputs.st"
-_HEAD, _JOG = "area/FB_MakeHead.st", "command/movement/FB_Jog.st"
+_JOB, _TAKE_HEAD = "core/FB_RcxJob.st", "core/FB_RcxTakeHead.st"
+_HANDSHAKE, _INPUTS = "core/FB_RcxHandshake.st", "core/FB_RcxDedicatedInputs.st"
+_HEAD, _JOG = "core/FB_RcxMakeHead.st", "command/movement/FB_Jog.st"
 _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
@@ -92,8 +92,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "the data come with the code",
                 "FB_MovePtp",
                 _HANDSHAKE,
-                "      Robot.Phase := PHASE_COMMAND_DATA;\n",
-                "      Robot.Phase := PHASE_COMMAND_RUN;\n",
+                "      Robot.Inner.Phase := PHASE_COMMAND_DATA;\n",
+                "      Robot.Inner.Phase := PHASE_COMMAND_RUN;\n",
                 "the data came together with the code, not before it",
             ),
             (
@@ -117,15 +117,15 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "FB_MovePtp",
                 _HANDSHAKE,
                 "IF NOT Recovery.Q THEN",
-                "IF NOT Recovery.Q AND Robot.Phase <> PHASE_COMMAND_RUN THEN",
+                "IF NOT Recovery.Q AND Robot.Inner.Phase <> PHASE_COMMAND_RUN THEN",
                 "the code 0x0001 is out without connection or CPU_OK",
             ),
             (
                 "an abnormal end is not told from a normal one",
                 "FB_ReadPoint",
                 _TAKE_HEAD,
-                "    Robot.Answer := WORD#16#8020;\n",
-                "    Robot.Answer := WORD#16#0200;\n",
+                "    Robot.Inner.Answer := WORD#16#8020; (* Abnormal end *)\n",
+                "    Robot.Inner.Answer := WORD#16#0200;\n",
                 "the end is Done/Valid, but that is not what happened",
             ),
             (
@@ -133,9 +133,9 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "FB_ReadPoint",
                 "command/definition/FB_ReadPoint.st",
                 "Before := AlarmGroup,\n"
-                "                             Response := Robot.Response[1]);",
+                "                                Response := Robot.Response[1]);",
                 "Before := AlarmGroup,\n"
-                "                             Response := Robot.Response[2]);",
+                "                                Response := Robot.Response[2]);",
                 "alarm 600.600, expected 12.600",
             ),
             (
@@ -158,7 +158,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "a sequence does not see the loss of the link",
                 "FB_ServoOn",
                 "sequence/FB_ServoOn.st",
-                "    Answer := WORD#16#8001;\n",
+                "    Answer := WORD#16#8001; (* Not connected *)\n",
                 "    Answer := WORD#16#0000;\n",
                 "Busy without a connection",
             ),
@@ -168,7 +168,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "sequence/FB_ServoOn.st",
                 _IDLE,
                 f"  IF Robot.SO.SO03_Alarm THEN\n"
-                f"    Robot.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
+                f"    Robot.Inner.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
                 "a request goes out unasked",
             ),
             (
@@ -183,8 +183,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "a jog that is not stopped",
                 "FB_Jog",
                 _JOG,
-                "Robot.StopJog := Robot.StopJog OR (Out AND Halt AND Job.Busy);",
-                "Robot.StopJog := Robot.StopJog OR (Out AND Halt AND NOT Job.Busy);",
+                "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND Job.Busy);",
+                "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND NOT Job.Busy);",
                 "the jog goes on with SI(06) ON although Enable is FALSE",
             ),
             (

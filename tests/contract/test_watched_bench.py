@@ -31,9 +31,7 @@ def test_a_right_block_passes() -> None:
 
 def test_a_broken_block_is_found_wherever_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     right = "ELSIF NOT Execute OR NOT WasExecute THEN"
-    with broken_library(
-        "sequence/FB_Job.st", right, "ELSIF Execute AND NOT WasExecute THEN"
-    ) as lib:
+    with broken_library("core/FB_RcxJob.st", right, "ELSIF Execute AND NOT WasExecute THEN") as lib:
         monkeypatch.setattr(plc_bench, "LIBRARY", sorted(lib.rglob("*.st")))
         plc = _bench()
     with pytest.raises(AssertionError, match="Done is shown for more than one scan"):

@@ -30,7 +30,7 @@ class Channels:
         """Run scans."""
         for _ in range(count):
             self._now_ms += after_ms
-            self._alone["Robot.Elapsed"] = after_ms
+            self._alone["Robot.Inner.Elapsed"] = after_ms
             self._alone.scan(self._now_ms)
 
 
@@ -45,8 +45,8 @@ _BOTH = pytest.mark.parametrize("channel", ["Command", "Sequence"])
 @_BOTH
 def test_a_free_channel_has_no_holder_and_nobody_waits(channel: str) -> None:
     block = Channels()
-    block[f"Robot.{channel}.Serving"] = 7
-    block[f"Robot.{channel}.NextTicket"] = 7
+    block[f"Robot.Inner.{channel}.Serving"] = 7
+    block[f"Robot.Inner.{channel}.NextTicket"] = 7
     block.scan(3)
     assert not any(block[channel].values())
 
@@ -55,14 +55,14 @@ def test_a_free_channel_has_no_holder_and_nobody_waits(channel: str) -> None:
 def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str) -> None:
     block = Channels()
     block.scan(5)
-    block[f"Robot.{channel}.NextTicket"] = 1
-    block[f"Robot.{channel}.Holder"] = 0x0012
+    block[f"Robot.Inner.{channel}.NextTicket"] = 1
+    block[f"Robot.Inner.{channel}.Holder"] = 0x0012
     for held in (0, 10, 20):
         block.scan()
         turn = block[channel]
         assert (turn["Taken"], turn["Holder"], turn["Held"]) == (True, 0x0012, held)
-    block[f"Robot.{channel}.Serving"] = 1
-    block[f"Robot.{channel}.Holder"] = 0
+    block[f"Robot.Inner.{channel}.Serving"] = 1
+    block[f"Robot.Inner.{channel}.Holder"] = 0
     block.scan()
     turn = block[channel]
     assert (turn["Taken"], turn["Holder"], turn["Held"]) == (False, 0, 0)
@@ -72,10 +72,10 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
 @_BOTH
 def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None:
     block = Channels()
-    block[f"Robot.{channel}.NextTicket"] = 2
+    block[f"Robot.Inner.{channel}.NextTicket"] = 2
     block.scan(4)
     assert block[channel]["Held"] == 30
-    block[f"Robot.{channel}.Serving"] = 1
+    block[f"Robot.Inner.{channel}.Serving"] = 1
     block.scan()
     assert block[channel]["Held"] == 0
     block.scan()
@@ -87,7 +87,7 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
     """The ticket of the free channel is that of the next turn."""
     block = Channels()
     block.scan(10)
-    block["Robot.Command.NextTicket"] = 1
+    block["Robot.Inner.Command.NextTicket"] = 1
     block.scan()
     assert block["Command"]["Held"] == 0
 
@@ -105,8 +105,8 @@ def test_those_behind_the_holder_wait(
     Source: RCX_CHANNEL
     """
     block = Channels()
-    block[f"Robot.{channel}.Serving"] = serving
-    block[f"Robot.{channel}.NextTicket"] = following
+    block[f"Robot.Inner.{channel}.Serving"] = serving
+    block[f"Robot.Inner.{channel}.NextTicket"] = following
     block.scan()
     assert block[channel]["Waiting"] == waiting
     other = "Sequence" if channel == "Command" else "Command"
@@ -117,10 +117,10 @@ def test_those_behind_the_holder_wait(
 def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
     """As when the link is lost, and all that wait end with an error."""
     block = Channels()
-    block[f"Robot.{channel}.NextTicket"] = 3
+    block[f"Robot.Inner.{channel}.NextTicket"] = 3
     block.scan()
     assert block[channel]["Waiting"] == 2
-    block[f"Robot.{channel}.Serving"] = 3
+    block[f"Robot.Inner.{channel}.Serving"] = 3
     block.scan()
     assert (block[channel]["Taken"], block[channel]["Waiting"]) == (False, 0)
 
@@ -132,11 +132,11 @@ def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
     Source: RCX_CHANNEL
     """
     block = Channels()
-    block[f"Robot.{channel}.Serving"] = 65535
-    block[f"Robot.{channel}.NextTicket"] = 1
+    block[f"Robot.Inner.{channel}.Serving"] = 65535
+    block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.scan(3)
     assert block[channel]["Held"] == 20
-    block[f"Robot.{channel}.Serving"] = 0
+    block[f"Robot.Inner.{channel}.Serving"] = 0
     block.scan()
     assert block[channel]["Held"] == 0
 
@@ -146,7 +146,7 @@ def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
 def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
     block = Channels()
     block[f"Block.{channel}Limit"] = limit
-    block[f"Robot.{channel}.NextTicket"] = 1
+    block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.scan()
     block.scan(after_ms=limit)
     assert block[channel]["Held"] == limit
@@ -157,7 +157,7 @@ def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
     assert block["Stuck"]
     other = "Sequence" if channel == "Command" else "Command"
     assert not block[other]["Stuck"]
-    block[f"Robot.{channel}.Serving"] = 1
+    block[f"Robot.Inner.{channel}.Serving"] = 1
     block.scan()
     assert not block[channel]["Stuck"]
     assert not block["Stuck"]
@@ -171,7 +171,7 @@ def test_the_limit_is_a_minute_and_zero_is_none(
     block = Channels()
     if limit is not None:
         block[f"Block.{channel}Limit"] = limit
-    block[f"Robot.{channel}.NextTicket"] = 1
+    block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.scan()
     block.scan(2, after_ms=30_000)
     assert block[channel]["Held"] == 60_000
@@ -184,9 +184,9 @@ def test_the_limit_is_a_minute_and_zero_is_none(
 def test_the_longest_turn_is_kept_until_reset(channel: str) -> None:
     block = Channels()
     for serving, holder, scans in ((0, 0x0001, 3), (1, 0x0012, 6), (2, 0x0015, 6)):
-        block[f"Robot.{channel}.Serving"] = serving
-        block[f"Robot.{channel}.NextTicket"] = serving + 1
-        block[f"Robot.{channel}.Holder"] = holder
+        block[f"Robot.Inner.{channel}.Serving"] = serving
+        block[f"Robot.Inner.{channel}.NextTicket"] = serving + 1
+        block[f"Robot.Inner.{channel}.Holder"] = holder
         block.scan(scans)
     assert (block[channel]["Longest"], block[channel]["LongestHolder"]) == (50, 0x0012)
     block["Block.Reset"] = True

@@ -42,17 +42,17 @@ def test_a_command_is_kept_at_its_end_with_its_status_and_how_long_it_was_out(
 
 
 def test_the_command_that_is_out_is_shown_with_its_time(recorder: Recorder) -> None:
-    recorder["Robot.Code"] = 0x0505
-    recorder["Robot.Phase"] = "PHASE_COMMAND_DATA"
+    recorder["Robot.Inner.Code"] = 0x0505
+    recorder["Robot.Inner.Phase"] = "PHASE_COMMAND_DATA"
     recorder.scan(2)
     assert recorder["Code"] == 0
-    recorder["Robot.Phase"] = "PHASE_COMMAND_RUN"
+    recorder["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
     recorder.scan(1)
     assert (recorder["Code"], recorder["Running"]) == (0x0505, 0)
     recorder.scan(4)
     assert (recorder["Code"], recorder["Running"]) == (0x0505, 40)
     assert recorder["Count"] == 2
-    recorder["Robot.Phase"] = "PHASE_STATUS_RESET"
+    recorder["Robot.Inner.Phase"] = "PHASE_STATUS_RESET"
     recorder.scan()
     assert (recorder["Code"], recorder["Running"]) == (0, 0)
     assert recorder["Rows"][0]["Duration"] == 50
@@ -63,7 +63,7 @@ def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_c
 ) -> None:
     """Source: guide chapter 1, 1.2, code 0x4000; 0x0002 and 0x014E are 2.334."""
     data = [4, 0, 50, 19, *range(11)]
-    recorder["Robot.Data"] = data
+    recorder["Robot.Inner.Data"] = data
     recorder.command(0x4000, Response=[2, 334, *[0] * 13])
     entry = recorder["Rows"][0]
     assert short(entry) == ("LOG_COMMAND", 0x1001, 0x4000)
@@ -126,8 +126,8 @@ def test_a_status_that_is_left_over_does_not_hide_a_lost_link(recorder: Recorder
 
 
 def test_the_words_of_a_command_are_those_it_went_out_with(recorder: Recorder) -> None:
-    recorder["Robot.Data"] = [7] * 15
-    recorder.command(0x4000, Data=[9] * 15)
+    recorder["Robot.Inner.Data"] = [7] * 15
+    recorder.command(0x4000, Inner__Data=[9] * 15)
     assert recorder["FaultData"] == [7] * 15
 
 
@@ -267,13 +267,13 @@ def test_the_blocks_only_look(block: str) -> None:
     """Source: docs/diagnosis.md."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = True
-    alone["Robot.Phase"] = "PHASE_COMMAND_RUN"
-    alone["Robot.Code"] = 0x1001
-    alone["Robot.Command.NextTicket"] = 3
-    alone["Robot.Request"] = 0x0002
+    alone["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
+    alone["Robot.Inner.Code"] = 0x1001
+    alone["Robot.Inner.Command.NextTicket"] = 3
+    alone["Robot.Inner.Request"] = 0x0002
     alone.scan(0)
     before = alone["Robot"]
     alone.scan(100_000)
     assert isinstance(before, dict)
-    before["Scan"] += 1  # the number of the scan alone goes on
+    before["Inner"]["Scan"] += 1  # the number of the scan alone goes on
     assert alone["Robot"] == before

@@ -7,6 +7,7 @@ from functools import cache
 import pytest
 
 from alone import Alone
+from head_rules import bits_of
 from rcx_harness import spec
 
 
@@ -29,7 +30,7 @@ def test_each_bit_stands_where_it_stands_in_the_area(direction: str, signal: spe
     block.restart()
     block[f"Robot.{direction}.{signal.name}"] = True
     block.scan(0)
-    expected = 1 << signal.bit + 8 * (signal.byte - 32)
+    expected = bits_of({signal.name: True})
     words = {"SO": block["Block.Outputs"], "SI": block["Block.Inputs"]}
     assert words.pop(direction) == expected
     assert [*words.values()] == [0]

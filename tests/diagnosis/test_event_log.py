@@ -164,7 +164,7 @@ def test_other_entries_do_not_freeze_the_log(recorder: Recorder) -> None:
 def test_resume_forgets_the_fault_and_records_again(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
     recorder["After"] = 0
-    recorder["Robot.Data"] = [3] * 15
+    recorder["Robot.Inner.Data"] = [3] * 15
     recorder.command(0x4000)
     assert recorder["Frozen"]
     recorder["Resume"] = True

@@ -73,9 +73,9 @@ def test_undone_the_statements_are_those_of_the_library(
 
 
 def test_a_wrong_statement_would_be_seen(sources: Sources, files: Mapping[str, str]) -> None:
-    text = files["area/FC_Word.st"]
-    changed = {"area/FC_Word.st": text.replace("SHL(HighByte", "SHL(LowByte")}
-    assert differing(sources, changed, _WORDS, _RENAMED, pins={}) == ["area/FC_Word"]
+    text = files["core/FC_RcxWord.st"]
+    changed = {"core/FC_RcxWord.st": text.replace("SHL(HighByte", "SHL(LowByte")}
+    assert differing(sources, changed, _WORDS, _RENAMED, pins={}) == ["core/FC_RcxWord"]
 
 
 def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
@@ -111,9 +111,9 @@ def test_words_and_bytes_are_uint_and_names_of_devices_are_changed(
     files: Mapping[str, str],
 ) -> None:
     """Source: docs/export.md, `keyence`."""
-    assert "SHL(UINT#16#01, Digit) AND UINT#16#00FF" in files["area/FC_BitMask.st"]
-    assert "Rest := (NOT Mask AND UINT#16#00FF);" in files["area/FC_ByteWithBit.st"]
-    assert "(SHR(Value, 8) AND UINT#16#00FF);" in files["area/FC_ByteOfWord.st"]
+    assert "SHL(UINT#16#01, Digit) AND UINT#16#00FF" in files["core/FC_RcxBitMask.st"]
+    assert "Rest := (NOT Mask AND UINT#16#00FF);" in files["core/FC_RcxByteWithBit.st"]
+    assert "(SHR(Value, 8) AND UINT#16#00FF);" in files["core/FC_RcxByteOfWord.st"]
     assert "Start := m_X / 2;" in files["area/FB_ReadAreaWords.st"]
     assert (
         "m_X\tIN\tINT\t0\tfirst byte of the area in Image, even\n"

@@ -89,8 +89,8 @@ def test_the_file_is_built_as_the_manual_says(library: Output, cell: Path) -> No
         ('Name="EnableIn" TagType="Base"', 'TagType="Base" Name="EnableIn"', "another order"),
         ("<Members>", "<Fields>", "there is no such element here"),
         ("<LocalTags>", "<Routines></Routines>\n<LocalTags>", "must come before Routines"),
-        ('Name="FB_Job"', 'Name="FB__Job"', "FB__Job is no name"),
-        ('Name="FB_Job"', f'Name="{"J" * 41}"', "is no name"),
+        ('Name="FB_RcxJob"', 'Name="FB__Job"', "FB__Job is no name"),
+        ('Name="FB_RcxJob"', f'Name="{"J" * 41}"', "is no name"),
         ('Value="0"', 'Value="16#0"', "16#0 is no number"),
         ("<RSLogix5000Content", "<Content", "is no well-formed XML"),
     ],
@@ -127,7 +127,7 @@ def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Pat
     [
         ("Pace.PT := Interval;", "Pace.PT := 0;"),
         ("IF RCX_FirstScan_1.Q THEN", "IF NOT RCX_FirstScan_1.Q THEN"),
-        ("COP(Data[0], Robot.Data[0], 16);", "COP(Robot.Data[0], Data[0], 16);"),
+        ("COP(Data[0], Robot.Inner.Data[0], 16);", "COP(Robot.Inner.Data[0], Data[0], 16);"),
         ("(Temp_D2 * 256)", "(Temp_D2 * 128)"),
     ],
 )

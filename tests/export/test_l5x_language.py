@@ -208,30 +208,30 @@ PROGRAM Probe
   ELSIF d > 100000000 THEN
     d := 0 - d / 7;
   END_IF;
-  lw := FC_LowWord(Value := d);
-  hw := FC_HighWord(Value := d);
-  back := FC_DoubleWord(LowWord := lw, HighWord := hw);
-  mixed := FC_DoubleWord(LowWord := lw XOR hw, HighWord := hw OR lw);
+  lw := FC_RcxLowWord(Value := d);
+  hw := FC_RcxHighWord(Value := d);
+  back := FC_RcxDoubleWord(LowWord := lw, HighWord := hw);
+  mixed := FC_RcxDoubleWord(LowWord := lw XOR hw, HighWord := hw OR lw);
   i := WORD_TO_INT(lw);
   w := INT_TO_WORD(i) XOR NOT hw;
   x := SHL(w, 5) OR SHR(w, 9);
   y := SHR(lw, 1) XOR SHL(hw, 15);
-  z := FC_Word(LowByte := WORD_TO_BYTE(lw AND WORD#16#00FF), HighByte := b);
-  b := FC_ByteWithBit(Value := b, Digit := k MOD 8, State := k MOD 3 = 0);
+  z := FC_RcxWord(LowByte := WORD_TO_BYTE(lw AND WORD#16#00FF), HighByte := b);
+  b := FC_RcxByteWithBit(Value := b, Digit := k MOD 8, State := k MOD 3 = 0);
   u := u - UINT#1007;
   far := u > UINT#32767;
   r := DINT_TO_REAL(d) / 1024.0;
   e := REAL_TO_DINT(r);
-  bits := FC_RealBits(Value := r);
-  same := FC_BitsReal(Pattern := bits);
-  code := FC_CharCode(Text := 'Robot $7E 12$'', Position := k);
-  part := FC_TextWord(Text := 'ABCDE', Number := k MOD 4 + 1);
-  text := FC_Text(Word1 := WORD#16#4241, Word2 := part, Word3 := WORD#16#2020);
-  wrong := FC_NameError(Text := text, Longest := k MOD 6);
-  long := FC_TextError(Text := text, Longest := 2 + k MOD 2);
+  bits := FC_RcxRealBits(Value := r);
+  same := FC_RcxBitsReal(Pattern := bits);
+  code := FC_RcxCharCode(Text := 'Robot $7E 12$'', Position := k);
+  part := FC_RcxTextWord(Text := 'ABCDE', Number := k MOD 4 + 1);
+  text := FC_RcxText(Word1 := WORD#16#4241, Word2 := part, Word3 := WORD#16#2020);
+  wrong := FC_RcxNameError(Text := text, Longest := k MOD 6);
+  long := FC_RcxTextError(Text := text, Longest := 2 + k MOD 2);
   slow(IN := k MOD 13 <> 0, PT := T#45ms);
   slow_q := slow.Q;
-  slow_et := FC_Milliseconds(Value := slow.ET);
+  slow_et := FC_RcxMilliseconds(Value := slow.ET);
   twice(IN := TRUE, PT := T#20ms);
   twice_q := twice.Q;
   IF twice.Q THEN
@@ -240,7 +240,7 @@ PROGRAM Probe
   END_IF;
   edge(CLK := k MOD 4 < 2);
   n := 0;
-  WHILE FC_CharCode(Text := text, Position := n + 1) <> WORD#16#0020 AND n < 20 DO
+  WHILE FC_RcxCharCode(Text := text, Position := n + 1) <> WORD#16#0020 AND n < 20 DO
     n := n + 1;
   END_WHILE;
   IF edge.Q THEN

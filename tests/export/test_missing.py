@@ -205,7 +205,8 @@ def test_what_the_library_has_for_words_is_no_reason_to_stop(
     file = tmp_path / "Mine.st"
     file.write_text(
         "PROGRAM Mine\n  VAR\n    Robot : RCX_REF;\n    Image : RCX_IMAGE;\n"
-        "    Read : FB_ReadArea;\n  END_VAR\n  Read(Robot := Robot, Image := Image);\nEND_PROGRAM\n"
+        "    Read : FB_ReadArea;\n  END_VAR\n"
+        "  Read(Robot := Robot, Image := Image, Connected := TRUE);\nEND_PROGRAM\n"
     )
     assert _export("keyence", file) == 1
     assert f"{file}:1: PROGRAM Mine: " in capsys.readouterr().out

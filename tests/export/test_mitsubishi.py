@@ -82,8 +82,8 @@ def test_undone_the_statements_are_those_of_the_library(
         ("Robot.SO.SO03_Alarm THEN", "Robot.SO.SO04_MpRdy THEN", "sequence/FB_ServoOn"),
         ("1 (* SPEED_DIRECT *)", "2 (* SPEED_DIRECT *)", "command/movement/FB_MovePtp"),
         (
-            "FC_Outside(Speed, 0.009, 100.0)",
-            "FC_Outside(Speed, 100.0, 0.009)",
+            "FC_RcxOutside(Speed, 0.009, 100.0)",
+            "FC_RcxOutside(Speed, 100.0, 0.009)",
             "command/movement/FB_MovePtp",
         ),
     ],
@@ -99,22 +99,22 @@ def test_a_wrong_statement_would_be_seen(
 
 def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str]) -> None:
     """Source: IEC 61131-3, 2.3.1: a BYTE has 8 bits; NOT and SHL lose what leaves them."""
-    assert "SHL(WORD#16#01, Digit) AND WORD#16#00FF" in files["area/FC_BitMask.st"]
-    assert "Rest := (NOT Mask AND WORD#16#00FF);" in files["area/FC_ByteWithBit.st"]
-    assert "(SHR(Value, 8) AND WORD#16#00FF);" in files["area/FC_ByteOfWord.st"]
-    assert "((Value AND WORD#16#00FF) AND WORD#16#00FF);" in files["area/FC_ByteOfWord.st"]
-    assert "OR SHL(Part, 8);" in files["area/FC_ByteIntoWord.st"]
-    assert "FC_Word := SHL(HighByte, 8) OR LowByte;" in files["area/FC_Word.st"]
+    assert "SHL(WORD#16#01, Digit) AND WORD#16#00FF" in files["core/FC_RcxBitMask.st"]
+    assert "Rest := (NOT Mask AND WORD#16#00FF);" in files["core/FC_RcxByteWithBit.st"]
+    assert "(SHR(Value, 8) AND WORD#16#00FF);" in files["core/FC_RcxByteOfWord.st"]
+    assert "((Value AND WORD#16#00FF) AND WORD#16#00FF);" in files["core/FC_RcxByteOfWord.st"]
+    assert "OR SHL(Part, 8);" in files["core/FC_RcxByteIntoWord.st"]
+    assert "FC_RcxWord := SHL(HighByte, 8) OR LowByte;" in files["core/FC_RcxWord.st"]
 
 
 def test_variables_of_functions_begin_with_their_values_at_each_call(
     files: Mapping[str, str],
 ) -> None:
     """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
-    begin = files["command/FC_CharCode.st"].partition(" *)\n")[2].splitlines()[:3]
-    assert begin == ["  FC_CharCode := WORD#16#0;", "  Place := 0;", "  Letter := '';"]
+    begin = files["core/FC_RcxCharCode.st"].partition(" *)\n")[2].splitlines()[:3]
+    assert begin == ["  FC_RcxCharCode := WORD#16#0;", "  Place := 0;", "  Letter := '';"]
     block = files["area/FB_ReadAreaWords.st"].partition(" *)\n")[2]
-    assert block.startswith("  ErrorID := FC_AreaError("), "a block keeps its variables"
+    assert block.startswith("  ErrorID := FC_RcxAreaError("), "a block keeps its variables"
 
 
 def test_every_variable_is_in_its_table_with_class_type_default_and_comment(

@@ -175,8 +175,8 @@ def test_text_functions_get_the_types_that_they_want_and_names_of_instructions_a
     files: dict[str, str],
 ) -> None:
     """Source: Omron W501, 6-3-12: a name of an instruction is refused."""
-    assert "Letter := MID(Text, 1, INT_TO_UINT(Position));" in files["command/FC_CharCode.st"]
-    assert "Place := UINT_TO_INT(FIND('PQR" in files["command/FC_CharCode.st"]
+    assert "Letter := MID(Text, 1, INT_TO_UINT(Position));" in files["core/FC_RcxCharCode.st"]
+    assert "Place := UINT_TO_INT(FIND('PQR" in files["core/FC_RcxCharCode.st"]
     assert "Reset_X(Robot := Robot," in files["sequence/FB_PowerUp.st"]
     assert "Reset_X\tFB_ProgramReset\t" in files["sequence/FB_PowerUp.internals.txt"]
     assert "RCX_SPEED_MODE#SPEED_DIRECT: Data[1] :=" in files["command/movement/FB_MovePtp.st"]

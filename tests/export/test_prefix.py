@@ -33,16 +33,16 @@ TYPE
   MINE : (HAND_RIGHT, MINE_OTHER);
 END_TYPE
 TYPE
-  RECORDS : STRUCT UNIT_MM : INT; FB_Job : BOOL; END_STRUCT;
+  RECORDS : STRUCT UNIT_MM : INT; FB_RcxJob : BOOL; END_STRUCT;
 END_TYPE
 FUNCTION_BLOCK FB_Status (* FB_Status is mine, FB_ServoOn and fb_servoon are theirs *)
   VAR_INPUT
-    FC_Word : INT;
+    FC_RcxWord : INT;
   END_VAR
   VAR_OUTPUT
     Sum : INT;
   END_VAR
-  Sum := FC_Word + 1; (* docs/blocks/FB_ServoOn.md *)
+  Sum := FC_RcxWord + 1; (* docs/blocks/FB_ServoOn.md *)
 END_FUNCTION_BLOCK
 PROGRAM Main
   VAR
@@ -58,16 +58,16 @@ PROGRAM Main
     Read     : FB_ReadPoint;
     Code     : INT;
   END_VAR
-  Status(FC_Word := Own.UNIT_MM);
-  Own.FB_Job := Status.Sum > 3;
-  Servo(Robot := Robot, Execute := Own.FB_Job);
+  Status(FC_RcxWord := Own.UNIT_MM);
+  Own.FB_RcxJob := Status.Sum > 3;
+  Servo(Robot := Robot, Execute := Own.FB_RcxJob);
   Read(Robot := Robot);
   Unit := UNIT_MM;
   CASE Unit OF
     UNIT_PULSES: Kind := MINE_OTHER;
     UNIT_MM: Kind := MINE#HAND_RIGHT;
   END_CASE;
-  Code := WORD_TO_INT(FC_CharCode(Text := Text, Position := 1));
+  Code := WORD_TO_INT(FC_RcxCharCode(Text := Text, Position := 1));
 END_PROGRAM
 """
 
@@ -174,14 +174,14 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     assert "Hand     : Yam_RCX_HAND_SYSTEM := Yam_RCX_HAND_SYSTEM#Yam_HAND_LEFT;" in mine
     assert "Own      : RECORDS := (UNIT_MM := 3);" in mine
     assert "Text     : STRING := 'FB_ServoOn';" in mine
-    assert "Status(FC_Word := Own.UNIT_MM);" in mine
+    assert "Status(FC_RcxWord := Own.UNIT_MM);" in mine
     assert "Unit := Yam_UNIT_MM;" in mine
     assert "Yam_UNIT_MM: Kind := MINE#HAND_RIGHT;" in mine
-    assert "Yam_FC_CharCode(Text := Text, Position := 1)" in mine
+    assert "Yam_FC_RcxCharCode(Text := Text, Position := 1)" in mine
     program = build([file], "builtin").program
     program.scan(0)
     assert program.read("Main.Status.Sum") == 4
-    assert program.read("Main.Own.FB_Job") is True
+    assert program.read("Main.Own.FB_RcxJob") is True
 
 
 def test_a_member_that_begins_with_the_prefix_by_its_type_alone_has_it_in_a_literal(

@@ -130,9 +130,9 @@ def test_pins_have_the_types_and_defaults_of_the_sources(text: str) -> None:
 
 def test_temporary_variables_begin_at_each_call_with_their_values(text: str) -> None:
     """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
-    block = _block(text, "FC_ByteWithBit")
+    block = _block(text, "FC_RcxByteWithBit")
     begin = block.partition("BEGIN\n")[2].splitlines()[:3]
-    assert begin == ["  #FC_ByteWithBit := 0;", "  #Mask := 0;", "  #Rest := 0;"]
+    assert begin == ["  #FC_RcxByteWithBit := 0;", "  #Mask := 0;", "  #Rest := 0;"]
 
 
 def test_enumerations_are_listed_with_their_numbers(text: str) -> None:

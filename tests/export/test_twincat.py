@@ -21,7 +21,7 @@ LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
 
 #: One of each kind. RCX_EXPORT=all parses every object, which takes minutes.
-_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_ByteWithBit", "FB_Job", "FB_ReadArea")
+_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxByteWithBit", "FB_RcxJob", "FB_ReadArea")
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 
@@ -53,7 +53,7 @@ def test_blark_parses_the_objects(folder: Path) -> None:
 )
 def test_blark_refuses_what_is_wrong(folder: Path, tmp_path: Path, old: str, new: str) -> None:
     wrong = tmp_path / "wrong.TcPOU"
-    text = (folder / "RCX3/area/FC_ByteWithBit.TcPOU").read_text()
+    text = (folder / "RCX3/core/FC_RcxByteWithBit.TcPOU").read_text()
     assert old in text
     wrong.write_text(text.replace(old, new))
     assert _errors(wrong)
@@ -107,5 +107,5 @@ def test_what_is_not_carried_is_named() -> None:
 
 
 def test_lines_end_as_on_windows(folder: Path) -> None:
-    data = (folder / "RCX3/sequence/FB_Job.TcPOU").read_bytes()
+    data = (folder / "RCX3/core/FB_RcxJob.TcPOU").read_bytes()
     assert data.count(b"\r\n") == data.count(b"\n") > 0

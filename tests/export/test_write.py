@@ -24,7 +24,7 @@ def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a program that needs a function of the library, in which the user stands."""
     folder = tmp_path / "plc"
     folder.mkdir()
-    (folder / "Mine.st").write_text(_program("FC_Word(LowByte := BYTE#16#01, HighByte := b)"))
+    (folder / "Mine.st").write_text(_program("FC_RcxWord(LowByte := BYTE#16#01, HighByte := b)"))
     monkeypatch.chdir(folder)
     return folder
 
@@ -73,7 +73,7 @@ def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
 ) -> None:
     assert _export("twincat", "out/old") == 0
     before = _texts(plc)
-    (plc / "Mine.st").write_text(_program("FC_Word(LowByte := b, HighByte := b)"))
+    (plc / "Mine.st").write_text(_program("FC_RcxWord(LowByte := b, HighByte := b)"))
     changed = _texts(plc)
     assert before != changed
     hard = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -160,17 +160,17 @@ def test_objects_of_an_earlier_export_that_are_no_longer_needed_are_removed(
     assert main(["export", "twincat", "--program", "Mine.st", "-o", "out"]) == 0
     all_of_it = _texts(plc / "out")
     assert len(all_of_it) > 200
-    (plc / "out/RCX3/sequence/FB_Job.TcPOU").write_bytes(b"changed")
+    (plc / "out/RCX3/core/FB_RcxJob.TcPOU").write_bytes(b"changed")
     (plc / "out/RCX3/sequence/Mine.TcPOU").write_bytes(b"put there")
     capsys.readouterr()
     assert _export("twincat", "out", "--force") == 0
     said = capsys.readouterr().out.splitlines()
     assert set(_texts(plc / "out")) == {
-        *("RCX3.plcproj", "RCX3/area/FC_Word.TcPOU", "RCX3/program/Mine.TcPOU", _RECORD),
-        *("RCX3/sequence/FB_Job.TcPOU", "RCX3/sequence/Mine.TcPOU"),
+        *("RCX3.plcproj", "RCX3/core/FC_RcxWord.TcPOU", "RCX3/program/Mine.TcPOU", _RECORD),
+        *("RCX3/core/FB_RcxJob.TcPOU", "RCX3/sequence/Mine.TcPOU"),
     }
     assert sum(line.startswith("removed: out/RCX3/") for line in said) == len(all_of_it) - 5
-    assert "kept: out/RCX3/sequence/FB_Job.TcPOU, of the export before, but changed since" in said
+    assert "kept: out/RCX3/core/FB_RcxJob.TcPOU, of the export before, but changed since" in said
     assert not (plc / "out/RCX3/command").exists(), "no empty folders"
 
 

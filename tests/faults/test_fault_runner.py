@@ -11,8 +11,8 @@ from fault_cell import CaseFailure
 from fault_run import FAULTS, Rig
 from plc_bench import ROOT
 
-_JOB, _SERVO = "sequence/FB_Job.st", "sequence/FB_ServoOn.st"
-_IDLE, _REQUEST = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n", "Robot.Request"
+_JOB, _SERVO = "core/FB_RcxJob.st", "sequence/FB_ServoOn.st"
+_IDLE, _REQUEST = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n", "Robot.Inner.Request"
 
 
 def _first_failure(lib: Path, block: str, fault: str) -> str:

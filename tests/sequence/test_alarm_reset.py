@@ -19,7 +19,7 @@ def test_alarm_reset_input_alarm_off_then_the_input_is_taken_back() -> None:
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI06", "SI16"]
     assert plc["AlarmReset.Active"]
-    assert plc["Robot.Sequence.Holder"] == 0x0016
+    assert plc["Robot.Inner.Sequence.Holder"] == 0x0016
     plc.outputs(SO03=False)
     plc.scan()
     assert plc["AlarmReset.Done"]

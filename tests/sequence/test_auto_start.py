@@ -22,7 +22,7 @@ def test_program_execution_process() -> None:
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI06", "SI12"]
     assert plc["AutoStart.Active"]
-    assert plc["Robot.Sequence.Holder"] == 0x0012
+    assert plc["Robot.Inner.Sequence.Holder"] == 0x0012
     plc.outputs(SO14=False, SO13=True)
     plc.scan()
     assert plc["AutoStart.Done"]

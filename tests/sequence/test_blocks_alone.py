@@ -43,15 +43,15 @@ def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
     for now, connected in ((10, True), (20, False)):
         assert alone["Block.Busy"] is True
         alone["Robot.Connected"] = connected
-        alone[f"Robot.{hold}"] = alone[f"Robot.{keep}"] = False
+        alone[f"Robot.Inner.{hold}"] = alone[f"Robot.Inner.{keep}"] = False
         alone.scan(now)
-        assert alone[f"Robot.{hold}"] is True
-        assert alone[f"Robot.{keep}"] is True
+        assert alone[f"Robot.Inner.{hold}"] is True
+        assert alone[f"Robot.Inner.{keep}"] is True
     assert alone["Block.ErrorID"] == 0x8001
-    alone[f"Robot.{hold}"] = alone[f"Robot.{keep}"] = False
+    alone[f"Robot.Inner.{hold}"] = alone[f"Robot.Inner.{keep}"] = False
     alone.scan(30)
-    assert alone[f"Robot.{hold}"] is False
-    assert alone[f"Robot.{keep}"] is False
+    assert alone[f"Robot.Inner.{hold}"] is False
+    assert alone[f"Robot.Inner.{keep}"] is False
 
 
 @_STOPS
@@ -109,25 +109,25 @@ def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
     Source: head of FB_ServoOnFromEmergencyStop.
     """
     alone = _alone("FB_ServoOnFromEmergencyStop")
-    alone["Robot.HoldEmergency"] = True
+    alone["Robot.Inner.HoldEmergency"] = True
     alone["Robot.Connected"] = False
     alone["Block.Execute"] = True
     alone.scan(0)
-    assert alone["Robot.HoldEmergency"] is False
+    assert alone["Robot.Inner.HoldEmergency"] is False
     alone.scan(10)
     assert alone["Block.ErrorID"] == 0x8001
-    assert alone["Robot.HoldEmergency"] is True
-    alone["Robot.HoldEmergency"] = False
+    assert alone["Robot.Inner.HoldEmergency"] is True
+    alone["Robot.Inner.HoldEmergency"] = False
     alone.scan(20)
     assert alone["Block.Error"] is True
-    assert alone["Robot.HoldEmergency"] is False
+    assert alone["Robot.Inner.HoldEmergency"] is False
 
 
 def _waiting(block: str) -> Alone:
     """The block waits for a turn that another one has."""
     alone = _alone(block)
-    alone["Robot.HoldStop"] = True
-    alone["Robot.Sequence.NextTicket"] = 1
+    alone["Robot.Inner.HoldStop"] = True
+    alone["Robot.Inner.Sequence.NextTicket"] = 1
     alone["Block.Timeout"] = "T#100ms"
     alone["Block.Execute"] = True
     alone.scan(0)
@@ -139,11 +139,11 @@ def _waiting(block: str) -> Alone:
 def test_a_continuation_that_ends_in_the_queue_puts_the_hold_back() -> None:
     """Source: head of FB_ProgramContinue."""
     alone = _waiting("FB_ProgramContinue")
-    assert alone["Robot.HoldStop"] is False
+    assert alone["Robot.Inner.HoldStop"] is False
     alone["Robot.Connected"] = False
     alone.scan(10)
     assert alone["Block.ErrorID"] == 0x8001
-    assert alone["Robot.HoldStop"] is True
+    assert alone["Robot.Inner.HoldStop"] is True
 
 
 def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
@@ -152,12 +152,12 @@ def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
     Source: PLCopen: an edge while Busy is ignored; manual chapter 5, 3.3.
     """
     alone = _waiting("FB_ProgramContinue")
-    alone["Robot.HoldStop"] = True
+    alone["Robot.Inner.HoldStop"] = True
     for now, execute in ((10, False), (20, True)):
         alone["Block.Execute"] = execute
         alone.scan(now)
     assert alone["Block.Busy"] is True
-    assert alone["Robot.HoldStop"] is True
+    assert alone["Robot.Inner.HoldStop"] is True
 
 
 @pytest.mark.parametrize(
@@ -167,10 +167,10 @@ def test_the_limit_is_that_of_the_edge_also_where_the_turn_comes_later(block: st
     """Source: design of the library, 3: inputs are sampled on the rising edge."""
     alone = _waiting(block)
     alone["Block.Timeout"] = "T#1s"
-    alone["Robot.Elapsed"] = 50
+    alone["Robot.Inner.Elapsed"] = 50
     alone.scan(50)
     assert alone["Block.Busy"] is True
-    alone["Robot.Sequence.Serving"] = 1
+    alone["Robot.Inner.Sequence.Serving"] = 1
     for now in (100, 150):
         alone.scan(now)
         assert alone["Block.Active"] is True

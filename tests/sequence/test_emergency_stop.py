@@ -116,7 +116,7 @@ def test_without_a_link_the_hold_is_set_and_outlives_the_recovery() -> None:
     plc.scan()
     plc["Connected"] = True
     plc.scan(100)
-    assert plc["Robot.HoldEmergency"]
+    assert plc["Robot.Inner.HoldEmergency"]
     assert plc.inputs == ["SI06"]
 
 

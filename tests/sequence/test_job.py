@@ -1,4 +1,4 @@
-"""FB_Job: the contract of Execute, and turns on a channel, through its users and alone."""
+"""FB_RcxJob: the contract of Execute, and turns on a channel, through its users and alone."""
 
 from __future__ import annotations
 
@@ -95,11 +95,11 @@ def test_turns_go_first_come_first_served_across_blocks() -> None:
         assert [_pins(plc, b) for b in ("First", "Second", "Third")].count("Busy Active") == 1
         plc.scan_until(lambda: plc.words[0] != 0)
         order.append(plc.words[0])
-        assert plc["Robot.Command.Holder"] == plc.words[0]
+        assert plc["Robot.Inner.Command.Holder"] == plc.words[0]
         _finish(plc)
     assert order == [0x0502, 0x0503, 0x0501]
     plc.scan()
-    assert plc["Robot.Command.Holder"] == 0
+    assert plc["Robot.Inner.Command.Holder"] == 0
 
 
 def test_a_waiting_block_that_is_no_longer_called_is_passed_over() -> None:
@@ -121,10 +121,10 @@ def test_a_waiting_block_that_is_no_longer_called_is_passed_over() -> None:
 
 def test_tickets_wrap_around() -> None:
     plc = _plc()
-    plc["Robot.Command.NextTicket"] = plc["Robot.Command.Serving"] = 65535
+    plc["Robot.Inner.Command.NextTicket"] = plc["Robot.Inner.Command.Serving"] = 65535
     plc["First.Execute"] = plc["Second.Execute"] = True
     plc.scan()
-    assert plc["Robot.Command.NextTicket"] == 1
+    assert plc["Robot.Inner.Command.NextTicket"] == 1
     assert (_pins(plc, "First"), _pins(plc, "Second")) == ("Busy Active", "Busy")
     _finish(plc)
     assert (_pins(plc, "First"), _pins(plc, "Second")) == ("Done", "Busy Active")
@@ -163,14 +163,14 @@ def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> 
     plc["First.Execute"] = plc["CallFirst"] = False
     plc.scan()
     for name in ("Serving", "NextTicket", "Lowest"):
-        plc[f"Robot.Command.{name}"] = 0
+        plc[f"Robot.Inner.Command.{name}"] = 0
     plc["Second.Execute"] = True
     plc.scan()
     plc["CallFirst"] = True
     plc.scan()
     assert plc["First.ErrorID"] == 0x8013
     assert _pins(plc, "Second") == "Busy Active"
-    assert plc["Robot.Command.Serving"] == 0
+    assert plc["Robot.Inner.Command.Serving"] == 0
 
 
 def test_the_time_limit_counts_from_the_turn_not_from_the_queue() -> None:
@@ -213,7 +213,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
 
 def _job(**inputs: object) -> Alone:
     """The first call, with Execute, has been made."""
-    job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     for name, value in {**inputs, "Execute": True}.items():
         job[f"Block.{name}"] = value
     job.scan(0)
@@ -223,8 +223,8 @@ def _job(**inputs: object) -> Alone:
 
 @pytest.mark.parametrize(("ahead", "taken"), [(0, 1), (32_766, 1), (32_767, 0)])
 def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, taken: int) -> None:
-    """Source: head of FC_Tickets: those that live are never more than 32767 apart."""
-    job = Alone("FB_Job", {"Channel": "RCX_CHANNEL"})
+    """Source: head of FC_RcxTickets: those that live are never more than 32767 apart."""
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = ahead
     job["Block.Execute"] = True
     job.scan(0)
@@ -239,7 +239,7 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
 
 
 def test_a_limit_of_one_millisecond_is_a_limit() -> None:
-    """Source: head of FB_Job: 0 alone is none."""
+    """Source: head of FB_RcxJob: 0 alone is none."""
     job = _job(Longest=1, Elapsed=1)
     assert job["Block.Request"] is True
     job.scan(1)
@@ -288,7 +288,7 @@ def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
 def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
     """The job ends before the code of an earlier one has left the wire, which has its status.
 
-    Source: manual chapter 4, 2.1; head of FB_Job.
+    Source: manual chapter 4, 2.1; head of FB_RcxJob.
     """
     job = _job(Remote=True, Applied=True, Answer=0x0200)
     job.scan(10)

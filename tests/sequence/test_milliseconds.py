@@ -1,4 +1,4 @@
-"""FC_Milliseconds and FC_Waited: time limits as numbers, on which all PLCs agree."""
+"""FC_RcxMilliseconds and FC_RcxWaited: time limits as numbers, on which all PLCs agree."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ PROGRAM Limits
   CASE Index OF
 {literals}
   END_CASE;
-  Count := FC_Milliseconds(Value := Given);
-  Before := FC_Waited(Waits := Waits, Before := Before, Elapsed := Elapsed);
+  Count := FC_RcxMilliseconds(Value := Given);
+  Before := FC_RcxWaited(Waits := Waits, Before := Before, Elapsed := Elapsed);
 END_PROGRAM
 CONFIGURATION Config0
   RESOURCE Res0 ON PLC
@@ -43,7 +43,8 @@ END_CONFIGURATION
 def program(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
     file = tmp_path / "limits.st"
     rows = [
-        f"    {k}: Literal := FC_Milliseconds(Value := T#{ms}ms);" for k, ms in enumerate(_LITERALS)
+        f"    {k}: Literal := FC_RcxMilliseconds(Value := T#{ms}ms);"
+        for k, ms in enumerate(_LITERALS)
     ]
     file.write_text(_PROGRAM.format(literals="\n".join(rows)))
     return build([file, *needed([file], _LIBRARY)], request.param).program
@@ -61,7 +62,7 @@ def test_a_literal_is_its_number(program: Program) -> None:
     ("time", "ms"), [("T#0.4ms", 0), ("T#0.5ms", 1), ("T#1.4ms", 1), ("T#1.5ms", 2)]
 )
 def test_a_part_of_a_millisecond_is_rounded(program: Program, time: str, ms: int) -> None:
-    """Source: head of FC_Milliseconds."""
+    """Source: head of FC_RcxMilliseconds."""
     program.write("Main.Given", time)
     program.scan(0)
     assert program.read("Main.Count") == ms

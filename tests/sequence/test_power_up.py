@@ -127,7 +127,7 @@ def test_each_wait_is_limited_and_says_what_it_waits_for(stage: str, error: int,
     plc.scan(40)
     assert set(plc.inputs) <= {"SI00", "SI06"}, "what comes too late starts nothing"
     assert pins(plc, "PowerUp") == "Error"
-    assert plc["Robot.Sequence.Serving"] == plc["Robot.Sequence.NextTicket"]
+    assert plc["Robot.Inner.Sequence.Serving"] == plc["Robot.Inner.Sequence.NextTicket"]
 
 
 @pytest.mark.parametrize("stage", _STAGES[1:])
@@ -157,7 +157,7 @@ def test_an_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
     assert plc["PowerUp.ErrorID"] == 0x8003
     plc.scan(30)
     assert set(plc.inputs) <= {"SI06"}
-    assert plc["Robot.HoldEmergency"]
+    assert plc["Robot.Inner.HoldEmergency"]
 
 
 @pytest.mark.parametrize(
@@ -248,7 +248,7 @@ def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() ->
     plc.scan_until(lambda: plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE")
     plc["EarlyStop.Execute"] = True
     plc.scan()
-    assert plc["Robot.HoldEmergency"]
+    assert plc["Robot.Inner.HoldEmergency"]
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"
     assert plc.inputs == ["SI06"]
 

@@ -21,7 +21,7 @@ def test_program_reset_process() -> None:
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI06", "SI15"]
     assert plc["ProgramReset.Active"]
-    assert plc["Robot.Sequence.Holder"] == 0x0015
+    assert plc["Robot.Inner.Sequence.Holder"] == 0x0015
     plc.outputs(SO14=True)
     plc.scan()
     assert plc["ProgramReset.Done"]

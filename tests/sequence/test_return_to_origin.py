@@ -27,7 +27,7 @@ def test_return_to_origin_input_until_the_return_is_complete(
     plc.scan()
     assert plc.inputs == ["SI00", "SI06", signal]
     assert pins(plc, "Origin") == "Busy Active"
-    assert plc["Robot.Sequence.Holder"] == holder
+    assert plc["Robot.Inner.Sequence.Holder"] == holder
     plc.scan(200)
     assert plc.inputs == ["SI00", "SI06", signal]
     assert pins(plc, "Origin") == "Busy Active"

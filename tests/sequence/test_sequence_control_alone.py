@@ -20,10 +20,10 @@ def test_si10_stays_requested_while_the_sequence_program_runs(block: Alone) -> N
     """Source: manual chapter 5, 2, SI(10) and SO(12)."""
     block["Robot.SI.SI10_SequenceControl"] = block["Robot.SO.SO12_SequenceRunning"] = True
     for now in (0, 10, 200):
-        block["Robot.Request"] = 0
+        block["Robot.Inner.Request"] = 0
         block.scan(now)
         assert block["Block.Valid"] is True
-        assert block["Robot.Request"] == 0x0100, "bit 0 of byte n + 33"
+        assert block["Robot.Inner.Request"] == 0x0100, "bit 0 of byte n + 33"
 
 
 @pytest.mark.parametrize("lost", ["Robot.Connected", "Robot.SO.SO01_CpuOk"])

@@ -97,4 +97,4 @@ def test_who_holds_the_dedicated_inputs_can_be_read() -> None:
     plc = _plc()
     plc["ServoOn.Execute"] = True
     plc.scan()
-    assert plc["Robot.Sequence.Holder"] == 0x0001
+    assert plc["Robot.Inner.Sequence.Holder"] == 0x0001

@@ -120,7 +120,7 @@ def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
     plc["Restart.Execute"] = True
     plc.scan(4)
     assert plc["Restart.ErrorID"] == 0x8003
-    assert plc["Robot.HoldEmergency"]
+    assert plc["Robot.Inner.HoldEmergency"]
     plc.scan(50)
     assert plc.inputs == ["SI06"]
 
@@ -219,7 +219,7 @@ def test_a_new_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
     assert plc["Restart.ErrorID"] == 0x8003
     assert plc["EmergencyStop.Done"]
     assert plc.inputs == ["SI06"]
-    assert plc["Robot.Sequence.Serving"] == plc["Robot.Sequence.NextTicket"]
+    assert plc["Robot.Inner.Sequence.Serving"] == plc["Robot.Inner.Sequence.NextTicket"]
 
 
 @pytest.mark.parametrize("stage", _STAGES)
@@ -337,7 +337,7 @@ def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
     plc[f"{stop}.Execute"] = False
     plc.scan(50)
     assert plc["Restart.ErrorID"] == 0x8003
-    assert plc["Robot.HoldEmergency"]
+    assert plc["Robot.Inner.HoldEmergency"]
     assert plc.inputs == []
 
 

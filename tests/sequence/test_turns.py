@@ -81,11 +81,11 @@ def test_after_a_lost_link_the_first_command_goes_out_at_once(
     plc["Connected"] = False
     plc.scan(lost_scans)
     assert plc["Go.ErrorID"] == 0x8001
-    before = plc["Robot.Command.NextTicket"]
+    before = plc["Robot.Inner.Command.NextTicket"]
     plc["Connected"] = True
     taken = plc.scan_until(lambda: plc.words[0] != 0, most=30)
     assert taken <= 26 + _SENT, "the interval after the recovery (250 ms), data, code"
-    assert plc["Robot.Command.NextTicket"] - before <= len(_POLLING)
+    assert plc["Robot.Inner.Command.NextTicket"] - before <= len(_POLLING)
 
 
 def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
@@ -94,7 +94,7 @@ def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
     plc["Retry"] = True
     for _ in range(300):
         plc.scan()
-        turns = plc["Robot.Command"]
+        turns = plc["Robot.Inner.Command"]
         assert isinstance(turns, dict)
         assert (turns["NextTicket"] - turns["Serving"]) % 65536 <= len(_POLLING)
 
@@ -124,10 +124,10 @@ def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
     """Source: docs/scan-model.md: without a turn and without a telegram."""
     plc = refusing
     plc["Retry"] = True
-    before = plc["Robot.Command"]
+    before = plc["Robot.Inner.Command"]
     for _ in range(300):
         plc.scan()
-        assert plc["Robot.Command"] == before
+        assert plc["Robot.Inner.Command"] == before
         assert not any(plc[f"Bad{k}.Active"] for k in (1, 2, 3, 4))
     assert plc["Bad1.ErrorID"] in (0x0000, 0x8044)
 
@@ -181,8 +181,8 @@ def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     plc["Good"] = True
     plc.scan(10)
     assert plc["Go.ErrorID"] == 0x8011
-    plc["Robot.Command.NextTicket"] = plc["Robot.Command.NextTicket"] + before
-    plc["Robot.Command.Lowest"] = plc["Robot.Command.NextTicket"]
+    plc["Robot.Inner.Command.NextTicket"] = plc["Robot.Inner.Command.NextTicket"] + before
+    plc["Robot.Inner.Command.Lowest"] = plc["Robot.Inner.Command.NextTicket"]
     plc["Retry"] = True
     plc.scan(scans // 2)
     plc["Wait"] = True
@@ -366,8 +366,8 @@ def test_data_that_change_in_the_scan_of_the_code_go_out_first(tmp_path: Path) -
         tmp_path,
         "    Go : FB_RemoteCommand;\n    Code, Other : WORD;\n",
         "  Go(Robot := Robot, Execute := Good, Code := WORD#16#0001);\n"
-        "  IF Code <> WORD#16#0000 THEN\n    Robot.Code := Code;\n"
-        "    Robot.Data[3] := Other;\n  END_IF;\n",
+        "  IF Code <> WORD#16#0000 THEN\n    Robot.Inner.Code := Code;\n"
+        "    Robot.Inner.Data[3] := Other;\n  END_IF;\n",
     )
     plc["Good"] = True
     for word, code in ((1, 1), (2, 1), (2, 2), (3, 2)):

@@ -26,11 +26,11 @@ class Alone:
     def __init__(self, block: str, in_outs: Mapping[str, str]) -> None:
         declared = "".join(f"    {name} : {kind};\n" for name, kind in in_outs.items())
         given = ", ".join(f"{name} := {name}" for name in in_outs)
-        counted = "  Block.Scan := Block.Scan + UINT#1;\n" if block == "FB_Job" else ""
+        counted = "  Block.Scan := Block.Scan + UINT#1;\n" if block == "FB_RcxJob" else ""
         if "Robot" in in_outs:
-            reads = block.startswith(("FB_ReadArea", "FB_TakeHead"))
-            counted = "" if reads else "  Robot.Scan := Robot.Scan + UINT#1;\n"
-            counted += f"  Robot.InScan := {str(not reads).upper()};\n"
+            reads = block.startswith(("FB_ReadArea", "FB_RcxTakeHead"))
+            counted = "" if reads else "  Robot.Inner.Scan := Robot.Inner.Scan + UINT#1;\n"
+            counted += f"  Robot.Inner.InScan := {str(not reads).upper()};\n"
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "Alone.st"
             file.write_text(

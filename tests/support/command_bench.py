@@ -82,7 +82,7 @@ class CommandBench(PlcBench):
 
         Another command has left its data behind.
         """
-        self["Robot.Data"] = [0xFFFF] * 15
+        self["Robot.Inner.Data"] = [0xFFFF] * 15
         self.set({**pins, "Execute": True})
         self.scan_until(lambda: self.words[0] != 0 or self.pin("Error"), most=3)
         assert not self.pin("Error"), f"refused with 16#{self.pin('ErrorID'):04X}: {pins}"

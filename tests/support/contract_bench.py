@@ -111,7 +111,7 @@ class ContractBench:
         self._look = _pins(self.program, block)
         self._turns = self.program.reader(
             [
-                f"Main.Robot.{channel}.{name}"
+                f"Main.Robot.Inner.{channel}.{name}"
                 for channel in ("Command", "Sequence")
                 for name in ("Serving", "NextTicket")
             ]
@@ -133,7 +133,7 @@ class ContractBench:
         self._forget(Case(HELD))
         for scan in range(4 * TIMEOUT_SCANS):
             if scan == 2 * TIMEOUT_SCANS and self.block in _HELD:
-                self._put(f"Main.Robot.{_HELD[self.block]}", True)
+                self._put(f"Main.Robot.Inner.{_HELD[self.block]}", True)
             so = self.player.step(self._si, True)
             self._step(so)
             self._monitor.scan(0, 0)

@@ -15,7 +15,7 @@ from rcx_harness.export.parts import Part, Sources, sources_of
 __all__ = ["WITH_INITIAL_VALUES", "declared", "differing", "library", "untyped"]
 
 #: With a BYTE that is masked: their texts are compared with texts worked out by hand.
-_MASKED = ("FC_BitMask", "FC_ByteWithBit", "FC_ByteOfWord")
+_MASKED = ("FC_RcxBitMask", "FC_RcxByteWithBit", "FC_RcxByteOfWord")
 
 
 @cache

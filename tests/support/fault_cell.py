@@ -215,7 +215,9 @@ class FaultCell:
 
     def free(self, channel: str) -> bool:
         """Is it nobody's turn on this channel, and does nobody wait?"""
-        return bool(self[f"Robot.{channel}.Serving"] == self[f"Robot.{channel}.NextTicket"])
+        return bool(
+            self[f"Robot.Inner.{channel}.Serving"] == self[f"Robot.Inner.{channel}.NextTicket"]
+        )
 
     def scan(self) -> Pins:
         """One scan; the block's outputs after it."""

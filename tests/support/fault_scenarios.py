@@ -46,14 +46,14 @@ class Scenario:
 def recover(cell: FaultCell) -> None:
     """The documented way back, once the causes are removed: reset the alarm, then servo on."""
     cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, "CPU_OK")
-    if cell["Robot.HoldEmergency"]:
+    if cell["Robot.Inner.HoldEmergency"]:
         cell.help("FB_ServoOnFromEmergencyStop")
     cell.until(lambda: not cell.on("SO00"), _STEADY, "SO(00) OFF, all causes are removed")
     if cell.on("SO03"):
         cell.help("FB_AlarmReset")
     if not cell.on("SO02"):
         cell.help("FB_ServoOn")
-    if cell["Robot.HoldStop"]:
+    if cell["Robot.Inner.HoldStop"]:
         cell.help("FB_ProgramContinue")
     cell.until(lambda: bool(cell["Robot.Settled"]), _STEADY, "SI(00) and SI(06) ON and settled")
 

@@ -32,7 +32,7 @@ class Recorder:
     def scan(self, count: int = 1) -> None:
         """Run scans."""
         for _ in range(count):
-            self._alone["Robot.Elapsed"] = min(self._now_ms, 10)
+            self._alone["Robot.Inner.Elapsed"] = min(self._now_ms, 10)
             self._alone.scan(self._now_ms)
             self._now_ms += 10
 
@@ -51,18 +51,18 @@ class Recorder:
 
     def command(self, status: int, code: int = 0x1001, **fields: Any) -> None:
         """A remote command is out for three scans and ends with this status."""
-        self["Robot.Code"] = code
-        self["Robot.Phase"] = "PHASE_COMMAND_DATA"
+        self["Robot.Inner.Code"] = code
+        self["Robot.Inner.Phase"] = "PHASE_COMMAND_DATA"
         self.scan()
-        self["Robot.Phase"] = "PHASE_COMMAND_RUN"
+        self["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
         self.scan(3)
         self["Robot.Status"] = status
-        self["Robot.Phase"] = "PHASE_STATUS_RESET"
+        self["Robot.Inner.Phase"] = "PHASE_STATUS_RESET"
         for path, value in fields.items():
             self[f"Robot.{path.replace('__', '.')}"] = value
         self.scan()
         self["Robot.Status"] = 0
-        self["Robot.Phase"] = "PHASE_READY"
+        self["Robot.Inner.Phase"] = "PHASE_READY"
         self.scan()
 
 

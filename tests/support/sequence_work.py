@@ -102,7 +102,7 @@ class Work:
         offline: int | None = None,
         answer: int = 0,
     ) -> None:
-        """One call; see FB_Job for the arguments."""
+        """One call; see FB_RcxJob for the arguments."""
         if offline is None:
             offline = 0 if view.connected else 0x8001
         started = execute and not self._was and not self.busy

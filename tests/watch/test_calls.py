@@ -133,7 +133,7 @@ def test_areas_that_are_taken_twice_are_reported(build: Build, body: str, text: 
 
 def test_two_area_blocks_for_two_robots_are_no_misuse(build: Build) -> None:
     cell = build(
-        f"{READ} ReadAgain(Robot := Other, Image := InputArea, m := 48); "
+        f"{READ} ReadAgain(Robot := Other, Image := InputArea, m := 48, Connected := Connected); "
         f"IF Gate THEN {ORIGIN} END_IF; {WRITE} "
         "WriteAgain(Robot := Other, Image := OutputArea, n := 48);"
     )

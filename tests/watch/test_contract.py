@@ -245,7 +245,7 @@ def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
         def instances(self) -> dict[str, BlockType]:
             kind = ElementaryType("BOOL")
             names = ("Execute", "Busy", "Done", "Error")
-            job = BlockType("FB_Job", tuple(Variable(name, kind, "VAR_INPUT") for name in names))
+            job = BlockType("FB_RcxJob", tuple(Variable(name, kind, "VAR_INPUT") for name in names))
             return {"Main": BlockType("Main", (Variable("Job", job, "VAR"),))}
 
         def reader(self, paths: list[str]) -> Callable[[], tuple[bool, ...]]:

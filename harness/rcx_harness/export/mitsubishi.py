@@ -78,7 +78,7 @@ STRING is String(80); Japanese texts are bytes of UTF-8, which GX Works3 does no
 Variables of functions are set at the beginning of each call, arrays and structures with initial
 values in the first one.
 On FX5, look up how long a time TON takes: the blocks time up to their pins Timeout, and
-FB_ScanTime up to 100 s.
+FB_RcxScanTime up to 100 s.
 
 Order:
 {order}

@@ -242,7 +242,7 @@ def _settle(cell: Cell) -> None:
 
     def ready() -> bool:
         robot = cell["Main.Robot"]
-        return bool(robot["Phase"] == "PHASE_READY" and robot["Settled"])
+        return bool(robot["Inner"]["Phase"] == "PHASE_READY" and robot["Settled"])
 
     cell.run_until(ready, within="60s")
 

@@ -37,7 +37,7 @@ def commands_page() -> Iterator[str]:
         shown = ", ".join(_file(block) for block in blocks)
         tests = ", ".join(dict.fromkeys(_test(block) for block in blocks))
         if not command.code:
-            shown = "[FB_Handshake](../plc/lib/area/FB_Handshake.st)"
+            shown = "[FB_RcxHandshake](../plc/lib/core/FB_RcxHandshake.st)"
             tests = _link("tests/area/test_handshake.py")
         title = f"[{command.title}](#{command.name.lower()})"
         yield f"| `{command.shown}` | {title} | {shown} | {tests} | {command.section} |"

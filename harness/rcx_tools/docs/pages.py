@@ -28,6 +28,7 @@ from rcx_tools.docs.words import words_page
 from rcx_tools.evidence.page import verification_page
 from rcx_tools.library import files as library_files
 from rcx_tools.library.alarm_texts import text_files
+from rcx_tools.library.signals import signal_files
 
 __all__ = ["Header", "every_page", "headers", "main", "pages"]
 
@@ -100,7 +101,7 @@ def _blocks() -> Iterator[str]:
                 yield f"| {' | '.join((*cells, _charts(head.name)))} |"
 
 
-_FOLDERS = ("area", "sequence", "command", "diagnosis")
+_FOLDERS = ("area", "sequence", "command", "diagnosis", "core")
 
 
 def _place(folder: str) -> tuple[int, str]:
@@ -230,6 +231,7 @@ def pages() -> dict[str, Callable[[], str]]:
     return {
         **library_files(),
         **text_files(),
+        **signal_files(),
         "docs/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
         "docs/commands.md": lambda: _page(
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()

@@ -216,7 +216,7 @@ CHECKS: tuple[Check, ...] = (
         "Coverage of the Structured Text",
         "tested",
         "What the tests execute, counted by the built-in engine. Masking MC/DC is demanded of "
-        "area, sequence and the two blocks under every command; gaps have a reason in "
+        "area, core, sequence and FB_RemoteCommand; gaps have a reason in "
         "[conditions.toml](../tests/tools/evidence/conditions.toml) or in the line itself.",
         (
             ("statements", _share("all", "statements")),

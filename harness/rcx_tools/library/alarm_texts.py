@@ -1,4 +1,4 @@
-"""Alarms and ErrorIDs in words for a panel: blocks of plc/lib/diagnosis, and a table as CSV.
+"""Alarms and ErrorIDs in words for a panel: blocks of plc/lib, and a table as CSV.
 
 The texts are in spec/alarms.toml and spec/errors.toml, in English and Japanese. A STRING of a PLC
 holds bytes, on many PLCs up to 80 of them: a text becomes up to two lines of up to 80 bytes, and
@@ -49,8 +49,8 @@ def text_files() -> dict[str, Callable[[], str]]:
             ("ErrorText", _error_block),
             ("InputErrorText", _error_block),
         ):
-            name = f"FB_{kind}{language}"
-            written[f"{folder}/{name}.st"] = partial(make, name, language)
+            name = f"FB_Rcx{kind}{language}"
+            written[f"plc/lib/core/{name}.st"] = partial(make, name, language)
     written[f"{folder}/FC_CommandName.st"] = _command_names
     written[f"{folder}/FC_SignalName.st"] = _signal_names
     written["docs/texts.csv"] = _table

@@ -84,7 +84,7 @@ def _take(block: Block, tables: Library, pin: Output) -> list[str]:
         words += [word(0)] * (8 - len(words))
         inputs = [f"Word{k} := {text}" for k, text in enumerate(words, 1)]
         rows = [", ".join(inputs[k : k + 2]) for k in range(0, 8, 2)]
-        return [f"{pin.pin} := FC_Text({rows[0]},", *(f"  {row}," for row in rows[1:3]),
+        return [f"{pin.pin} := FC_RcxText({rows[0]},", *(f"  {row}," for row in rows[1:3]),
                 f"  {rows[3]});"]  # fmt: skip
     array = tables.arrays.get(pin.type)
     if array:
@@ -107,7 +107,7 @@ def _scalar(
         if pin.encoding == "real":
             return [
                 *_double_word("Number := ", low, high, ";"),
-                f"{name} := FC_BitsReal(Pattern := DINT_TO_DWORD(Number));",
+                f"{name} := FC_RcxBitsReal(Pattern := DINT_TO_DWORD(Number));",
             ]
         if kind == "REAL":
             behind = f") / {real(round(1 / pin.scale))};"
@@ -126,7 +126,7 @@ def _scalar(
     if kind in enumerations:
         return _members(enumerations[kind], name, f"WORD_TO_INT({source})")
     if pin.encoding == "rotation":
-        return [f"{name} := FC_ArmRotation(Bits := {source});"]
+        return [f"{name} := FC_RcxArmRotation(Bits := {source});"]
     lines = [f"{name} := WORD_TO_{kind}({source});"]
     if pin.encoding == "bcd":
         lines.append(f"{name} := {name} - 6 * ({name} / 16);")
@@ -135,7 +135,7 @@ def _scalar(
 
 def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
     """A statement with the 32 bit number in two words of the response."""
-    call = f"{before}FC_DoubleWord("
+    call = f"{before}FC_RcxDoubleWord("
     rest = f"HighWord := Robot.Response[{high}]){behind}"
     room = len(call) if len(call) + len(rest) + _DEEPEST <= WIDTH else 4
     return [f"{call}LowWord := Robot.Response[{low}],", f"{' ' * room}{rest}"]

@@ -98,7 +98,7 @@ def _wrong(
         return
     if kind == "STRING":
         allowed = next(iter(part.ranges.values()), part.range) or _PRINTABLE
-        judge = "FC_TextError" if allowed == _PRINTABLE else "FC_NameError"
+        judge = "FC_RcxTextError" if allowed == _PRINTABLE else "FC_RcxNameError"
         wrong = f"{judge}(Text := {name}, Longest := {part.length}) <> {word(0)}"
         yield conditions.counts(pin), wrong, pin.error or _TEXT
         return
@@ -176,7 +176,7 @@ def _limit(value: int, outward: int, scale: float) -> str:
 
 def _beyond(name: str, low: str, high: str) -> str:
     """A REAL is not from `low` to `high`; by a function, which sees also what is no number."""
-    return f"FC_Outside(Value := {name}, Lowest := {low}, Highest := {high})"
+    return f"FC_RcxOutside(Value := {name}, Lowest := {low}, Highest := {high})"
 
 
 def _pairs(pin: Input, part: Field, limits: Sequence[int]) -> list[Pair]:

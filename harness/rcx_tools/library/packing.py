@@ -107,7 +107,7 @@ def _store(conditions: Conditions, tables: Library, pin: Input, part: Field) -> 
         return loop(array.count, _scalar(array.of, f"{pin.pin}[k]", pin, part, pin.scale))
     if pin.type == "STRING":
         first = part.at // 2 - 1
-        text = f"Data[k + {first}] := FC_TextWord(Text := {pin.pin}, Number := k);"
+        text = f"Data[k + {first}] := FC_RcxTextWord(Text := {pin.pin}, Number := k);"
         return loop(len(part.words), [text])
     return _scalar(pin.type, pin.pin, pin, part, pin.scale)
 
@@ -120,13 +120,13 @@ def _scalar(kind: str, name: str, pin: Input, part: Field, scale: float) -> list
     if part.type in ("s32", "u32"):
         return _long(kind, name, pin, part, scale)
     if kind == "REAL":
-        value = f"FC_LowWord(Value := {_scaled(name, scale)})"
+        value = f"FC_RcxLowWord(Value := {_scaled(name, scale)})"
     elif pin.encoding == "bit":
         value = f"SHL({word(1)}, {name} - 1)"
     elif pin.encoding == "bcd":
         value = f"INT_TO_WORD({name} + 6 * ({name} / 10))"
     elif kind == "DINT":
-        value = f"FC_LowWord(Value := {name})"
+        value = f"FC_RcxLowWord(Value := {name})"
     else:
         value = name if kind == "WORD" else f"{kind}_TO_WORD({name})"
     if part.type != "bits":
@@ -152,7 +152,7 @@ def _scaled(name: str, scale: float) -> str:
 def _long(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[str]:
     """Put one number into two words, the lower one first."""
     if pin.encoding == "real":
-        value = f"DWORD_TO_DINT(FC_RealBits(Value := {name}))"
+        value = f"DWORD_TO_DINT(FC_RcxRealBits(Value := {name}))"
     elif kind == "REAL":
         value = _scaled(name, scale)
     else:
@@ -160,6 +160,6 @@ def _long(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[s
     k = part.at // 2
     low, high = (f"2 * k + {k - 2}", f"2 * k + {k - 1}") if part.count > 1 else (f"{k}", f"{k + 1}")
     return [
-        f"Data[{low}] := FC_LowWord(Value := {value});",
-        f"Data[{high}] := FC_HighWord(Value := {value});",
+        f"Data[{low}] := FC_RcxLowWord(Value := {value});",
+        f"Data[{high}] := FC_RcxHighWord(Value := {value});",
     ]

@@ -11,7 +11,7 @@ from rcx_harness.spec.telegram import Command
 from rcx_tools.library.answer import answer
 from rcx_tools.library.checks import checks
 from rcx_tools.library.packing import packing
-from rcx_tools.library.st import case, indent, word
+from rcx_tools.library.st import case, indent, named, word
 from rcx_tools.library.tables import Array, Block, Enumeration, Input, Library, library
 
 __all__ = ["files"]
@@ -31,11 +31,11 @@ _SHOWN = [
     "Active := Job.Active;",
     "Error := Job.Error;",
     "ErrorID := Job.ErrorID;",
-    "AlarmGroup := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
-    "                           Response := Robot.Response[1]);",
-    "AlarmCategory := FC_AlarmWord(ErrorID := ErrorID, Ended := Job.Ended, "
+    "AlarmGroup := FC_RcxAlarmWord(ErrorID := ErrorID, Ended := Job.Ended, Before := AlarmGroup,",
+    "                              Response := Robot.Response[1]);",
+    "AlarmCategory := FC_RcxAlarmWord(ErrorID := ErrorID, Ended := Job.Ended, "
     "Before := AlarmCategory,",
-    "                              Response := Robot.Response[2]);",
+    "                                 Response := Robot.Response[2]);",
 ]
 
 #: name, type with default, comment
@@ -95,19 +95,19 @@ def _block(block: Block, tables: Library) -> str:
             [
                 *_code(block, tables),
                 *checks(block, tables, packing(block, tables)),
-                "Job.Longest := FC_Milliseconds(Value := Timeout);",
+                "Job.Longest := FC_RcxMilliseconds(Value := Timeout);",
             ]
         ),
         "END_IF;",
         "",
-        "Job(Channel := Robot.Command, Execute := Execute, Scan := Robot.Scan,",
-        "    Elapsed := Robot.Elapsed, Answer := Robot.Answer, Remote := TRUE,",
-        "    Applied := Robot.Phase = PHASE_COMMAND_RUN);",
+        "Job(Channel := Robot.Inner.Command, Execute := Execute, Scan := Robot.Inner.Scan,",
+        "    Elapsed := Robot.Inner.Elapsed, Answer := Robot.Inner.Answer, Remote := TRUE,",
+        "    Applied := Robot.Inner.Phase = PHASE_COMMAND_RUN);",
         "",
         "IF Job.Request THEN",
-        "  Robot.Code := Robot.Command.Holder;",
-        "  Robot.Data := Data;",
-        "  Robot.CodeRequest := TRUE;",
+        "  Robot.Inner.Code := Robot.Inner.Command.Holder;",
+        "  Robot.Inner.Data := Data;",
+        "  Robot.Inner.CodeRequest := TRUE;",
         "END_IF;",
         *answer(block, tables),
         *_SHOWN,
@@ -122,7 +122,7 @@ def _block(block: Block, tables: Library) -> str:
     lines = [*head, f"FUNCTION_BLOCK {block.name}"]
     for keyword, rows in sections_of_pins:
         lines += [f"  {keyword}", *_declared(rows), "  END_VAR"]
-    lines += ["", *indent(body), "END_FUNCTION_BLOCK", ""]
+    lines += ["", *map(named, indent(body)), "END_FUNCTION_BLOCK", ""]
     return "\n".join(line.rstrip() for line in lines)
 
 
@@ -167,7 +167,7 @@ def _outputs(block: Block) -> list[_Row]:
 
 def _inner(body: str) -> list[_Row]:
     every = (
-        ("Job", "FB_Job", ""),
+        ("Job", "FB_RcxJob", ""),
         ("Data", "RCX_WORDS", "held from the rising edge on"),
         ("Refused", "WORD", "ErrorID of an input that is not legal"),
         ("Number", "DINT", ""),

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 
-__all__ = ["WIDTH", "case", "guarded", "indent", "loop", "real", "statement", "word"]
+from rcx_harness import spec
+
+__all__ = ["WIDTH", "case", "guarded", "indent", "loop", "named", "real", "statement", "word"]
 
 WIDTH = 100
+
+_ERROR = re.compile(r"\bWORD#16#(80[0-9A-F]{2})\b")
 
 
 def word(value: int) -> str:
@@ -17,6 +23,18 @@ def word(value: int) -> str:
 def real(value: float) -> str:
     """A REAL literal."""
     return repr(float(value))
+
+
+@cache
+def _errors() -> dict[str, str]:
+    rows = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    return {f"{row['id']:04X}": row["name"] for row in rows}
+
+
+def named(line: str) -> str:
+    """A line with the names of its ErrorIDs behind it."""
+    found = [_errors()[one] for one in _ERROR.findall(line) if one in _errors()]
+    return f"{line} (* {', '.join(found)} *)" if found else line
 
 
 def indent(lines: Iterable[str], by: int = 1) -> list[str]:

@@ -120,11 +120,11 @@ def test_a_library_that_needs_a_scan_more_is_found(
     """
     library = tmp_path / "lib"
     shutil.copytree(default_lib(), library)
-    file = library / "area" / "FB_Handshake.st"
+    file = library / "core" / "FB_RcxHandshake.st"
     text = file.read_text(encoding="utf-8")
-    found = "IF Hold OR NOT Robot.CodeRequest THEN"
+    found = "IF Hold OR NOT Robot.Inner.CodeRequest THEN"
     assert found in text
-    slow = found.replace(" THEN", " OR Robot.Phase = PHASE_STATUS_RESET THEN")
+    slow = found.replace(" THEN", " OR Robot.Inner.Phase = PHASE_STATUS_RESET THEN")
     file.write_text(text.replace(found, slow), encoding="utf-8")
     monkeypatch.setattr(handshake, "default_lib", lambda: library)
     handshake._program.cache_clear()

@@ -166,8 +166,10 @@ def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
 
 @pytest.mark.parametrize("head", docs.headers(), ids=lambda head: head.name)
 def test_a_head_names_its_tests_and_they_exist(head: docs.Header) -> None:
-    """`FC_ArmRotation` in plc/lib/command has tests/command/test_arm_rotation.py, if any."""
-    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", head.name.partition("_")[2]).lower()
-    own = f"tests/{head.folder.partition('/')[0]}/test_{words}.py"
-    assert own in head.tests or head.name.startswith("RCX_") or not (_ROOT / own).exists()
+    """`FB_Jog` has tests/command/test_jog.py, `FC_RcxArmRotation` of core test_arm_rotation.py."""
+    name = head.name.partition("_")[2].removeprefix("Rcx")
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+    folder = "*" if head.folder == "core" else head.folder.partition("/")[0]
+    for own in _ROOT.glob(f"tests/{folder}/test_{words}.py"):
+        assert own.relative_to(_ROOT).as_posix() in head.tests or head.name.startswith("RCX_")
     assert [test for test in head.tests if not (_ROOT / test).is_file()] == []

@@ -104,7 +104,7 @@ def test_every_seeded_bug_changes_a_block(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("block", "variable"), [("FB_DEDICATEDINPUTS", "WasUp"), ("RCX_REF", "SI")]
+    ("block", "variable"), [("FB_RCXDEDICATEDINPUTS", "WasUp"), ("RCX_REF", "SI")]
 )
 def test_a_state_that_leaves_out_what_counts_is_noticed(
     block: str, variable: str, monkeypatch: pytest.MonkeyPatch
@@ -117,8 +117,8 @@ def test_a_state_that_leaves_out_what_counts_is_noticed(
 
 
 def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    table = kept.TYPES["FB_DEDICATEDINPUTS"]
-    monkeypatch.setitem(kept.TYPES, "FB_DEDICATEDINPUTS", replace(table, fixed="Nothing WasUp"))
+    table = kept.TYPES["FB_RCXDEDICATEDINPUTS"]
+    monkeypatch.setitem(kept.TYPES, "FB_RCXDEDICATEDINPUTS", replace(table, fixed="Nothing WasUp"))
     with pytest.raises(AssertionError, match="is not fixed"):
         Explorer(model_named("inputs")).run(BOUND)
 
@@ -126,7 +126,7 @@ def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch
 def test_only_fb_scan_time_reads_the_elapsed_time_of_a_timer() -> None:
     """The states know of a TON only how many ticks ago it was started, and whether it is over."""
     readers = [file.stem for file in LIBRARY if ".ET" in file.read_text(encoding="utf-8")]
-    assert readers == ["FB_ScanTime"]
+    assert readers == ["FB_RcxScanTime"]
 
 
 def test_an_outcome_is_kept_until_what_it_rests_on_changes(

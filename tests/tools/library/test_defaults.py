@@ -21,7 +21,6 @@ _USUAL: dict[str, Value] = {
     "Axes": "ORIGIN_INCREMENTAL",
     "Axis": 1,
     "Confirm": timedelta(milliseconds=500),
-    "Connected": True,
     "ImageSize": 512,
     "Interval": timedelta(milliseconds=100),
     "Margin": timedelta(milliseconds=150),
@@ -76,7 +75,13 @@ def _blocks() -> dict[str, dict[str, str]]:
 
 _BLOCKS = _blocks()
 #: Parts of other blocks, which give them all of their inputs.
-_PARTS = {"FB_DedicatedInputs", "FB_Handshake", "FB_MakeHead", "FB_TakeHead", "FB_SharedWords"}
+_PARTS = {
+    "FB_RcxDedicatedInputs",
+    "FB_RcxHandshake",
+    "FB_RcxMakeHead",
+    "FB_RcxTakeHead",
+    "FB_RcxSharedWords",
+}
 
 
 @pytest.mark.parametrize("block", sorted(set(_BLOCKS) - _PARTS))

@@ -57,6 +57,18 @@ def test_every_error_id_of_the_blocks_is_in_the_table_and_every_entry_is_used() 
     assert sorted(used) == listed
 
 
+@pytest.mark.parametrize("file", LIBRARY, ids=lambda file: str(file.stem))
+def test_each_error_id_has_its_name_beside_it(file: Path) -> None:
+    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    names = {f"{error['id']:04X}": error["name"] for error in table}
+    for line in file.read_text(encoding="utf-8").splitlines():
+        numbers = re.findall(r"\bWORD#16#(8[0-9A-F]{3})\b", line)
+        wanted = [names[number] for number in numbers if number in names]
+        beside = [text for comment in re.findall(r"\(\* (.*?) \*\)", line)
+                  for text in comment.split(", ")]  # fmt: skip
+        assert not wanted or beside == wanted, line
+
+
 @pytest.mark.parametrize("direction", ["output", "input"])
 def test_the_structures_of_the_dedicated_bits_have_the_fields_of_the_table(direction: str) -> None:
     """Source: manual chapter 5, 2."""
@@ -73,7 +85,7 @@ def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaul
     for block in project.blocks.values():
         assert isinstance(block, BlockType)
         pins = [variable.name for variable in block.variables if variable.section == "VAR_OUTPUT"]
-        if "Done" in pins and block.name != "FB_Job":
+        if "Done" in pins and block.name != "FB_RcxJob":
             assert pins[:5] == outputs
             found.append(block.name)
     written = {block.name for block in library().blocks.values() if not block.handwritten}

@@ -56,7 +56,12 @@ _RELATIONAL = {
     ">=": (">", "<"),
 }
 _ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "MOD": "/"}
-_TWINS = {"FC_LOWWORD": "FC_HighWord", "FC_HIGHWORD": "FC_LowWord", "SHL": "SHR", "SHR": "SHL"}
+_TWINS = {
+    "FC_RCXLOWWORD": "FC_RcxHighWord",
+    "FC_RCXHIGHWORD": "FC_RcxLowWord",
+    "SHL": "SHR",
+    "SHR": "SHL",
+}
 _COUNTERS = ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT")
 _NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#00000000")
 

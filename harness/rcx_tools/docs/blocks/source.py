@@ -31,9 +31,10 @@ _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 #: only, an odd number with double words only.
 _ODD_OFFSET, _ODD_NUMBER = 0x8032, 0x8035
 
-#: What FB_Job adds on its own: a time limit and what else can happen to a turn. A remote command
-#: also ends with what FB_ReadArea finds, Robot.Answer; a channel of one's own has no queue.
-_JOB = "FB_Job"
+#: What FB_RcxJob adds on its own: a time limit and what else can happen to a turn. A remote
+#: command also ends with what FB_ReadArea finds, Robot.Inner.Answer; a channel of one's own has
+#: no queue.
+_JOB = "FB_RcxJob"
 _CALLED_WRONG = {0x8013, 0x8016}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
@@ -73,8 +74,8 @@ class Pou:
         uses: Blocks and functions that its code names.
         said: Blocks and functions that its comments name.
         own_errors: ErrorIDs that its own code gives.
-        answers: ErrorIDs that it puts into Robot.Answer, for the blocks that take that.
-        job: How it calls its FB_Job; empty where it has none.
+        answers: ErrorIDs that it puts into Robot.Inner.Answer, for the blocks that take that.
+        job: How it calls its FB_RcxJob; empty where it has none.
         result: Type of a function's result.
     """
 
@@ -201,7 +202,7 @@ def _pou(file: Path) -> Pou:
 
 
 def _of_job(pou: Pou) -> set[int]:
-    """ErrorIDs that a block has from its FB_Job."""
+    """ErrorIDs that a block has from its FB_RcxJob."""
     if not pou.job:
         return set()
     found = set(_SEQUENCE)
@@ -209,7 +210,7 @@ def _of_job(pou: Pou) -> set[int]:
         found = set(_REMOTE)
     elif "Channel := Own" in pou.job:
         found = set(_OWN)
-    if "Robot.Answer" in pou.job:
+    if "Robot.Inner.Answer" in pou.job:
         found |= {error for one in pous().values() for error in one.answers}
     return found
 

@@ -67,7 +67,12 @@ class Judge:
         self._look = program.reader(
             [f"Main.{one.place}.{pin}" for one in self._blocks for pin in pins]
             + ["Main.SequenceControl.Enable", "Main.EmergencyStopOk", "Main.StopOk"]
-            + ["Main.Robot.Phase", "Main.GeneralWord", "Main.GeneralBit", "Main.Jog.Enable"]
+            + [
+                "Main.Robot.Inner.Phase",
+                "Main.GeneralWord",
+                "Main.GeneralBit",
+                "Main.Jog.Enable",
+            ]
         )
         self._code = self._bits = 0
         self._points: dict[int, list[list[int]]] = {}

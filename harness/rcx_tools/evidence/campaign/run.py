@@ -105,16 +105,17 @@ class _Run(Run):
         if self.judge.busy or not read("Main.Robot.Connected"):
             return False
         free = all(
-            read(f"Main.Robot.{turn}.Serving") == read(f"Main.Robot.{turn}.NextTicket")
+            read(f"Main.Robot.Inner.{turn}.Serving") == read(f"Main.Robot.Inner.{turn}.NextTicket")
             for turn in ("Command", "Sequence")
         )
-        ready = read("Main.Robot.Phase") == "PHASE_READY" and read("Main.Robot.Settled")
+        ready = read("Main.Robot.Inner.Phase") == "PHASE_READY" and read("Main.Robot.Settled")
         return free and ready and bool(read("Main.Robot.SO.SO01_CpuOk"))
 
     def _what_is_busy(self) -> str:
         read = self.station.program.read
-        robot = {name: read(f"Main.Robot.{name}") for name in ("Connected", "Phase", "Status")}
-        turns = {name: read(f"Main.Robot.{name}") for name in ("Command", "Sequence")}
+        robot = {name: read(f"Main.Robot.{name}") for name in ("Connected", "Status")}
+        robot["Phase"] = read("Main.Robot.Inner.Phase")
+        turns = {name: read(f"Main.Robot.Inner.{name}") for name in ("Command", "Sequence")}
         return f"busy: {', '.join(self.judge.busy) or 'none'}; {robot}; {turns}"
 
     def _settle(self) -> None:
@@ -128,13 +129,13 @@ class _Run(Run):
     def recover(self) -> None:
         """The documented way back: alarm reset, servo on; then the cell does its work."""
         begin_us, read = self.station.now_us, self.station.program.read
-        if read("Main.Robot.HoldEmergency"):
+        if read("Main.Robot.Inner.HoldEmergency"):
             self._do("FromEmergency")
         if self._on(0, 3):
             self._do("AlarmReset")
         if not self._on(0, 2):
             self._do("ServoOn")
-        if read("Main.Robot.HoldStop"):
+        if read("Main.Robot.Inner.HoldStop"):
             self._do("ProgramContinue")
         if not self._on(1, 1):
             self._stop_program()

@@ -34,39 +34,39 @@ class Found(NamedTuple):
 SEEDED: tuple[Seeded, ...] = (
     Seeded(
         "a command is sent again after its end",
-        "area/FB_Handshake.st",
-        "  Robot.CodeRequest := FALSE;\n",
+        "core/FB_RcxHandshake.st",
+        "  Robot.Inner.CodeRequest := FALSE;\n",
         "",
         ("starts by itself", "executed twice"),
     ),
     Seeded(
         "Done without the end status",
-        "area/FB_TakeHead.st",
-        "  Robot.Answer := WORD#16#0000;",
-        "  Robot.Answer := WORD#16#0200;",
+        "core/FB_RcxTakeHead.st",
+        "  Robot.Inner.Answer := WORD#16#0000;",
+        "  Robot.Inner.Answer := WORD#16#0200;",
         ("not executed", "wrong end", "wrong data", "Done without its effect"),
     ),
     Seeded(
         "a link loss does not end the work: it goes on afterwards",
-        "area/FB_TakeHead.st",
-        "    Robot.Answer := WORD#16#8001;",
-        "    Robot.Answer := WORD#16#0000;",
+        "core/FB_RcxTakeHead.st",
+        "    Robot.Inner.Answer := WORD#16#8001;",
+        "    Robot.Inner.Answer := WORD#16#0000;",
         ("executed twice", "executed unasked", "rule command held"),
     ),
     Seeded(
         "an abnormal end is shown as Done",
-        "area/FB_TakeHead.st",
-        "    Robot.Answer := WORD#16#8020;",
-        "    Robot.Answer := WORD#16#0200;",
+        "core/FB_RcxTakeHead.st",
+        "    Robot.Inner.Answer := WORD#16#8020;",
+        "    Robot.Inner.Answer := WORD#16#0200;",
         ("wrong end",),
     ),
     Seeded(
         "the words of a position are swapped",
         "command/definition/FB_WritePoint.st",
-        "          Data[2 * k + 2] := FC_LowWord(Value := Pulses[k]);\n"
-        "          Data[2 * k + 3] := FC_HighWord(Value := Pulses[k]);",
-        "          Data[2 * k + 2] := FC_HighWord(Value := Pulses[k]);\n"
-        "          Data[2 * k + 3] := FC_LowWord(Value := Pulses[k]);",
+        "          Data[2 * k + 2] := FC_RcxLowWord(Value := Pulses[k]);\n"
+        "          Data[2 * k + 3] := FC_RcxHighWord(Value := Pulses[k]);",
+        "          Data[2 * k + 2] := FC_RcxHighWord(Value := Pulses[k]);\n"
+        "          Data[2 * k + 3] := FC_RcxLowWord(Value := Pulses[k]);",
         ("starts by itself",),
     ),
     Seeded(
@@ -78,45 +78,45 @@ SEEDED: tuple[Seeded, ...] = (
     ),
     Seeded(
         "dedicated inputs follow each other at once",
-        "area/FB_DedicatedInputs.st",
+        "core/FB_RcxDedicatedInputs.st",
         "  IF Pace.Q AND NOT Restart THEN",
         "  IF NOT Restart THEN",
         ("rule interval",),
     ),
     Seeded(
         "the margin for the network is forgotten",
-        "area/FB_MakeHead.st",
+        "core/FB_RcxMakeHead.st",
         "  Spacing := Spacing + Extra;\n",
         "",
         ("rule interval", "rule ready-first", "rule hold-command"),
     ),
     Seeded(
         "a turn is never given back after a timeout",
-        "area/FB_Handshake.st",
-        "    ELSE\n      Robot.Command.Serving := Robot.Command.Lowest;",
-        "    ELSIF NOT Robot.Command.Orphan THEN\n"
-        "      Robot.Command.Serving := Robot.Command.Lowest;",
+        "core/FB_RcxHandshake.st",
+        "    ELSE\n      Robot.Inner.Command.Serving := Robot.Inner.Command.Lowest;",
+        "    ELSIF NOT Robot.Inner.Command.Orphan THEN\n"
+        "      Robot.Inner.Command.Serving := Robot.Inner.Command.Lowest;",
         ("not at rest",),
     ),
     Seeded(
         "the hold of SI(00) comes back by itself",
-        "area/FB_MakeHead.st",
-        "  Robot.EmergencyStopOk := EmergencyStopOk AND NOT Robot.HoldEmergency;",
+        "core/FB_RcxMakeHead.st",
+        "  Robot.EmergencyStopOk := EmergencyStopOk AND NOT Robot.Inner.HoldEmergency;",
         "  Robot.EmergencyStopOk := TRUE;",
         ("starts by itself", "Done without its effect"),
     ),
     Seeded(
         "a jog does not stop",
         "command/movement/FB_Jog.st",
-        "  Robot.StopJog := Robot.StopJog OR (Out AND Halt AND Job.Busy);\n",
+        "  Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND Job.Busy);\n",
         "",
         ("jog goes on",),
     ),
     Seeded(
         "general-purpose words go out during a command",
-        "area/FB_MakeHead.st",
-        "  IF Robot.Phase = PHASE_COMMAND_DATA OR Robot.Phase = PHASE_COMMAND_RUN THEN",
-        "  IF Robot.Phase = PHASE_COMMAND_DATA THEN",
+        "core/FB_RcxMakeHead.st",
+        "  IF Robot.Inner.Phase = PHASE_COMMAND_DATA OR Robot.Inner.Phase = PHASE_COMMAND_RUN THEN",
+        "  IF Robot.Inner.Phase = PHASE_COMMAND_DATA THEN",
         ("rule command held", "rule hold-command", "starts by itself", "not executed"),
     ),
 )

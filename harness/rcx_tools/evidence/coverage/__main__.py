@@ -28,7 +28,7 @@ __all__ = ["figures", "main", "reasons"]
 ROOT = Path(__file__).resolve().parents[4]
 
 #: Where MC/DC is demanded: folders and files.
-MCDC_FILES = ("area/", "sequence/", "command/FB_RemoteCommand.st")
+MCDC_FILES = ("area/", "core/", "sequence/", "command/FB_RemoteCommand.st")
 
 #: Why something need not be covered, below the repository.
 REASONS = "tests/tools/evidence/conditions.toml"

@@ -3,7 +3,7 @@
 * Time: all scans of a model have the same interval, or a few that the environment chooses. A TON
   compares the time since its start with PT and does nothing else with the time, so the ticks since
   its start are all that counts, and of those that are more than the longest PT of the model none
-  differs from another. ET is read by FB_ScanTime only, which starts its TON anew in every scan:
+  differs from another. ET is read by FB_RcxScanTime only, which starts its TON anew in every scan:
   there it is 0 before the first scan, and then the time since the last one. Waits that are counted
   in milliseconds are numbers like others; none outlasts its limit.
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
@@ -169,7 +169,7 @@ class Abstraction:
             elif slot in flags:
                 self._slots.append(_Slot(f"{code} != 0", f"{code} = {{v}} * 0x8001"))
             elif isinstance(part, BlockType) and part.name == "TON":
-                self._timer(code, conditions.get(slot, ""), reads_et=type_name == "FB_SCANTIME")
+                self._timer(code, conditions.get(slot, ""), reads_et=type_name == "FB_RCXSCANTIME")
             elif isinstance(part, (BlockType, StructType)):
                 assert slot not in conditions
                 inner = TYPES.get(part.name.upper(), Kept())
@@ -188,7 +188,7 @@ class Abstraction:
     def _channel(self, ticket: str, type_name: str, owner: str, channel: str) -> str:
         if channel.startswith("own_"):
             return channel
-        if type_name == "FB_JOB":
+        if type_name == "FB_RCXJOB":
             return f"robot.{_OWNERS.get(owner, 'sequence').upper()}"
         return f"robot.{ticket.upper()}"
 
@@ -251,7 +251,7 @@ class Abstraction:
     def _compile(self) -> None:
         names = {
             **self._objects,
-            "robot": self.root.ROBOT,
+            "robot": self.root.ROBOT.INNER,
             "ton": self._ton,
             "set_ton": self._set_ton,
             "index": self._wide_index,

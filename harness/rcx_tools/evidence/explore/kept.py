@@ -24,7 +24,7 @@ class Kept:
         fixed: The same after every scan: constants, and requests that are cleared at its end.
         flags: Words of which only "is it 0" has an effect later: the shown ErrorID.
         while_true: Condition -> what is read only while it is true. The condition is Python, with
-            `o` for the object itself and `robot` for the program's RCX_REF.
+            `o` for the object itself and `robot` for the program's RCX_ARBITRATION.
         tickets: Ticket -> channel on which it stands, as `command`, `sequence` or `own`.
         scans: Numbers of scans: that of the last one, or of one before.
     """
@@ -42,8 +42,9 @@ _DATA = "robot.PHASE == 2"
 _SEQUENCE = Kept(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
 
 TYPES: dict[str, Kept] = {
-    "RCX_REF": Kept(
-        dropped="Connected Status Response SO Elapsed Answer",
+    "RCX_REF": Kept(dropped="Connected Status Response SO"),
+    "RCX_ARBITRATION": Kept(
+        dropped="Elapsed Answer",
         fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan",
         scans="Scan",
         while_true={_RUN: "Running Code Data"},
@@ -52,26 +53,28 @@ TYPES: dict[str, Kept] = {
     "FB_READAREA": Kept(
         dropped="Connected Error ErrorID Status Words Bits k", fixed="m Size ImageSize"
     ),
-    "FB_TAKEHEAD": Kept(dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"),
+    "FB_RCXTAKEHEAD": Kept(
+        dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"
+    ),
     # Scans are whole milliseconds apart: nothing is left over.
-    "FB_SCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
+    "FB_RCXSCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Kept(
         dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value Bits k",
         fixed="n Size ImageSize",
     ),
-    "FB_MAKEHEAD": Kept(
+    "FB_RCXMAKEHEAD": Kept(
         dropped="Interval Margin EmergencyStopOk StopOk Code Extra Spacing SameData k JogCode",
         while_true={_DATA: "Words"},
     ),
-    "FB_HANDSHAKE": Kept(
+    "FB_RCXHANDSHAKE": Kept(
         dropped="Interval Hold SameData Code Endless",
         while_true={_DATA: "Owner Asked"},
         tickets={"Owner": "command"},
     ),
-    "FB_DEDICATEDINPUTS": Kept(
+    "FB_RCXDEDICATEDINPUTS": Kept(
         dropped="Interval Settling Restart Wanted Unset Change First", scans="Seen"
     ),
-    "FB_JOB": Kept(
+    "FB_RCXJOB": Kept(
         dropped="Execute Scan Elapsed Holder Trouble Answer Settled Applied Request Ended",
         flags="ErrorID",
         while_true={"o.BUSY": "Armed Ticket Longest Waited Seen"},

@@ -238,14 +238,14 @@ STOP = Model(
     pins=((True, True), (True, False)),
 )  # fmt: skip
 
-_COUNTED = "Scan := Robot.Scan, Elapsed := Robot.Elapsed"
+_COUNTED = "Scan := Robot.Inner.Scan, Elapsed := Robot.Inner.Elapsed"
 
 JOBS = Model(
     "jobs",
-    "three FB_Job alone on one channel, with any answer and any trouble",
+    "three FB_RcxJob alone on one channel, with any answer and any trouble",
     tuple(
-        Block(name, "FB_Job",
-              f"Channel := Robot.Sequence, Longest := {limit}, {_COUNTED}, "
+        Block(name, "FB_RcxJob",
+              f"Channel := Robot.Inner.Sequence, Longest := {limit}, {_COUNTED}, "
               "Trouble := Trouble, Settled := TRUE, Applied := Applied, "
               "Answer := BOOL_TO_WORD(Answered)",
               "job", does=does)
@@ -265,10 +265,10 @@ JOBS = Model(
 
 RETRIES = Model(
     "retries",
-    "three FB_Job on one channel that are tried again and again, give up, and lose the link",
+    "three FB_RcxJob on one channel that are tried again and again, give up, and lose the link",
     tuple(
-        Block(name, "FB_Job",
-              f"Channel := Robot.Sequence, Longest := {limit}, {_COUNTED}, "
+        Block(name, "FB_RcxJob",
+              f"Channel := Robot.Inner.Sequence, Longest := {limit}, {_COUNTED}, "
               f"Trouble := WORD#16#0000, Settled := TRUE, Applied := {name}.Active, "
               "Answer := Robot.Status OR BOOL_TO_WORD(NOT Robot.Connected) "
               "OR SHL(BOOL_TO_WORD(NOT Robot.Connected), 15)",

@@ -131,9 +131,9 @@ def _pins(model: Model) -> list[str]:
 
 def _watched(model: Model) -> list[str]:
     """The pins of the blocks and who has the turns."""
-    names = [*_pins(model), "EmergencyStopOk", "Robot.Phase"]
+    names = [*_pins(model), "EmergencyStopOk", "Robot.Inner.Phase"]
     for channel in ("Command", "Sequence"):
-        names += [f"Robot.{channel}.Serving", f"Robot.{channel}.NextTicket"]
+        names += [f"Robot.Inner.{channel}.Serving", f"Robot.Inner.{channel}.NextTicket"]
     return names + [f"{block.name}.ErrorID" for block in model.blocks]
 
 

@@ -215,13 +215,13 @@ class Explorer:
 
     def _queue(self) -> int:
         """Tickets on the longer queue, also those whose blocks have given up."""
-        robot = self._root.ROBOT
+        robot = self._root.ROBOT.INNER
         command = robot.COMMAND.NEXTTICKET - robot.COMMAND.SERVING & 0xFFFF
         return int(max(command, robot.SEQUENCE.NEXTTICKET - robot.SEQUENCE.SERVING & 0xFFFF))
 
     def _is_free(self) -> bool:
         """No turn is taken, nothing is out, and no block that is called is busy."""
-        robot = self._root.ROBOT
+        robot = self._root.ROBOT.INNER
         return bool(
             robot.COMMAND.SERVING == robot.COMMAND.NEXTTICKET
             and robot.SEQUENCE.SERVING == robot.SEQUENCE.NEXTTICKET

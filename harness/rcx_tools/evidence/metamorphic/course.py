@@ -70,9 +70,12 @@ class Course:
 
 
 def _unnumbered(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The same without RCX_REF.Scan, which begins at m."""
+    """The same without RCX_REF.Inner.Scan, which begins at m."""
     return tuple(
-        {**one, "Scan": 0} if isinstance(one, dict) and "Elapsed" in one else one for one in values
+        {**one, "Inner": {**one["Inner"], "Scan": 0}}
+        if isinstance(one, dict) and "Inner" in one
+        else one
+        for one in values
     )
 
 

@@ -90,7 +90,7 @@ def same_scans(base: Course, other: Course) -> str:
 
 
 def _timeless(course: Course) -> Course:
-    """The same without RCX_REF.Elapsed and what a program's own timers show."""
+    """The same without RCX_REF.Inner.Elapsed and what a program's own timers show."""
     scans = [seen._replace(values=tuple(map(_no_time, seen.values))) for seen in course.scans]
     return replace(course, scans=scans)
 
@@ -98,8 +98,8 @@ def _timeless(course: Course) -> Course:
 def _no_time(value: Any) -> Any:
     if isinstance(value, timedelta):
         return timedelta(0)
-    if isinstance(value, dict) and "Elapsed" in value:
-        return {**value, "Elapsed": 0}
+    if isinstance(value, dict) and "Inner" in value:
+        return {**value, "Inner": {**value["Inner"], "Elapsed": 0}}
     return value
 
 

@@ -30,26 +30,26 @@ SEEDED: tuple[Seeded, ...] = (
         "offsets",
         "chart servo_on",
         "area/FB_ReadArea.st",
-        "    Bits := FC_Word(LowByte := Image[m + 32], HighByte := Image[m + 33]);",
-        "    Bits := FC_Word(LowByte := Image[32], HighByte := Image[33]);",
+        "    Bits := FC_RcxWord(LowByte := Image[m + 32], HighByte := Image[m + 33]);",
+        "    Bits := FC_RcxWord(LowByte := Image[32], HighByte := Image[33]);",
     ),
     Seeded(
         "the inputs are also written at the beginning of the image",
         "offsets",
         "chart servo_on",
         "area/FB_WriteArea.st",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));\n"
-        "    Image[32] := WORD_TO_BYTE(Robot.Applied AND WORD#16#00FF);",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));\n"
+        "    Image[32] := WORD_TO_BYTE(Robot.Inner.Applied AND WORD#16#00FF);",
     ),
     Seeded(
         "with 256 bytes a byte behind the head is written",
         "size",
         "chart servo_on",
         "area/FB_WriteArea.st",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));",
-        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Applied, 8));\n"
-        "    Image[n + Size - 1] := WORD_TO_BYTE(SHR(Robot.Applied, 8) OR WORD#16#0001);",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));",
+        "    Image[n + 33] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8));\n"
+        "    Image[n + Size - 1] := WORD_TO_BYTE(SHR(Robot.Inner.Applied, 8) OR WORD#16#0001);",
     ),
     Seeded(
         "the block for words reads the status twice",
@@ -63,7 +63,7 @@ SEEDED: tuple[Seeded, ...] = (
         "a longer Interval is ignored",
         "scan time",
         "chart servo_on_from_emergency_stop",
-        "area/FB_MakeHead.st",
+        "core/FB_RcxMakeHead.st",
         "    Spacing := Interval;",
         "    Spacing := T#100ms;",
     ),

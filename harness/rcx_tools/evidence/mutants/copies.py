@@ -231,6 +231,10 @@ def _regenerate(copy: Path) -> None:
     texts: Any = importlib.import_module("rcx_tools.library.alarm_texts").text_files()
     for path, write in {**files, **texts}.items():
         _write(copy / path, write())
+    bits: Any = importlib.import_module("rcx_tools.library.signals").signal_files()
+    for path, write in bits.items():
+        if (copy / path).is_file():  # the rest of it is written by hand
+            _write(copy / path, write())
 
 
 def _linked(source: str, target: str) -> None:
