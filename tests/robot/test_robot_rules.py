@@ -45,3 +45,12 @@ def test_the_page_shows_every_rule_with_its_section_or_knobs() -> None:
         assert all(f"`{knob}`" in page for knob in rule.knobs)
     assert "`min_interval` (100)" in page
     assert "`host_version` (0x0108)" in page
+
+
+def test_the_rules_of_each_list_are_numbered_from_1_on() -> None:
+    """Other pages and messages say A15."""
+    page = fidelity_page()
+    for letter, from_manual in (("M", True), ("A", False)):
+        mine = [rule.id for rule in rules() if rule.from_manual is from_manual]
+        rows = re.findall(rf"^\| {letter}(\d+) `([\w-]+)` \|", page, re.MULTILINE)
+        assert rows == [(str(number), name) for number, name in enumerate(mine, 1)]
