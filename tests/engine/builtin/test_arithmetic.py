@@ -210,10 +210,16 @@ def test_durations_are_added_scaled_and_compared(run: Run) -> None:
     )
 
 
+def test_a_number_without_a_type_may_stand_on_either_side_of_a_comparison(run: Run) -> None:
+    variables = "X : INT := 7; R : REAL := 0.5; A, B, C, D : BOOL;"
+    body = "A := 5 < X; B := X < 5; C := 1.5 > R; D := R > 1.5;"
+    assert run(variables, body, "A B C D") == (True, False, True, False)
+
+
 def test_a_part_of_a_duration_is_cut_to_whole_nanoseconds(run: Run) -> None:
     """Half of one is none, also 4000 times; as matiec does."""
     body = "FOR I := 1 TO 4000 DO S1 := S1 + A * F; Q1 := Q1 + A / G; END_FOR;"
-    variables = "A : TIME := T#1us; F : REAL := 0.0005; G : REAL := 2000.0; S1, Q1 : TIME; I : INT;"
+    variables = "A : TIME := T#1ms; F : REAL := 5.0E-7; G : REAL := 2.0E6; S1, Q1 : TIME; I : INT;"
     assert run(variables, body, "S1 Q1") == (timedelta(0), timedelta(0))
 
 
