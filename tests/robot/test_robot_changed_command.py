@@ -12,6 +12,7 @@ VERSION = (0x0501,)
 MOVE = (0x0009, 0x0000, 0, 0, 0x0001)  # MOVEI by point 1, at the program speed
 POINT_1 = (0x0100, 0, 1, 0, 0x86A0, 0x0001)  # axis 1 = 100000 pulses
 CONTINUOUS = (0x0505, 0x0001)
+ASSIGN_7_TO_1 = (0x0230, 0, 1, 7)
 READY = (0,) * 16
 
 
@@ -245,3 +246,19 @@ def test_what_goes_on_behind_the_ready_status_needs_no_change_of_the_inputs() ->
     for k in range(40):
         master.robot.cycle(master.now_us + k * 5000, image)
     assert master.robot.points[1].data[0] == 100_000
+
+
+def test_a_command_that_failed_unseen_is_not_tried_again() -> None:
+    """Point 7 is not defined when the assignment acts; what is written there later does not count.
+
+    Rule: changed-command.
+    """
+    master = Master(command_delay=50, changed_command_status="ready")
+    master.power_up()
+    master.send(*ASSIGN_7_TO_1)
+    master.run(20)
+    master.send()
+    master.run(100)
+    assert master.execute(0x0100, 0, 7, 0, 0x86A0, 0x0001)[0] == 0x0200
+    master.run(100)
+    assert sorted(master.robot.points) == [7, 19, 50, 100]

@@ -300,6 +300,16 @@ def test_versions_show_0_for_drivers_that_are_not_there() -> None:
     assert master.execute(0x0501)[5:9] == (0x0203, 0x0203, 0, 0)
 
 
+def test_versions_have_four_drivers_however_many_axes_there_are() -> None:
+    """Words m+10 to m+16; from m+18 on nothing is used.
+
+    Source: remote command guide 4.7.1
+    """
+    master = Master(axes=(Axis(), Axis(), Axis(), Axis(), Axis()))
+    master.power_up()
+    assert master.execute(0x0501)[5:] == (0x0101, 0x0101, 0x0101, 0x0101, *(0,) * 7)
+
+
 def test_the_alarm_reset_command_clears_the_alarm() -> None:
     """Source: remote command guide 4.8.3."""
     master = _mover()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -53,6 +54,8 @@ def test_a_held_status_keeps_the_response_with_it() -> None:
         ("Status", 0x0300, 1, 0x03),
         ("SOW(15)", 0x1234, 30, 0x34),
         ("SOW127", 0xABCD, 255, 0xAB),
+        ("SOW(2)", 0x0000, 5, 0x00),
+        ("SOW(2)", 0xFFFF, 5, 0xFF),
     ],
 )
 def test_any_output_can_be_forced(name: str, value: int, at: int, byte: int) -> None:
@@ -72,6 +75,7 @@ def test_any_output_can_be_forced(name: str, value: int, at: int, byte: int) -> 
     ("name", "value"),
     [
         ("SOW(2)", -1),
+        ("SOW(2)", 0x10000),
         ("SO99", 1),
         ("SO160", 1),
         ("SO18", 1),
@@ -226,3 +230,28 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
 
     diligent.cycle = cycle  # type: ignore[method-assign]
     assert _random_life(seed, lazy, 0, 3000) == _random_life(seed, diligent, 0, 3000)
+
+
+@pytest.mark.parametrize(
+    ("act", "at", "byte"),
+    [
+        (lambda robot: robot.force("SO(20)", 1), 34, 1),
+        (lambda robot: robot.write_port("SO(20)", 1), 34, 1),
+        (lambda robot: robot.inject("warning"), 33, 0b0010_0011),
+        (lambda robot: robot.origins.__setitem__(0, False), 33, 0b0000_0001),
+    ],
+    ids=["force", "write_port", "inject", "origins"],
+)
+def test_what_is_done_before_the_first_cycle_shows_in_it(
+    act: Callable[[Controller], None], at: int, byte: int
+) -> None:
+    """At time 0, with a controller that has booted; and in a later cycle likewise.
+
+    Source: manual chapter 1, 4.1
+    """
+    first, later = Controller(), Controller()
+    act(first)
+    assert first.cycle(0, None)[at] == byte
+    later.cycle(0, None)
+    act(later)
+    assert later.cycle(CYCLE_US, None)[at] == byte

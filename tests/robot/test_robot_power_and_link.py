@@ -242,3 +242,18 @@ def test_a_power_on_alarm_is_there_after_the_boot() -> None:
     master.run(300)
     assert master.on("SO03")
     assert not master.on("SO04")
+
+
+@pytest.mark.parametrize("names", [("SI15",), ("SI00", "SI06", "SI15")])
+def test_the_image_of_the_very_first_cycle_has_levels_only(names: tuple[str, ...]) -> None:
+    """The controller has booted, and the master is there before it: no edge and no change.
+
+    Rule: link-first-image.
+    """
+    master = Master()
+    for name in names:
+        master.turn(name, True)
+    master.run(200)
+    assert master.texts() == []
+    assert not master.on("SO14")
+    assert master.on("SO00") is ("SI00" not in names)

@@ -63,3 +63,12 @@ def test_the_sections_can_be_read_each_by_itself() -> None:
     config = RobotConfig(servo_on_delay=10.0, busy_alarm="6.7")
     assert all(isinstance(config, section) for section in SECTIONS)
     assert (config.servo_on_delay, config.busy_alarm, config.size) == (10.0, "6.7", 48)
+
+
+def test_the_rules_of_each_list_are_numbered_from_1_on() -> None:
+    """Other pages and messages say A15."""
+    page = fidelity_page()
+    for letter, from_manual in (("M", True), ("A", False)):
+        mine = [rule.id for rule in rules() if rule.from_manual is from_manual]
+        rows = re.findall(rf"^\| {letter}(\d+) `([\w-]+)` \|", page, re.MULTILINE)
+        assert rows == [(str(number), name) for number, name in enumerate(mine, 1)]

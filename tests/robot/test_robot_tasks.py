@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -300,3 +301,22 @@ def test_a_second_reset_by_command_does_not_replace_one_that_is_not_answered() -
         assert master.execute(0x0406, 0x0002, 0, task)[0] == 0x0200
     master.run(1200)
     assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
+
+
+def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() -> None:
+    """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end.
+
+    Rule: tasks.
+    """
+    steps = ("SO(20)=1", "DELAY 100", "SO(20)=0", "DELAY 200")
+    master = Master(programs=(RobotProgram(steps=steps, loop=True),))
+    master.servo_on()
+    master.pulse("SI15")
+    master.turn("SI12", True)
+    seen = []
+    for _ in range(300):
+        master.run(5)
+        seen.append(master.so[34] & 1)
+    changes = [k for k in range(1, 300) if seen[k] != seen[k - 1]]
+    lengths = [5 * (b - a) for a, b in pairwise(changes)]
+    assert lengths[:7] in ([100, 200] * 3 + [100], [100, 205] * 3 + [100]), lengths

@@ -48,17 +48,21 @@ def test_the_types_and_blocks_are_those_of_the_tables() -> None:
 
 @every_type
 def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: str) -> None:
-    """Source: the section that tests/spec/second_reading/pins/members.toml names."""
+    """A type that chooses between commands has no values on the wire; its members count from 0.
+
+    Source: the section that tests/spec/second_reading/pins/members.toml names.
+    """
     members = {one.name: one for one in library().enumerations[name].members}
     wrong = [f"{one} is no member of the reading" for one in members]
-    for mine in ENUMERATIONS[name]:
+    for place, mine in enumerate(ENUMERATIONS[name]):
         if mine.name not in members:
             wrong.append(f"{mine.name} is no member of the spec")
             continue
         wrong.remove(f"{mine.name} is no member of the reading")
         one = members[mine.name]
-        if mine.value not in (None, one.value):
-            wrong.append(f"{mine.name} is {one.value} in the spec, {mine.value} in the manual")
+        value = place if mine.value is None else mine.value
+        if value != one.value:
+            wrong.append(f"{mine.name} is {one.value} in the spec, not {value}")
         if mine.words not in one.meaning:
             wrong.append(f"{mine.name} means {one.meaning!r}, not {mine.words!r}")
     assert not wrong, f"{name}:\n  " + "\n  ".join(wrong)
@@ -79,6 +83,25 @@ def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) 
         if one.words not in rows.get(one.name, "")
     ]
     assert not wrong, f"{name}:\n  " + "\n  ".join(wrong)
+
+
+@every_block_of_the_reading
+def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
+    """The commands in the order of the members; one, where nothing chooses.
+
+    Source: the section that tests/spec/second_reading/pins/blocks.toml names.
+    """
+    commands = library().blocks[block.name].commands
+    theirs = [f"{one.code:03X}" for one in commands]
+    mine = [f"{block.codes[one]:03X}" for one in _chosen(block)]
+    assert theirs == mine, f"{block}: the commands are {theirs}, not {mine}"
+
+
+def _chosen(block: Pins) -> list[str]:
+    """The members that choose a command, in the order of their type."""
+    types = [[one.name for one in members] for members in ENUMERATIONS.values()]
+    found = [names for names in types if set(names) == set(block.codes)]
+    return found[0] if found else list(block.codes)
 
 
 @every_block_of_the_reading

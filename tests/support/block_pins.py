@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from pin_reading import refused_with
 from rcx_harness.engine.base import Value
 from rcx_harness.spec.telegram import Field, FieldValue, intervals
 from rcx_tools.library.tables import Block, Input, Member, library
@@ -291,7 +292,7 @@ class Reading:
 
     def _illegal(self, fields: Fields, pin: Input) -> Iterator[tuple[Value, int]]:
         kind = _element(pin.type)
-        error = int(pin.error.removeprefix("16#") or "8045", 16)
+        error = refused_with(pin.pin)
         part = self.requests[pin.to[0]]
         if kind == "WORD" and (pin.flag or self._counts(fields, pin)):
             width = (part.mask >> part.bits[0]).bit_length()
@@ -302,7 +303,6 @@ class Reading:
             names = [one.name for one in members(kind) if self._wrong_member(pin, one.name)]
             yield from ((name, error) for name in names)
         elif kind == "STRING":
-            error = int(pin.error.removeprefix("16#") or "8046", 16)
             known = _characters(part)
             strange = [chr(code) for code in range(1, 128) if chr(code) not in known + " "]
             inner = [] if " " in known else [" A", "A A", "A" * (part.length - 2) + " A"]

@@ -18,7 +18,15 @@ from rcx_harness.spec import load_toml
 from rcx_harness.spec.telegram import WORDS
 from second_reading import FOLDER, Place, place
 
-__all__ = ["Member", "PinRow", "Pins", "every_block", "every_enumeration", "hexadecimal"]
+__all__ = [
+    "Member",
+    "PinRow",
+    "Pins",
+    "every_block",
+    "every_enumeration",
+    "hexadecimal",
+    "refused_with",
+]
 
 Given = Mapping[str, Value]
 _HOWS = ("number", "bit", "pattern", "bcd", "bool", "text", "real", "rotation")
@@ -204,6 +212,13 @@ def hexadecimal(words: Sequence[int]) -> str:
     """Words as `n=16#1001 n+6=16#0064`; those that are 0 are left out."""
     shown = (f"n+{2 * k}=16#{word:04X}" for k, word in enumerate(words) if word)
     return " ".join(shown).replace("n+0", "n", 1) or "all 0"
+
+
+@cache
+def refused_with(pin: str) -> int:
+    """The ErrorID of a command block where the value of an input is illegal."""
+    pins = load_toml(FOLDER / "pins/texts.toml")["pins"]
+    return next((int(number, 16) for number, names in pins.items() if pin in names), 0x8045)
 
 
 @cache

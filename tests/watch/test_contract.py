@@ -236,35 +236,71 @@ def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
     assert "Main.ServoOn.Job" in [one.path for one in monitor.instances]
 
 
+class _Pins:
+    """A program with one block, whose pins the test sets: Execute, Busy, Done, Error."""
+
+    def __init__(self) -> None:
+        self.values = (False, False, False, False)
+        self.monitor = ContractMonitor(cast(Any, self), {"MAIN.JOB"})
+
+    def instances(self) -> dict[str, BlockType]:
+        kind = ElementaryType("BOOL")
+        names = ("Execute", "Busy", "Done", "Error")
+        job = BlockType("FB_RcxJob", tuple(Variable(name, kind, "VAR_INPUT") for name in names))
+        return {"Main": BlockType("Main", (Variable("Job", job, "VAR"),))}
+
+    def reader(self, paths: list[str]) -> Callable[[], tuple[bool, ...]]:
+        assert [path.rpartition(".")[2] for path in paths] == ["Execute", "Busy", "Done", "Error"]
+        return lambda: self.values
+
+    def scan(self, *values: bool) -> list[str]:
+        """What is reported after a scan with these values."""
+        self.values = cast(Any, values)
+        return [one.text.rpartition(": ")[2] for one in self.monitor.scan(0, 0)]
+
+
 def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
     """What was judged after the snapshot counts no more, not even that the pins were at rest."""
-
-    class Pins:
-        values = (False, False, False, False)
-
-        def instances(self) -> dict[str, BlockType]:
-            kind = ElementaryType("BOOL")
-            names = ("Execute", "Busy", "Done", "Error")
-            job = BlockType("FB_RcxJob", tuple(Variable(name, kind, "VAR_INPUT") for name in names))
-            return {"Main": BlockType("Main", (Variable("Job", job, "VAR"),))}
-
-        def reader(self, paths: list[str]) -> Callable[[], tuple[bool, ...]]:
-            assert [path.rpartition(".")[2] for path in paths] == [
-                *("Execute", "Busy", "Done", "Error")
-            ]
-            return lambda: self.values
-
-    pins = Pins()
-    monitor = ContractMonitor(cast(Any, pins), {"MAIN.JOB"})
-
-    def scan(*values: bool) -> list[str]:
-        pins.values = cast(Any, values)
-        return [one.text.rpartition(": ")[2] for one in monitor.scan(0, 0)]
-
-    assert scan(True, False, True, False) == []
-    assert scan(False, False, True, False) == []
-    kept: Any = monitor.snapshot()
-    assert scan(False, False, False, False) == []
-    monitor.restore(kept)
+    pins = _Pins()
+    assert pins.scan(True, False, True, False) == []
+    assert pins.scan(False, False, True, False) == []
+    kept: Any = pins.monitor.snapshot()
+    assert pins.scan(False, False, False, False) == []
+    pins.monitor.restore(kept)
     found = ["Done is shown for more than one scan after Execute has fallen"]
-    assert scan(False, False, True, False) == found
+    assert pins.scan(False, False, True, False) == found
+
+
+def test_pins_that_were_at_rest_before_a_restore_are_judged_after_it() -> None:
+    """The way to them is another one: from Busy, without an end."""
+    pins = _Pins()
+    assert pins.scan(True, True, False, False) == []
+    kept: Any = pins.monitor.snapshot()
+    assert pins.scan(False, False, True, False) == []
+    assert pins.scan(False, False, False, False) == []
+    pins.monitor.restore(kept)
+    found = ["Busy fell without an end; expected Done or Error for at least one scan"]
+    assert pins.scan(False, False, False, False) == found
+
+
+@pytest.mark.parametrize(
+    ("after", "certain"),
+    [
+        ("A.Timeout := T#5s;", True),
+        ("Other.Execute := TRUE;", True),
+        ("Jobs[1].Execute := TRUE;", True),
+        ("Box.A.Execute := TRUE;", True),
+        ("Execute := TRUE;", True),
+        ("A.Execute := FALSE;", False),
+        ("A.Enable := FALSE;", False),
+        ("IF k = 1 THEN\n    A.execute := FALSE;\n  END_IF;", False),
+    ],
+)
+def test_a_call_is_certain_unless_its_execute_or_enable_is_written_after_it(
+    tmp_path: Path, after: str, certain: bool
+) -> None:
+    program = tmp_path / "P.st"
+    program.write_text(
+        f"PROGRAM P\n  VAR A : FB_X; k : INT; END_VAR\n  A();\n  {after}\nEND_PROGRAM\n"
+    )
+    assert steady_instances([program]) == ({"P.A"} if certain else set())

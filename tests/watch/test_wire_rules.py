@@ -339,6 +339,17 @@ def test_a_code_that_follows_another_without_the_reset_is_not_ready() -> None:
     assert judge(*out, Scan(30, code=0x0102, status=END)) == [f"30 ready before code: {text}"]
 
 
+def test_data_that_come_with_a_code_that_follows_another_are_not_told_besides() -> None:
+    """After the end both may change; what is wrong is the code without the reset.
+
+    Source: guide chapter 2, steps 5 and 6.
+    """
+    out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=END))
+    text = "the code 16#0102 went out while the status read was 16#0200; expected 16#0000"
+    with_data = Scan(30, code=0x0102, data={4: 1}, status=END)
+    assert judge(*out, with_data) == [f"30 ready before code: {text}"]
+
+
 def test_a_code_that_was_out_before_the_link_came_is_not_judged() -> None:
     early = Scan(0, code=0x0101, connected=False)
     monitor = WireMonitor()

@@ -46,7 +46,7 @@ class Place:
     slot or 4 task; each has its number.
     """
 
-    kind: int = 1
+    kind: int
     number: int = 1
     detail: int = 0
     detail_number: int = 0

@@ -25,8 +25,8 @@ class DedicatedInputs:
         self._late_levels = config.late_levels
         self._recovery_edges = config.recovery_edges
         self._findings = findings
-        self._actual = 0
-        self._taken = 0
+        self._actual: int  # both from the first image on
+        self._taken: int
         self._reserved: tuple[int, bytes] = (0, bytes(len(signals().reserved_bytes)))
         self._changed_us: int | None = None
         self._last_change = ""

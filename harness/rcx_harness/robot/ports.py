@@ -97,8 +97,7 @@ def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
 
 
 def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
-    last = number + 1 if double else number
-    free = any(number in part and last in part for part in (_WORDS, _EXTENDED))
+    free = number in _WORDS or number in _EXTENDED  # each begins even and ends odd
     if not free or (double and number % 2):
         hint = "words 2 to 15 are free, 24 to 127 in the extended area; double words are even"
         raise InputError(f"{text} is no general-purpose word", hint=hint)

@@ -216,17 +216,13 @@ class Programs:
             modes: RUN, STEP or NEXT by place in `tasks`; None: run all that can run.
             beside: What was ordered before is still to be started, too.
         """
-        if not beside:
-            self._to_start = {}
-        either = None in (modes, self._to_start)
-        self._to_start = None if either else {**(self._to_start or {}), **(modes or {})}
+        before = self._to_start if beside else {}
+        self._to_start = None if before is None or modes is None else {**before, **modes}
 
     def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
         """What the next `reset` is to reset: places in `tasks`, None for all; as order_start."""
-        if not beside:
-            self._to_reset = ()
-        either = None in (places, self._to_reset)
-        self._to_reset = None if either else (*(self._to_reset or ()), *(places or ()))
+        before = self._to_reset if beside else ()
+        self._to_reset = None if before is None or places is None else (*before, *places)
 
     @property
     def resets_running(self) -> bool:

@@ -116,7 +116,7 @@ class _Edge(_Instance):
     pins = ("execute", "busy", "done", "error", "commandaborted", "active", "errorid")
 
     #: Is it declared in a program? A block may call one of its own twice in a scan.
-    outermost = True
+    outermost: bool
 
     def _may_not_last(self) -> bool:
         execute, *rest = self._by_pin(self.before)

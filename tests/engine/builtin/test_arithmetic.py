@@ -210,6 +210,19 @@ def test_durations_are_added_scaled_and_compared(run: Run) -> None:
     )
 
 
+def test_a_number_without_a_type_may_stand_on_either_side_of_a_comparison(run: Run) -> None:
+    variables = "X : INT := 7; R : REAL := 0.5; A, B, C, D : BOOL;"
+    body = "A := 5 < X; B := X < 5; C := 1.5 > R; D := R > 1.5;"
+    assert run(variables, body, "A B C D") == (True, False, True, False)
+
+
+def test_a_part_of_a_duration_is_cut_to_whole_nanoseconds(run: Run) -> None:
+    """Half of one is none, also 4000 times; as matiec does."""
+    body = "FOR I := 1 TO 4000 DO S1 := S1 + A * F; Q1 := Q1 + A / G; END_FOR;"
+    variables = "A : TIME := T#1ms; F : REAL := 5.0E-7; G : REAL := 2.0E6; S1, Q1 : TIME; I : INT;"
+    assert run(variables, body, "S1 Q1") == (timedelta(0), timedelta(0))
+
+
 @pytest.mark.parametrize(
     ("call", "kind", "value"),
     [
@@ -219,7 +232,14 @@ def test_durations_are_added_scaled_and_compared(run: Run) -> None:
         ("MIN(T#3s, T#2s)", "TIME", timedelta(seconds=2)),
         ("LIMIT(0, -4, 10)", "INT", 0),
         ("LIMIT(MN := 0, IN := 14, MX := 10)", "INT", 10),
+        ("LIMIT(0.0, 4.5, 2.5)", "REAL", 2.5),
+        ("LIMIT(0.0, -4.5, 2.5)", "LREAL", 0.0),
+        ("MAX(0.5, 2.5, 1.5)", "REAL", 2.5),
+        ("MIN(2.5, 0.5, 1.5)", "LREAL", 0.5),
         ("SEL(TRUE, 1, 2)", "INT", 2),
+        ("SEL(FALSE, 1.5, 2.5)", "REAL", 1.5),
+        ("MUX(2, 0.5, 1.5, 2.5)", "REAL", 2.5),
+        ("MUL(0.5, 3.0, 4.0)", "LREAL", 6.0),
         ("MUX(1, 'a', 'b', 'c')", "STRING", "b"),
         ("ADD(1, 2, 3)", "INT", 6),
         ("EXPT(LREAL#2.0, 10)", "LREAL", 1024.0),

@@ -200,15 +200,19 @@ def _in_a_row(kind: str, number: int) -> str:
         every = [f"TYPE B{k} : ARRAY [0..0] OF B{k - 1}; END_TYPE\n" for k in range(1, number)]
     else:
         first = "TYPE B0 : INT; END_TYPE\n"
+        more = "G : B0; " if kind == "STRUCT and INT" else ""
         every = [
-            f"TYPE B{k} : STRUCT F : B{k - 1}; END_STRUCT; END_TYPE\n" for k in range(1, number)
+            f"TYPE B{k} : STRUCT F : B{k - 1}; {more}END_STRUCT; END_TYPE\n"
+            for k in range(1, number)
         ]
     use = "I1();" if kind == "FUNCTION_BLOCK" else "X := 1;"
     last = f"PROGRAM P1\nVAR I1 : B{number - 1}; X : INT; END_VAR\n{use}\n"
     return "".join([first, *every, last])
 
 
-@pytest.mark.parametrize("kind", ["FUNCTION", "FUNCTION_BLOCK", "ARRAY", "STRUCT"])
+@pytest.mark.parametrize(
+    "kind", ["FUNCTION", "FUNCTION_BLOCK", "ARRAY", "STRUCT", "STRUCT and INT"]
+)
 def test_so_many_declarations_may_use_each_other_in_a_row(tmp_path: Path, kind: str) -> None:
     file = tmp_path / "row.st"
     file.write_text(_in_a_row(kind, 99) + "END_PROGRAM\n")

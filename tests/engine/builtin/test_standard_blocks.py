@@ -353,3 +353,51 @@ def test_a_bistable_keeps_its_state_through_calls_without_inputs(
 
     rows = _trace(build, kind, steps, out)
     assert rows == [(True,), (True,), (True,), (False,), (False,), (False,)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "flags", "others"),
+    [
+        ("TON", "IN Q", {"PT": timedelta(0), "ET": timedelta(0)}),
+        ("TOF", "IN Q", {"PT": timedelta(0), "ET": timedelta(0)}),
+        ("TP", "IN Q", {"PT": timedelta(0), "ET": timedelta(0)}),
+        ("R_TRIG", "CLK Q", {}),
+        ("F_TRIG", "CLK Q", {}),
+        ("SR", "S1 R Q1", {}),
+        ("RS", "S R1 Q1", {}),
+        ("CTU", "CU R Q", {"PV": 0, "CV": 0}),
+        ("CTD", "CD LD Q", {"PV": 0, "CV": 0}),
+        ("CTUD", "CU CD R LD QU QD", {"PV": 0, "CV": 0}),
+    ],
+)
+def test_before_its_first_call_each_pin_is_false_or_0_of_its_type(
+    build: Build, kind: str, flags: str, others: dict[str, Any]
+) -> None:
+    """Source: IEC 61131-3 (2003), 2.4.3.1, table 13: default initial values."""
+    program = build(f"PROGRAM P1\nVAR B1 : {kind}; END_VAR\nEND_PROGRAM")
+    for pin in flags.split():
+        assert program.read(f"Main.B1.{pin}") is False, pin
+    for pin, value in others.items():
+        found = program.read(f"Main.B1.{pin}")
+        assert (type(found), found) == (type(value), value), pin
+
+
+@pytest.mark.parametrize(
+    ("kind", "inputs", "expired"),
+    [
+        ("TON", "0111111", (True, 20)),
+        ("TP", "0111111", (False, 20)),
+        ("TOF", "1000000", (False, 20)),
+    ],
+)
+def test_an_expired_timer_does_not_go_on_when_its_time_is_made_longer(
+    build: Build, kind: str, inputs: str, expired: tuple[bool, int]
+) -> None:
+    """PT = 20 ms becomes 60 ms two scans after it is over.
+
+    Source: IEC 61131-3 (2003), 2.5.2.3.4, figure 15: nothing starts the timer but an edge.
+    """
+    steps = _levels("IN", inputs)
+    steps[0]["PT"] = "T#20ms"
+    steps[5]["PT"] = "T#60ms"
+    assert _trace(build, kind, steps, "Q ET")[3:] == [expired] * 4

@@ -15,6 +15,9 @@ _PAIR = "TYPE Pair : STRUCT A : INT; B : INT := 7; END_STRUCT; END_TYPE\n"
 _LIST = "TYPE List1 : ARRAY [1..5] OF INT; END_TYPE\n"
 
 
+_CASE = "CASE B OF RUN: N := 1; STOP: N := 2; IDLE: N := 3; END_CASE;"
+
+
 def test_if_takes_the_first_branch_that_holds(run: Run) -> None:
     body = (
         "IF I < 0 THEN K := 1; ELSIF I < 10 THEN K := 2; ELSIF I < 20 THEN K := 3;"
@@ -212,3 +215,12 @@ def test_arrays_have_any_bounds_and_several_dimensions(run: Run) -> None:
         "I := 2; N[I][J + 1] := 1; N[1][6] := G[I - 1, 3];",
         "G N",
     ) == ([[-8, -7], [2, 3], [12, 13]], [[0, 13], [1, 0]])
+
+
+def test_a_member_of_two_enumerations_is_the_one_of_the_type_that_is_asked_for(run: Run) -> None:
+    """IDLE is the first of one type and the last of the other."""
+    before = "TYPE Mode1 : (IDLE, AUTO); END_TYPE\nTYPE Mode2 : (RUN, STOP, IDLE); END_TYPE"
+    body = "A := IDLE; B := IDLE; C := A = IDLE; D := B = IDLE; E := Mode2#IDLE;"
+    variables = "A : Mode1 := AUTO; B : Mode2; C, D : BOOL; E : Mode2;"
+    assert run(variables, body, "A B C D E", before) == ("IDLE", "IDLE", True, True, "IDLE")
+    assert run("B : Mode2; N : INT;", f"B := IDLE; {_CASE}", "N", before) == 3

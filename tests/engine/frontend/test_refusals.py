@@ -114,6 +114,11 @@ _STATEMENTS = [
     ("I := LIMIT(0, I);", "LIMIT takes 3 arguments, not 2"),
     ("R := SQRT(I);", "SQRT is not defined for INT"),
     ("I := SHL(I, 1);", "SHL is not defined for INT"),
+    ("W := SHL(W, B);", "a number is expected here, not a BOOL"),
+    ("W := SHL(W, R);", "a number is expected here, not a REAL"),
+    ("W := SHL(W, C);", "a number is expected here, not a Colour"),
+    ("W := SHL(W, List);", "a number is expected here, not a Words"),
+    ("S1 := LEFT(S1, P);", "a number is expected here, not a Pair"),
     ("I := DINT_TO_INT(I);", "a DINT is expected here, not a INT"),
     ("I := INT_TO_INT(I);", "there is no function INT_TO_INT"),
     ("W := W + WORD#1;", "+ is not defined for WORD"),
@@ -123,6 +128,9 @@ _STATEMENTS = [
     ("T1 := -T1;", "- is not defined for TIME"),
     ("R := R MOD 2.0;", "MOD is not defined for REAL"),
     ("I := I / 0;", "division by zero"),
+    ("I := 7 / 0;", "division by zero"),
+    ("I := 7 MOD 0;", "division by zero"),
+    ("L := 7.0 / 0.0;", "division by zero"),
     ("I := I ** 2;", "** is not defined for INT"),
     ("B := P = Q1;", "= is not defined for Pair"),
     ("B := C < RED;", "< is not defined for Colour"),
@@ -142,6 +150,8 @@ _STATEMENTS = [
     ("CASE I OF Limit1: J := 1; END_CASE;", "a constant is expected here"),
     ("CASE C OF CALM: J := 1; END_CASE;", "Colour has no member CALM"),
     ("EXIT;", "EXIT outside a loop"),
+    ("WHILE B DO B := FALSE; END_WHILE; EXIT;", "EXIT outside a loop"),
+    ("FOR I := 1 TO 2 DO REPEAT EXIT; UNTIL B END_REPEAT; END_FOR; EXIT;", "EXIT outside a loop"),
     ("I := 1", "a ';' is missing"),
     ("I := ;", "an expression is expected"),
     ("I := (1 + 2;", "';' is not expected here"),
@@ -253,6 +263,16 @@ _UNITS = [
         "F1 := A;\nEND_FUNCTION",
         3,
         "a block cannot stand in VAR of a FUNCTION",
+    ),
+    (
+        "FUNCTION_BLOCK B1\nVAR_INPUT A : TON; END_VAR\nEND_FUNCTION_BLOCK",
+        2,
+        "a block cannot stand in VAR_INPUT of a FUNCTION_BLOCK",
+    ),
+    (
+        "PROGRAM P1\nVAR CONSTANT A : TON; END_VAR\nEND_PROGRAM",
+        2,
+        "a block cannot stand in VAR of a PROGRAM",
     ),
     (
         "FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nF1 := F1(A);\nEND_FUNCTION",
@@ -397,3 +417,62 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert "cannot read the file" in str(missing)
     assert "byte 8 is not UTF-8" in str(binary)
     assert missing.file == str(tmp_path / "none.st")
+
+
+@pytest.mark.parametrize("at", ["", "CONSTANT"])
+def test_a_constant_of_the_configuration_is_constant_in_each_program(
+    at: str, errors_of: Callable[..., list[InputError]]
+) -> None:
+    """However the program declares it; a variable of the configuration can be written."""
+    source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
+    constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
+    for text, refused in ((source, bool(at)), (constant, True)):
+        errors = errors_of(text)
+        assert [error.line for error in errors] == [3] * refused
+        assert all("Shared is CONSTANT" in str(error) for error in errors)
+
+
+def test_a_global_that_a_block_does_not_use_may_be_passed_to_it(
+    errors_of: Callable[..., list[InputError]],
+) -> None:
+    """And so may a variable of the program's own where the block uses a global of that name."""
+    frame = (
+        "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM P1 {declares} VAR I1 : Inner; END_VAR\nI1(X := Shared);\nEND_PROGRAM\n"
+        "CONFIGURATION C1 VAR_GLOBAL Shared : INT; END_VAR\n"
+        "RESOURCE R1 ON Plc PROGRAM Main : P1; END_RESOURCE END_CONFIGURATION\n"
+    )
+    external, own = "VAR_EXTERNAL Shared : INT; END_VAR", "VAR Shared : INT; END_VAR"
+    assert errors_of(frame.format(uses="", declares=external)) == []
+    assert errors_of(frame.format(uses=f" {external}", declares=own)) == []
+
+
+@pytest.mark.parametrize(
+    ("digits", "refused"), [(200, False), (201, True)], ids=["200 characters", "201 characters"]
+)
+def test_a_literal_has_200_characters_at_most(
+    digits: int, refused: bool, errors_of: Callable[..., list[InputError]]
+) -> None:
+    literal = "0." + "1".rjust(digits - 2, "0")
+    errors = errors_of(f"PROGRAM P1\nVAR L : LREAL; END_VAR\nL := {literal};\nEND_PROGRAM\n")
+    assert [f"a literal of {digits} characters" in str(error) for error in errors] == (
+        [True] * refused
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "line", "column"),
+    [
+        ("PROGRAM P1 VAR A : NONE1; END_VAR\nEND_PROGRAM\n", 1, 20),
+        ("PROGRAM P1\nVAR\n  A : NONE1;\nEND_VAR\nEND_PROGRAM\n", 3, 7),
+        ("PROGRAM P1 VAR A : INT; END_VAR\n\n  A := TRUE;\nEND_PROGRAM\n", 3, 8),
+        ("PROGRAM P1 VAR A : INT; END_VAR\nA := Missing;\nEND_PROGRAM\n", 2, 6),
+        ("PROGRAM P1 VAR A : INT; END_VAR A := A +* 1;\nEND_PROGRAM\n", 1, 41),
+    ],
+)
+def test_a_mistake_has_the_column_where_it_begins(
+    source: str, line: int, column: int, errors_of: Callable[..., list[InputError]]
+) -> None:
+    """Counted from 1."""
+    (error,) = errors_of(source)
+    assert (error.line, error.column) == (line, column)

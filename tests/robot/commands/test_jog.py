@@ -314,6 +314,21 @@ def test_a_turn_of_the_hand_ends_where_an_axis_that_gives_way_is_at_its_limit() 
     assert x == pytest.approx(10_000 - 8_660, abs=2)
 
 
+def test_a_turn_ends_where_an_axis_is_beyond_its_limit_for_a_third_of_a_degree_only() -> None:
+    """A hand of 1 m from 0.25 degrees on: Y gives way down to 4.363 - 1000 mm at 90 degrees.
+
+    Its limit, 4.7 thousandths above, is passed 0.175 degrees before that, and again behind it.
+    Rule: coordinates, jog-limit.
+    """
+    axes = (Axis(soft_high=3_000_000), Axis(soft_low=-995_632), Axis(), Axis(start=250))
+    master = _jogger(axes=axes, hands={(1, 0): Hand((1_000_000, 0, 0, 1))})
+    master.send(CARTESIAN, 0, 0x0008)
+    assert master.finish(within_ms=60_000)[:3] == SOFT_LIMIT
+    _, y, _, r = master.robot.positions
+    assert y == -995_632
+    assert r == pytest.approx(89_825, abs=20)
+
+
 def test_a_jog_moves_the_robot_that_is_designated() -> None:
     """Source: remote command guide 4.2.6, R."""
     master = _jogger(axes=(Axis(start=7), Axis(robot=2, start=1), Axis(robot=2, start=2)))

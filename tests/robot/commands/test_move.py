@@ -149,6 +149,21 @@ def test_circular_interpolation_that_cannot_be(
     assert master.robot.positions == [0, 0, 0, 0]
 
 
+def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short() -> None:
+    """Seen over 700 mm it makes an arc, over 1000 mm the points count as one line.
+
+    Rule: arc.
+    """
+    points = {
+        19: Point((700_000, 1, 0, 0, 0, 0)),
+        20: Point((1_000_000, 1, 0, 0, 0, 0)),
+        21: Point((900_000, 0, 0, 0, 0, 0)),
+    }
+    master = mover(points=points, no_circle_alarm="6.9")
+    assert master.execute(0x0004, 4, 0, 100, 20, 21)[:3] == (0x4000, 6, 9)
+    assert master.execute(0x0004, 4, 0, 100, 19, 21)[:3] == (NORMAL, 0, 0)
+
+
 # Direct designation
 
 

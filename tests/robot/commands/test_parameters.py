@@ -194,3 +194,17 @@ def test_parameters_survive_a_power_cycle() -> None:
     power_cycle(master)
     assert _read(master, 257, 1) == long_words(33)
     assert _read(master, WEIGHT, 0) == long_words(5)
+
+
+def test_one_number_presets_a_parameter_of_every_axis_and_of_every_robot() -> None:
+    """Six axes, robot 4 has the last of them.
+
+    Source: remote command guide 4.4.2
+    """
+    axes = (*[Axis()] * 5, Axis(robot=4))
+    master = ready(axes=axes, parameters={"ACCEL": 30, "WEIGHT": 7})
+    assert [_read(master, 257, 1 << place)[0] for place in range(5)] == [30] * 5
+    assert _read(master, 257, 1, robot=4)[0] == 30
+    assert [_read(master, WEIGHT, 0, robot)[0] for robot in (1, 4)] == [7, 7]
+    alone = ready(axes=(Axis(), Axis(robot=4)), parameters={"WEIGHT": 7})
+    assert [_read(alone, WEIGHT, 0, robot)[0] for robot in (1, 4)] == [7, 7]

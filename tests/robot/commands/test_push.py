@@ -207,3 +207,19 @@ def test_a_push_to_a_point_that_is_not_defined() -> None:
     """Rule: other-alarms."""
     master = _mover(undefined_point_alarm="6.5")
     assert master.execute(0x004B, ONE, AXIS_3, 0, 20)[:3] == (ABNORMAL, 6, 5)
+
+
+@pytest.mark.parametrize(("start", "sign"), [(0, 1), (0, -1), (700, -1), (-700, 1)])
+def test_a_target_at_the_workpiece_is_reached_and_pushes_nothing(start: int, sign: int) -> None:
+    """The axis touches it without going further, from either side.
+
+    Rule: push-model.
+    Source: remote command guide 4.2.23, p
+    """
+    place = sign * 5_000
+    axes = (Axis(), Axis(), Axis(pulses_per_mm=500, workpiece=place, start=start), Axis())
+    master = mover(axes=axes)
+    low, high = place & 0xFFFF, place >> 16 & 0xFFFF
+    answer = master.execute(0x004D, TIME | ONE | 0x0004, AXIS_3, 50, low, high, 0, 0, 0, 200)
+    assert answer[:4] == (NORMAL, 0, 0, 0)
+    assert master.robot.positions[2] == place

@@ -26,6 +26,7 @@ from rcx_tools.evidence.mutants.python import (
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
+from rcx_tools.evidence.mutants.select import alike
 from rcx_tools.evidence.mutants.tables import (
     TABLE_OPERATORS,
     marks_of,
@@ -170,6 +171,14 @@ def test_tests_are_about_an_entry_and_about_what_names_it(tmp_path: Path) -> Non
     assert marks_of("MoveArch", [file]) == ("Move", "MoveArch", "MovePtp")
     assert marks_of("RCX_ARM", [file]) == ("RCX_ARM",)
     assert marks_of("SI12_Start", [file]) == ("SI12",)
+
+
+def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_too() -> None:
+    """The more words the sooner; at most eight, and none without a word."""
+    many = [f"tests/a.py::test_time_{k}" for k in range(20)]
+    nodes = ["tests/operating.py::test_it", *many, "tests/a.py::test_operating_time", "b::test_no"]
+    found = alike("Accumulated.observe self.operating_us += time", nodes)
+    assert found == ["tests/a.py::test_operating_time", *many[:7]]
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:

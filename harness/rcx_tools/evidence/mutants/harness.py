@@ -1,8 +1,9 @@
 """The mutants of what judges the library: virtual controller, monitors, engine, tables.
 
-Each runs in a throw-away copy of the repository, against the tests that have run its function; of a
-table, against those that bear the name of the entry or of what it is part of. plc/lib is generated
-from a changed table, so that the library and its tests read the same.
+Each runs in a throw-away copy of the repository, against tests that have run its function: some of
+each file, and those with words of the changed line in their names; of a table, against those that
+bear the name of the entry or of what it is part of. plc/lib is generated from a changed table, so
+that the library and its tests read the same.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from rcx_tools.evidence.mutants.python import (
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import Judges, TestStates, folder_of
+from rcx_tools.evidence.mutants.select import Judges, TestStates, alike, folder_of
 from rcx_tools.evidence.mutants.suite import in_suite, spread
 from rcx_tools.evidence.mutants.tables import (
     marks_of,
@@ -70,11 +71,12 @@ class Kind:
 
 _MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
 _ENGINE = tuple(f"{_PACKAGE}/engine/{name}" for name in ("builtin", "frontend"))
+_OF_ENGINE = ("tests/engine", "tests/verify/test_coverage.py", "tests/watch/test_calls.py")
 _OF_TABLES = tuple(f"tests/{name}" for name in ("spec", "tools/library", "command", "diagnosis"))
 KINDS = (
     Kind("controller", (f"{_PACKAGE}/robot",), ("tests/robot", "tests/cell", "tests/watch"), 20),
     Kind("monitors", _MONITORS, ("tests/cell", "tests/contract", "tests/watch"), 5),
-    Kind("engine", _ENGINE, ("tests/engine",), 40),
+    Kind("engine", _ENGINE, _OF_ENGINE, 40),
     Kind("tables", ("spec",), (*_OF_TABLES, "tests/robot"), 24),
 )
 
@@ -222,6 +224,10 @@ class HarnessRun:
             own = _own(mutant.file, ran)
             module = mutant.pou.partition(":")[0]  # what has run at its import only
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
+            if tests and not _is_table(mutant.file):
+                ran_it = [node for node in ran if mutant.pou.upper() in ran[node]]
+                near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
+                tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
         return self._judged(copies, kind.name, tasks, judges)
 

@@ -11,10 +11,12 @@ from pathlib import Path
 
 from rcx_tools.evidence.mutants.suite import spread
 
-__all__ = ["Judges", "TestStates", "folder_of", "named_tests"]
+__all__ = ["Judges", "TestStates", "alike", "folder_of", "named_tests"]
 
 #: So many tests of each other file that runs the POU; fault runs are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
+#: So many tests more whose names have words of what was changed.
+_ALIKE = 8
 
 
 class TestStates:
@@ -130,6 +132,17 @@ def _is_own(node: str, key: str) -> bool:
     """Whether the POU is among the parameters of a test."""
     marks = (f"[{key}-", f"-{key}]", f"[{key}]")
     return any(mark in node.upper() for mark in marks)
+
+
+def alike(changed: str, nodes: Iterable[str]) -> list[str]:
+    """The tests whose names have most words of a changed line and its function."""
+    words = _words(changed)
+    shared = Counter({node: len(words & _words(node.partition("::")[2])) for node in nodes})
+    return [node for node, count in shared.most_common(_ALIKE) if count]
+
+
+def _words(text: str) -> set[str]:
+    return set(re.findall(r"[a-z]{4,}", text.lower()))
 
 
 def named_tests(file: Path) -> tuple[str, ...]:

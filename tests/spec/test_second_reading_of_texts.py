@@ -1,0 +1,61 @@
+"""ErrorIDs and alarms, and which of them an illegal pin has, against a second reading of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import pytest
+
+from pin_reading import every_block, refused_with
+from rcx_harness import spec
+from rcx_harness.spec import load_toml
+from rcx_tools.library.tables import library
+from second_reading import FOLDER
+
+_TEXTS = load_toml(FOLDER / "pins/texts.toml")
+_KEYS = ("name", "name_ja", "cause", "remedy")
+
+
+def _odd(mine: Mapping[str, str], theirs: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
+    """Where a name is another, or a text lacks its words."""
+    for number in mine.keys() ^ theirs.keys():
+        yield f"{number} is in one of table and reading only"
+    for number in mine.keys() & theirs.keys():
+        for key, words in zip(_KEYS, mine[number].split(" | "), strict=True):
+            text = theirs[number][key]
+            if words != text if key in ("name", "name_ja") else words not in text:
+                yield f"{number}: {key} is {text!r}, not {words!r}"
+
+
+def test_each_error_id_has_its_name_cause_and_remedy() -> None:
+    """Source: docs/errors.md; the signals are those of manual chapter 5, 1."""
+    rows = load_toml(spec.folder() / "errors.toml")["error"]
+    wrong = list(_odd(_TEXTS["error"], {f"{row['id']:04X}": row for row in rows}))
+    assert not wrong, "\n".join(wrong)
+
+
+def test_each_alarm_has_the_name_cause_and_remedy_of_the_manual() -> None:
+    """Source: manual chapter 4, 4; remote command guide 1.1 and 4.2.1."""
+    rows = load_toml(spec.folder() / "alarms.toml")["alarm"]
+    wrong = list(_odd(_TEXTS["alarm"], {row["number"]: row for row in rows}))
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("name", every_block())
+def test_an_illegal_value_of_a_pin_has_the_error_id_of_its_kind(name: str) -> None:
+    """No value of RCX_RETURN_AXES is illegal.
+
+    Source: docs/errors.md, 16#8041 to 16#8046.
+    """
+    inputs = [one for one in library().blocks[name].inputs if one.type != "RCX_RETURN_AXES"]
+    theirs = {one.pin: one.error or "16#8045" for one in inputs}
+    mine = {pin: f"16#{refused_with(pin):04X}" for pin in theirs}
+    assert theirs == mine
+
+
+def test_each_pin_of_the_reading_is_one_of_a_block() -> None:
+    """Source: docs/errors.md."""
+    pins: Sequence[str] = [pin for names in _TEXTS["pins"].values() for pin in names]
+    there = {row.pin for block in every_block().values() for row in block.inputs}
+    assert len(set(pins)) == len(pins)
+    assert set(pins) <= there, set(pins) - there
