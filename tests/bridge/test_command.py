@@ -17,11 +17,11 @@ from pymodbus.constants import ExcCodes
 from modbus_plc import ModbusPlc
 from rcx_harness.bridge.core import Limits, State
 from rcx_harness.bridge.loop import Loop
-from rcx_harness.bridge.robot import RobotLink
 from rcx_harness.bridge.run import BridgeOptions, Running
 from rcx_harness.cli import bridge as cli_bridge
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
+from rcx_harness.enip.originator.opening import Opener
 from rcx_harness.enip.originator.scanner import Scanner
 
 Captured = pytest.CaptureFixture[str]
@@ -238,7 +238,7 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-@pytest.mark.parametrize(("part", "work"), [(Loop, "turn"), (RobotLink, "keep")])
+@pytest.mark.parametrize(("part", "work"), [(Loop, "turn"), (Opener, "keep")])
 def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:

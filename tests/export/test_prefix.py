@@ -95,14 +95,19 @@ def _new(word: str, prefix: str) -> str:
 def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
     """The words of all files and their names outside of texts, paths, identifiers and dates.
 
-    An instance that a target makes is called like its function, with a number.
+    An instance that a target makes is called like its function, with a number; what holds the bits
+    of a structure in Logix, with the beginning of the structure's name.
     """
     every = [*files]
     for text in files.values():
         for pattern in (_TEXT, _MARK, _DATE, _PATH):
             text = pattern.sub("", text)
         every.append(text)
-    words = (re.sub(r"_\d+$", "", word) for text in every for word in _WORD.findall(text))
+    words = (
+        re.sub(r"_\d+$|(?<=^ZZZZZZZZZZ).*", "", word)
+        for text in every
+        for word in _WORD.findall(text)
+    )
     return Counter(_new(word, prefix) if prefix else word for word in words)
 
 

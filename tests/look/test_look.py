@@ -201,8 +201,8 @@ def test_a_refused_interval_comes_with_one_to_try(
 @pytest.mark.parametrize(
     ("size", "hint"),
     [
-        (48, "try --size 256"),
-        (256, "try --size 48"),
+        (48, "its areas have another size: try --size 256"),
+        (256, "its areas have another size: try --size 48"),
         (64, "its EDS file has the sizes; give them with --input-size and --output-size"),
     ],
 )

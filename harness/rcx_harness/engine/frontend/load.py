@@ -25,6 +25,9 @@ from rcx_harness.errors import InputError
 
 __all__ = ["Schedule", "add_globals", "check", "checked", "configure", "load", "located"]
 
+#: Parses one source.
+Read = Callable[[Path], s.Source]
+
 #: Priority that the standard gives a task without one: the lowest comes last.
 _LOWEST = 65535
 
@@ -190,7 +193,7 @@ def load(paths: Sequence[Path]) -> Project:
     return project
 
 
-def checked(paths: Sequence[Path], read: Callable[[Path], s.Source] = parse) -> Project:
+def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
     """The same for sources that may also be a library without a PROGRAM.
 
     Args:
@@ -217,8 +220,9 @@ def check(paths: Sequence[Path]) -> list[InputError]:
 
 
 def _analyse(
-    paths: Sequence[Path], read: Callable[[Path], s.Source] = parse
+    paths: Sequence[Path], read: Read | None = None
 ) -> tuple[Project | None, list[InputError]]:
+    read = read or parse
     try:
         return deeply(partial(_analysed, paths, read))
     except RecursionError:
@@ -248,9 +252,7 @@ def _too_deep(sources: Sequence[s.Source]) -> InputError:
 
 
 @uncollected()
-def _analysed(
-    paths: Sequence[Path], read: Callable[[Path], s.Source]
-) -> tuple[Project | None, list[InputError]]:
+def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     for path in dict.fromkeys(paths):

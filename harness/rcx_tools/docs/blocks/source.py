@@ -38,7 +38,7 @@ _JOB = "FB_RcxJob"
 _CALLED_WRONG = {0x8013, 0x8016}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
-_ANSWER = re.compile(r"\bRobot\.Answer := WORD#16#([0-9A-F]{4});")
+_ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
 #: Paragraphs of a head that the page says in another way.
 _NOT_SAID = ("Generated from", "Tests:")
