@@ -87,6 +87,8 @@ _NAMES = _names()
 
 def _new(word: str, prefix: str) -> str:
     """A name of the library with its prefix, by hand: PROGRAM_STEP of RCX_PROGRAM_STEP is twice."""
+    if word.startswith("Zero_"):  # a tag of zeros that Logix copies from
+        return f"Zero_{_new(word[5:], prefix)}"
     if word not in _NAMES or word.startswith(prefix):
         return word
     return f"{prefix}{prefix}{word}" if f"{prefix}{word}" in _NAMES else f"{prefix}{word}"
@@ -103,11 +105,8 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
         for pattern in (_TEXT, _MARK, _DATE, _PATH):
             text = pattern.sub("", text)
         every.append(text)
-    words = (
-        re.sub(r"_\d+$|(?<=^ZZZZZZZZZZ).*", "", word)
-        for text in every
-        for word in _WORD.findall(text)
-    )
+    found = (word for text in every for word in _WORD.findall(text))
+    words = (re.sub(r"_\d+$|(?<=^ZZZZZZZZZZ).*", "", word) for word in found)
     return Counter(_new(word, prefix) if prefix else word for word in words)
 
 

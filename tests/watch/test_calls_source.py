@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.watch.calls_source import call_findings, call_plan
+from rcx_harness.engine import cache
+from rcx_harness.watch import calls_source
+from rcx_harness.watch.calls_source import call_findings, call_plan, steady_instances
 
 LIBRARY = Path(__file__).resolve().parents[2] / "plc" / "lib"
 READ = "ReadArea(Robot := Robot, Image := InputArea);"
@@ -313,3 +315,17 @@ def test_the_shipped_examples_call_their_blocks_well() -> None:
         files = sorted(folder.glob("*.st"))
         assert call_findings(files, library) == []
         assert call_plan(files, library).blocks == {}
+
+
+@pytest.mark.parametrize("made", [call_plan, steady_instances])
+def test_what_was_made_by_other_code_is_not_taken_from_the_cache(
+    made: Callable[[Sequence[Path]], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: engine/cache.py, whose own key knows of the engine's code alone."""
+    file = tmp_path / "Main.st"
+    file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
+    asked: list[Path] = []
+    real = cache.sources_key
+    monkeypatch.setattr(cache, "sources_key", lambda files: asked.extend(files) or real(files))
+    made([file])
+    assert Path(calls_source.__file__) in asked

@@ -20,6 +20,8 @@ from rcx_harness.engine.frontend.parser import parse
 
 __all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan", "steady_instances"]
 
+_HERE = Path(__file__)
+
 #: The blocks that begin and end a robot's scan.
 AREAS = {
     "FB_READAREA": "read",
@@ -83,7 +85,7 @@ def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[C
 def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
     """What the source leaves open; see `CallPlan`. The arguments are those of `call_findings`."""
     # This very file stands between them: what it says depends on it, and on which files are whose.
-    key = cache.sources_key((*files, Path(__file__), *library))
+    key = cache.sources_key((*files, _HERE, *library))
     return _remembered("calls", key, (*files, *library), lambda: _plan(files, library))
 
 
@@ -113,7 +115,8 @@ def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set
         Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.
     """
     every = (*files, *library)
-    return _remembered("steady", cache.sources_key(every), every, lambda: _instances(every))
+    key = cache.sources_key((*every, _HERE))
+    return _remembered("steady", key, every, lambda: _instances(every))
 
 
 def _remembered(what: str, key: str, files: Sequence[Path], make: Callable[[], _Made]) -> _Made:
