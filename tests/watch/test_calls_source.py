@@ -326,6 +326,11 @@ def test_what_was_made_by_other_code_is_not_taken_from_the_cache(
     file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
     asked: list[Path] = []
     real = cache.sources_key
-    monkeypatch.setattr(cache, "sources_key", lambda files: asked.extend(files) or real(files))
+
+    def noted(files: Sequence[Path]) -> str:
+        asked.extend(files)
+        return real(files)
+
+    monkeypatch.setattr(cache, "sources_key", noted)
     made([file])
     assert Path(calls_source.__file__) in asked
