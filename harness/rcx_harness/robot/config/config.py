@@ -15,6 +15,7 @@ from rcx_harness.robot.config.checks import STORED, check_programs, check_stored
 from rcx_harness.robot.config.file import line_of, read_value
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec import load_toml
+from rcx_harness.spec.wire import SIZE
 
 __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 
@@ -68,7 +69,7 @@ _AXES = (Axis(), Axis(), Axis(type="incremental"), Axis(type="incremental"))
 class Robot:
     """Size of the areas, axes and programs."""
 
-    size: int = 48
+    size: int = SIZE
     axes: tuple[Axis, ...] = _AXES
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END
 from rcx_harness.units import format_us
 from rcx_harness.verify.campaign.station import Execution
 
@@ -14,7 +15,6 @@ __all__ = ["Comparison", "Request", "hexed"]
 #: Ends after which the outcome is not known: link, CPU_OK, no end, turn lost, command lost.
 _UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
 _ABNORMAL = 0x8020
-_NORMAL_END, _ABNORMAL_END = 0x0200, 0x4000
 
 
 @dataclass
@@ -107,7 +107,7 @@ class Comparison:
             return
         own = found[-1]  # one command runs at a time: its end is the last one before Done
         left.remove(own)
-        status = _NORMAL_END if request.error_id == 0 else _ABNORMAL_END
+        status = NORMAL_END if request.error_id == 0 else ABNORMAL_END
         if own.end is None or own.end[0] != status:
             shown = "nothing" if own.end is None else f"16#{own.end[0]:04X}"
             self._found("wrong end", f"{request}, but the controller answered {shown}")
