@@ -1,4 +1,4 @@
-"""How tests and programs are put to the test: coverage, mutants, campaigns of faults.
+"""How tests and programs are put to the test: coverage, and mutants of Structured Text.
 
 What is measured here is any Structured Text; nothing knows the blocks, tests or reports of one
 library.

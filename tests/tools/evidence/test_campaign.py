@@ -7,16 +7,16 @@ from collections.abc import Iterator
 import pytest
 
 from rcx_harness.trace import Record, Scan
-from rcx_harness.verify.campaign.network import BOTH
-from rcx_harness.verify.campaign.requests import Request
-from rcx_harness.verify.campaign.station import Act, Compiled, Execution, Station
-from rcx_harness.verify.campaign.storms import Failure, Storm, shrink
 from rcx_tools.evidence.broken import broken_library
 from rcx_tools.evidence.campaign.judge import Judge
+from rcx_tools.evidence.campaign.network import BOTH
+from rcx_tools.evidence.campaign.requests import Request
 from rcx_tools.evidence.campaign.run import compiled as compiled_campaign
 from rcx_tools.evidence.campaign.run import run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
+from rcx_tools.evidence.campaign.station import Act, Compiled, Execution, Station
+from rcx_tools.evidence.campaign.storms import Failure, Storm, shrink
 
 SEEDS = range(3)
 #: The broken blocks that are found at once; `make campaign` takes all of them.

@@ -12,11 +12,11 @@ from random import Random
 import pytest
 
 from rcx_harness.verify.mutants.mutant import in_rounds
-from rcx_harness.verify.mutants.pool import Task, run_tasks
 from rcx_harness.verify.mutants.text import edited
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
 from rcx_tools.evidence.mutants.copies import Copies
+from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
     function_at,

@@ -4,4 +4,7 @@ One program with most kinds of blocks is driven at random while everything fails
 stops and take over; then the causes go. Checked is that no rule of the wire or of the contract is
 broken, that each command is executed exactly once, or at most once with an error that says so,
 that nothing starts by itself, and that the documented way back leads to a working cell.
+
+`station` is the cell of any program, `storms` runs what befalls it and makes a failing run short,
+`requests` compares what was asked for with what was executed; the other modules know this program.
 """

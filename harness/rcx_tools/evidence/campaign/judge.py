@@ -8,9 +8,9 @@ from typing import Any
 
 from rcx_harness.engine.base import Program
 from rcx_harness.trace import Record, Scan
-from rcx_harness.verify.campaign.requests import Comparison, Request, hexed
-from rcx_harness.verify.campaign.station import Execution
 from rcx_tools.evidence.campaign.commands import COMMANDS, LEVELS, Telegrams
+from rcx_tools.evidence.campaign.requests import Comparison, Request, hexed
+from rcx_tools.evidence.campaign.station import Execution
 
 __all__ = ["SEQUENCES", "Judge"]
 

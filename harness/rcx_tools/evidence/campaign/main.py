@@ -17,16 +17,16 @@ from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.trace import Record
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.verify.campaign.station import Compiled
-from rcx_harness.verify.campaign.storms import Failure, Outcome, Storm, shrink
-from rcx_harness.verify.workers import results
 from rcx_tools.evidence.broken import library_copy
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES
 from rcx_tools.evidence.campaign.run import compiled, run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
+from rcx_tools.evidence.campaign.station import Compiled
+from rcx_tools.evidence.campaign.storms import Failure, Outcome, Storm, shrink
 from rcx_tools.evidence.results import FOLDER, write_result
+from rcx_tools.evidence.workers import results
 
 __all__ = ["main"]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.trace import Record, Scan
-from rcx_harness.verify.campaign.station import Compiled, Conditions, Station
-from rcx_harness.verify.campaign.storms import Outcome, Run, Storm
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES, Judge
+from rcx_tools.evidence.campaign.station import Compiled, Conditions, Station
+from rcx_tools.evidence.campaign.storms import Outcome, Run, Storm
 
 __all__ = ["compiled", "run_storms"]
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from rcx_harness.cell.clock import Timing
 from rcx_harness.robot import RobotConfig, RobotProgram
-from rcx_harness.verify.campaign.network import BOTH
-from rcx_harness.verify.campaign.station import Act, Conditions
-from rcx_harness.verify.campaign.storms import Storm
 from rcx_tools.evidence.campaign.commands import real
 from rcx_tools.evidence.campaign.judge import SEQUENCES
+from rcx_tools.evidence.campaign.network import BOTH
+from rcx_tools.evidence.campaign.station import Act, Conditions
+from rcx_tools.evidence.campaign.storms import Storm
 
 __all__ = ["draw_run"]
 

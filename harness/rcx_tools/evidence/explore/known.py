@@ -9,12 +9,12 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.store import Results, digest
 from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.search import LIBRARY, Result
 from rcx_tools.evidence.explore.seeded import Seeded
 from rcx_tools.evidence.results import ROOT
+from rcx_tools.evidence.store import Results, digest
 
 __all__ = ["Done", "Found", "Known"]
 

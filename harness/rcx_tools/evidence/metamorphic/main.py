@@ -13,13 +13,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from rcx_harness.errors import InputError
-from rcx_harness.verify.workers import results
 from rcx_tools.evidence.broken import library_copy
 from rcx_tools.evidence.metamorphic.course import Options, follow
 from rcx_tools.evidence.metamorphic.programs import Subject, subjects
 from rcx_tools.evidence.metamorphic.relations import RELATIONS
 from rcx_tools.evidence.metamorphic.seeded import SEEDED, find
 from rcx_tools.evidence.results import write_result
+from rcx_tools.evidence.workers import results
 
 __all__ = ["main"]
 

@@ -30,12 +30,12 @@ from typing import Any
 from rich.console import Console
 
 from rcx_harness.errors import InputError
-from rcx_harness.verify.mutants.pool import PATIENCE_S
-from rcx_harness.verify.mutants.report import print_report, write_rows
-from rcx_harness.verify.store import Results
 from rcx_tools.evidence.mutants.harness import KINDS, HarnessRun
 from rcx_tools.evidence.mutants.judging import Judging
 from rcx_tools.evidence.mutants.library import LibraryRun
+from rcx_tools.evidence.mutants.pool import PATIENCE_S
+from rcx_tools.evidence.mutants.report import print_report, write_rows
+from rcx_tools.evidence.store import Results
 
 __all__ = ["main"]
 

@@ -17,18 +17,17 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.mutant import Mutant
-from rcx_harness.verify.mutants.pool import Task, run_tasks
-from rcx_harness.verify.mutants.report import Judged, Reasons, figures
-from rcx_harness.verify.store import digest
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.copies import Copies, Traced
 from rcx_tools.evidence.mutants.judging import Judging, progress_bar
+from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
     file_key,
     functions,
     python_changes,
     python_meaning,
 )
+from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
 from rcx_tools.evidence.mutants.select import Judges, TestStates, alike, folder_of
@@ -38,6 +37,7 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
+from rcx_tools.evidence.store import digest
 
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 

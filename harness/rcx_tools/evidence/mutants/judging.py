@@ -10,10 +10,10 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from rcx_harness.verify.mutants.pool import PATIENCE_S, Outcome, Task, run_tasks
-from rcx_harness.verify.mutants.report import Judged
-from rcx_harness.verify.store import Results
+from rcx_tools.evidence.mutants.pool import PATIENCE_S, Outcome, Task, run_tasks
+from rcx_tools.evidence.mutants.report import Judged
 from rcx_tools.evidence.mutants.select import Judges
+from rcx_tools.evidence.store import Results
 
 __all__ = ["Judging", "progress_bar"]
 

@@ -11,11 +11,10 @@ from typing import Any
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.mutants.engine import Workshop
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
-from rcx_harness.verify.mutants.pool import Task
-from rcx_harness.verify.mutants.report import Reasons, figures
-from rcx_harness.verify.store import digest
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.judging import Judging, progress_bar
+from rcx_tools.evidence.mutants.pool import Task
+from rcx_tools.evidence.mutants.report import Reasons, figures
 from rcx_tools.evidence.mutants.select import Judges, TestStates, folder_of, named_tests
 from rcx_tools.evidence.mutants.suite import (
     Suite,
@@ -23,6 +22,7 @@ from rcx_tools.evidence.mutants.suite import (
     private_folder,
     remove_folders,
 )
+from rcx_tools.evidence.store import digest
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
 

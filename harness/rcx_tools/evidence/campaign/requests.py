@@ -8,7 +8,7 @@ from typing import Any
 
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END
 from rcx_harness.units import format_us
-from rcx_harness.verify.campaign.station import Execution
+from rcx_tools.evidence.campaign.station import Execution
 
 __all__ = ["Comparison", "Request", "hexed"]
 

@@ -16,9 +16,9 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.handshake import Handshake, Words
 from rcx_harness.robot.machine import Machine
-from rcx_harness.verify.campaign.network import FaultAgenda, FaultLink, FaultNetwork
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.wire import WireMonitor
+from rcx_tools.evidence.campaign.network import FaultAgenda, FaultLink, FaultNetwork
 
 __all__ = ["Act", "Compiled", "Conditions", "Execution", "RecordingController", "Station"]
 

@@ -8,7 +8,7 @@ import os
 import pytest
 
 from rcx_harness.enip.errors import ProcessDiedError
-from rcx_harness.verify.workers import results
+from rcx_tools.evidence.workers import results
 
 
 def test_all_results_come_in_any_order() -> None:

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from rcx_harness.cell import CellTimeout
 from rcx_harness.units import format_us
-from rcx_harness.verify.campaign.station import Act, Station
+from rcx_tools.evidence.campaign.station import Act, Station
 
 __all__ = ["Failure", "Outcome", "Run", "Storm", "shrink"]
 
