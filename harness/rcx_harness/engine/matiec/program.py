@@ -335,7 +335,8 @@ def _load_private_copy(
         ) from None
     finally:
         os.unlink(file.name)
-    return library, weakref.finalize(owner, _ctypes.dlclose, library._handle)
+    handle = library._handle  # noqa: SLF001 - ctypes has no other way to unload it
+    return library, weakref.finalize(owner, _ctypes.dlclose, handle)
 
 
 def _table(library: ctypes.PyDLL, name: str, kind: Any) -> list[Any]:
