@@ -18,16 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-__all__ = [
-    "IN_FOLDER",
-    "folder",
-    "is_lasting",
-    "kept",
-    "memory",
-    "put",
-    "remembered",
-    "sources_key",
-]
+__all__ = ["folder", "is_lasting", "kept", "memory", "put", "remembered", "sources_key"]
 
 #: Entries of one kind in the folder, and of all kinds in this process.
 IN_FOLDER, IN_PROCESS = 256, 48

@@ -64,11 +64,7 @@ class _CallLog:
 
 
 class BuiltinProgram:
-    """One running instance of a program; see `engine.base.Program`.
-
-    Attributes:
-        module: Its code, which all instances share.
-    """
+    """One running instance of the program that `module` is; see `engine.base.Program`."""
 
     engine = "builtin"
 

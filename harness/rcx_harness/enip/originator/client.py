@@ -38,7 +38,6 @@ class Client(Closing):
         source: IPv4 address of this machine to connect from; empty for the usual one.
 
     Attributes:
-        session: Its handle, which the adapter gave.
         socket: The connection.
 
     Raises:
@@ -53,7 +52,7 @@ class Client(Closing):
         self._timeout_s = timeout_s
         self._contexts = itertools.count(1)
         self._received = bytearray()
-        self.session = 0
+        self._session = 0
         try:
             self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
@@ -64,7 +63,7 @@ class Client(Closing):
         # An exchange is one small segment each way; waiting to fill it would cost 40 ms.
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         version = struct.pack("<HH", PROTOCOL_VERSION, 0)
-        self.session = self._exchange(Command.REGISTER_SESSION, version).session
+        self._session = self._exchange(Command.REGISTER_SESSION, version).session
 
     @property
     def local_host(self) -> str:
@@ -145,7 +144,7 @@ class Client(Closing):
         if self.socket.fileno() == -1:
             return
         try:
-            self.socket.sendall(Frame(Command.UNREGISTER_SESSION, self.session).encode())
+            self.socket.sendall(Frame(Command.UNREGISTER_SESSION, self._session).encode())
         except OSError:
             pass  # the other side was quicker
         finally:
@@ -153,7 +152,7 @@ class Client(Closing):
 
     def _exchange(self, command: Command, data: bytes) -> Frame:
         context = struct.pack("<Q", next(self._contexts))
-        question = Frame(command, self.session, context=context, data=data)
+        question = Frame(command, self._session, context=context, data=data)
         try:
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:

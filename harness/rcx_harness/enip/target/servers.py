@@ -38,15 +38,13 @@ class TcpServer:
 
     Args:
         device: Answers them.
-
-    Attributes:
-        connections: Those that are open.
     """
 
     def __init__(self, device: Device) -> None:
         self.device = device
         self.accepts = True
         self.connections: set[_Connection] = set()
+        """Those that are open."""
 
     def protocol(self) -> asyncio.BufferedProtocol:
         """What asyncio asks for with each new connection."""
