@@ -1,4 +1,4 @@
-"""The rooms of the harness and what each may import, computed from the sources.
+"""The rooms of the harness, what each may import and tests may touch, from the sources.
 
 An import under TYPE_CHECKING or inside a function counts like any other.
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from imports import Graph, find_cycle, floors, imports, modules, room_graph
+from imports import Graph, find_cycle, floors, imports, modules, private_names, room_graph
 
 #: The rooms from the roof down; a room may import those of the lines below its own.
 PLAN = (
@@ -123,3 +123,33 @@ def test_circles_and_floors_are_found() -> None:
     assert floors(tower) == 3
     circle = find_cycle(tower | {"a": frozenset("b")})
     assert circle in (["a", "b", "a"], ["b", "a", "b"])
+
+
+def test_no_test_reaches_into_private_names(repository: Path) -> None:
+    """Source: CONTRIBUTING.md, tests."""
+    files = sorted((repository / "tests").rglob("*.py"))
+    found = {file.name: private_names(file.read_text(encoding="utf-8")) for file in files}
+    assert {name: names for name, names in found.items() if names} == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("from house.kitchen import _knife", {"_knife"}),
+        ("from house import hall, _cellar as cellar", {"_cellar"}),
+        ("import house._cellar", {"house._cellar"}),
+        ("def cook():\n    from house import _cellar", {"_cellar"}),
+        ("monkeypatch.setattr('house.kitchen._knife', 1)", {"house.kitchen._knife"}),
+        ("monkeypatch.setattr('house.kitchen._Knife.blade', 1)", {"house.kitchen._Knife.blade"}),
+        ("monkeypatch.setattr(kitchen, '_knife', 1)", {"_knife"}),
+        ("setattr(kitchen, '_knife', 1)", {"_knife"}),
+        ("getattr(kitchen, '_knife', None)", {"_knife"}),
+        ("hasattr(kitchen, '_knife')", {"_knife"}),
+        ("mock.patch.object(kitchen, '_knife')", {"_knife"}),
+        ("from house import __main__, kitchen\nfrom __future__ import annotations", set()),
+        ("setattr(kitchen, 'knife', '_it')\nsetattr(kitchen, '__exit__', 1)", set()),
+        ("say('_knife')", set()),
+    ],
+)
+def test_every_way_to_a_private_name_is_seen(text: str, expected: set[str]) -> None:
+    assert private_names(text) == expected

@@ -153,7 +153,7 @@ def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) 
     power_up(bench, plc)
     program = plc.program
     plc.scan = lambda now_us, holds: None  # type: ignore[method-assign]
-    bench._scan = plc.scan
+    bench.scan = plc.scan
     bench.until(lambda: bench.loop.state is State.STANDING, most=30)
     bench.step()
     assert dedicated(bench) == 0

@@ -3,12 +3,14 @@ from __future__ import annotations
 from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.link import DirectLink, PacketNetwork
 
-OLD, NEW = bytes([1]) * 48, bytes([2]) * 48
+OLD, LATE, NEW = (bytes([number]) * 48 for number in (1, 2, 3))
+
+
+TIMING = Timing.make(rpi="10ms", jitter="50ms")
 
 
 def network_with(agenda: Agenda, link: DirectLink) -> PacketNetwork:
-    timing = Timing.make(rpi="10ms", jitter="50ms")
-    network = PacketNetwork(link, timing, agenda, matched=True, seed=0)
+    network = PacketNetwork(link, TIMING, agenda, matched=True, seed=0)
     network.set_adapter(True)
     return network
 
@@ -70,7 +72,7 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     network.produce_to_robot(0, lambda: OLD)
     network.produce_to_plc(0)
     deliver_all(agenda)
-    lost_us = network._timing.timeout_us + 50_000  # at the latest, packets being 50 ms late
+    lost_us = TIMING.timeout_us + 50_000  # at the latest, packets being 50 ms late
     network.set_adapter(False)
     network.set_adapter(True)
     assert not network.robot_connected(60_000)
@@ -99,9 +101,14 @@ def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_
     assert link.robot_read() == OLD
     assert agenda.snapshot()[0] == ()
 
-    network._due[0] = 35_000  # as if a packet were on its way until then
+    late = network_with(agenda, link)
+    late.produce_to_robot(20_000, lambda: LATE)
+    network.restore(late.snapshot())  # that packet is on its way
     network.produce_to_robot(20_000, lambda: NEW)
     assert link.robot_read() == OLD
-    assert agenda.first()[0] == 35_000
-    deliver_all(agenda)
-    assert link.robot_read() == NEW
+    seen = []
+    while agenda.snapshot()[0]:
+        t_us, arrive = agenda.pop()
+        arrive(t_us)
+        seen.append((t_us > 20_000, link.robot_read()))
+    assert seen == [(True, LATE), (True, NEW)]

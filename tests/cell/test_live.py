@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.cell.clock import Kind
+from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.live import RealTimeAgenda, RealTimeLink
 from rcx_harness.cli.app import main
 from rcx_harness.enip import ProcessDiedError
@@ -85,6 +85,20 @@ def test_after_a_standstill_of_the_computer_nothing_comes_in_a_burst(
     agenda.pop()
     assert clock.slept == [0.01, 0.01]
     assert clock.now_us == 1_080_000
+
+
+@pytest.fixture
+def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
+    """The links that are made."""
+    made: list[RealTimeLink] = []
+
+    class Recorded(RealTimeLink):
+        def __init__(self, size: int, timing: Timing) -> None:
+            super().__init__(size, timing)
+            made.append(self)
+
+    monkeypatch.setattr("rcx_harness.cell.live.RealTimeLink", Recorded)
+    return made
 
 
 @pytest.fixture
@@ -195,10 +209,11 @@ def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Pat
 
 
 @pytest.mark.parametrize("part", ["adapter", "its cyclic part", "scanner"])
-def test_a_process_that_dies_ends_the_run_and_is_named(cell: Cell, part: str) -> None:
+def test_a_process_that_dies_ends_the_run_and_is_named(
+    links: list[RealTimeLink], cell: Cell, part: str
+) -> None:
     cell.run_until(lambda: cell.connected, within="20s")
-    link = cell._first.link
-    assert isinstance(link, RealTimeLink)
+    (link,) = links
     adapter = link.adapter.pid
     if part == "scanner":
         os.kill(link.scanner.pid, signal.SIGKILL)

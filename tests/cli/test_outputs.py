@@ -8,7 +8,7 @@ import resource
 import signal
 import subprocess
 import sys
-from io import BytesIO
+from io import FileIO
 from pathlib import Path
 
 import pytest
@@ -110,7 +110,9 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
     assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
 
 
-def test_what_fails_at_the_very_end_is_one_message_and_nothing_is_left(tmp_path: Path) -> None:
+def test_what_fails_at_the_very_end_is_one_message_and_nothing_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A folder stands in its place by now; a network drive tells at the end that it is full."""
     place = tmp_path / "a"
     place.write_text("old")
@@ -121,15 +123,17 @@ def test_what_fails_at_the_very_end_is_one_message_and_nothing_is_left(tmp_path:
         file.close()
     assert list(tmp_path.iterdir()) == [place]
 
-    class Full(BytesIO):
+    class Full(FileIO):
         def close(self) -> None:
-            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+            if not self.closed:
+                super().close()
+                raise OSError(errno.EDQUOT, "Disk quota exceeded")
 
     other = tmp_path / "b"
-    file = OutputFile(other)
-    assert file._file is not None
-    file._file.close()
-    file._file = Full()
+    with monkeypatch.context() as full:
+        full.setattr(Path, "open", lambda path, mode: Full(path, mode))
+        file = OutputFile(other)
+    assert other.exists()
     with pytest.raises(InputError, match="b: cannot be written: Disk quota exceeded"):
         file.close()
     assert list(tmp_path.iterdir()) == [place]

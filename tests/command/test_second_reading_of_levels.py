@@ -191,7 +191,7 @@ class _Beside:
         view.running = head.handshake.running
         view.released = head.inputs.applied["SI06_Stop"] and head.inputs.settled
         view.stopped = (link and on["SO00"]) or not self.were_ok[0]
-        view.stop_ok = self.were_ok[1] and not head._jog_stop
+        view.stop_ok = self.were_ok[1] and not head.jog_stop
         view.asking, view.stop_jog = None, False
         if self.calls["Rival"]:
             self.rival.scan(view)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections import OrderedDict
 from pathlib import Path
 
 import pytest
 
 from rcx_harness.engine import cache, load
-from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.statements import Writer
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
 
@@ -42,7 +43,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def _forget(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a new process."""
-    monkeypatch.setattr(cache, "_memory", type(cache._memory)())
+    monkeypatch.setattr(cache, "memory", OrderedDict())
 
 
 def _sum(program: Path) -> int:
@@ -63,7 +64,7 @@ def test_the_same_sources_are_checked_and_written_once(
     assert _kinds(kept) == [".code", ".project"]
     _forget(monkeypatch)
     monkeypatch.setattr(load, "load_anew", _fail)
-    monkeypatch.setattr(Module, "_written", _fail)
+    monkeypatch.setattr(Writer, "write", _fail)
     assert _sum(program) == 12
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
 
+import exchange_bench
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
+from rcx_harness.enip.cyclic.shared import SharedImages
 from rcx_harness.enip.target.connection_manager import Origin
 from rcx_harness.enip.target.device import Device, Session
 from rcx_harness.enip.target.network_interface import NetworkInterface
@@ -120,3 +123,24 @@ def registered(bench: Bench) -> Session:
     connection = bench.connect()
     connection.receive(hexa("6500 0400 00000000 00000000 0000000000000000 00000000 0100 0000"))
     return connection
+
+
+@pytest.fixture
+def images() -> Iterator[SharedImages]:
+    """The areas of 48 bytes of one end of class 1 connections."""
+    with SharedImages.create(48) as images:
+        images.unlink()
+        yield images
+
+
+@pytest.fixture
+def device(images: SharedImages) -> exchange_bench.Device:
+    """The target of class 1 connections."""
+    return exchange_bench.Device(images)
+
+
+@pytest.fixture
+def owned(device: exchange_bench.Device) -> exchange_bench.Device:
+    """With an exclusive owner, opened at 0."""
+    device.exchange.add(exchange_bench.OWNER, 0)
+    return device

@@ -199,9 +199,7 @@ def test_an_address_that_is_none_is_reported(host: str, port: int) -> None:
 def test_a_process_that_cannot_start_is_reported(
     monkeypatch: pytest.MonkeyPatch, memories: list[str]
 ) -> None:
-    monkeypatch.setattr(
-        "rcx_harness.enip.target.adapter._MODULE", "rcx_harness.enip.no_such_module"
-    )
+    monkeypatch.setattr("rcx_harness.enip.target.adapter.MODULE", "rcx_harness.enip.no_such_module")
     with pytest.raises(EnipError, match="ended at once, exit code 1"):
         Adapter()
     assert is_gone(memories[0])

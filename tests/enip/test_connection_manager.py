@@ -161,7 +161,7 @@ def test_a_connection_id_comes_again_only_after_its_connection_has_gone(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The ids have come round: there are eight of them here instead of 65,536."""
-    monkeypatch.setattr("rcx_harness.enip.target.connection_manager._MANY_IDS", 8)
+    monkeypatch.setattr("rcx_harness.enip.target.connection_manager.MANY_IDS", 8)
     class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
     group = {**INPUT_ONLY, "t_to_o": MULTICAST}
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in (0x11, 0x12, 0x13)]

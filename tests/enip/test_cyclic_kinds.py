@@ -6,8 +6,6 @@ Times are microseconds; which connections there are and what their packets look 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 from exchange_bench import (
@@ -30,27 +28,6 @@ from rcx_harness.enip.cyclic.connections import (
     OwnerState,
     multicast_address,
 )
-from rcx_harness.enip.cyclic.shared import SharedImages
-
-
-@pytest.fixture
-def images() -> Iterator[SharedImages]:
-    with SharedImages.create(48) as images:
-        images.unlink()
-        yield images
-
-
-@pytest.fixture
-def device(images: SharedImages) -> Device:
-    return Device(images)
-
-
-@pytest.fixture
-def owned(device: Device) -> Device:
-    """With an exclusive owner, opened at 0."""
-    device.exchange.add(OWNER, 0)
-    return device
-
 
 # Input only and listen only
 

@@ -63,7 +63,7 @@ def test_both_counts_begin_again_at_zero_after_their_last() -> None:
     assert out.packet()[18:20] == hexa("FFFF")
     out.renew(bytes(4), 0x10000, run=False)
     assert out.packet()[18:20] == hexa("0000")
-    out._number = 0xFFFFFFFE
+    out.number = 0xFFFFFFFE
     assert out.packet()[10:14] == hexa("FFFFFFFF")
     assert out.packet()[10:14] == hexa("00000000")
 

@@ -7,7 +7,6 @@ Times are microseconds; which connections there are and what their packets look 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -30,13 +29,6 @@ from rcx_harness.enip.cyclic.connections import (
 )
 from rcx_harness.enip.cyclic.exchange import Role
 from rcx_harness.enip.cyclic.shared import SharedImages
-
-
-@pytest.fixture
-def images() -> Iterator[SharedImages]:
-    with SharedImages.create(48) as images:
-        images.unlink()
-        yield images
 
 
 @pytest.fixture

@@ -13,9 +13,8 @@ import pytest
 
 import enip_fuzz
 from enip_attacks import ATTACKER
-from enip_frames import HEADER, mutate, send_rr, valid_frames
+from enip_frames import HEADER, frame, mutate, send_rr, valid_frames
 from enip_fuzz import Bench, FuzzFailure, bench, fuzz
-from rcx_harness.enip import Client
 
 
 def can_bind(address: str) -> bool:
@@ -78,7 +77,7 @@ def test_a_complaint_of_the_adapter_is_found(target: Bench) -> None:
 
 def test_memory_that_grows_is_found(target: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = iter([10_000, 90_000])
-    monkeypatch.setattr(enip_fuzz, "_memory_kib", lambda _: next(sizes))
+    monkeypatch.setattr(enip_fuzz, "memory_kib", lambda _: next(sizes))
     with pytest.raises(FuzzFailure, match="seed 3: the adapter's memory grew by 80000 KiB"):
         fuzz(target, 3, lambda number: number >= 101)
 
@@ -94,13 +93,15 @@ def test_the_same_seed_gives_the_same_frames() -> None:
 
 def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
     """Undamaged, the requests are understood: refused for what they ask, never for their form."""
-    with Client(*target.adapter.address) as client:
-        session = client._session
+    with socket.create_connection(target.adapter.address) as wire:
+        wire.sendall(frame(0x65, b"\x01\x00\x00\x00"))
+        session = HEADER.unpack(wire.recv(4096)[: HEADER.size])[2]
+        assert session
         for sent in valid_frames(Random(1), session):
             _, length, _, status, _, _ = HEADER.unpack_from(sent)
             assert (len(sent), status) == (HEADER.size + length, 0)
-        client._socket.sendall(send_rr(b"\x0e\x03\x20\x04\x24\x64\x30\x03", session))
-        answer = client._socket.recv(4096)
+        wire.sendall(send_rr(b"\x0e\x03\x20\x04\x24\x64\x30\x03", session))
+        answer = wire.recv(4096)
     assert answer[HEADER.size + 16 :] == b"\x8e\x00\x00\x00" + enip_fuzz.TO_MASTER
 
 

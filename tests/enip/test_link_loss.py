@@ -101,7 +101,7 @@ def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     """A class 1 connection is not bound to the session that it was opened through."""
     master.servo_on()
     before = master.adapter.shared.status()
-    end(master.scanner.client._socket)
+    end(master.scanner.client.socket)
     master.until(lambda: master.adapter.shared.status().received >= before.received + 50)
     master.until(lambda: master.adapter.shared.status().sent >= before.sent + 50)
     after = master.adapter.shared.status()

@@ -119,7 +119,7 @@ def test_data_is_set_before_the_word_that_it_runs_and_read_after_what_is_told_of
 ) -> None:
     seen: list[bytes] = []
     with scan(adapter) as scanner:
-        images = scanner._images
+        images = scanner.shared
         monkeypatch.setattr(
             SharedImages,
             "run",

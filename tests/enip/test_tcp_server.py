@@ -190,9 +190,9 @@ def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
         small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         small.connect(("127.0.0.1", port))
         reader, writer = await asyncio.open_connection(sock=small)
-        while not tcp._connections:
+        while not tcp.connections:
             await asyncio.sleep(0)
-        (connection,) = tcp._connections
+        (connection,) = tcp.connections
         transport = connection.transport
         wire = transport.get_extra_info("socket")
         wire.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
@@ -222,7 +222,7 @@ def test_explicit_messages_bear_their_code_point(bench: Any, code_point: int, to
 
     async def talk(tcp: TcpServer, port: int) -> None:
         await say(await asyncio.open_connection("127.0.0.1", port), REGISTER, 28)
-        (connection,) = tcp._connections
+        (connection,) = tcp.connections
         wire = connection.transport.get_extra_info("socket")
         assert wire.getsockopt(socket.IPPROTO_IP, socket.IP_TOS) == tos
 

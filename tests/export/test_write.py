@@ -6,13 +6,14 @@ import errno
 import hashlib
 import resource
 from collections.abc import Iterator
+from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from rcx_harness.cell.build import st_files
 from rcx_harness.cli.app import main
-from rcx_harness.output.files import OutputFile
 
 Captured = pytest.CaptureFixture[str]
 
@@ -92,14 +93,19 @@ def test_without_its_record_no_file_of_a_folder_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     """A later export would take them for files of others; the disk is full with the last one."""
-    write = OutputFile.write
 
-    def full(file: OutputFile, data: str | bytes) -> None:
-        if file._path.name == _RECORD:
-            raise file._failed(OSError(errno.ENOSPC, "No space left on device"))
-        write(file, data)
+    class Full(FileIO):
+        def write(self, data: Any) -> int:
+            if b"`rcx export` wrote here" in data:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data)
 
-    monkeypatch.setattr(OutputFile, "write", full)
+    plain = Path.open
+
+    def opened(path: Path, mode: str = "r", **more: Any) -> Any:
+        return Full(path, mode) if mode == "xb" else plain(path, mode, **more)
+
+    monkeypatch.setattr(Path, "open", opened)
     assert _export("twincat", "out") == 2
     assert f"{_RECORD}: cannot be written: No space left on device" in capsys.readouterr().err
     assert not (plc / "out").exists()

@@ -6,12 +6,14 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import pytest
 
 from rcx_harness.cli import scan as cli_scan
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
+from rcx_harness.enip.codec.forward_open import OpenRequest
 from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
@@ -373,13 +375,11 @@ def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is connected to 100 and 150 here, as another adapter would let it be to 101 and 151."""
-    open_ = Scanner.open
-
-    def opening(scanner: Scanner) -> None:
-        scanner._asked = Assemblies()
-        open_(scanner)
-
-    monkeypatch.setattr(Scanner, "open", opening)
+    forward_open = OpenRequest.forward_open
+    monkeypatch.setattr(
+        *(OpenRequest, "forward_open"),
+        lambda request: forward_open(replace(request, producing=100)),
+    )
     told: list[str] = []
     host, port = running.address
     asked = Assemblies(48, 48, 101, 151)

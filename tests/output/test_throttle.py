@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.bridge.core import State
-from rcx_harness.bridge.run import _news_lines
+from rcx_harness.bridge.run import news_lines
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.output.throttle import Throttle
 from rcx_harness.serve.terminal import Lines
@@ -61,7 +61,7 @@ def test_a_noisy_master_leaves_little_in_the_log() -> None:
 def test_the_bridge_counts_a_robot_that_comes_and_goes() -> None:
     throttle = Throttle()
     news = [(100.0 + turn / 100, State.NO_ROBOT, "lost") for turn in range(1000)]
-    lines = _news_lines(news, 100.0, 110.1, throttle, quiet=True)
+    lines = news_lines(news, 100.0, 110.1, throttle, quiet=True)
     assert len(lines) == 30 + 2
     assert lines[0] == f"     0.000 s  {State.NO_ROBOT.value}: lost"
     assert lines[-1].endswith(" times)")

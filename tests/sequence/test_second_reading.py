@@ -129,7 +129,7 @@ class _Beside:
         }
         self._look_stage = self.program.reader(["Main.Status.Stage"])
         self.missing = ""
-        self._staged = [part for part, rule in self.rules.items() if hasattr(rule, "_parts")]
+        self._staged = [part for part, rule in self.rules.items() if hasattr(rule, "parts")]
 
     def put(self, name: str, value: Any) -> None:
         self.program.write(f"Main.{name}", value)

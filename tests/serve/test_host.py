@@ -70,7 +70,7 @@ def use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Use:
     def write(name: str, program: str) -> None:
         (tmp_path / f"{name}.py").write_text(program)
         monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-        monkeypatch.setattr("rcx_harness.serve.host._MODULE", name)
+        monkeypatch.setattr("rcx_harness.serve.host.MODULE", name)
 
     return write
 
@@ -106,8 +106,7 @@ def test_a_killed_controller_takes_no_event() -> None:
         assert host.status != Status(), "it has told how it is"
         try:
             await host.happen("link_down", {})
-            assert host._process is not None
-            os.kill(host._process.pid, signal.SIGKILL)
+            os.kill(host.pid, signal.SIGKILL)
             await asyncio.wait_for(host.ended.wait(), _PATIENCE_S)
             assert host.failure == "its process has ended by itself (killed by SIGKILL)"
             with pytest.raises(InputError) as refused:
@@ -140,13 +139,12 @@ def test_a_process_that_does_not_end_is_killed_and_named(
     use: Use, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     use("deaf", _DEAF)
-    monkeypatch.setattr("rcx_harness.serve.host._STOP_S", 0.01)
+    monkeypatch.setattr("rcx_harness.serve.host.STOP_S", 0.01)
 
     async def close() -> Host:
         host = _host()
         await host.start()
-        assert host._process is not None
-        with watching([host._process.pid]):
+        with watching([host.pid]):
             await asyncio.wait_for(host.close(), _PATIENCE_S)
         return host
 

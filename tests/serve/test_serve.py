@@ -8,7 +8,6 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -155,10 +154,11 @@ def test_the_warning_comes_also_where_it_is_told_to_end_at_once(
 ) -> None:
     """Others could reach it from its first open port on."""
 
-    async def started(hosts: Sequence[Host], stop: asyncio.Event) -> None:
-        stop.set()
+    async def starting(host: Host) -> None:
+        signal.raise_signal(signal.SIGINT)
+        await asyncio.Event().wait()
 
-    monkeypatch.setattr("rcx_harness.serve.run._start", started)
+    monkeypatch.setattr(Host, "start", starting)
     assert asyncio.run(serve([Settings(host="0.0.0.0")], None, quiet=False)) == 0
     said = capsys.readouterr()
     assert said.err.startswith("rcx: warning: 0.0.0.0 can be reached from the network: ")

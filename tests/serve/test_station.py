@@ -54,7 +54,7 @@ def test_the_data_is_read_after_the_state_that_it_belongs_to(
 
     monkeypatch.setattr(network, "status", arriving)
     served.station.step(served.now_us + 5000)
-    assert served.station._si == image(_SI00 | _SI06)
+    assert served.station.report().si == image(_SI00 | _SI06).hex()
 
 
 @pytest.fixture

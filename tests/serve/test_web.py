@@ -12,12 +12,12 @@ import pytest
 from aiohttp.test_utils import TestClient, TestServer
 from aiohttp.web import Application, Request
 
-from rcx_harness import serve
 from rcx_harness.errors import InputError
-from rcx_harness.serve import run, web
+from rcx_harness.serve import web
+from rcx_harness.serve.run import serve
 from served import ServedHost
 
-_PAGE = Path(serve.__file__).parent / "page"
+_PAGE = Path(web.__file__).parent / "page"
 Client = TestClient[Request, Application]
 
 
@@ -48,7 +48,7 @@ def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHo
         page = await (await client.get("/")).text()
         wanted = re.findall(r'(?:src|href)="([^":]+)"', page)
         assert wanted == ["page.css", "page.js"]
-        wanted += [path for path in web._FILES if path != "/"]
+        wanted += [path for path in web.FILES if path != "/"]
         for name in wanted:
             answer = await client.get("/" + name.lstrip("/"))
             assert answer.status == 200
@@ -59,7 +59,7 @@ def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHo
 
 def test_no_file_of_the_page_names_another_server() -> None:
     files = sorted(_PAGE.iterdir())
-    assert {file.name for file in files} == {name for name, _ in web._FILES.values()}
+    assert {file.name for file in files} == {name for name, _ in web.FILES.values()}
     for file in files:
         addresses = set(re.findall(r"(?:https?:)?//[\w.]+\S*", file.read_text(encoding="utf-8")))
         named = {one for one in addresses if "://" in one}
@@ -204,5 +204,5 @@ def test_without_aiohttp_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch
     monkeypatch.delitem(sys.modules, "rcx_harness.serve.web", raising=False)
     monkeypatch.setitem(sys.modules, "aiohttp", None)
     with pytest.raises(InputError) as caught:
-        run._page([], 0)
+        asyncio.run(serve([], 0, quiet=True))
     assert str(caught.value) == "the web page needs the library aiohttp; pip install aiohttp"

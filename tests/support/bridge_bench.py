@@ -40,6 +40,7 @@ class BridgeBench:
         multiplier: Of the cyclic connection's time-out, coded.
 
     Attributes:
+        scan: What the PLC does, as given; may be set.
         plc: The PLC's Modbus server.
         controller: The robot.
         adapter: The robot's end of the network.
@@ -58,7 +59,7 @@ class BridgeBench:
         registers = registers or Registers()
         self.now_us = 0
         self.news: list[State] = []
-        self._scan = scan
+        self.scan = scan
         self._cycle_us = 0
         self._pause = threading.Event()
         config = RobotConfig(size=registers.size, boot_time=100, **dict(robot or {}))
@@ -89,7 +90,7 @@ class BridgeBench:
         for _ in range(steps):
             self.now_us += _SCAN_US
             with self.plc.between_scans() as holds:
-                self._scan(self.now_us, holds)
+                self.scan(self.now_us, holds)
             self.last = actions = self.loop.turn()
             self._packets(actions.to_robot)
             while self._cycle_us < self.now_us:

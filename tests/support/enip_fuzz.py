@@ -134,7 +134,7 @@ def fuzz(
                 target.check()
                 report.checks += 1
             if number == 100:
-                start_kib = _memory_kib(target.adapter)
+                start_kib = memory_kib(target.adapter)
             if goal(number):
                 break
             attacker.attack()
@@ -149,7 +149,7 @@ def fuzz(
     finally:
         attacker.close()
     if start_kib:
-        report.grown_kib = _memory_kib(target.adapter) - start_kib
+        report.grown_kib = memory_kib(target.adapter) - start_kib
         if report.grown_kib > _GROWTH_KIB:
             raise FuzzFailure(f"seed {seed}: the adapter's memory grew by {report.grown_kib} KiB")
     return report
@@ -169,7 +169,7 @@ def _standard_error_into(file: Path) -> Iterator[None]:
         os.close(before)
 
 
-def _memory_kib(adapter: Adapter) -> int:
+def memory_kib(adapter: Adapter) -> int:
     """Resident memory of the adapter's processes; 0 where the system does not tell."""
     return sum(_resident_kib(pid) for pid in (adapter.pid, *_children(adapter.pid)))
 

@@ -231,7 +231,7 @@ class HeadRules:
     handshake: HandshakeRules = field(default_factory=HandshakeRules)
     inputs: InputRules = field(default_factory=InputRules)
     words: list[int] = field(default_factory=lambda: [0] * 16)
-    _jog_stop: bool = False
+    jog_stop: bool = False
     _jog_hold: bool = False
 
     def scan(
@@ -257,7 +257,7 @@ class HeadRules:
         spacing = max(interval, 100) + margin
         may = [good and not held for good, held in zip(ok, holds, strict=True)]
         back = self.inputs.applied["SI06_Stop"] and self.inputs.settled
-        self._jog_hold = (self._jog_hold or self._jog_stop) and may[1] and not back
+        self._jog_hold = (self._jog_hold or self.jog_stop) and may[1] and not back
         self.handshake.scan(
             now,
             there=connected and cpu_ok,
@@ -271,8 +271,8 @@ class HeadRules:
             interval=spacing,
         )
         out = self.handshake.phase == "PHASE_COMMAND_RUN"
-        self._jog_stop = out and code & 0x0FFF in _JOGS and (channel.orphan or stop_jog)
-        wanted = {**requests, SAFETY[0]: may[0], SAFETY[1]: may[1] and not self._jog_stop}
+        self.jog_stop = out and code & 0x0FFF in _JOGS and (channel.orphan or stop_jog)
+        wanted = {**requests, SAFETY[0]: may[0], SAFETY[1]: may[1] and not self.jog_stop}
         self.inputs.scan(now, wanted, connected, spacing, spacing + margin)
         if out or self.handshake.phase == "PHASE_COMMAND_DATA":
             self.words = [code if out else 0, *data]

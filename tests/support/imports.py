@@ -1,19 +1,23 @@
-"""Who imports whom, from the sources: under TYPE_CHECKING and inside functions, too."""
+"""What the sources say: who imports whom, also inside functions; which private names they reach."""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-__all__ = ["Graph", "find_cycle", "floors", "imports", "modules", "room_graph"]
+__all__ = ["Graph", "find_cycle", "floors", "imports", "modules", "private_names", "room_graph"]
 
 #: What each module or room imports.
 Graph = Mapping[str, frozenset[str]]
 
 #: A project that users get a copy of; no part of the package.
 _NO_PART = "new/template"
+
+_BY_NAME = ("setattr", "delattr", "getattr", "hasattr", "attrgetter", "patch", "object")
+_PRIVATE = re.compile(r"([A-Za-z]\w*\.)*_[A-Za-z]\w*(\.\w+)*")
 
 
 def modules(package: Path) -> dict[str, Path]:
@@ -90,3 +94,20 @@ def floors(graph: Graph) -> int:
     for one in TopologicalSorter(graph).static_order():
         level[one] = 1 + max((level[other] for other in graph.get(one, ())), default=0)
     return max(level.values(), default=0)
+
+
+def private_names(text: str) -> set[str]:
+    """Private names that a module imports, or gives as text to `setattr` and its like.
+
+    Those behind a dot, as in `thing._name`, are found by ruff (SLF).
+    """
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.Call):
+            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            texts = [one.value for one in node.args[:2] if isinstance(one, ast.Constant)]
+            if called in _BY_NAME:
+                found |= {one for one in texts[:1] if isinstance(one, str)}
+    return {name for name in found if _PRIVATE.fullmatch(name)}

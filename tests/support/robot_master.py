@@ -9,7 +9,7 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["NORMAL_END", "Master", "abnormal_end"]
+__all__ = ["NORMAL_END", "Master", "abnormal_end", "powered_up"]
 
 #: Words m to m+30 of a normal end without response data.
 NORMAL_END = (0x0200,) + (0,) * 15
@@ -109,3 +109,10 @@ class Master:
     def texts(self) -> list[str]:
         """New violations as `rule: text`."""
         return [f"{found.rule}: {found.text}" for found in self.robot.drain_violations()]
+
+
+def powered_up(**config: Any) -> Master:
+    """The master of a robot with these properties, after `power_up`."""
+    master = Master(**config)
+    master.power_up()
+    return master

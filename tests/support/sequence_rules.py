@@ -191,7 +191,7 @@ class _Staged(Rule):
     _started: bool = False
     _called: int = 0
     _skipped: bool = False
-    _parts: dict[str, Rule] = field(default_factory=dict)
+    parts: dict[str, Rule] = field(default_factory=dict)
 
     def scan(self, view: View) -> None:
         busy = self.busy
@@ -216,13 +216,13 @@ class _Staged(Rule):
             self._end(view)
         elif not busy and not self.execute:
             self.done, self.number = False, 0
-        self.active = any(part.active for part in self._parts.values())
+        self.active = any(part.active for part in self.parts.values())
 
     def _late(self, view: View) -> bool:
         return 0 < self._limit <= view.now - self._entered
 
     def _part(self, view: View, name: str, execute: bool) -> Rule:
-        part = self._parts[name]
+        part = self.parts[name]
         part.execute, part.timeout = execute and not self._skipped, self._limit
         part.scan(view)
         return part
@@ -239,7 +239,7 @@ class _Staged(Rule):
 class _Release(_Staged):
     """Out of the emergency stop: release, alarm reset, MP RDY, servo on."""
 
-    _parts: dict[str, Rule] = field(
+    parts: dict[str, Rule] = field(
         default_factory=lambda: {"reset": _alarm_reset(), "servo": _servo_on()}
     )
     _held: bool = False
@@ -290,7 +290,7 @@ _INNER = ("EMERGENCY_RELEASE", "ALARM_RESET", "MP_READY", "SERVO_ON")
 class _PowerUp(_Staged):
     program: bool = True
     _with: bool = True
-    _parts: dict[str, Rule] = field(
+    parts: dict[str, Rule] = field(
         default_factory=lambda: {
             "release": _Release(),
             "reset": _program_reset(),

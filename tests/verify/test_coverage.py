@@ -284,10 +284,10 @@ def test_counting_changes_nothing_of_what_the_blocks_do(repository: Path) -> Non
 def test_without_a_collector_nothing_counts(measured: Measure, tmp_path: Path) -> None:
     measured(_EVERYTHING)
     project = load([tmp_path / "Bench.st", *(tmp_path / "lib").rglob("*.st")])
-    names = BuiltinProgram.build(project)._module.names
+    names = BuiltinProgram.build(project).module.names
     assert "n_FB_PROBE" not in names
-    assert "n_FB_PROBE" in BuiltinProgram.build(project, Collector())._module.names
-    elsewhere = BuiltinProgram.build(project, Collector(tmp_path / "other"))._module.names
+    assert "n_FB_PROBE" in BuiltinProgram.build(project, Collector()).module.names
+    elsewhere = BuiltinProgram.build(project, Collector(tmp_path / "other")).module.names
     assert "n_FB_PROBE" not in elsewhere
 
 

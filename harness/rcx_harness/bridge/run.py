@@ -28,7 +28,7 @@ from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.output.throttle import Throttle
 
-__all__ = ["BridgeOptions", "Running", "bridge"]
+__all__ = ["BridgeOptions", "Running", "bridge", "news_lines"]
 
 _SHOW_EVERY_S = 0.25
 _FIGURES_EVERY_S = 5.0
@@ -222,7 +222,7 @@ def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bo
                 if (one := running.news.get()) is None:
                     return True
                 news.append(one)
-            for line in _news_lines(news, start_s, now_s, throttle, quiet=options.quiet):
+            for line in news_lines(news, start_s, now_s, throttle, quiet=options.quiet):
                 console.print(line, markup=False, highlight=False, soft_wrap=True)
             rate, look = running.loop.figures.look(now_us()), running.robot.look()
             if screen is not None:
@@ -236,7 +236,7 @@ def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bo
     return False
 
 
-def _news_lines(
+def news_lines(
     news: Sequence[tuple[float, State, str]],
     start_s: float,
     now_s: float,

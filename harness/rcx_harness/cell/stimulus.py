@@ -18,9 +18,10 @@ from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
 from rcx_harness.units import parse_us
 
-__all__ = ["Entry", "Stimulus"]
+__all__ = ["KEYS", "Entry", "Stimulus"]
 
-_KEYS = ("time", "set", "robot", "hold", "release", "controller")
+#: Of an entry.
+KEYS = ("time", "set", "robot", "hold", "release", "controller")
 _ENTRY = re.compile(r"^\s*\[\[\s*at\s*\]\]")
 
 
@@ -139,9 +140,9 @@ def _entry_lines(file: Path) -> list[int]:
 
 def _entry(table: Mapping[str, Any], line: int) -> Entry:
     for key in table:
-        if key not in _KEYS:
-            near = get_close_matches(key, _KEYS, n=1)
-            hint = f"did you mean {near[0]}" if near else "keys are " + ", ".join(_KEYS)
+        if key not in KEYS:
+            near = get_close_matches(key, KEYS, n=1)
+            hint = f"did you mean {near[0]}" if near else "keys are " + ", ".join(KEYS)
             raise InputError(f"unknown key {key!r}", hint=hint)
     if "time" not in table:
         raise InputError("the entry has no time", hint='write time = "100ms"')

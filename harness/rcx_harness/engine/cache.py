@@ -18,13 +18,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-__all__ = ["folder", "is_lasting", "kept", "put", "remembered", "sources_key"]
+__all__ = ["folder", "is_lasting", "kept", "memory", "put", "remembered", "sources_key"]
 
 #: Entries of one kind in the folder, and of all kinds in this process.
-_IN_FOLDER, _IN_PROCESS = 256, 48
+IN_FOLDER, IN_PROCESS = 256, 48
 
 _T = TypeVar("_T")
-_memory: OrderedDict[tuple[str, str], Any] = OrderedDict()
+memory: OrderedDict[tuple[str, str], Any] = OrderedDict()
+"""What this process remembers, the latest used last."""
 
 
 def folder() -> Path | None:
@@ -50,7 +51,7 @@ def put(entry: Path, content: bytes) -> None:
         file.write(content)
     os.replace(file.name, entry)
     entries = sorted(entry.parent.glob(f"*{entry.suffix}"), key=lambda path: path.stat().st_mtime)
-    for old in entries[:-_IN_FOLDER]:
+    for old in entries[:-IN_FOLDER]:
         old.unlink(missing_ok=True)
 
 
@@ -85,13 +86,13 @@ def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
     """
     if not key:
         return make()
-    if (kind, key) in _memory:
-        _memory.move_to_end((kind, key))
+    if (kind, key) in memory:
+        memory.move_to_end((kind, key))
     else:
-        _memory[kind, key] = make()
-        if len(_memory) > _IN_PROCESS:
-            _memory.popitem(last=False)
-    found: _T = _memory[kind, key]
+        memory[kind, key] = make()
+        if len(memory) > IN_PROCESS:
+            memory.popitem(last=False)
+    found: _T = memory[kind, key]
     return found
 
 

@@ -19,10 +19,11 @@ from rcx_harness.errors import InputError
 from rcx_harness.serve.history import History
 from rcx_harness.serve.status import Status
 
-__all__ = ["Host", "Settings"]
+__all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 
-_MODULE = "rcx_harness.serve.station_process"
-_STOP_S = 5.0
+#: What its process runs, and how long it may take to end before it is killed [s].
+MODULE = "rcx_harness.serve.station_process"
+STOP_S = 5.0
 _ANSWER_S = 5.0
 _LONGEST_LINE = 1 << 20
 
@@ -86,6 +87,11 @@ class Host:
         usual = self.settings.port == Settings.port
         return self.settings.host if usual else f"{self.settings.host}:{self.settings.port}"
 
+    @property
+    def pid(self) -> int:
+        """Number of its process; 0 before `start`."""
+        return self._process.pid if self._process else 0
+
     async def start(self) -> None:
         """Start its process and wait until it listens and tells how it is.
 
@@ -95,7 +101,7 @@ class Host:
         self._process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-m",
-            _MODULE,
+            MODULE,
             json.dumps(asdict(self.settings)),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
@@ -143,7 +149,7 @@ class Host:
         if process.stdin is not None:
             process.stdin.close()  # its sign to end
         try:
-            await asyncio.wait_for(process.wait(), _STOP_S)
+            await asyncio.wait_for(process.wait(), STOP_S)
         except asyncio.TimeoutError:
             print(f"rcx: controller {self.name} did not end and was killed", file=sys.stderr)
             process.kill()

@@ -16,13 +16,14 @@ from rcx_harness.serve.history import live_chart
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
 
-__all__ = ["WEB_HOST", "WebServer", "application"]
+__all__ = ["FILES", "WEB_HOST", "WebServer", "application"]
 
 WEB_HOST = "127.0.0.1"
 """The page is for this machine only."""
 
 _PAGE = Path(__file__).parent / "page"
-_FILES = {
+#: What is served besides the interface: path, file and type of content.
+FILES = {
     "/": ("index.html", "text/html"),
     "/page.css": ("page.css", "text/css"),
     "/page.js": ("page.js", "text/javascript"),
@@ -55,7 +56,7 @@ def application(hosts: Sequence[Host]) -> web.Application:
     """The web application for these controllers."""
     app = web.Application(middlewares=[_guard], client_max_size=_LARGEST_REQUEST)
     app[_HOSTS] = hosts
-    for path in _FILES:
+    for path in FILES:
         app.router.add_get(path, _file)
     app.router.add_get("/api/robots", _robots)
     app.router.add_get("/api/robots/{id}", _robot)
@@ -133,7 +134,7 @@ def _error(status: int, text: str) -> web.Response:
 
 
 async def _file(request: web.Request) -> web.Response:
-    name, kind = _FILES[request.path]
+    name, kind = FILES[request.path]
     return web.Response(body=(_PAGE / name).read_bytes(), content_type=kind, charset="utf-8")
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -36,6 +35,7 @@ from rcx_tools.bench.figure import (
     shown,
 )
 from rcx_tools.bench.processes import (
+    begin,
     cpu_of_children,
     first_line,
     in_ordinary_time,
@@ -198,7 +198,7 @@ def run(case: Case, seconds: float, ordinary: bool = False) -> Run:
         for _, scanner in pairs:
             scanner.open()
         for process in (*loads, bare):
-            _begin(process)
+            begin(process)
         cpu = time.monotonic(), cpu_of_children(_MODULE)
         before, start = _counts(pairs), time.monotonic()
         count = 0
@@ -284,13 +284,6 @@ def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
         master = scanner.statistics()
         counts.append(_Count(master.received, master.missing, time.monotonic()))
     return counts
-
-
-def _begin(process: subprocess.Popen[str]) -> None:
-    """Let a process of this module that is ready begin."""
-    assert process.stdin is not None
-    process.stdin.write("\n")
-    process.stdin.flush()
 
 
 def timer(interval_us: int, seconds: float) -> list[int]:

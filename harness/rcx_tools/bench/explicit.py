@@ -40,11 +40,11 @@ from rcx_tools.bench.figure import Figure, Options, at_least, shown
 from rcx_tools.bench.processes import first_line, on_one_processor, running
 from rcx_tools.bench.simulation import demo_cell
 
-__all__ = ["echo", "measure"]
+__all__ = ["GET", "HOST", "Asker", "echo", "measure"]
 
-_HOST, _PORT, _SIZE = "127.0.77.9", 44818, 48
+HOST, _PORT, _SIZE = "127.0.77.9", 44818, 48
 _TAGS = ("IN_100@4/100/3=USINT[48]", "OUT_150@4/150/3=USINT[48]")
-_GET = encode_request(Service.GET_ATTRIBUTE_SINGLE, encode_path(4, 100, 3))
+GET = encode_request(Service.GET_ATTRIBUTE_SINGLE, encode_path(4, 100, 3))
 _SET = encode_request(Service.SET_ATTRIBUTE_SINGLE, encode_path(4, 150, 3), bytes(_SIZE))
 _START_S, _LOOK_S = 20.0, 0.1
 _SLICES = 10
@@ -57,20 +57,20 @@ def measure(options: Options) -> dict[str, Figure]:
     slice_s = (1.0 if options.quick else options.seconds) / _SLICES / 2
     with on_one_processor(), ExitStack() as held:
         stock = held.enter_context(
-            running("cpppo.server.enip", ["--no-udp", "--address", f"{_HOST}:{_PORT}", *_TAGS])
+            running("cpppo.server.enip", ["--no-udp", "--address", f"{HOST}:{_PORT}", *_TAGS])
         )
         theirs = held.enter_context(_asker_of(stock.poll))
         adapter = held.enter_context(Adapter(_SIZE))
-        ours = held.enter_context(_Asker(*adapter.address))
+        ours = held.enter_context(Asker(*adapter.address))
         bare = held.enter_context(running(__name__, []))
-        echoes = held.enter_context(_Asker(_HOST, int(first_line(bare))))
+        echoes = held.enter_context(Asker(HOST, int(first_line(bare))))
         gets: list[tuple[float, float]] = []
         sets: list[tuple[float, float]] = []
         fastest: list[float] = []
         for _ in range(_SLICES):
-            gets.append((_rate(ours, _GET, slice_s), _rate(theirs, _GET, slice_s)))
+            gets.append((_rate(ours, GET, slice_s), _rate(theirs, GET, slice_s)))
             sets.append((_rate(ours, _SET, slice_s), _rate(theirs, _SET, slice_s)))
-            fastest.append(_rate(echoes, _GET, slice_s))
+            fastest.append(_rate(echoes, GET, slice_s))
     found: dict[str, Figure] = {}
     for name, rates in (("get", gets), ("set", sets)):
         own, peer = median(a for a, _ in rates), median(b for _, b in rates)
@@ -84,7 +84,7 @@ def measure(options: Options) -> dict[str, Figure]:
     return found | {"lockstep": at_least(_lockstep(slice_s), "scans/s", 500)}
 
 
-class _Asker:
+class Asker:
     """A session that asks for one thing again and again, and only looks whether it came.
 
     Raises:
@@ -102,8 +102,8 @@ class _Asker:
             Frame(Command.REGISTER_SESSION, data=version).encode()
         ).session
 
-    def ask(self, message: bytes) -> None:
-        """Send a CIP request and take its answer."""
+    def ask(self, message: bytes) -> bytes:
+        """Send a CIP request and take its answer, a whole frame."""
         frame = self._frames.get(message)
         if frame is None:
             whole = Frame(Command.SEND_RR_DATA, self._session, data=unconnected(message))
@@ -113,7 +113,7 @@ class _Asker:
             if reply is None or reply.status:
                 raise EnipError("the bench's request is refused")
         self._socket.sendall(frame)
-        self._whole()
+        return self._whole()
 
     def _exchange(self, frame: bytes) -> Frame:
         self._socket.sendall(frame)
@@ -130,14 +130,14 @@ class _Asker:
             received += more
         return received
 
-    def __enter__(self) -> _Asker:
+    def __enter__(self) -> Asker:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._socket.close()
 
 
-def _asker_of(ended: Callable[[], int | None]) -> _Asker:
+def _asker_of(ended: Callable[[], int | None]) -> Asker:
     """A session with cpppo's server as soon as it listens.
 
     Raises:
@@ -146,7 +146,7 @@ def _asker_of(ended: Callable[[], int | None]) -> _Asker:
     limit = time.monotonic() + _START_S
     while ended() is None:
         try:
-            return _Asker(_HOST, _PORT)
+            return Asker(HOST, _PORT)
         except EnipError:
             if time.monotonic() > limit:
                 raise
@@ -154,7 +154,7 @@ def _asker_of(ended: Callable[[], int | None]) -> _Asker:
     raise EnipError("stock cpppo, the peer of this bench, has ended at once")
 
 
-def _rate(asker: _Asker, message: bytes, seconds: float) -> float:
+def _rate(asker: Asker, message: bytes, seconds: float) -> float:
     """Requests a second, one after the other."""
     count, start = 0, time.perf_counter()
     while (passed := time.perf_counter() - start) < seconds or not count:
@@ -179,7 +179,7 @@ def echo() -> None:
     """Serve the bench's client without a look at what it sends, until ended."""
     reply = encode_reply(Service.GET_ATTRIBUTE_SINGLE, Status.SUCCESS, bytes(_SIZE))
     answer = Frame(Command.SEND_RR_DATA, data=unconnected(reply)).encode()
-    with socket.create_server((_HOST, 0)) as server:
+    with socket.create_server((HOST, 0)) as server:
         print(server.getsockname()[1], flush=True)
         while True:
             asker, _ = server.accept()

@@ -224,16 +224,16 @@ def _from(start: int, times: Sequence[int]) -> tuple[int, ...]:
 
 
 @cache
-def _program(text: str) -> BuiltinProgram:
+def _program(text: str, library: Path) -> BuiltinProgram:
     """A program with the library, compiled once per process."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "Main.st"
         file.write_text(text, encoding="utf-8")
-        return BuiltinProgram.build(load(source_files(file, default_lib()).all))
+        return BuiltinProgram.build(load(source_files(file, library).all))
 
 
 def _cell(text: str, case: Case, config: RobotConfig) -> Cell:
-    program = _program(text).instance()
+    program = _program(text, default_lib()).instance()
     return Cell(program, Controller(config), DirectLink(48), case.timing)
 
 

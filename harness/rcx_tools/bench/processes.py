@@ -13,6 +13,7 @@ from rcx_harness.errors import InputError
 
 __all__ = [
     "PROC",
+    "begin",
     "cpu_of_children",
     "first_line",
     "in_ordinary_time",
@@ -111,6 +112,13 @@ def first_line(process: subprocess.Popen[str]) -> str:
     if not line:
         raise InputError("a process of this bench has ended at its start")
     return line
+
+
+def begin(process: subprocess.Popen[str]) -> None:
+    """Let a process that is ready and waits for a line begin."""
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
 
 
 @contextmanager

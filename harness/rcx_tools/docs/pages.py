@@ -30,12 +30,12 @@ from rcx_tools.library import files as library_files
 from rcx_tools.library.alarm_texts import text_files
 from rcx_tools.library.signals import signal_files
 
-__all__ = ["Header", "every_page", "headers", "main", "pages"]
+__all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[3]
 
 #: From then on it says how far it is [s], after so many pages each time.
-_PATIENCE_S, _STEP = 2.0, 50
+PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
     r"^(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$", re.MULTILINE
@@ -264,7 +264,7 @@ def main(arguments: list[str]) -> int:
     begin = time.monotonic()
     every = every_page()
     for number, (path, render) in enumerate(every.items(), 1):
-        if time.monotonic() - begin > _PATIENCE_S and number % _STEP == 0:
+        if time.monotonic() - begin > PATIENCE_S and number % _STEP == 0:
             print(f"{number}/{len(every)} pages, {path}", file=sys.stderr)
         file, text = ROOT / path, render().encode()
         if file.exists() and file.read_bytes() == text:

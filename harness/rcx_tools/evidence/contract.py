@@ -22,7 +22,7 @@ from rich.table import Table
 
 from rcx_tools.evidence.results import FOLDER, ROOT, write_result
 
-__all__ = ["DEMANDED", "figures", "main"]
+__all__ = ["DEMANDED", "figures", "main", "run_tests"]
 
 #: More cases than this are demanded.
 DEMANDED = 10_000
@@ -87,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.unlink(missing_ok=True)
     begin = time.monotonic()
     given = sys.argv[1:] if arguments is None else arguments
-    lines = _run(report, given, console)
+    lines = run_tests(report, given, console)
     if not report.is_file():
         console.print("\n".join(lines), markup=False)
         return 2
@@ -106,7 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0 if met else 1
 
 
-def _run(report: Path, arguments: Sequence[str], console: Console) -> list[str]:
+def run_tests(report: Path, arguments: Sequence[str], console: Console) -> list[str]:
     """Run the tests with progress; the last lines that pytest wrote."""
     command = [sys.executable, "-m", "pytest", "-q", "--color=no", "-n", "auto"]
     command += ["--dist", "worksteal", f"--junitxml={report}", *_FOLDERS, *arguments]

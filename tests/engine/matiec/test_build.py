@@ -79,7 +79,7 @@ def test_a_cache_that_cannot_be_written_does_not_matter(
 def test_the_cache_forgets_the_oldest_programs(
     cache: Path, matiec: Matiec, compiler: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rcx_harness.engine.cache._IN_FOLDER", 2)
+    monkeypatch.setattr("rcx_harness.engine.cache.IN_FOLDER", 2)
     for step in (1, 2, 3):
         compile_program(_text(step), WANTED, matiec, compiler)
     assert len(list(cache.iterdir())) == 2

@@ -34,7 +34,7 @@ def _nothing_installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("RCX_MATIEC", raising=False)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
-    monkeypatch.setattr("rcx_harness.engine.matiec.build._PACKAGED", ())
+    monkeypatch.setattr("rcx_harness.engine.matiec.build.PACKAGED", ())
 
 
 def test_a_machine_without_matiec_has_none() -> None:

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 MESSAGE = 0x509
 ROBOT_2 = 0x2000
-
-
-def _master(**config: Any) -> Master:
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _answer(master: Master, *words: int) -> tuple[int, ...]:
@@ -32,14 +24,14 @@ def test_the_example_shows_the_10th_message() -> None:
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.7
     """
-    master = _master()
+    master = powered_up()
     for category in range(1, 10):
         master.robot.machine.raise_alarm(f"99.{category}")
     master.robot.machine.raise_alarm("12.551")
     expected = (0x000C, 0x0227, 0x0101, 0x0301)
     assert _answer(master, 0x0509, 0, 1)[:4] == expected
     assert _answer(master, 0x0509, 0, 10)[:4] == (99, 1, 0x0101, 0)
-    oldest = _master(newest_message_first=False)
+    oldest = powered_up(newest_message_first=False)
     for category in range(1, 10):
         oldest.robot.machine.raise_alarm(f"99.{category}")
     oldest.robot.machine.raise_alarm("12.551")
@@ -51,7 +43,7 @@ def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
     """Rule: alarm-places."""
     slots = {(0, 0, 0x0401, 0): 0x0303, (0, 0, 0, 0): 0}
     for units, place in slots.items():
-        master = _master(option_slots=units)
+        master = powered_up(option_slots=units)
         master.robot.machine.raise_alarm("12.552")
         assert _answer(master, 0x0509, 0, 1)[2:4] == (0x0101, place)
 
@@ -62,8 +54,8 @@ def test_messages_that_are_not_there_are_empty() -> None:
     Rule: messages.
     Source: remote command guide 4.7.7
     """
-    assert _master().execute(MESSAGE, 0, 500) == NORMAL_END
-    master = _master(undefined_data_alarm="9.9")
+    assert powered_up().execute(MESSAGE, 0, 500) == NORMAL_END
+    master = powered_up(undefined_data_alarm="9.9")
     assert master.execute(MESSAGE, 0, 1) == abnormal_end("9.9")
     for number in (0, 501):
         assert master.execute(MESSAGE, 0, number) == abnormal_end("4.2")
@@ -75,7 +67,7 @@ def test_the_example_shows_the_soft_limit_of_axis_1_as_the_latest_alarm() -> Non
     Rule: alarm-places.
     Source: remote command guide 4.7.17
     """
-    master = _master(axes=(Axis(soft_high=1000), Axis()))
+    master = powered_up(axes=(Axis(soft_high=1000), Axis()))
     master.pulse("SI01")
     assert master.execute(0x0001, 4, 0, 50, 19) == abnormal_end("2.334")
     expected = (0x0002, 0x014E, 0x0001, 0x0101, *(0,) * 11)
@@ -90,7 +82,7 @@ def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
     Rule: alarm-places.
     """
     axes = (Axis(), *[Axis(robot=2, soft_low=-100, soft_high=high) for high in (900_000, 100)])
-    master = _master(axes=axes, manual_speed=100)
+    master = powered_up(axes=axes, manual_speed=100)
     master.pulse("SI01")
     master.execute(0x0100, 0, 500, 0, 1000, 0, 1000)
     words = (4, 0, 50, 500) if code == 0x0003 else (0, 2)
@@ -104,7 +96,7 @@ def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.17
     """
-    master = _master(servo_off_alarm="5.7", axes=(Axis(), Axis(robot=2)))
+    master = powered_up(servo_off_alarm="5.7", axes=(Axis(), Axis(robot=2)))
     assert master.execute(0x0515) == NORMAL_END
     master.execute(ROBOT_2 | 0x001, 4, 0, 50, 19)
     master.robot.inject("alarm", group=7, category=8)

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 READ_DATE, READ_TIME, SET_DATE, SET_TIME = 0x511, 0x512, 0x602, 0x603
 #: Milliseconds that pass from one command to the next.
 DAY_MS = 24 * 3600 * 1000
-
-
-def _master(**config: Any) -> Master:
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _read(master: Master, code: int) -> tuple[int, ...]:
@@ -41,7 +34,7 @@ def test_the_examples_show_the_date_and_the_time() -> None:
     Rule: clock.
     Source: remote command guide 4.7.13, 4.7.14
     """
-    master = _master()
+    master = powered_up()
     assert master.execute(0x0511) == (0x0200, 0, 0x000E, 1, 1, *(0,) * 11)
     assert master.execute(0x0512) == (0x0200, 0, 0x000A, 0x003B, 0x003B, *(0,) * 11)
 
@@ -52,7 +45,7 @@ def test_the_examples_set_the_date_and_the_time() -> None:
     Rule: clock-set, clock.
     Source: remote command guide 4.8.1, 4.8.2
     """
-    master = _master()
+    master = powered_up()
     assert master.execute(0x0602, 0, 0x000E, 2, 2) == NORMAL_END
     assert _read(master, READ_TIME) == (10, 59, 59)
     assert master.execute(0x0603, 0, 8, 0x002D, 0) == NORMAL_END
@@ -62,7 +55,7 @@ def test_the_examples_set_the_date_and_the_time() -> None:
 
 def test_the_clock_runs_from_the_second_that_was_set() -> None:
     """Rule: clock."""
-    master = _master()
+    master = powered_up()
     master.send(SET_TIME, 0, 23, 59, 58)
     assert master.finish() == NORMAL_END
     set_us = master.now_us
@@ -77,7 +70,7 @@ def test_the_clock_runs_from_the_second_that_was_set() -> None:
 
 def test_the_clock_goes_on_without_power() -> None:
     """Rule: clock."""
-    master = _master(clock="2023-12-31 12:00:00")
+    master = powered_up(clock="2023-12-31 12:00:00")
     master.robot.inject("power_off")
     _pass(master, DAY_MS)
     master.robot.inject("power_on")
@@ -93,7 +86,7 @@ def test_months_have_their_length_and_the_year_99_is_followed_by_0() -> None:
         ("2023-02-28", (23, 3, 1)),
         ("2099-12-31", (0, 1, 1)),
     ):
-        master = _master(clock=f"{start} 00:00:00")
+        master = powered_up(clock=f"{start} 00:00:00")
         _pass(master, DAY_MS)
         assert _read(master, READ_DATE) == after
 
@@ -101,7 +94,7 @@ def test_months_have_their_length_and_the_year_99_is_followed_by_0() -> None:
 @pytest.mark.parametrize("date", [(24, 2, 29), (0, 1, 1), (99, 12, 31), (25, 4, 30)])
 def test_dates_of_2000_to_2099_can_be_set(date: tuple[int, int, int]) -> None:
     """Source: remote command guide 4.8.1."""
-    master = _master()
+    master = powered_up()
     assert master.execute(SET_DATE, 0, *date) == NORMAL_END
     assert _read(master, READ_DATE) == date
 
@@ -112,7 +105,7 @@ def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> Non
 
     Rule: clock.
     """
-    master = _master(impossible_date_alarm="9.1")
+    master = powered_up(impossible_date_alarm="9.1")
     assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
     assert _read(master, READ_DATE) == (14, 1, 1)
 
@@ -132,7 +125,7 @@ def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> Non
 )
 def test_values_beyond_the_clock_are_refused(words: tuple[int, ...]) -> None:
     """Source: remote command guide 4.8.1, 4.8.2."""
-    master = _master()
+    master = powered_up()
     assert master.execute(*words) == abnormal_end("4.2")
     assert (_read(master, READ_DATE), _read(master, READ_TIME)) == ((14, 1, 1), (10, 59, 59))
 

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 SHIFT, HAND, ARM = 0x03B, 0x03C, 0x03D
 HIGHEST = {SHIFT: 39, HAND: 31, ARM: 1}
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2))
-
-
-def _master(**config: Any) -> Master:
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _values(master: Master, robot: int = 1) -> dict[int, int]:
@@ -32,7 +24,7 @@ def test_the_printed_example_selects_shift_hand_or_arm_of_robot_1(code: int, val
     Rule: robot-settings.
     Source: remote command guide 4.2.17, 4.2.18, 4.2.19
     """
-    master = _master()
+    master = powered_up()
     for every, highest in HIGHEST.items():
         master.execute(every, 0, highest)
     assert _values(master) == HIGHEST
@@ -46,7 +38,7 @@ def test_a_number_beyond_the_range_is_refused(code: int) -> None:
 
     Source: remote command guide 4.2.17, 4.2.18, 4.2.19
     """
-    master = _master()
+    master = powered_up()
     assert master.execute(code, 0, HIGHEST[code]) == NORMAL_END
     for value in (HIGHEST[code] + 1, 0xFFFF):
         assert master.execute(code, 0, value) == abnormal_end("4.2")
@@ -61,7 +53,7 @@ def test_words_that_are_not_used_must_be_0(code: int) -> None:
 
     Source: remote command guide 4.2.17, 4.2.18, 4.2.19
     """
-    master = _master()
+    master = powered_up()
     for at in (1, 3, 15):
         words = [code, 0, 1] + [0] * 13
         words[at] = 1
@@ -74,7 +66,7 @@ def test_each_robot_has_its_own_shift_hand_and_arm() -> None:
 
     Source: remote command guide 4.2.17 to 4.2.19, R
     """
-    master = _master(axes=TWO_ROBOTS)
+    master = powered_up(axes=TWO_ROBOTS)
     for code, value in ((SHIFT, 5), (HAND, 6), (ARM, 1)):
         assert master.execute(code | 0x2000, 0, value) == NORMAL_END
     assert _values(master, 2) == {SHIFT: 5, HAND: 6, ARM: 1}
@@ -87,7 +79,7 @@ def test_a_shift_or_hand_that_was_never_defined_may_be_refused(code: int) -> Non
 
     Rule: select-undefined.
     """
-    master = _master(undefined_data_alarm="1.2")
+    master = powered_up(undefined_data_alarm="1.2")
     assert master.execute(code, 0, 3) == abnormal_end("1.2")
     assert _values(master)[code] == 0
     define = {SHIFT: 0x010C, HAND: 0x0110}[code]
@@ -101,7 +93,7 @@ def test_arm_designation_is_valid_only_when_scara_robot_is_specified() -> None:
 
     Source: remote command guide 4.2.19
     """
-    master = _master(axes=TWO_ROBOTS, scara_robots=(2,), not_scara_alarm="1.9")
+    master = powered_up(axes=TWO_ROBOTS, scara_robots=(2,), not_scara_alarm="1.9")
     assert master.execute(0x103D, 0, 1) == abnormal_end("1.9")
     assert master.execute(0x003D, 0, 1) == abnormal_end("1.9")
     assert master.execute(0x203D, 0, 1) == NORMAL_END
@@ -121,13 +113,13 @@ def test_the_arm_follows_its_designation_when_the_robot_moves() -> None:
 
 def test_before_they_are_set_shift_and_hand_are_0_and_the_arm_is_right_handed() -> None:
     """Rule: first-settings."""
-    assert _values(_master()) == {SHIFT: 0, HAND: 0, ARM: 0}
+    assert _values(powered_up()) == {SHIFT: 0, HAND: 0, ARM: 0}
 
 
 @pytest.mark.parametrize(("loses", "left"), [(False, HIGHEST), (True, dict.fromkeys(HIGHEST, 0))])
 def test_what_a_power_cycle_leaves_of_the_designations(loses: bool, left: dict[int, int]) -> None:
     """Rule: settings-power."""
-    master = _master(power_loses_settings=loses)
+    master = powered_up(power_loses_settings=loses)
     for code, highest in HIGHEST.items():
         master.execute(code, 0, highest)
     master.robot.inject("power_cycle")

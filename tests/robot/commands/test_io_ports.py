@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.robot.ports import port
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 WRITE, WRITE_BIT, READ = 0x300, 0x301, 0x304
 DI, DO, MO, LO, TO, SI, SO = range(7)
-
-
-def _master(**config: Any) -> Master:
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _word(kind: int, port: int, bit: int = 0) -> int:
@@ -39,7 +31,7 @@ def test_the_printed_examples_write_do12_and_read_it_back() -> None:
     Rule: port-commands.
     Source: remote command guide 4.5.1
     """
-    master = _master()
+    master = powered_up()
     assert master.execute(0x0300, 0, 0x1120, 7) == NORMAL_END
     assert master.execute(0x0304, 0, 0x1120) == (0x0200, 0, 0x1120, 7, *(0,) * 12)
     assert master.robot.machine.ports.read(port("DO12()")) == 7
@@ -50,7 +42,7 @@ def test_the_printed_example_switches_bit_1_of_do2() -> None:
 
     Source: remote command guide 4.5.1
     """
-    master = _master()
+    master = powered_up()
     master.execute(WRITE, 0, _word(DO, 2), 0b1000_0000)
     assert master.execute(0x0301, 0, 0x1021, 1) == NORMAL_END
     assert _value(master, DO, 2) == 0b1000_0010
@@ -63,7 +55,7 @@ def test_the_printed_example_reads_the_input_port_di2() -> None:
 
     Source: remote command guide 4.5.1
     """
-    master = _master()
+    master = powered_up()
     for bit in range(7):
         master.robot.inject("parallel_input", port=20 + bit, on=1)
     assert master.execute(0x0304, 0, 0x0020) == (0x0200, 0, 0x0020, 0x7F, *(0,) * 12)
@@ -73,11 +65,11 @@ def test_the_printed_example_reads_the_input_port_di2() -> None:
 
 def test_the_stop_signal_of_the_parallel_board_is_di06() -> None:
     """Source: manual chapter 1, 4.1; remote command guide 4.5.1."""
-    master = _master(parallel_io="valid")
+    master = powered_up(parallel_io="valid")
     assert _value(master, DI, 0) == 0x40
     master.robot.inject("parallel_stop")
     assert _value(master, DI, 0) == 0
-    assert _value(_master(), DI, 0) == 0
+    assert _value(powered_up(), DI, 0) == 0
 
 
 @pytest.mark.parametrize("kind", [DO, MO, SO])
@@ -87,7 +79,7 @@ def test_output_ports_2_to_7_10_to_17_and_20_to_27_can_be_assigned(kind: int) ->
     Rule: port-commands, other-ports.
     Source: remote command guide 4.5.1
     """
-    master = _master()
+    master = powered_up()
     ports = [*range(2, 8), *range(10, 18), *range(20, 28)]
     for number in ports:
         assert master.execute(WRITE, 0, _word(kind, number), 100 + number) == NORMAL_END
@@ -97,7 +89,7 @@ def test_output_ports_2_to_7_10_to_17_and_20_to_27_can_be_assigned(kind: int) ->
 @pytest.mark.parametrize(("kind", "ports"), [(LO, (0, 1)), (TO, (0,))])
 def test_arm_lock_and_timer_outputs_can_be_assigned(kind: int, ports: tuple[int, ...]) -> None:
     """Source: remote command guide 4.5.1."""
-    master = _master()
+    master = powered_up()
     for number in ports:
         master.execute(WRITE, 0, _word(kind, number), 0xA0 + number)
         master.execute(WRITE_BIT, 0, _word(kind, number, 3), 1)
@@ -111,7 +103,7 @@ def test_arm_lock_and_timer_outputs_can_be_assigned(kind: int, ports: tuple[int,
 @pytest.mark.parametrize("number", [0, 1, 8, 9, 18, 19, 28, 30])
 def test_other_output_ports_cannot_be_assigned(kind: int, number: int) -> None:
     """Source: remote command guide 4.5.1."""
-    master = _master()
+    master = powered_up()
     assert master.execute(WRITE, 0, _word(kind, number), 1) == abnormal_end("4.2")
     assert master.execute(WRITE_BIT, 0, _word(kind, number), 1) == abnormal_end("4.2")
 
@@ -120,13 +112,13 @@ def test_other_output_ports_cannot_be_assigned(kind: int, number: int) -> None:
 @pytest.mark.parametrize("kind", [DI, SI, 7, 15])
 def test_inputs_and_unknown_port_types_cannot_be_assigned(code: int, kind: int) -> None:
     """Source: remote command guide 4.5.1."""
-    assert _master().execute(code, 0, _word(kind, 2), 1) == abnormal_end("4.2")
+    assert powered_up().execute(code, 0, _word(kind, 2), 1) == abnormal_end("4.2")
 
 
 @pytest.mark.parametrize("kind", [DI, DO, MO, SI, SO])
 def test_ports_0_to_7_10_to_17_and_20_to_27_can_be_read(kind: int) -> None:
     """Source: remote command guide 4.5.1."""
-    master = _master()
+    master = powered_up()
     for number in (0, 7, 10, 17, 20, 27):
         assert master.execute(READ, 0, _word(kind, number))[0] == 0x0200
     for number in (8, 18, 28, 30):
@@ -147,7 +139,7 @@ def test_ports_0_to_7_10_to_17_and_20_to_27_can_be_read(kind: int) -> None:
 )
 def test_bit_number_and_pattern_have_their_limits(words: tuple[int, ...]) -> None:
     """Source: remote command guide 4.5.1."""
-    assert _master().execute(*words) == abnormal_end("4.2")
+    assert powered_up().execute(*words) == abnormal_end("4.2")
 
 
 def test_serial_outputs_are_what_the_master_reads() -> None:
@@ -156,7 +148,7 @@ def test_serial_outputs_are_what_the_master_reads() -> None:
     Rule: port-commands, other-ports.
     Source: remote command guide 4.5.1; manual chapter 1, 4.1
     """
-    master = _master()
+    master = powered_up()
     master.execute(WRITE, 0, _word(SO, 2), 0x81)
     master.execute(WRITE_BIT, 0, _word(SO, 15, 6), 1)
     master.execute(WRITE, 0, _word(SO, 16), 0xFF)
@@ -168,7 +160,7 @@ def test_serial_inputs_are_what_the_master_sends() -> None:
 
     Source: remote command guide 4.5.1; manual chapter 1, 4.1
     """
-    master = _master()
+    master = powered_up()
     master.si[43] = 0xC3
     assert _value(master, SI, 13) == 0xC3
     assert _value(master, SI, 0) == 0b0100_0001
@@ -181,7 +173,7 @@ def test_dedicated_outputs_are_read_as_so0_and_so1() -> None:
     Rule: other-ports.
     Source: remote command guide 4.5.1
     """
-    master = _master()
+    master = powered_up()
     master.pulse("SI01")
     assert (_value(master, SO, 0), _value(master, SO, 1)) == (0b0001_0110, 0b0000_0011)
     assert (master.so[32], master.so[33]) == (0b0001_0110, 0b0000_0011)
@@ -194,7 +186,7 @@ def test_robot_programs_and_the_commands_use_the_same_ports() -> None:
     Source: remote command guide 4.5.1
     """
     steps = ("WAIT DI(20)=1", "A=MO2()", "SO3()=A", "DO(30)=1", "LO(01)=1")
-    master = _master(programs=(RobotProgram(steps=steps, loop=False),))
+    master = powered_up(programs=(RobotProgram(steps=steps, loop=False),))
     master.execute(WRITE, 0, _word(MO, 2), 0x5A)
     master.pulse("SI12")
     assert master.so[35] == 0
@@ -217,14 +209,14 @@ def test_robot_programs_have_the_same_ports_as_the_commands(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["SI(20)", "SO(20)", "DO(20)"])
 def test_only_inputs_of_the_parallel_board_are_set_from_outside(name: str) -> None:
-    ports = _master().robot.machine.ports
+    ports = powered_up().robot.machine.ports
     with pytest.raises(InputError, match="not an input of the parallel I/O board"):
         ports.set_input(port(name), 1)
 
 
 def test_power_on_clears_the_ports() -> None:
     """Rule: outputs-kept."""
-    master = _master()
+    master = powered_up()
     for kind in (DO, MO, SO):
         master.execute(WRITE, 0, _word(kind, 2), 1)
     master.robot.inject("power_cycle")
@@ -235,7 +227,7 @@ def test_power_on_clears_the_ports() -> None:
 def test_a_program_reset_clears_all_outputs_where_the_controller_is_set_so() -> None:
     """Rule: outputs-kept."""
     for clears in (False, True):
-        master = _master(reset_clears_outputs=clears)
+        master = powered_up(reset_clears_outputs=clears)
         for kind in (DO, MO, SO):
             master.execute(WRITE, 0, _word(kind, 2), 1)
         master.pulse("SI15")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 CONFIGURATION, SERVOS, PULSES, MM = 0x502, 0x503, 0x505, 0x506
 SPEEDS, DESIGNATION, ARM, ORIGINS = 0x50A, 0x50B, 0x50C, 0x50F
@@ -28,12 +26,6 @@ ROBOT_2 = 0x2000
 NO_AXIS = 9
 
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2, robot_type=5000), Axis(robot=2, robot_type=5001))
-
-
-def _master(**config: Any) -> Master:
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _answer(master: Master, *words: int) -> tuple[int, ...]:
@@ -57,7 +49,7 @@ def test_the_example_shows_a_yk250x_of_four_axes() -> None:
     Rule: references.
     Source: remote command guide 4.7.2
     """
-    assert _answer(_master(), 0x0502) == _data(2000, 0, 2000, 2000, 2000, 2000)
+    assert _answer(powered_up(), 0x0502) == _data(2000, 0, 2000, 2000, 2000, 2000)
 
 
 def test_each_robot_has_its_own_configuration() -> None:
@@ -66,7 +58,7 @@ def test_each_robot_has_its_own_configuration() -> None:
     Rule: robot-type.
     Source: remote command guide 4.7.2
     """
-    master = _master(axes=TWO_ROBOTS)
+    master = powered_up(axes=TWO_ROBOTS)
     assert _answer(master, 0x1502) == _data(2000, 0, 2000, 2000)
     assert _answer(master, 0x2502) == _data(5000, 0, 5000, 5001)
 
@@ -79,13 +71,13 @@ def test_the_example_shows_servo_on_and_one_axis_free() -> None:
 
     Source: remote command guide 4.7.3
     """
-    master = _master()
+    master = powered_up()
     assert _answer(master, 0x0503) == _data(0, 0, 0, 0, NO_AXIS, NO_AXIS)
     master.pulse("SI01")
     assert _answer(master, 0x0503) == _data(1, 1, 1, 1, NO_AXIS, NO_AXIS)
     assert master.execute(0x036, 0, 0b100) == NORMAL_END
     assert _answer(master, 0x0503) == _data(1, 1, 2, 1, NO_AXIS, NO_AXIS)
-    assert _answer(_master(axes=TWO_ROBOTS), 0x2503) == _data(0, 0, *(NO_AXIS,) * 4)
+    assert _answer(powered_up(axes=TWO_ROBOTS), 0x2503) == _data(0, 0, *(NO_AXIS,) * 4)
 
 
 # Current position
@@ -96,7 +88,7 @@ def test_the_examples_show_the_current_position() -> None:
 
     Source: remote command guide 4.7.4
     """
-    master = _master()
+    master = powered_up()
     master.robot.positions[0], master.robot.positions[2] = 20001, -12345
     place = (0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF, 0, 0, 0, 0, 0, 0)
     assert _answer(master, 0x0505) == (0, 0, 0, *place)
@@ -112,12 +104,12 @@ def test_the_hand_system_is_that_of_the_arm_where_the_controller_shows_it(
     Rule: position-hand.
     Source: remote command guide 4.7.4
     """
-    master = _master(position_hand=True, scara_robots=(1,), axes=TWO_ROBOTS)
+    master = powered_up(position_hand=True, scara_robots=(1,), axes=TWO_ROBOTS)
     for robot in (1, 2):
         master.robot.machine.settings.of(robot).arm_status = arm
     assert _answer(master, 0x1506)[2] == flag
     assert _answer(master, 0x2506)[2] == 1
-    assert _answer(_master(), 0x0506)[2] == 1
+    assert _answer(powered_up(), 0x0506)[2] == 1
 
 
 @pytest.mark.parametrize("code", [PULSES, MM])
@@ -127,7 +119,7 @@ def test_continuous_output_goes_on_in_an_alarm_and_has_no_end_status(code: int) 
     Rule: continuous, continuous-details.
     Source: remote command guide 4.7.4
     """
-    master = _master()
+    master = powered_up()
     master.send(code, 1)
     master.run(20)
     master.turn("SI00", False)
@@ -151,7 +143,7 @@ def test_the_example_shows_the_speeds() -> None:
 
     Source: remote command guide 4.7.8
     """
-    master = _master()
+    master = powered_up()
     for code in (0x038, 0x039, 0x03A):
         assert master.execute(code, 0, 50) == NORMAL_END
     assert _answer(master, 0x050A) == _data(0x32, 0x32, 0x32)
@@ -163,7 +155,7 @@ def test_speeds_are_read_back_as_they_were_set_for_each_robot() -> None:
     Rule: references.
     Source: remote command guide 4.7.8
     """
-    master = _master(axes=TWO_ROBOTS, auto_speed=1, manual_speed=2, program_speed=3)
+    master = powered_up(axes=TWO_ROBOTS, auto_speed=1, manual_speed=2, program_speed=3)
     for code, percent in ((0x039, 11), (0x038, 12), (0x03A, 13)):
         master.execute(ROBOT_2 | code, 0, percent)
     assert _answer(master, 0x150A) == _data(1, 2, 3)
@@ -175,7 +167,7 @@ def test_the_examples_show_the_left_handed_system() -> None:
 
     Source: remote command guide 4.7.9, 4.7.10
     """
-    master = _master()
+    master = powered_up()
     assert _answer(master, 0x050B) == _answer(master, 0x050C) == _data(0)
     assert master.execute(0x03D, 0, 1) == NORMAL_END
     assert _answer(master, 0x050B) == _data(1)
@@ -188,7 +180,7 @@ def test_the_examples_show_the_left_handed_system() -> None:
 @pytest.mark.parametrize("code", [DESIGNATION, ARM])
 def test_a_robot_other_than_a_scara_robot_shows_9(code: int) -> None:
     """Source: remote command guide 4.7.9, 4.7.10."""
-    master = _master(axes=TWO_ROBOTS, scara_robots=(2,))
+    master = powered_up(axes=TWO_ROBOTS, scara_robots=(2,))
     assert _answer(master, code) == _data(9)
     assert _answer(master, ROBOT_2 | code) == _data(0)
 
@@ -200,7 +192,7 @@ def test_0_is_shown_where_the_robot_has_no_axis(code: int) -> None:
     Rule: absent-robot-zero.
     Source: remote command guide 4.7.8, 4.7.9, 4.7.10
     """
-    master = _master(scara_robots=())
+    master = powered_up(scara_robots=())
     assert _answer(master, ROBOT_2 | code) == _data(0)
     assert master.execute(0x5000 | code) == abnormal_end("4.2")
 
@@ -208,7 +200,7 @@ def test_0_is_shown_where_the_robot_has_no_axis(code: int) -> None:
 @pytest.mark.parametrize("code", sorted({*REFERENCES, ORIGINS} - {SPEEDS, DESIGNATION, ARM}))
 def test_other_references_refuse_a_robot_that_is_not_there(code: int) -> None:
     """Rule: absent-robot-zero."""
-    master = _master(absent_robot_alarm="9.6")
+    master = powered_up(absent_robot_alarm="9.6")
     assert master.execute(ROBOT_2 | code) == abnormal_end("9.6")
 
 
@@ -217,7 +209,7 @@ def test_the_example_shows_the_inching_amount() -> None:
 
     Source: remote command guide 4.7.16
     """
-    master = _master(axes=TWO_ROBOTS)
+    master = powered_up(axes=TWO_ROBOTS)
     assert _answer(master, 0x0514) == _data(0x64)
     master.execute(0x2027, 0, 10000)
     assert _answer(master, 0x2514) == _data(0x2710)
@@ -232,7 +224,7 @@ def test_the_example_shows_the_origins_of_robot_1() -> None:
 
     Source: remote command guide 4.7.11
     """
-    master = _master()
+    master = powered_up()
     master.robot.origins[2] = False
     assert _answer(master, 0x150F) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
     for pattern in (0, 3, 4, 5, 6, 7):
@@ -246,7 +238,7 @@ def test_robot_0_is_the_entire_system() -> None:
     Source: remote command guide 4.7.11
     """
     axes = (Axis(), Axis(robot=2, type="incremental"))
-    master = _master(axes=axes)
+    master = powered_up(axes=axes)
     assert _answer(master, 0x050F) == _data(1)
     master.robot.origins[1] = False
     assert _answer(master, 0x050F) == _data(0)
@@ -261,7 +253,7 @@ def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None
     Source: remote command guide 4.7.11
     """
     axes = (Axis(), Axis(type="incremental"), Axis(type="semi_absolute"), Axis())
-    master = _master(axes=axes)
+    master = powered_up(axes=axes)
     master.robot.origins[0] = False
     assert _answer(master, 0x150F, 0, 1) == _data(9, 1, 1, 9, 9, 9)
     assert _answer(master, 0x150F, 0, 2) == _data(0, 9, 9, 1, 9, 9)
@@ -278,7 +270,7 @@ def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
     Source: remote command guide 4.7.12, 4.7.18
     """
     axes = tuple(Axis(holding_torque=20) for _ in range(4))
-    master = _master(axes=axes)
+    master = powered_up(axes=axes)
     assert _answer(master, 0x0510, 0, 4) == _data(0)
     master.pulse("SI01")
     assert _answer(master, 0x0510, 0, 4) == _data(0, 0, 0x14)
@@ -293,7 +285,7 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
     Rule: torque-model.
     Source: remote command guide 4.7.12, 4.7.18
     """
-    master = _master(axes=(Axis(holding_torque=-5, rated_torque=10), Axis()))
+    master = powered_up(axes=(Axis(holding_torque=-5, rated_torque=10), Axis()))
     master.pulse("SI01")
     torques = master.robot.machine.data.torques
     master.send(0x0001, 4, 0, 1, 19)  # point 19: axis 1 plus, axis 2 minus
@@ -309,7 +301,7 @@ def test_a_negative_torque_is_shown_as_such() -> None:
 
     Source: remote command guide 4.7.12
     """
-    master = _master(axes=(Axis(holding_torque=-5),))
+    master = powered_up(axes=(Axis(holding_torque=-5),))
     master.pulse("SI01")
     assert _answer(master, 0x0510) == _data(0xFFFB)
     assert _answer(master, 0x0516) == _data(0xFFE7)
@@ -320,7 +312,7 @@ def test_the_max_torque_limits_what_is_shown() -> None:
 
     Rule: torque-model.
     """
-    master = _master(axes=(Axis(holding_torque=90),))
+    master = powered_up(axes=(Axis(holding_torque=90),))
     master.pulse("SI01")
     assert _answer(master, 0x0510) == _data(90)
     assert master.execute(0x048, 0, 1, 30) == NORMAL_END
@@ -332,7 +324,7 @@ def test_the_max_torque_limits_what_is_shown() -> None:
 @pytest.mark.parametrize("code", [OF_MAX, OF_RATED])
 def test_the_torque_is_0_for_axes_that_are_not_connected(code: int) -> None:
     """Source: remote command guide 4.7.12, 4.7.18."""
-    master = _master(no_axis_alarm="9.7")
+    master = powered_up(no_axis_alarm="9.7")
     assert _answer(master, code, 0, 0b10000) == _data(0, 0, 0, 0, 0, 0)
     assert master.execute(code, 0, 0b1000000) == abnormal_end("4.2")
 
@@ -346,8 +338,8 @@ def test_the_example_shows_the_option_slots_of_controller_1() -> None:
     Rule: option-slots.
     Source: remote command guide 4.7.15
     """
-    assert _answer(_master(), 0x0513, 0, 1) == _data(0x0401, 0x0100)
-    master = _master(option_slots=(0x0300, 0, 0x0900, 0x0401), ivy2_unit=0x0802)
+    assert _answer(powered_up(), 0x0513, 0, 1) == _data(0x0401, 0x0100)
+    master = powered_up(option_slots=(0x0300, 0, 0x0900, 0x0401), ivy2_unit=0x0802)
     assert _answer(master, 0x0513, 0, 1) == _data(0x0300, 0, 0x0900, 0x0401, 0x0802)
 
 
@@ -356,7 +348,7 @@ def test_controllers_are_numbered_1_to_4_and_there_is_one() -> None:
 
     Source: remote command guide 4.7.15
     """
-    master = _master(absent_controller_alarm="9.8")
+    master = powered_up(absent_controller_alarm="9.8")
     for number in (2, 3, 4):
         assert master.execute(SLOTS, 0, number) == abnormal_end("9.8")
     for number in (0, 5):
@@ -366,6 +358,6 @@ def test_controllers_are_numbered_1_to_4_and_there_is_one() -> None:
 @pytest.mark.parametrize("code", [*REFERENCES, 0x501, 0x511, 0x512, 0x515])
 def test_words_that_are_not_used_must_be_0(code: int) -> None:
     """Source: remote command guide 4.7."""
-    master = _master()
+    master = powered_up()
     assert master.execute(code, *(0,) * 14, 1) == abnormal_end("4.2")
     assert master.execute(code)[0] == 0x0200

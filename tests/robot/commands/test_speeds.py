@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from rcx_harness.robot import Axis, Point
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 MANUAL, AUTOMATIC, PROGRAM, INCHING = 0x038, 0x039, 0x03A, 0x027
 HIGHEST = {MANUAL: 100, AUTOMATIC: 100, PROGRAM: 100, INCHING: 10000}
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2))
-
-
-def _master(**config: Any) -> Master:
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _values(master: Master, robot: int) -> dict[int, int]:
@@ -39,7 +31,7 @@ def test_the_printed_example_sets_the_speed_or_amount_of_robot_1(code: int, valu
     Rule: robot-settings.
     Source: remote command guide 4.2.14, 4.2.15, 4.2.16, 4.2.8
     """
-    master = _master(manual_speed=7, auto_speed=7, program_speed=7, inching_amount=7)
+    master = powered_up(manual_speed=7, auto_speed=7, program_speed=7, inching_amount=7)
     assert master.execute(code, 0, value) == NORMAL_END
     assert _values(master, 1) == {**dict.fromkeys(HIGHEST, 7), code: value}
 
@@ -50,7 +42,7 @@ def test_the_lowest_and_the_highest_value_are_accepted_and_none_beyond(code: int
 
     Source: remote command guide 4.2.14, 4.2.15, 4.2.16, 4.2.8
     """
-    master = _master()
+    master = powered_up()
     for value in (1, HIGHEST[code]):
         assert master.execute(code, 0, value) == NORMAL_END
         assert _values(master, 1)[code] == value
@@ -65,7 +57,7 @@ def test_words_that_are_not_used_must_be_0(code: int) -> None:
 
     Source: remote command guide 4.2.14, 4.2.15, 4.2.16, 4.2.8
     """
-    master = _master()
+    master = powered_up()
     before = _values(master, 1)
     for at in (1, 3, 15):
         words = [code, 0, 50] + [0] * 13
@@ -79,7 +71,7 @@ def test_each_robot_has_its_own_speeds_and_amount() -> None:
 
     Source: remote command guide 4.2.14 to 4.2.16, 4.2.8, R
     """
-    master = _master(axes=TWO_ROBOTS)
+    master = powered_up(axes=TWO_ROBOTS)
     before = _values(master, 1)
     for k, code in enumerate((MANUAL, AUTOMATIC, PROGRAM, INCHING)):
         assert master.execute(code | 0x2000, 0, 11 + k) == NORMAL_END
@@ -89,13 +81,13 @@ def test_each_robot_has_its_own_speeds_and_amount() -> None:
 
 def test_a_robot_that_is_not_there_has_no_speed() -> None:
     """Source: remote command guide 4.2.14, R."""
-    master = _master(absent_robot_alarm="1.7")
+    master = powered_up(absent_robot_alarm="1.7")
     assert master.execute(0x2038, 0, 50) == abnormal_end("1.7")
 
 
 def test_a_speed_is_not_changed_while_the_programming_box_has_control_authority() -> None:
     """Source: remote command guide 3, restrictions."""
-    master = _master(pendant_authority=True, pendant_alarm="1.8")
+    master = powered_up(pendant_authority=True, pendant_alarm="1.8")
     assert master.execute(MANUAL, 0, 50) == abnormal_end("1.8")
 
 
@@ -118,7 +110,7 @@ def test_automatic_and_program_speed_slow_a_movement_down(setting: int) -> None:
 
 def test_before_they_are_set_the_robot_file_gives_speeds_and_amount() -> None:
     """Rule: first-settings."""
-    master = _master(manual_speed=3, auto_speed=4, program_speed=5, inching_amount=6)
+    master = powered_up(manual_speed=3, auto_speed=4, program_speed=5, inching_amount=6)
     for robot in (1, 2, 3, 4):
         assert _values(master, robot) == {MANUAL: 3, AUTOMATIC: 4, PROGRAM: 5, INCHING: 6}
 
@@ -126,7 +118,7 @@ def test_before_they_are_set_the_robot_file_gives_speeds_and_amount() -> None:
 @pytest.mark.parametrize(("loses", "speed"), [(False, 33), (True, 7)])
 def test_what_a_power_cycle_leaves_of_the_speeds(loses: bool, speed: int) -> None:
     """Rule: settings-power."""
-    master = _master(manual_speed=7, power_loses_settings=loses)
+    master = powered_up(manual_speed=7, power_loses_settings=loses)
     master.execute(MANUAL, 0, 33)
     master.robot.inject("power_cycle")
     master.run(300)

@@ -115,7 +115,7 @@ def test_all_processes_are_there_before_the_first_packet(monkeypatch: pytest.Mon
     monkeypatch.setattr(cyclic, "Scanner", scanner)
     monkeypatch.setattr(cyclic, "running", running)
     monkeypatch.setattr(cyclic, "first_line", note("is ready"))
-    monkeypatch.setattr(cyclic, "_begin", note("begins"))
+    monkeypatch.setattr(cyclic, "begin", note("begins"))
     monkeypatch.setattr(cyclic, "in_ordinary_time", lambda module: happened.append("ordinary"))
     monkeypatch.setattr(cyclic, "cpu_of_children", lambda module: 0.0)
     done = cyclic.run(Case(2_000, 2, True), 0.0, ordinary=True)

@@ -18,10 +18,8 @@ def test_the_server_that_only_sends_answers_as_a_get_is_answered() -> None:
     """
     with running(explicit.__name__, []) as process:
         port = int(first_line(process))
-        with explicit._Asker(explicit._HOST, port) as asker:
-            asker.ask(explicit._GET)
-            asker._socket.sendall(asker._frames[explicit._GET])
-            assert len(asker._whole()) == 24 + 16 + 4 + 48
+        with explicit.Asker(explicit.HOST, port) as asker:
+            assert len(asker.ask(explicit.GET)) == 24 + 16 + 4 + 48
 
 
 def test_a_process_that_ends_at_its_start_is_told() -> None:

@@ -245,18 +245,11 @@ def test_an_example_with_an_input_that_is_not_there_is_told() -> None:
         run_snippet(wrong)
 
 
-def test_an_example_of_a_block_that_is_not_there_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_example_of_a_block_that_is_not_there_is_told(tmp_path: Path) -> None:
     file = tmp_path / "snippets.toml"
     file.write_text('[before]\n[[block]]\nname = "FB_Nothing"\n', encoding="utf-8")
-    monkeypatch.setattr(examples, "_FILE", file)
-    examples.snippets.cache_clear()
-    try:
-        with pytest.raises(InputError, match="no block is called 'FB_Nothing'"):
-            examples.snippets()
-    finally:
-        examples.snippets.cache_clear()
+    with pytest.raises(InputError, match="no block is called 'FB_Nothing'"):
+        examples.snippets(file)
 
 
 def test_the_sheet_for_the_panel_has_every_signal_code_error_and_alarm() -> None:

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cell import EVENTS
-from rcx_harness.cell.stimulus import _KEYS
+from rcx_harness.cell.stimulus import KEYS
 from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
-from rcx_harness.robot.config.checks import _CHOICES, _RANGES
+from rcx_harness.robot.config.checks import CHOICES, RANGES
 from rcx_harness.robot.stored import QUANTITIES, parameter_names, parameter_ranges
 from rcx_tools.docs.rules import rules
 
@@ -42,7 +42,7 @@ def _example(section: str) -> str:
 
 
 def test_every_key_of_an_entry_of_the_stimulus_is_there_and_no_other() -> None:
-    assert set(_table("Key of `[[at]]`")) == set(_KEYS)
+    assert set(_table("Key of `[[at]]`")) == set(KEYS)
 
 
 def test_every_event_is_there_and_no_other() -> None:
@@ -81,11 +81,11 @@ def test_every_key_of_stored_data_is_there(table: str, number: int, tmp_path: Pa
 
 def test_every_range_of_the_tables_is_that_of_the_code() -> None:
     shown = _table("Key of `[[axes]]`")
-    for name in set(shown) & set(_RANGES):
-        low, high = _RANGES[name]
+    for name in set(shown) & set(RANGES):
+        low, high = RANGES[name]
         assert f"{low} to {high}" in shown[name][0], name
-    for name in set(shown) & set(_CHOICES):
-        assert tuple(_PLAIN.findall(shown[name][0])) == _CHOICES[name], name
+    for name in set(shown) & set(CHOICES):
+        assert tuple(_PLAIN.findall(shown[name][0])) == CHOICES[name], name
 
 
 def test_every_parameter_is_there_with_its_range() -> None:
@@ -98,7 +98,7 @@ def test_every_parameter_is_there_with_its_range() -> None:
 def test_every_knob_of_words_is_there_with_its_words() -> None:
     shown = {name: tuple(_PLAIN.findall(words)) for name, (words,) in _table("Knob").items()}
     others = {"size", *_table("Key of `[[axes]]`")}
-    assert shown == {name: words for name, words in _CHOICES.items() if name not in others}
+    assert shown == {name: words for name, words in CHOICES.items() if name not in others}
 
 
 def test_every_item_of_the_real_time_output_is_there() -> None:

@@ -115,7 +115,7 @@ def test_writing_says_where_it_is_once_it_takes_long(
     monkeypatch.setattr(docs, "every_page", lambda: every)
     assert docs.main([]) == 0
     assert not capsys.readouterr().err
-    monkeypatch.setattr(docs, "_PATIENCE_S", -1.0)
+    monkeypatch.setattr(docs, "PATIENCE_S", -1.0)
     assert docs.main([]) == 0
     assert capsys.readouterr().err.splitlines() == ["50/120 pages, 50.md", "100/120 pages, 100.md"]
 
@@ -149,7 +149,7 @@ def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
     monkeypatch.setattr(docs, "ROOT", tmp_path)
     for before in ("", "old\n", "old\n\nolder\n"):
         (tmp_path / "README.md").write_text(page.format(before), encoding="utf-8")
-        assert docs._readme() == page.format("new\n")
+        assert docs.pages()["README.md"]() == page.format("new\n")
 
 
 def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:

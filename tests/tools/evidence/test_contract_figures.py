@@ -73,7 +73,7 @@ def test_a_failure_or_too_few_cases_show(
         written[name] = met
 
     monkeypatch.setattr(contract, "FOLDER", tmp_path)
-    monkeypatch.setattr(contract, "_run", run)
+    monkeypatch.setattr(contract, "run_tests", run)
     monkeypatch.setattr(contract, "write_result", keep)
     assert contract.main([]) == int(not met)
     assert written == {"contract": met}

@@ -153,7 +153,7 @@ def test_an_outcome_is_kept_until_what_it_rests_on_changes(
     assert Known(file, seed=2).model(inputs) is None
     assert Known(file, seed=1, library=bug.library(tmp_path)).model(inputs) is None
     changed = replace(inputs, blocks=jog.blocks)
-    monkeypatch.setattr(known_outcomes, "_OWN", ("model",))
+    monkeypatch.setattr(known_outcomes, "OWN", ("model",))
     assert Known(file, seed=1).model(inputs) is None
     monkeypatch.undo()
     assert Known(file, seed=1).model(changed) is None

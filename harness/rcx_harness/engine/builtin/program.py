@@ -64,12 +64,12 @@ class _CallLog:
 
 
 class BuiltinProgram:
-    """One running instance of a program; see `engine.base.Program`."""
+    """One running instance of the program that `module` is; see `engine.base.Program`."""
 
     engine = "builtin"
 
     def __init__(self, module: Module) -> None:
-        self._module = module
+        self.module = module
         names, project = module.names, module.project
         self.tick_us = project.tick_us
         self._globals = names["b_globals"]()
@@ -107,7 +107,7 @@ class BuiltinProgram:
 
     def instance(self) -> BuiltinProgram:
         """Another instance of the same program, in its initial state; nothing is recompiled."""
-        return BuiltinProgram(self._module)
+        return BuiltinProgram(self.module)
 
     def scan(self, now_us: int) -> None:
         """Run one base tick at PLC time `now_us`.
@@ -124,7 +124,7 @@ class BuiltinProgram:
                 if scans % every == 0:
                     body(instance)
         except (ArithmeticError, ValueError, ProgramError) as error:
-            file, line = self._module.origin(error.__traceback__) or (None, None)
+            file, line = self.module.origin(error.__traceback__) or (None, None)
             raise InputError(_fault(error), file=file, line=line) from None
 
     # --- variables by path ---
@@ -132,7 +132,7 @@ class BuiltinProgram:
     def _place(self, path: str) -> _Place:
         place = self._places.get(path)
         if place is None:
-            place = self._places[path] = self._locate(resolve(self._module.project, path))
+            place = self._places[path] = self._locate(resolve(self.module.project, path))
         return place
 
     def _locate(self, found: Resolved) -> _Place:
@@ -260,26 +260,26 @@ class BuiltinProgram:
 
     def instances(self) -> Mapping[str, Type]:
         """The program instances by name, each with its BlockType."""
-        return dict(self._module.project.instances)
+        return dict(self.module.project.instances)
 
     def walk(self) -> Iterator[tuple[str, Type]]:
         """Every variable below the program instances, parents before children."""
-        return walk(self._module.project)
+        return walk(self.module.project)
 
     def located(self) -> list[Located]:
         """Directly represented variables in order of declaration."""
-        return list(self._module.project.located)
+        return list(self.module.project.located)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog:
         """Note the calls of some types of blocks from now on; see `engine.base.Program`."""
-        return _CallLog(self, self._module.note_calls(blocks))
+        return _CallLog(self, self.module.note_calls(blocks))
 
     # --- state ---
 
     def snapshot(self) -> object:
         """The whole state, as a value that `restore` takes back."""
         data = tuple(save(part) for part, save, _ in self._parts)
-        return _Snapshot(self._module, self._scans, data)
+        return _Snapshot(self.module, self._scans, data)
 
     def restore(self, snapshot: object) -> None:
         """Go back to a state that `snapshot` gave, of this or another instance of the program.
@@ -287,7 +287,7 @@ class BuiltinProgram:
         Raises:
             InputError: the snapshot is of another program.
         """
-        if not isinstance(snapshot, _Snapshot) or snapshot.module is not self._module:
+        if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
         self._scans = snapshot.scans
         for (part, _, load), saved in zip(self._parts, snapshot.data, strict=True):

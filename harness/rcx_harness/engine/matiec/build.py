@@ -216,7 +216,8 @@ MISSING = "matiec not found: set RCX_MATIEC or PATH"
 #: references, REF_TO (twice) and constant expressions as array limits.
 _OPTIONS = ("-f", "-l", "-p", "-r", "-R", "-a")
 
-_PACKAGED = (Path("/usr/lib/matiec"), Path("/usr/share/matiec/lib"), Path("/usr/share/matiec"))
+#: Where distributions put the library.
+PACKAGED = (Path("/usr/lib/matiec"), Path("/usr/share/matiec/lib"), Path("/usr/share/matiec"))
 
 _MESSAGE = re.compile(
     r"^(?P<file>.+?):(?P<line>\d+)-(?P<column>\d+)\.\.\d+-\d+: error(?: [^:]+)?: (?P<text>.*)$"
@@ -339,7 +340,7 @@ def _library_places(*binaries: Path) -> Iterator[Path]:
         yield folder / "lib"
         for part in ("lib/matiec", "share/matiec/lib", "share/matiec", "lib"):
             yield folder.parent / part
-    yield from _PACKAGED
+    yield from PACKAGED
 
 
 def _headers(library: Path, binary_folder: Path) -> Path | None:

@@ -335,7 +335,7 @@ def _load_private_copy(
         ) from None
     finally:
         os.unlink(file.name)
-    return library, weakref.finalize(owner, _ctypes.dlclose, library._handle)
+    return library, weakref.finalize(owner, _ctypes.dlclose, library._handle)  # noqa: SLF001
 
 
 def _table(library: ctypes.PyDLL, name: str, kind: Any) -> list[Any]:

@@ -76,6 +76,7 @@ class Producer:
         first_us: When the first packet is due.
 
     Attributes:
+        number: Sequence number of the last packet; the count goes on from there.
         due_us: When the next packet is due.
     """
 
@@ -91,7 +92,7 @@ class Producer:
         _HEADER.pack_into(
             self._packet, 0, 2, _SEQUENCED_ADDRESS, 8, connection_id, 0, _CONNECTED_DATA, length
         )
-        self._number = self._count = 0
+        self.number = self._count = 0
         self._last: tuple[int, bool] | None = None
 
     def is_new(self, version: int, run: bool) -> bool:
@@ -111,8 +112,8 @@ class Producer:
 
     def packet(self) -> bytes:
         """The next packet."""
-        self._number = (self._number + 1) & 0xFFFFFFFF
-        _NUMBER.pack_into(self._packet, _NUMBER_AT, self._number)
+        self.number = (self.number + 1) & 0xFFFFFFFF
+        _NUMBER.pack_into(self._packet, _NUMBER_AT, self.number)
         return bytes(self._packet)
 
     def advance(self, now_us: int) -> int:

@@ -37,6 +37,9 @@ class Client(Closing):
         timeout_s: Longest wait for the connection and for each answer, in seconds.
         source: IPv4 address of this machine to connect from; empty for the usual one.
 
+    Attributes:
+        socket: The connection.
+
     Raises:
         EnipError: no connection, no answer in time, or not an answer of the protocol; from every
             method too.
@@ -51,26 +54,26 @@ class Client(Closing):
         self._received = bytearray()
         self._session = 0
         try:
-            self._socket = socket.create_connection((host, port), timeout_s, (source, 0))
+            self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
                 hint="is it running, and is this its address",
             ) from error
         # An exchange is one small segment each way; waiting to fill it would cost 40 ms.
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         version = struct.pack("<HH", PROTOCOL_VERSION, 0)
         self._session = self._exchange(Command.REGISTER_SESSION, version).session
 
     @property
     def local_host(self) -> str:
         """IPv4 address of this end of the connection."""
-        return str(self._socket.getsockname()[0])
+        return str(self.socket.getsockname()[0])
 
     @property
     def remote_host(self) -> str:
         """IPv4 address of the adapter."""
-        return str(self._socket.getpeername()[0])
+        return str(self.socket.getpeername()[0])
 
     def get_assembly(self, instance: int) -> bytes:
         """Data of an Assembly instance.
@@ -138,22 +141,22 @@ class Client(Closing):
 
     def close(self) -> None:
         """End the session and the connection; more than once does no harm."""
-        if self._socket.fileno() == -1:
+        if self.socket.fileno() == -1:
             return
         try:
-            self._socket.sendall(Frame(Command.UNREGISTER_SESSION, self._session).encode())
+            self.socket.sendall(Frame(Command.UNREGISTER_SESSION, self._session).encode())
         except OSError:
             pass  # the other side was quicker
         finally:
-            self._socket.close()
+            self.socket.close()
 
     def _exchange(self, command: Command, data: bytes) -> Frame:
         context = struct.pack("<Q", next(self._contexts))
         question = Frame(command, self._session, context=context, data=data)
         try:
-            self._socket.sendall(question.encode())
+            self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
-                received = self._socket.recv(_CHUNK)
+                received = self.socket.recv(_CHUNK)
                 if not received:
                     raise self._failed("the end of the connection")
                 self._received += received
@@ -168,5 +171,5 @@ class Client(Closing):
         return answer
 
     def _failed(self, got: str) -> EnipError:
-        self._socket.close()
+        self.socket.close()
         return EnipError(f"the EtherNet/IP adapter at {self._name} failed to answer: {got}")

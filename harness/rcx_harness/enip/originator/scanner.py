@@ -142,6 +142,7 @@ class Scanner(Closing):
         timeout_s: Longest wait for each explicit answer, in seconds.
 
     Attributes:
+        shared: Both areas, and the state of the cyclic connection.
         client: The session, for other requests. That it ends does no harm to the connection.
         connection: What has been agreed on, also after a loss; None before and when closed.
         ended: Why the connection has ended by itself; None while it lives and when closed.
@@ -186,16 +187,16 @@ class Scanner(Closing):
         self.ended: EndReason | None = None
         self.client = Client(*self._adapter)
         self._host = self.client.remote_host
-        self._images = SharedImages.create(asked.input_size, asked.output_size)
+        self.shared = SharedImages.create(asked.input_size, asked.output_size)
         try:
             self._control = self._start(self.client.local_host, io_port)
         except BaseException:
-            self._images.close()
+            self.shared.close()
             self.client.close()
             raise
         finally:
             # The process has it open now. Without a name nothing is left behind.
-            self._images.unlink()
+            self.shared.unlink()
 
     def open(self) -> None:
         """Open the connection; one that is open or lost is closed before.
@@ -206,7 +207,7 @@ class Scanner(Closing):
         """
         with suppress(CipError):  # the adapter has lost it, too
             self.close_connection()
-        self._images.link = LinkState.UP
+        self.shared.link = LinkState.UP
         request = self._new_request()
         local_port = self._control.port
         items = []
@@ -273,23 +274,23 @@ class Scanner(Closing):
                 has been called again: who has stopped writing is not to be believed for ever.
                 None: without an end.
         """
-        self._images.to_robot.write(image)
-        self._images.run = run
-        self._images.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
+        self.shared.to_robot.write(image)
+        self.shared.run = run
+        self.shared.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""
         # The image last: it is not older than what is said of it.
-        arrived_us = self._images.arrived_us
-        connected = self._control.alive and self._images.owner is OwnerState.RUN
-        image = self._images.to_master.read()
+        arrived_us = self.shared.arrived_us
+        connected = self._control.alive and self.shared.owner is OwnerState.RUN
+        image = self.shared.to_master.read()
         age_us = max(0, now_us() - arrived_us) if arrived_us else None
         return Received(image, age_us, connected)
 
     def statistics(self) -> ScannerStatistics:
         """Counters of packets, and the gaps between the last 8,192 that came."""
-        status = self._images.status()
-        gaps = sorted(self._images.gaps_us())
+        status = self.shared.status()
+        gaps = sorted(self.shared.gaps_us())
         return ScannerStatistics(
             sent=status.sent,
             received=status.received,
@@ -303,7 +304,7 @@ class Scanner(Closing):
 
     def stop(self) -> None:
         """Fall silent without a word, as if the cable were cut; `open` brings it back."""
-        self._images.link = LinkState.CUT
+        self.shared.link = LinkState.CUT
 
     def close_connection(self) -> None:
         """Close the connection by Forward Close; without one nothing happens.
@@ -323,7 +324,7 @@ class Scanner(Closing):
             self.close_connection()
         self.client.close()
         self._control.close()
-        self._images.close()
+        self.shared.close()
 
     def _forget(self) -> None:
         """Our end of the connection is no more."""
@@ -352,7 +353,7 @@ class Scanner(Closing):
 
     def _start(self, host: str, io_port: int | None) -> CyclicControl:
         def start(port: int) -> CyclicControl:
-            return CyclicControl(self._images.name, host, port, self._note_end, Role.ORIGINATOR)
+            return CyclicControl(self.shared.name, host, port, self._note_end, Role.ORIGINATOR)
 
         if io_port is not None:
             return start(io_port)

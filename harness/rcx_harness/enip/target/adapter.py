@@ -13,9 +13,10 @@ from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import SIZE, check_size
 
-__all__ = ["Adapter"]
+__all__ = ["MODULE", "Adapter"]
 
-_MODULE = "rcx_harness.enip.target.adapter_process"
+#: What its process runs.
+MODULE = "rcx_harness.enip.target.adapter_process"
 
 
 class Adapter(Closing):
@@ -130,7 +131,7 @@ class Adapter(Closing):
 
     def _start(self, settings: dict[str, Any]) -> dict[str, Any]:
         """Start the process and wait until it listens; return its ports."""
-        self._child = Child(_MODULE, settings, "the EtherNet/IP adapter's process")
+        self._child = Child(MODULE, settings, "the EtherNet/IP adapter's process")
         started = self._child.started
         if "refused" in started:
             raise EnipError(started["refused"])

@@ -148,7 +148,8 @@ MAX_CYCLIC = {
 MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER = 32, 16
 MAX_CYCLIC_OF_PEER = 8
 
-_MANY_IDS = 0x10000
+#: So many connection ids are given out before one comes again.
+MANY_IDS = 0x10000
 
 
 class CyclicPart(Protocol):
@@ -429,7 +430,7 @@ class ConnectionManager:
         for each in self._class1.values():
             taken |= {each.o_to_t_id, each.t_to_o_id}
         while True:
-            self._last_id = (self._last_id + 1) % _MANY_IDS
+            self._last_id = (self._last_id + 1) % MANY_IDS
             if (number := self._ids | self._last_id) not in taken:
                 return number
 

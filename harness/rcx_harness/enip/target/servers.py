@@ -43,7 +43,8 @@ class TcpServer:
     def __init__(self, device: Device) -> None:
         self.device = device
         self.accepts = True
-        self._connections: set[_Connection] = set()
+        self.connections: set[_Connection] = set()
+        """Those that are open."""
 
     def protocol(self) -> asyncio.BufferedProtocol:
         """What asyncio asks for with each new connection."""
@@ -51,31 +52,31 @@ class TcpServer:
 
     def has_room(self, peer: str) -> bool:
         """May one more connection come from this address?"""
-        taken = (each.peer for each in self._connections)
+        taken = (each.peer for each in self.connections)
         return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
 
     def add(self, connection: _Connection) -> None:
         """A connection has come."""
-        self._connections.add(connection)
+        self.connections.add(connection)
 
     def discard(self, connection: _Connection) -> None:
         """It has gone."""
-        self._connections.discard(connection)
+        self.connections.discard(connection)
 
     def close_overdue(self) -> None:
         """Close what has been silent, or slow, for too long."""
-        for connection in list(self._connections):
+        for connection in list(self.connections):
             if connection.session.is_overdue():
                 connection.transport.abort()
 
     def close_all(self) -> None:
         """Close all connections once their answers have gone."""
-        for connection in list(self._connections):
+        for connection in list(self.connections):
             connection.transport.close()
 
     def abort_all(self) -> None:
         """Close all connections at once."""
-        for connection in list(self._connections):
+        for connection in list(self.connections):
             connection.transport.abort()
 
 

@@ -32,7 +32,7 @@ from rcx_harness.export.l5x.model import (
 from rcx_harness.export.losses import retain
 from rcx_harness.export.parts import Part
 
-__all__ = ["translated", "written"]
+__all__ = ["copied", "translated", "written"]
 
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
@@ -265,7 +265,7 @@ class _Writer:
             return f"{name} := '';"
         zeros = check_name(f"Zero_{data.type}{f'_{data.size}' if data.size else ''}")
         self._zeros[zeros] = data
-        return _copy(zeros, name, kind)
+        return copied(zeros, name, kind)
 
     # --- statements -----------------------------------------------------------------------
 
@@ -340,7 +340,7 @@ class _Writer:
             if isinstance(value, t.Constant):
                 line = f"{place} := {self._expressions.text(value)};"
             else:
-                line = _copy(self._expressions.text(value), place, target.type)
+                line = copied(self._expressions.text(value), place, target.type)
         else:
             line = self._scalar(target, place, value)
         return [*self._taken(indent), indent + line]
@@ -367,7 +367,7 @@ class _Writer:
                 if isinstance(value, t.Constant):
                     inputs.append(f"{place} := {self._expressions.text(value)};")
                 else:
-                    inputs.append(_copy(self._expressions.text(value), place, value.type))
+                    inputs.append(copied(self._expressions.text(value), place, value.type))
             else:
                 inputs.append(f"{instance}.{pin} := {self._expressions.text(value)};")
         arguments = [instance]
@@ -437,7 +437,8 @@ def _array_name(node: t.Variable) -> str:
     return str(getattr(node.base.type, "name", "")).upper() if isinstance(node, t.Index) else ""
 
 
-def _copy(source: str, target: str, kind: Type) -> str:
+def copied(source: str, target: str, kind: Type) -> str:
+    """The instruction that copies a structure, an array or a text."""
     size = data_of(kind).size
     if size:
         return f"COP({source}[0], {target}[0], {size});"

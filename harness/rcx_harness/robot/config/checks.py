@@ -44,7 +44,7 @@ STORED = ("points", "comments", "pallets", "shifts", "hands", "variables", "para
 
 #: A robot program's name, as remote commands can carry it (guide 4.6.1).
 _NAME = re.compile("[A-Z0-9_]+")
-_CHOICES = {
+CHOICES = {
     "size": AREA_SIZES,
     "parallel_io": ("none", "valid", "invalid"),
     "idle_header": ("loss", "hold"),
@@ -60,7 +60,7 @@ _CHOICES = {
     "real_to_integer": ("round", "truncate"),
     "origin_method": ("sensor", "stroke_end", "mark"),
 }
-_RANGES = {
+RANGES = {
     "robot": (1, 4),
     "auto_speed": (1, 100),
     "program_speed": (1, 100),
@@ -108,8 +108,8 @@ def check_value(key: str, declared: str, value: Any) -> None:
     Raises:
         InputError: with what is allowed as the hint; the key is in single quotes.
     """
-    if key in _CHOICES:
-        choices = _CHOICES[key]
+    if key in CHOICES:
+        choices = CHOICES[key]
         right = value in choices and type(value) is type(choices[0])
         _expect(right, key, value, " or ".join(map(str, choices)))
     elif declared == "Delay":
@@ -119,7 +119,7 @@ def check_value(key: str, declared: str, value: Any) -> None:
     elif declared == "int | None" and value is None:
         pass
     elif declared in ("int", "int | None"):
-        low, high = _RANGES.get(key, _INT32)
+        low, high = RANGES.get(key, _INT32)
         _expect(is_whole(value, low, high), key, value, f"{low} to {high}")
     elif declared == "float":
         _check_number(key, value)

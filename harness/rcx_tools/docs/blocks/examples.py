@@ -106,8 +106,8 @@ class Snippet:
 
 
 @cache
-def snippets() -> dict[str, Snippet]:
-    """The examples by block.
+def snippets(file: Path = _FILE) -> dict[str, Snippet]:
+    """The examples of a file by block.
 
     Blocks that the file does not name have one if they are generated command blocks, which do
     with their defaults; others have none.
@@ -115,12 +115,12 @@ def snippets() -> dict[str, Snippet]:
     Raises:
         InputError: an entry that is wrong.
     """
-    table = load_toml(_FILE)
+    table = load_toml(file)
     named: dict[str, dict[str, Any]] = {}
     for entry in table["block"]:
         for name in entry.pop("names", None) or [entry.pop("name", "")]:
             if name not in pous():
-                raise InputError(f"no block is called {name!r}", file=_FILE)
+                raise InputError(f"no block is called {name!r}", file=file)
             named[name] = entry
     found = {}
     for name, pou in pous().items():
@@ -130,7 +130,7 @@ def snippets() -> dict[str, Snippet]:
             try:
                 found[name] = _snippet(pou, table["before"], **named.get(name, {}))
             except (KeyError, TypeError) as error:
-                raise InputError(f"{name}: {error}", file=_FILE) from None
+                raise InputError(f"{name}: {error}", file=file) from None
     return found
 
 

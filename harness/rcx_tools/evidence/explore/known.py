@@ -16,12 +16,13 @@ from rcx_tools.evidence.explore.seeded import Seeded
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.evidence.store import Results, digest
 
-__all__ = ["Done", "Found", "Known"]
+__all__ = ["OWN", "Done", "Found", "Known"]
 
 _HERE = Path(__file__).parent
 #: What decides over states and rules, beside blocks and models: the engine, these of this package.
 _ENGINE = ("*.py", "*.lark")
-_OWN = ("abstraction", "kept", "model", "oracle", "search", "models")
+#: The modules beside this one that decide what is found.
+OWN = ("abstraction", "kept", "model", "oracle", "search", "models")
 
 
 class Done(NamedTuple):
@@ -88,7 +89,7 @@ class Known:
                 files = needed([model.write(Path(folder))], self._library)
             engine = ROOT / "harness/rcx_harness/engine"
             rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
-            defined = _OWN if model in MODELS else (*_OWN, "models_small")
+            defined = OWN if model in MODELS else (*OWN, "models_small")
             own = [_HERE / f"{part}.py" for part in defined]
             state = digest(ROOT, [*files, *rules, *own])
             self._keys[name] = f"{model.name} {state} {self._seed} {name}"

@@ -50,21 +50,21 @@ class Oracle:
     """Judges scan after scan; what it remembers is a few bytes, part of the explored state."""
 
     def __init__(self, model: Model, root: Any) -> None:
-        self._blocks = model.blocks
+        self.blocks = model.blocks
         self._held = [getattr(root, block.name.upper()) for block in model.blocks]
         self._out = root.OUTPUTAREA
-        self._interval = -(-_INTERVAL_US // (model.tick_ms * 1000))
-        self._words: list[bytes] = [bytes(32)]
+        self.interval = -(-_INTERVAL_US // (model.tick_ms * 1000))
+        self.words: list[bytes] = [bytes(32)]
         self._index: dict[bytes, int] = {bytes(32): 0}
-        self._by_code = {block.code: k for k, block in enumerate(self._blocks) if block.code}
+        self.by_code = {block.code: k for k, block in enumerate(self.blocks) if block.code}
 
     def initial(self) -> bytes:
         """What there is to remember before the first scan."""
-        return bytes(_HEAD + 2 * len(self._blocks))
+        return bytes(_HEAD + 2 * len(self.blocks))
 
     def wire(self, memory: bytes) -> Wire:
         """What was written last."""
-        words = self._words[memory[0] | memory[1] << 8]
+        words = self.words[memory[0] | memory[1] << 8]
         return Wire(words[0] | words[1] << 8, words[2] | words[3] << 8, memory[2] | memory[3] << 8)
 
     def pins(self) -> list[Pins]:
@@ -73,7 +73,7 @@ class Oracle:
             Pins(o.VALID, o.BUSY, o.ERROR, o.ERRORID, False)
             if block.is_level
             else Pins(o.DONE, o.BUSY, o.ERROR, o.ERRORID, o.ACTIVE)
-            for block, o in zip(self._blocks, self._held, strict=True)
+            for block, o in zip(self.blocks, self._held, strict=True)
         ]
 
     def first_word(self, k: int) -> int:
@@ -101,8 +101,8 @@ class Oracle:
         words = area[:32]
         index = self._index.get(words)
         if index is None:
-            index = self._index[words] = len(self._words)
-            self._words.append(words)
+            index = self._index[words] = len(self.words)
+            self.words.append(words)
         return index, area[32] | area[33] << 8
 
 
@@ -113,12 +113,12 @@ class _Scan:
         self, oracle: Oracle, memory: bytes, choice: Choice, before: Sequence[Pins]
     ) -> None:
         self.oracle, self.choice, self.before = oracle, choice, before
-        self.blocks = oracle._blocks
+        self.blocks = oracle.blocks
         self.now = oracle.pins()
         self.was = oracle.wire(memory)
         self.old_words = memory[0] | memory[1] << 8
-        self.since = min(memory[4] + choice.ticks, oracle._interval)
-        self.clear = min(memory[5] + choice.ticks, oracle._interval)
+        self.since = min(memory[4] + choice.ticks, oracle.interval)
+        self.clear = min(memory[5] + choice.ticks, oracle.interval)
         self.flags = memory[6]
         self.own = list(memory[_HEAD:])
         self.broken: list[str] = []
@@ -128,7 +128,7 @@ class _Scan:
         self.cpu_ok = self.connected and bool(self.so & _CPU_OK)
         self.judged = self.connected and bool(self.flags & _UP)
         self.words, self.bits = oracle.written()
-        words = oracle._words[self.words]
+        words = oracle.words[self.words]
         self.code = words[0] | words[1] << 8
 
     def judge(self) -> tuple[bytes, list[str]]:
@@ -299,15 +299,15 @@ class _Scan:
             self.flags |= _RAN
 
     def _goes_out(self, code: int) -> None:
-        if self.oracle._words[self.words][2:] != self.oracle._words[self.old_words][2:]:
+        if self.oracle.words[self.words][2:] != self.oracle.words[self.old_words][2:]:
             self.say("data first", f"data and the code {code:04X} went out together")
         if not self.judged:
             self.say("data first", f"the data of {code:04X} were not there with a connection")
         if self.status:
             self.say("ready", f"the code {code:04X} went out with the status {self.status:04X}")
-        if self.clear < self.oracle._interval:
+        if self.clear < self.oracle.interval:
             self.say("recovered", f"the code {code:04X} went out too soon after the recovery")
-        k = self.oracle._by_code.get(code)
+        k = self.oracle.by_code.get(code)
         if k is None or not self.own[2 * k] & _ASKED:
             self.say("unasked", f"the code {code:04X} went out, but nobody asked for it")
             return
@@ -333,7 +333,7 @@ class _Scan:
         if paced and self.connected:
             if changed & (changed - 1):
                 self.say("interval", f"inputs {was:04X} to {bits:04X} in one scan")
-            elif self.since < self.oracle._interval:
+            elif self.since < self.oracle.interval:
                 self.say("interval", f"inputs {was:04X} to {bits:04X} too soon")
         if changed:
             self.since = 0
@@ -383,7 +383,7 @@ class _Scan:
 
     def _jog(self) -> None:
         """A jog without its Enable has SI(06) OFF (guide 4.2.6); no code before it is ON."""
-        k = self.oracle._by_code.get(self.code, -1)
+        k = self.oracle.by_code.get(self.code, -1)
         if k >= 0 and self.blocks[k].kind == "jog":
             if self.choice.does[k] != UP:
                 self.flags |= _QUIT

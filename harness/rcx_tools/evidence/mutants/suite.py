@@ -81,11 +81,11 @@ class Suite:
 
     root: Path
     items: dict[str, pytest.Item] = field(default_factory=dict)
-    _body: Callable[[], None] | None = None
+    body: Callable[[], None] | None = None
 
     def collected(self, body: Callable[[], None]) -> int:
         """Collect the tests, then run `body` within the session; pytest's exit code."""
-        self._body = body
+        self.body = body
         tests = [str(self.root / "tests" / folder) for folder in FOLDERS]
         there = [folder for folder in tests if Path(folder).is_dir()]
         return int(pytest.main([*pytest_options(self.root), *there], plugins=[_Plugin(self)]))
@@ -145,8 +145,8 @@ class _Plugin:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         wanted = set(in_suite([item.nodeid for item in session.items]))
         self._suite.items = {item.nodeid: item for item in session.items if item.nodeid in wanted}
-        assert self._suite._body is not None
-        self._suite._body()
+        assert self._suite.body is not None
+        self._suite.body()
         return True
 
     @pytest.hookimpl(tryfirst=True)
@@ -165,18 +165,18 @@ class _Plugin:
         )
 
 
-def private_folder(item_config: pytest.Config, name: str) -> None:
+def private_folder(config: pytest.Config, name: str) -> None:
     """Give the temporary folders of this process's tests a place of their own."""
-    factory = getattr(item_config, "_tmp_path_factory", None)
-    if factory is not None and factory._basetemp is not None:
-        own = factory._basetemp / name
-        os.makedirs(own, exist_ok=True)
-        factory._basetemp = own
+    factory = getattr(config, "_tmp_path_factory", None)
+    base = getattr(factory, "_basetemp", None)
+    if factory is not None and base is not None:
+        os.makedirs(base / name, exist_ok=True)
+        factory._basetemp = base / name  # noqa: SLF001 - pytest has no other way
 
 
 def remove_folders(config: pytest.Config) -> None:
     """Remove the temporary folders of all children."""
-    factory = getattr(config, "_tmp_path_factory", None)
-    if factory is not None and factory._basetemp is not None:
-        for folder in factory._basetemp.glob("mutant*"):
+    base = getattr(getattr(config, "_tmp_path_factory", None), "_basetemp", None)
+    if base is not None:
+        for folder in base.glob("mutant*"):
             shutil.rmtree(folder, ignore_errors=True)
