@@ -7,11 +7,9 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from random import Random
 
 import pytest
 
-from rcx_harness.verify.mutants.mutant import in_rounds
 from rcx_harness.verify.mutants.text import edited
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
@@ -182,21 +180,27 @@ def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:
-    file = tmp_path / "harness" / "robot.py"
-    file.parent.mkdir()
-    file.write_text(_MODULE.replace("bits < 3", "bits < 3 and bits < 3"), encoding="utf-8")
-    found = python_changes(file.read_text("utf-8"), "harness/robot.py")
+    text = _MODULE.replace("bits < 3", "bits < 3 and bits < 3")
 
-    def drawn(one_of: int, seed: int) -> list[str]:
+    def drawn(one_of: int, seed: int, name: str = "robot.py", text: str = text) -> list[str]:
+        file = tmp_path / "harness" / name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        found = python_changes(text, f"harness/{name}")
         mutants = sampled(tmp_path, file, found, python_meaning, one_of=one_of, seed=seed)
-        return [one.identity for one in mutants]
+        return sorted(f"{one.operator} {one.before} -> {one.after}" for one in mutants)
 
     assert drawn(4, 1) == drawn(4, 1) != drawn(4, 2)
-    assert len(drawn(4, 1)) == -(-len(found) // 4)
     every = drawn(1, 1)
-    assert len(set(every)) == len(every) < len(found)  # either of two equal parts left out: one
-    first = in_rounds(found, lambda change: change.operator, Random(1))[: len(PYTHON_OPERATORS)]
-    assert {change.operator for change in first} == set(PYTHON_OPERATORS)
+    found = python_changes(text, "harness/robot.py")
+    assert len(every) < len(found)  # either of two equal parts left out: one
+    assert len(found) / 8 < len(drawn(4, 1)) < len(found) / 2
+    assert set(drawn(8, 1)) < set(drawn(4, 1)) < set(every)
+    assert len(drawn(10**9, 1)) == 1
+
+    grown = f"_FIRST = 1\n\n\n{text}"
+    assert drawn(4, 1, "other.py") == drawn(4, 1)
+    assert [one for one in drawn(4, 1, "other.py", grown) if "_FIRST" not in one] == drawn(4, 1)
 
 
 # --- a run ---

@@ -1,17 +1,19 @@
-"""What is taken of all changes that operators know: a sample, the same for the same seed."""
+"""What is taken of all changes that operators know: a sample, the same for the same seed.
+
+Whether a change is taken depends on itself alone: code that moves, or that is changed elsewhere,
+leaves the rest of the sample as it was, and so what is known of its survivors.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import islice
+from hashlib import blake2b
 from pathlib import Path
-from random import Random
 
 from rcx_harness.errors import InputError
-from rcx_harness.verify.mutants.mutant import Mutant, in_rounds, mutant_of
-from rcx_harness.verify.mutants.text import Edit, edited
+from rcx_harness.verify.mutants.mutant import Mutant, mutant_of
+from rcx_harness.verify.mutants.text import Edit
 
 __all__ = ["Change", "sampled"]
 
@@ -34,7 +36,7 @@ def sampled(
     one_of: int,
     seed: int,
 ) -> list[Mutant]:
-    """One of so many changes of a file, at least one: of each operator one first.
+    """About one of so many changes of a file, at least one.
 
     Args:
         root: The repository.
@@ -46,18 +48,24 @@ def sampled(
     """
     text = file.read_text(encoding="utf-8")
     path = file.relative_to(root).as_posix()
-    seen = {meaning(text)}
+    every = [mutant_of(path, change.pou, change.operator, text, change.edits) for change in found]
+    drawn = sorted(((_drawn(mutant, seed), k) for k, mutant in enumerate(every)))
+    seen, taken = {meaning(text)}, list[Mutant]()
+    for place, k in drawn:
+        if taken and place * one_of >= 1:
+            break
+        try:
+            means = meaning(every[k].text)
+        except (SyntaxError, InputError):
+            continue
+        if means not in seen:
+            seen.add(means)
+            taken.append(every[k])
+    return sorted(taken, key=lambda mutant: mutant.line)
 
-    def mutants() -> Iterator[Mutant]:
-        chance = Random(f"{seed}:{file.name}")
-        for change in in_rounds(found, lambda change: change.operator, chance):
-            try:
-                means = meaning(edited(text, change.edits))
-            except (SyntaxError, InputError):
-                continue
-            if means not in seen:
-                seen.add(means)
-                yield mutant_of(path, change.pou, change.operator, text, change.edits)
 
-    most = math.ceil(len(found) / one_of)
-    return sorted(islice(mutants(), most), key=lambda mutant: mutant.line)
+def _drawn(mutant: Mutant, seed: int) -> float:
+    """From 0 to 1, of what is changed to what, and in which function or entry."""
+    where = mutant.pou.rpartition(":")[2]
+    told = "\0".join((str(seed), where, mutant.operator, mutant.before, mutant.after))
+    return int.from_bytes(blake2b(told.encode(), digest_size=8).digest(), "big") / 2**64
