@@ -21,6 +21,7 @@ from rcx_tools.evidence.mutants.python import (
     functions,
     python_changes,
     python_meaning,
+    users,
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
@@ -177,6 +178,27 @@ def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_
     nodes = ["tests/operating.py::test_it", *many, "tests/a.py::test_operating_time", "b::test_no"]
     found = alike("Accumulated.observe self.operating_us += time", nodes)
     assert found == ["tests/a.py::test_operating_time", *many[:7]]
+
+
+def test_a_value_with_a_name_is_judged_by_the_tests_of_those_that_use_it() -> None:
+    text = """_ADD, _SUBTRACT = 0x234, 0x235
+_OTHER: int = 1
+
+
+class Points:
+    size = 4
+
+    def take(self, code: int) -> int:
+        return -1 if code == _SUBTRACT else self.size
+
+
+def other() -> int:
+    return _OTHER
+"""
+    assert users(text, 1) == ["Points.take"]
+    assert users(text, 2) == ["other"]
+    assert users(text, 6) == ["Points.take"]
+    assert users(text, 13) == []
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from rcx_tools.evidence.mutants.python import (
     functions,
     python_changes,
     python_meaning,
+    users,
 )
 from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
@@ -46,6 +47,8 @@ _PACKAGE = "harness/rcx_harness"
 _SHARD = 6
 #: Longest that such a run may take [s].
 _PATIENCE_S = 1000.0
+#: Tests more of a function, or of those that use a value, evenly spread over all that run it.
+_USERS = 6
 #: A table of sentences for people.
 _PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
@@ -225,11 +228,19 @@ class HarnessRun:
             module = mutant.pou.partition(":")[0]  # what has run at its import only
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
-                ran_it = [node for node in ran if mutant.pou.upper() in ran[node]]
+                ran_it = [node for node in ran if ran[node] & self._about_it(mutant)]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
+                near += spread(ran_it, _USERS)
                 tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
         return self._judged(copies, kind.name, tasks, judges)
+
+    def _about_it(self, mutant: Mutant) -> frozenset[str]:
+        """The function that is changed; of a value with a name, those that use it."""
+        if ":" in mutant.pou:
+            return frozenset([mutant.pou.upper()])
+        text = (self._root / mutant.file).read_text(encoding="utf-8")
+        return frozenset(f"{mutant.pou}:{name}".upper() for name in users(text, mutant.line))
 
     def _seeded(
         self, copies: Copies, rows: Sequence[tuple[Bug, Mutant]], baseline: Baseline

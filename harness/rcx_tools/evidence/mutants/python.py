@@ -22,6 +22,7 @@ __all__ = [
     "functions",
     "python_changes",
     "python_meaning",
+    "users",
 ]
 
 PYTHON_OPERATORS = (
@@ -62,21 +63,44 @@ _ERRORS = ("InputError", "LiteralError", "ProgramError")
 
 def functions(text: str) -> dict[int, str]:
     """Qualified names of the functions, by the line where their code begins (with decorators)."""
-    found: dict[int, str] = {}
+    return {
+        min([node.lineno, *(one.lineno for one in node.decorator_list)]): name
+        for name, node in _functions(ast.parse(text), "")
+    }
 
-    def visit(node: ast.AST, prefix: str) -> None:
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, (ast.FunctionDef, ast.ClassDef)):
-                name = f"{prefix}{child.name}"
-                if not isinstance(child, ast.ClassDef):
-                    first = min([child.lineno, *(one.lineno for one in child.decorator_list)])
-                    found[first] = name
-                visit(child, f"{name}.")
-            else:
-                visit(child, prefix)
 
-    visit(ast.parse(text), "")
-    return found
+def users(text: str, line: int) -> list[str]:
+    """Qualified names of the functions that use what an assignment at this line gives a name."""
+    tree = ast.parse(text)
+    targets = [
+        target
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Assign, ast.AnnAssign))
+        and node.lineno <= line <= (node.end_lineno or node.lineno)
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+    ]
+    names = {one.id for at in targets for one in ast.walk(at) if isinstance(one, ast.Name)}
+    return [
+        name
+        for name, node in _functions(tree, "")
+        if any(
+            (isinstance(one, ast.Name) and one.id in names)
+            or (isinstance(one, ast.Attribute) and one.attr in names)
+            for one in ast.walk(node)
+        )
+    ]
+
+
+def _functions(node: ast.AST, prefix: str) -> Iterator[tuple[str, ast.FunctionDef]]:
+    """The functions of a module with their qualified names."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, (ast.FunctionDef, ast.ClassDef)):
+            name = f"{prefix}{child.name}"
+            if not isinstance(child, ast.ClassDef):
+                yield name, child
+            yield from _functions(child, f"{name}.")
+        else:
+            yield from _functions(child, prefix)
 
 
 def python_changes(text: str, path: str) -> list[Change]:
