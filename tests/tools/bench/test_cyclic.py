@@ -15,7 +15,7 @@ from rcx_tools.bench.figure import Options
 
 
 def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:
-    """Source: issue 8, point 4: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
+    """Source: docs/timing.md: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
     planned = cases(Options())
     assert [(case.rpi_us, case.controllers) for case in planned[::2]] == [
         (10_000, 1), (5_000, 1), (2_000, 1), (1_000, 1), (2_000, 4), (10_000, 16), (2_000, 16),
@@ -56,7 +56,7 @@ def test_a_line_tells_of_each_run_and_the_first_of_their_length(
 ) -> None:
     """At 300 us a packet 4 controllers at 2 ms take 1.2 of two processors, 16 take 4.8.
 
-    Source: issue 8: long work shows progress.
+    Source: docs/timing.md: long work shows progress.
     """
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
 

@@ -19,7 +19,7 @@ _QUIET = Run(Case(2_000, 1, False), 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_1
 
 
 def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
-    """Source: issue 8, point 4."""
+    """Source: docs/timing.md."""
     found = figures(_QUIET, None)
     assert found["cyclic_2ms_missing"] == Figure(0, "packets", "0", "none", True)
     assert found["cyclic_2ms_rate"] == Figure(1.0, "of nominal", ">= 0.98", "none", True)
@@ -28,7 +28,7 @@ def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
 
 
 def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
-    """Source: issue 8, point 4."""
+    """Source: docs/timing.md."""
     bad = Run(Case(2_000, 1, False), 60.0, 58_000, 60_000.0, 2, 1_999, 2_200, 2_100, 25.0)
     found = figures(bad, None)
     assert not found["cyclic_2ms_missing"].met
@@ -36,7 +36,7 @@ def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
 
 
 def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
-    """Source: issue 8, point 4: within 10 %."""
+    """Source: docs/timing.md: within 10 %."""
     good = Run(Case(2_000, 1, True), 60.0, 55_000, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
     bad = Run(Case(2_000, 1, True), 60.0, 53_000, 60_000.0, 0, 1_999, 2_200, 2_100, 25.0)
     assert figures(good, _QUIET)["cyclic_2ms_flood_rate"].met
@@ -45,7 +45,7 @@ def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
 
 
 def test_below_the_promised_interval_figures_are_shown_without_a_target() -> None:
-    """Source: issue 8, point 4."""
+    """Source: docs/timing.md."""
     run = Run(Case(1_000, 16, False), 60.0, 1, 60_000.0, 9, 1_999, 2_200, 2_100, 25.0)
     found = figures(run, None)
     assert next(iter(found)) == "cyclic_1ms_x16_packets"
@@ -53,7 +53,7 @@ def test_below_the_promised_interval_figures_are_shown_without_a_target() -> Non
 
 
 def test_limits_belong_to_what_meets_them() -> None:
-    """Source: issue 8: targets beside figures."""
+    """Source: docs/timing.md: targets beside figures."""
     assert at_least(40.0, "x", 40).met
     assert not at_least(39.9, "x", 40).met
     assert at_most(0.3, "s", 0.3).met
@@ -63,7 +63,7 @@ def test_limits_belong_to_what_meets_them() -> None:
 
 
 def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:
-    """Source: issue 8: out/bench.json."""
+    """Source: docs/timing.md: out/bench.json."""
     file = tmp_path / "out" / "bench.json"
     store({"one": at_most(1, "s", 2)}, file)
     store({"two": at_most(3, "s", 2, "peer")}, file)
@@ -74,7 +74,7 @@ def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:
 
 
 def test_a_damaged_file_is_written_anew(tmp_path: Path) -> None:
-    """Source: issue 8: out/bench.json."""
+    """Source: docs/timing.md: out/bench.json."""
     file = tmp_path / "bench.json"
     for damaged in ("{", "[1]"):
         file.write_text(damaged)
@@ -114,7 +114,7 @@ def test_a_wrong_duration_is_told_in_one_message(capsys: pytest.CaptureFixture[s
 def test_a_straight_line_has_no_bend() -> None:
     """10 + 2 n at 1, 10 and 50; the middle 11 above is a tenth of the last.
 
-    Source: issue 8, point 3: linear.
+    Source: docs/timing.md: linear.
     """
     assert bend((1, 10, 50), (12.0, 30.0, 110.0)) == pytest.approx(0.0)
     assert bend((1, 10, 50), (12.0, 41.0, 110.0)) == pytest.approx(0.1)
@@ -123,7 +123,7 @@ def test_a_straight_line_has_no_bend() -> None:
 def test_the_demo_keeps_its_robot_busy_and_breaks_no_rule() -> None:
     """Two commands take turns; the second robot's blocks have no link and do no harm.
 
-    Source: issue 8, point 3: the whole cell.
+    Source: docs/timing.md: the whole cell.
     """
     with demo_cell("builtin", robots=2, blocks=2) as cell:
         before = cell.commands

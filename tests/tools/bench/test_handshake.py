@@ -46,7 +46,7 @@ def test_the_page_prints_some_examples() -> None:
 
 @pytest.mark.parametrize("case", _GRID, ids=str)
 def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) -> None:
-    """Source: issue 8, point 1; guide chapters 1 and 2."""
+    """Source: docs/timing.md; guide chapters 1 and 2."""
     found = simulate_command(case)
     assert found.took == found.minimum
 
@@ -55,7 +55,7 @@ def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) 
 def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
     """Alarm reset, servo ON, program reset and start, each with the end of the one before.
 
-    Source: issue 8, point 1; manual chapter 5, 3.
+    Source: docs/timing.md; manual chapter 5, 3.
     """
     found = simulate_sequence(case)
     assert found.took == found.minimum
@@ -116,7 +116,7 @@ def test_a_library_that_needs_a_scan_more_is_found(
 ) -> None:
     """A handshake that rests for one scan between two commands.
 
-    Source: issue 8, point 1: extra scans 0, and the bench would see one.
+    Source: docs/timing.md: extra scans 0, and the bench would see one.
     """
     library = tmp_path / "lib"
     shutil.copytree(default_lib(), library)
