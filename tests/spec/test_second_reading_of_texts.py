@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -59,3 +61,18 @@ def test_each_pin_of_the_reading_is_one_of_a_block() -> None:
     there = {row.pin for block in every_block().values() for row in block.inputs}
     assert len(set(pins)) == len(pins)
     assert set(pins) <= there, set(pins) - there
+
+
+def test_what_a_text_names_of_the_reference_is_there() -> None:
+    """`RCX_REF.Inner.Command.Holder`, as plc/lib/types declares it."""
+    types = Path(__file__).parents[2] / "plc" / "lib" / "types"
+    text = (Path(__file__).parents[2] / "spec" / "errors.toml").read_text(encoding="utf-8")
+    named = set(re.findall(r"\bRCX_REF((?:\.[A-Za-z]\w*)+)", text, re.ASCII))
+    assert named
+    for path in named:
+        kind = "RCX_REF"
+        for field in path[1:].split("."):
+            declared = (types / f"{kind}.st").read_text(encoding="utf-8")
+            found = re.search(rf"^ +{field} +: (\w+);", declared, re.MULTILINE)
+            assert found, f"RCX_REF{path}: {kind} has no {field}"
+            kind = found[1]
