@@ -228,7 +228,8 @@ class HarnessRun:
             module = mutant.pou.partition(":")[0]  # what has run at its import only
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
-                ran_it = [node for node in ran if ran[node] & self._about_it(mutant)]
+                about = self._about_it(mutant)
+                ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
                 near += spread(ran_it, _USERS)
                 tests = tuple(dict.fromkeys((*tests, *near)))
