@@ -1,0 +1,395 @@
+"""Checked expressions as terms of the solver."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import z3
+
+from rcx_harness.engine.builtin.storage import is_scalar
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.scalars import (
+    ANY_INT,
+    ANY_REAL,
+    INT_RANGE,
+    SIGNED,
+    WIDTH,
+)
+from rcx_harness.engine.types import ArrayType, ElementaryType, Type
+from rcx_harness.verify.prove import reals, texts, values
+from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
+from rcx_harness.verify.prove.values import TIME_BITS, Value
+
+if TYPE_CHECKING:
+    from rcx_harness.verify.prove.machine import Alternatives, Machine
+
+__all__ = ["Expressions"]
+
+_COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+_CHAINS = {"GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>"}
+_JOINS = {"ADD": "+", "MUL": "*", "SUB": "-", "DIV": "/", "MOD": "MOD"}
+_BITS = ("BYTE", "WORD", "DWORD", "LWORD")
+
+
+def _name(kind: Type) -> str:
+    return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+class Expressions:
+    """Evaluates expressions in the memory of a machine."""
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+
+    # --- variables ---
+
+    def places(self, node: t.Expression) -> Alternatives:
+        """Where a variable is, or the result of a function that is no scalar."""
+        if isinstance(node, t.Use):
+            return self._machine.root(node.symbol)
+        if isinstance(node, t.Member):
+            return [(c, (*path, node.name.upper())) for c, path in self.places(node.base)]
+        if isinstance(node, t.Index):
+            base = self.places(node.base)
+            index = self._position(node)
+            if is_known(index):
+                return [(c, (*path, index)) for c, path in base]
+            count = _count(node.base.type)
+            return [
+                (both(c, values.compare("=", index, place, _DINT)), (*path, place))
+                for c, path in base
+                for place in range(count)
+            ]
+        if isinstance(node, t.CallFunction):
+            result: Alternatives = self._call(node)
+            return result
+        raise UnsupportedError(f"{type(node).__name__} of a structure or an array")
+
+    def _position(self, node: t.Index) -> Value:
+        """Row-major position of an element from 0 on, as DINT; the bounds are an obligation."""
+        kind = node.base.type
+        assert isinstance(kind, ArrayType)
+        position: Value = 0
+        for expression, (low, high) in zip(node.indices, kind.bounds, strict=True):
+            index = _as_dint(self.exact(expression), expression.type)
+            if is_known(index):
+                self._machine.oblige("index", not low <= index <= high)
+                index = min(max(index, low), high)
+            else:
+                inside = both(
+                    values.compare(">=", index, low, _DINT),
+                    values.compare("<=", index, high, _DINT),
+                )
+                self._machine.oblige("index", negated(inside))
+            index = values.combine("-", index, low, _DINT)
+            position = values.combine("*", position, high - low + 1, _DINT)
+            position = values.combine("+", position, index, _DINT)
+        return position
+
+    def _long(self, node: t.Expression) -> bool:
+        if not isinstance(node, t.Index):
+            return False
+        (leaf, *_) = self._machine.leaves(node.base.type)
+        return leaf.suffix == () and leaf.long
+
+    def assign(self, target: t.Variable, value: Value) -> None:
+        """Write a scalar."""
+        if self._long(target):
+            assert isinstance(target, t.Index)
+            kind = target.base.type
+            assert isinstance(kind, ArrayType)
+            base, index = self.places(target.base), self._position(target)
+            self._machine.set_element(base, kind, index, value)
+        else:
+            self._machine.store(self.places(target), target.type, value)
+
+    # --- values ---
+
+    def exact(self, node: t.Expression) -> Value:
+        """The value of an expression, of its type exactly."""
+        if isinstance(node, t.Constant):
+            return values.constant(node.type, node.value)
+        value = self.value(node)
+        return reals.settled(value, _name(node.type)) if isinstance(value, reals.Real) else value
+
+    def value(self, node: t.Expression) -> Value:
+        """The value of an expression; a REAL possibly not rounded yet."""
+        if isinstance(node, t.Constant):
+            if _name(node.type) == "REAL" and not node.typed:
+                return reals.constant(float(node.value), "REAL", wide=True)
+            return values.constant(node.type, node.value)
+        if isinstance(node, (t.Use, t.Member, t.Index)):
+            if self._long(node):
+                assert isinstance(node, t.Index)
+                kind = node.base.type
+                assert isinstance(kind, ArrayType)
+                return self._machine.element(self.places(node.base), kind, self._position(node))
+            return self._machine.load(self.places(node), node.type)
+        if isinstance(node, t.Unary):
+            return self._unary(node)
+        if isinstance(node, t.Binary):
+            return self._binary(node)
+        if isinstance(node, t.CallFunction):
+            return self._call(node)
+        return self._standard(node)
+
+    def _call(self, node: t.CallFunction) -> Any:
+        inputs = self._machine.project.pous[node.function].section("VAR_INPUT")
+        arguments = [
+            None
+            if argument is None
+            else (self.exact(argument) if is_scalar(symbol.type) else self.places(argument))
+            for symbol, argument in zip(inputs, node.arguments, strict=True)
+        ]
+        return self._machine.call_function(node.function, arguments)
+
+    def _unary(self, node: t.Unary) -> Value:
+        if _name(node.type) in ANY_REAL:
+            return reals.negative(self.value(node.operand))
+        value = self.exact(node.operand)
+        if node.op == "-":
+            return values.negate(value, node.type)
+        if _name(node.type) == "BOOL":
+            return negated(value)
+        return values.combine("XOR", value, (1 << values.bits(node.type)) - 1, node.type)
+
+    def _binary(self, node: t.Binary) -> Value:
+        op, name = node.op, _name(node.type)
+        if op in _COMPARISONS:
+            real = _name(node.left.type) in ANY_REAL
+            left, right = (
+                self.value(s) if real else self.exact(s) for s in (node.left, node.right)
+            )
+            return values.compare(op, left, right, node.left.type)
+        if name == "BOOL":
+            return _logic(op, self.exact(node.left), self.exact(node.right))
+        if name in ANY_REAL:
+            return reals.arithmetic(op, self.value(node.left), self.value(node.right), name)
+        left, right = self.exact(node.left), self.exact(node.right)
+        if name == "TIME" and op in ("*", "/"):
+            if _name(node.right.type) in ANY_REAL:
+                raise UnsupportedError(f"TIME {op} REAL")
+            right = _resized(right, node.right.type, TIME_BITS)
+        return self._combined(op, left, right, node.type)
+
+    def _combined(self, op: str, left: Value, right: Value, kind: Type) -> Value:
+        if op == "/":
+            self._machine.oblige("division", values.compare("=", right, 0, kind))
+        result = values.combine(op, left, right, kind)
+        if values.bits(kind) == TIME_BITS and not is_known(result) and op in "+-*":
+            self._machine.oblige("time", _overflows(op, left, right, kind))
+        return result
+
+    def _standard(self, node: t.Standard) -> Value:
+        name, kind = node.name, node.type
+        arguments = [self.exact(item) for item in node.arguments]
+        types = [item.type for item in node.arguments]
+        if "_TO_" in name:
+            return self._conversion(node, arguments[0])
+        if name in _CHAINS:
+            pairs = pairwise(arguments)
+            return both(*(values.compare(_CHAINS[name], a, b, types[0]) for a, b in pairs))
+        if name in ("AND", "OR", "XOR"):
+            return self._folded(name, arguments, kind)
+        if name in _JOINS:
+            return self._folded(_JOINS[name], arguments, kind)
+        if name in ("SHL", "SHR", "ROL", "ROR"):
+            return self._shift(node, *arguments)
+        if name == "MOVE":
+            return arguments[0]
+        if name == "SEL":
+            return values.choose(arguments[0], arguments[2], arguments[1], kind)
+        if name in ("MAX", "MIN", "LIMIT"):
+            return self._bounded(name, arguments, kind)
+        if name == "ABS":
+            return self._absolute(arguments[0], kind)
+        if name == "MUX":
+            return self._mux(arguments, types[0], kind)
+        if name in ("LEN", "LEFT", "MID", "CONCAT", "FIND"):
+            return self._text(name, arguments, types, kind)
+        raise UnsupportedError(f"the standard function {name}")
+
+    def _folded(self, op: str, arguments: list[Value], kind: Type) -> Value:
+        result = arguments[0]
+        for argument in arguments[1:]:
+            if _name(kind) == "BOOL":
+                result = _logic(op, result, argument)
+            elif isinstance(result, reals.Real):
+                name = _name(kind)
+                result = reals.settled(reals.arithmetic(op, result, argument, name), name)
+            else:
+                result = self._combined(op, result, argument, kind)
+        return result
+
+    def _bounded(self, name: str, arguments: list[Value], kind: Type) -> Value:
+        def larger(one: Value, other: Value) -> Value:
+            return values.choose(values.compare(">", other, one, kind), other, one, kind)
+
+        def smaller(one: Value, other: Value) -> Value:
+            return values.choose(values.compare("<", other, one, kind), other, one, kind)
+
+        if name == "LIMIT":
+            low, value, high = arguments
+            least = values.choose(values.compare(">", value, low, kind), value, low, kind)
+            return values.choose(values.compare("<", least, high, kind), least, high, kind)
+        result = arguments[0]
+        for argument in arguments[1:]:
+            result = (larger if name == "MAX" else smaller)(result, argument)
+        return result
+
+    def _absolute(self, value: Value, kind: Type) -> Value:
+        if isinstance(value, reals.Real):
+            return reals.absolute(value)
+        if is_known(value):
+            return values.wrapped(kind, abs(value))
+        if _name(kind) not in SIGNED:
+            return value
+        return z3.If(value < 0, -value, value)
+
+    def _mux(self, arguments: list[Value], selector: Type, kind: Type) -> Value:
+        index, *inputs = arguments
+        inside = both(
+            values.compare(">=", index, 0, selector),
+            values.compare("<", index, len(inputs), selector),
+        )
+        self._machine.oblige("index", negated(inside))
+        result = inputs[-1]
+        for place in reversed(range(len(inputs) - 1)):
+            here = values.compare("=", index, place, selector)
+            result = values.choose(here, inputs[place], result, kind)
+        return result
+
+    def _shift(self, node: t.Standard, value: Value, count: Value) -> Value:
+        kind, name = node.type, node.name
+        width = values.bits(kind)
+        if _name(kind) == "BOOL":
+            raise UnsupportedError(f"{name} of a BOOL")
+        if not is_known(count):
+            self._machine.oblige("shift", values.compare("<", count, 0, node.arguments[1].type))
+            wide = max(width, values.bits(node.arguments[1].type))
+            amount = _resized(count, node.arguments[1].type, wide)
+            term = (
+                z3.ZeroExt(wide - width, values.scalar(kind, value))
+                if wide > width
+                else (values.scalar(kind, value))
+            )
+            if name in ("ROL", "ROR"):
+                raise UnsupportedError(f"{name} by a number that is not constant")
+            shifted = term << amount if name == "SHL" else z3.LShR(term, amount)
+            return z3.Extract(width - 1, 0, shifted)
+        if name in ("ROL", "ROR"):
+            count = (count if name == "ROL" else -count) % width
+            if is_known(value):
+                return (value << count | value >> width - count) & (1 << width) - 1
+            return z3.RotateLeft(value, count)
+        if count < 0:
+            self._machine.oblige("shift", True)
+            return 0
+        if is_known(value):
+            return value << count & (1 << width) - 1 if name == "SHL" else value >> count
+        if count >= width:
+            return 0
+        return value << count if name == "SHL" else z3.LShR(value, count)
+
+    def _text(self, name: str, arguments: list[Value], types: list[Type], kind: Type) -> Value:
+        machine = self._machine
+        if name == "LEN":
+            return texts.length(arguments[0], values.bits(kind))
+        if name == "CONCAT":
+            result = arguments[0]
+            for argument in arguments[1:]:
+                result = texts.concat(result, argument)
+            return result
+        if name == "FIND":
+            place = texts.find(*arguments)
+            return _resized(place, ElementaryType("UINT"), values.bits(kind))
+        for count, counted in zip(arguments[1:], types[1:], strict=True):
+            machine.oblige("text", values.compare("<", count, 0, counted))
+        if name == "LEFT":
+            return texts.left(*arguments)
+        machine.oblige("text", values.compare("<", arguments[2], 1, types[2]))
+        return texts.mid(*arguments)
+
+    def _conversion(self, node: t.Standard, value: Value) -> Value:
+        source, target = node.name.split("_TO_")
+        from_, to = node.arguments[0].type, node.type
+        if "STRING" in (source, target) or target == "TIME" or source == "TIME":
+            raise UnsupportedError(f"the conversion {node.name} of a value that is not constant")
+        if target == "BOOL":
+            if isinstance(value, reals.Real):
+                return reals.compare("<>", value, reals.constant(0.0, source))
+            return values.compare("<>", value, 0, from_)
+        if source == "BOOL":
+            if target in ANY_REAL:
+                one, zero = reals.constant(1.0, target), reals.constant(0.0, target)
+                return values.choose(value, one, zero, to)
+            return values.choose(value, 1, 0, to)
+        if target in ANY_REAL:
+            if source in ANY_REAL:
+                if source == "REAL":
+                    return reals.widened(value)
+                return reals.settled(value, "REAL")
+            return reals.from_integer(value, target, signed=source in SIGNED)
+        if source in ANY_REAL:
+            low, high = INT_RANGE[target]
+            least = low if target in SIGNED else -(1 << 62)
+            self._machine.oblige("conversion", negated(reals.in_range(value, least, high)))
+            return reals.to_integer(value, WIDTH[target], signed=target in SIGNED)
+        if source in ANY_INT or source in _BITS:
+            if is_known(value):
+                return values.wrapped(to, value)
+            return _resized(value, from_, values.bits(to))
+        raise UnsupportedError(f"the conversion {node.name}")
+
+
+_DINT = ElementaryType("DINT")
+
+
+def _as_dint(value: Value, kind: Type) -> Value:
+    return value if is_known(value) else _resized(value, kind, 32)
+
+
+def _resized(value: Value, kind: Type, width: int) -> Value:
+    """An integer brought to another width: sign or zeros in front, or cut."""
+    if is_known(value):
+        return value
+    size = value.size()
+    if size == width:
+        return value
+    if size > width:
+        return z3.Extract(width - 1, 0, value)
+    extend = z3.SignExt if _name(kind) in SIGNED else z3.ZeroExt
+    return extend(width - size, value)
+
+
+def _logic(op: str, left: Bool, right: Bool) -> Bool:
+    if op == "AND":
+        return both(left, right)
+    if op == "OR":
+        return either(left, right)
+    if isinstance(left, bool):
+        return negated(right) if left else right
+    if isinstance(right, bool):
+        return negated(left) if right else left
+    return z3.Xor(left, right)
+
+
+def _overflows(op: str, left: Value, right: Value, kind: Type) -> Bool:
+    """Whether the result does not fit a bit-vector of a TIME."""
+    a, b = values.scalar(kind, left), values.scalar(kind, right)
+    if op == "*":
+        fits = z3.And(z3.BVMulNoOverflow(a, b, True), z3.BVMulNoUnderflow(a, b))
+    elif op == "+":
+        fits = z3.And(z3.BVAddNoOverflow(a, b, True), z3.BVAddNoUnderflow(a, b))
+    else:
+        fits = z3.And(z3.BVSubNoOverflow(a, b), z3.BVSubNoUnderflow(a, b, True))
+    return z3.Not(fits)
+
+
+def _count(kind: Type) -> int:
+    assert isinstance(kind, ArrayType)
+    count = 1
+    for low, high in kind.bounds:
+        count *= high - low + 1
+    return count

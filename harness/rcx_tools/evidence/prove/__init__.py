@@ -1,0 +1,1 @@
+"""What is proved of plc/lib, for every program: `make prove`."""

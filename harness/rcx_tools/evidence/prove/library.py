@@ -1,0 +1,150 @@
+"""The library as the proofs see it: its checked sources, and machines with one of its blocks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path as File
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.load import checked
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import TIME_BITS, Value
+from rcx_tools.evidence.prove.summaries import SUMMARIES
+from rcx_tools.evidence.store import digest
+
+__all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
+
+#: Where a `Step` has the instance and the variables that it is called with.
+BLOCK: Path = ("B",)
+ROBOT: Path = ("ROBOT",)
+IMAGE: Path = ("IMAGE",)
+
+
+def milliseconds(count: int) -> Any:
+    """A TIME as a term."""
+    return z3.BitVecVal(count * 1_000_000, TIME_BITS)
+
+
+@dataclass
+class Step:
+    """One call of a block in a state that may be anything.
+
+    Attributes:
+        machine: Its memory after the call; `machine.assumptions` says what values may be.
+        before: Its memory before the call.
+        called: The instance of the block.
+    """
+
+    machine: Machine
+    before: dict[Path, Value]
+    called: Path
+
+    def was(self, path: Path) -> Any:
+        """A scalar before the call, as a term."""
+        return self.machine.term(path, self.before)
+
+    def now(self, path: Path) -> Any:
+        """A scalar after the call, as a term."""
+        return self.machine.term(path)
+
+
+@dataclass(frozen=True)
+class Library:
+    """A copy of plc/lib.
+
+    Attributes:
+        folder: Where it is.
+    """
+
+    folder: File
+
+    @cached_property
+    def project(self) -> Project:
+        """Its checked sources."""
+        return checked(sorted(self.folder.rglob("*.st")))
+
+    @property
+    def blocks(self) -> list[str]:
+        """The function blocks that users call, in upper case: all but those of core/."""
+        return [
+            name
+            for name, pou in self.project.pous.items()
+            if pou.kind == "FUNCTION_BLOCK" and not name.startswith("FB_RCX")
+        ]
+
+    @property
+    def pous(self) -> list[str]:
+        """Everything that runs, in upper case."""
+        return list(self.project.pous)
+
+    def state(self, names: Iterable[str]) -> str:
+        """A hash of the sources of these POUs and of all that they use, and of the types."""
+        files = {self.project.pous[name].file for name in self.used(names)}
+        wanted = [
+            file for file in self.project.files if str(file) in files or file.parent.name == "types"
+        ]
+        return digest(self.folder, wanted)
+
+    def used(self, names: Iterable[str]) -> set[str]:
+        """These POUs and all that they use, in upper case."""
+        found: set[str] = set()
+        waiting = list(names)
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found.add(name)
+                waiting += self._uses[name]
+        return found
+
+    @cached_property
+    def _uses(self) -> dict[str, list[str]]:
+        """Of each POU those that its source names."""
+        known = set(self.project.pous)
+        word = re.compile(r"\bF[BC]_\w+")
+        return {
+            name: [
+                used
+                for used in {
+                    found.upper()
+                    for found in word.findall(File(pou.file).read_text(encoding="utf-8"))
+                }
+                if used in known
+            ]
+            for name, pou in self.project.pous.items()
+        }
+
+    def pou(self, name: str) -> t.Pou:
+        """A block or function by its name in upper case."""
+        return self.project.pous[name]
+
+    def machine(self, *, summaries: bool = True) -> Machine:
+        """A machine at any moment of the PLC's life: `now` is a variable of the solver."""
+        machine = Machine(self.project, SUMMARIES if summaries else None)
+        machine.now = z3.BitVec("now", TIME_BITS)
+        machine.assume(z3.And(machine.now >= 0, machine.now < 1 << 62))
+        return machine
+
+    def step(self, name: str, machine: Machine | None = None) -> Step:
+        """Call a block once, from any state, with any pins, and whatever it is connected to.
+
+        The instance is at `BLOCK`, each VAR_IN_OUT at its name in upper case (`ROBOT`, `IMAGE`).
+        """
+        machine = machine or self.machine()
+        pou = self.pou(name)
+        assert pou.block is not None
+        machine.havoc(BLOCK, pou.block)
+        in_outs = {}
+        for symbol in pou.section("VAR_IN_OUT"):
+            in_outs[symbol.name.upper()] = (symbol.name.upper(),)
+            if (symbol.name.upper(),) not in {path[:1] for path in machine.snapshot()}:
+                machine.havoc((symbol.name.upper(),), symbol.type)
+        before = machine.snapshot()
+        machine.call_block(BLOCK, pou.block.name, in_outs)
+        return Step(machine, before, BLOCK)
