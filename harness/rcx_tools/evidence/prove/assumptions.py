@@ -8,5 +8,7 @@ __all__ = ["ASSUMPTIONS"]
 ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
+    "turn": "A job that keeps its turn from scan to scan has the ticket that is served"
+    " (of the library: property tickets).",
     "area": "m, n, Size and ImageSize are constant over a run; ImageSize is not above the array.",
 }

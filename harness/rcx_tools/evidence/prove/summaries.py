@@ -26,7 +26,11 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    return z3.BitVec(machine.fresh("real_bits"), 32)
+    """The pattern itself, but +0.0 for -0.0; of NaN anything."""
+    pattern = arguments[0].value
+    number = z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
+    bits = z3.If(pattern == 0x8000_0000, z3.BitVecVal(0, 32), pattern)
+    return z3.If(number, bits, z3.BitVec(machine.fresh("real_bits"), 32))
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
