@@ -151,11 +151,16 @@ def _text(characters: Sequence[Any], limits: list[int]) -> Any:
 
 
 def _product(fields: Sequence[Field], limits: list[int], words: Words) -> list[Any]:
-    """The product of fields of 16 bits; as none is 0, no part of it is above the limit."""
+    """The product of fields of 16 bits; as none is 0, no part of it is above the limit.
+
+    They are at most 32767, so that their sign makes no difference; with it the solver has the
+    same products here as in the blocks.
+    """
     low, high = limits
-    product = z3.BitVecVal(1, 32)
-    rules = []
-    for field in fields:
-        product = product * z3.ZeroExt(16, _values(field, words)[0])
-        rules.append(z3.ULE(product, high))
-    return [*rules, z3.UGE(product, low)]
+    if not all(1 <= one["range"][0] <= one["range"][1] <= 0x7FFF for one in fields):
+        raise ValueError(f"a product of other numbers than 1 to 32767: {fields}")
+    first, *others = (z3.SignExt(16, _values(field, words)[0]) for field in fields)
+    products = [first]
+    for factor in others:
+        products.append(products[-1] * factor)
+    return [*(_between(one, low, high, signed=True) for one in products)]
