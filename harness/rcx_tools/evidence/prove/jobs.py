@@ -29,7 +29,8 @@ _PROVER = (
     "harness/rcx_tools/evidence/prove",
     "spec",
     "tests/spec/second_reading",
-    "tests/support",
+    "tests/support/pin_reading.py",
+    "tests/support/second_reading.py",
 )
 
 

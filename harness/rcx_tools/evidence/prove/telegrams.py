@@ -236,8 +236,9 @@ PROPERTIES = (
     Property(
         "telegram-pins",
         "Every command block but FB_RemoteCommand requests the telegram that its pins said when its"
-        " job began; pins that differ where they count make different telegrams, but for what"
-        " rounds to the same 0.001 mm or step of the speed, spaces at the end of a text, and -0.0.",
+        " job began; a number given in whole 0.001 mm or 0.01 % arrives as it is. Pins that differ"
+        " where they count make different telegrams, but for REALs that round to the same step,"
+        " spaces at the end of a text, and -0.0.",
         "remote command guide 4.2 to 4.9",
         ("inner", "turn"),
         _pins_goals,
