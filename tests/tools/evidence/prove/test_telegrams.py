@@ -44,7 +44,7 @@ def _examples() -> Mapping[int, tuple[dict[str, Any], list[int]]]:
 
 def _is_legal(words: Sequence[int]) -> bool:
     code, *data = (z3.BitVecVal(word, 16) for word in words)
-    return z3.is_true(z3.simplify(legal(code, data, [words[0] & 0xFFF])))
+    return bool(z3.is_true(z3.simplify(legal(code, data, [words[0] & 0xFFF]))))
 
 
 def test_each_worked_example_is_legal() -> None:
