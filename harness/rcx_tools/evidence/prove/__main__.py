@@ -17,7 +17,7 @@ from rich.console import Console
 from rcx_harness.errors import InputError
 from rcx_tools.evidence.mutants.judging import progress_bar
 from rcx_tools.evidence.prove import report, seeded
-from rcx_tools.evidence.prove.jobs import Job, died, jobs, run
+from rcx_tools.evidence.prove.jobs import died, jobs, run
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
 from rcx_tools.evidence.results import ROOT, write_result
@@ -50,8 +50,13 @@ class _Runner:
         self._console = console
 
     def of(self, title: str, run: Run[Any], work: list[Any], died: Run[Any]) -> dict[str, Any]:
-        """Outcomes by key; one that is `good` is taken from earlier runs."""
-        found = {job.key: known for job in work if (known := self._known.get(job.key))}
+        """Outcomes by key; one that is `good` is taken from earlier runs, with its files."""
+        found = {
+            job.key: known
+            for job in work
+            if (known := self._known.get(job.key))
+            and all(Path(file).exists() for file in (known.get("run") or {}).get("files", ()))
+        }
         missing: list[HasKey] = [job for job in work if job.key not in found]
         with progress_bar(self._console) as progress:
             bar = progress.add_task(title, total=len(work), completed=len(found), told="")

@@ -88,9 +88,7 @@ def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) ->
         for part in item.parts(library):
             sources = library.state(rests_on(library, item, part))
             key = hashlib.sha256(f"{state} {sources}".encode()).hexdigest()[:16]
-            yield Job(
-                str(library.folder), item.name, part, limit_s, f"{item.name}:{part}:{key}"
-            )
+            yield Job(str(library.folder), item.name, part, limit_s, f"{item.name}:{part}:{key}")
 
 
 def run(job: Job) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from typing import Any
 from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.prove.solve import PROVED
+from rcx_tools.evidence.prove.claims import CLAIMS
+from rcx_tools.evidence.prove.hunting import CLIENTS, Found, hunt
 from rcx_tools.evidence.prove.jobs import (
     PROPERTIES,
     Job,
@@ -24,6 +26,7 @@ from rcx_tools.evidence.prove.jobs import (
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
+from rcx_tools.evidence.store import digest
 
 __all__ = ["BUGS", "Bug", "Task", "bugs", "died", "judge", "summary", "tasks"]
 
@@ -32,6 +35,8 @@ BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
 _KEYS = ("name", "file", "old", "new", "breaks")
 #: Of a property that stays proved so many of the parts that a bug touches are asked for.
 _STAYS = 4
+#: What judges a bug, beside the proofs.
+_JUDGES = ("claims", "client", "hunting", "seeded")
 
 
 @dataclass(frozen=True)
@@ -140,7 +145,9 @@ def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
 
 
 def _own_state() -> str:
-    return hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    """Of what judges, beside the proofs."""
+    files = (Path(__file__).with_name(f"{name}.py") for name in _JUDGES)
+    return digest(Path(__file__).parent, files)
 
 
 def judge(task: Task) -> dict[str, Any]:
@@ -167,7 +174,26 @@ def judge(task: Task) -> dict[str, Any]:
             defects.append(f"{item.name} is still proved")
         elif goal is not None and not expected:
             defects.append(f"{item.name} is not proved any more: {goal['part']} {goal['goal']}")
-    return _outcome(task, begin, broken, defects)
+    outcome = _outcome(task, begin, broken, defects)
+    if not defects:
+        run = _hunted(task, broken, library)
+        outcome |= {"run": None if run is None else asdict(run)}
+    return outcome | {"seconds": round(time.monotonic() - begin, 1)}
+
+
+def _hunted(task: Task, broken: Mapping[str, Any], library: Library) -> Found | None:
+    """A run from the start that breaks what the bug should break."""
+    names = {pou.upper(): pou for pou in (library.pou(name).name for name in library.blocks)}
+    near = {goal["part"] for goal in broken.values()} | library.in_file(task.bug.file)
+    own = [names[name] for name in sorted(near & set(names)) if "AREA" not in name]
+    kinds = [kind for name in task.bug.breaks for kind in CLAIMS.get(name, ())]
+    for blocks in (own, *CLIENTS) if own else CLIENTS:
+        found = hunt(
+            task.bug.name, task.bug.file, blocks, kinds, Path(task.folder), Path(task.library)
+        )
+        if found is not None:
+            return found
+    return None
 
 
 def _some(parts: Sequence[Job]) -> Sequence[Job]:

@@ -45,7 +45,9 @@ def _closure(modules: Iterable[str]) -> set[Path]:
 def _file(module: str) -> Iterator[Path]:
     """The file of a module of the harness; nothing for any other name."""
     start = _HARNESS.joinpath(*module.split("."))
-    yield from (file for file in (start.with_suffix(".py"), start / "__init__.py") if file.is_file())
+    yield from (
+        file for file in (start.with_suffix(".py"), start / "__init__.py") if file.is_file()
+    )
 
 
 @lru_cache(maxsize=1024)
