@@ -1,12 +1,8 @@
-"""What breaks a property in a run, judged on the engine by plain Python: no solver, no formulas.
-
-Each judge sees a scan: what was read, what was written, and the pins of the client program.
-"""
+"""What breaks a property in a run, judged on the engine by plain Python: no solver, no formulas."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
 from datetime import timedelta
 
 from rcx_harness.engine.base import Program
@@ -14,114 +10,142 @@ from rcx_harness.spec import commands
 from rcx_harness.spec.wire import DEDICATED_AT, SIZE
 from rcx_harness.watch.contract import ContractMonitor
 from rcx_harness.watch.wire import WireMonitor, word
+from rcx_tools.evidence.prove.client import Client, Moment
+from rcx_tools.evidence.prove.library import Library
 
-__all__ = ["CLAIMS", "Judges", "Seen"]
+__all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "STOPS", "Judges"]
 
-#: Of each property: the findings that refute it.
-CLAIMS = {
+#: Kinds of findings: the program cannot go on; a channel is not free in a quiet environment;
+#: another telegram, or anything else, goes out than from the library as it is, which is proved.
+STOPS, HANG, PINS, BYTES = "stops", "hang", "pins", "bytes"
+DIFFERS = (PINS, BYTES)
+_HELD = ("command held", "data before code", "ready before code")
+_TURNS = ("both", "order", HANG)
+
+#: Of each property: the kinds of findings that refute it.
+CLAIMS: Mapping[str, tuple[str, ...]] = {
     "interval": ("interval",),
     "telegram-legal": ("telegram",),
-    "telegram-pins": ("pins",),
+    "telegram-pins": (PINS,),
+    "bytes": ("outside", BYTES),
+    "reserved": ("reserved",),
+    "guarantee": ("owned", *_HELD, "interval", "levels", "start against stop"),
+    "turn-hands": _TURNS,
+    "turn-once": _TURNS,
+    "turn-order": _TURNS,
+    "turn-back": _TURNS,
 }
 #: SI(00) and SI(06), whose switch-off goes out at once.
 _STOPS = 0x0041
 #: Scans with a quiet environment after which the channels have to be free.
 QUIET = 120
 
-
-@dataclass(frozen=True)
-class Seen:
-    """A scan: what the PLC read, and for how many scans nobody has asked for anything."""
-
-    t_us: int
-    number: int
-    so: bytes
-    connected: bool
-    quiet: int = 0
+Findings = Iterator[tuple[str, str]]
 
 
 class Judges:
     """All of them, on one program in a run from its start.
 
     Args:
-        program: The client.
+        program: The client, compiled.
+        library: Where its blocks are.
+        client: What it is.
         steady: Instances that are called once in every scan.
-        sends: It is not FB_RemoteCommand that sends: telegrams are legal.
+
+    Attributes:
+        written: The area as it was written in the last scan.
     """
 
-    def __init__(self, program: Program, steady: set[str], *, sends: bool):
+    def __init__(
+        self, program: Program, library: Library, client: Client, steady: set[str]
+    ) -> None:
+        self.written = bytes(SIZE)
         self._program = program
         self._wire = WireMonitor(SIZE)
         self._contract = ContractMonitor(program, steady)
-        self._pins = program.reader(
-            [
-                f"Main.WriteArea.{name}"
-                for name in ("EmergencyStopOk", "StopOk", "Interval", "Margin")
-            ]
-        )
-        self._channels = program.reader(
-            [
-                f"Main.Robot.Inner.{name}.{part}"
-                for name in ("Command", "Sequence")
-                for part in ("Serving", "NextTicket")
-            ]
-        )
+        pins = ("EmergencyStopOk", "StopOk", "Interval", "Margin")
+        self._pins = program.reader([f"Main.WriteArea.{name}" for name in pins])
+        self._owned = program.reader(["Main.Robot.Connected", "Main.Robot.Status"])
+        parts = [
+            f"{channel}.{part}"
+            for channel in ("Command", "Sequence")
+            for part in ("Serving", "NextTicket")
+        ]
+        self._channels = program.reader([f"Main.Robot.Inner.{part}" for part in parts])
+        self._jobs = _Jobs(program, library, client)
+        sends = all("RemoteCommand" not in block for block in client.blocks)
         self._legal = commands() if sends else {}
-        self._before = bytes(SIZE)
+        self._general = any(block.startswith("FB_Write") for block in client.blocks)
         self._changed_us: int | None = None
-        self.telegrams: list[tuple[int, bytes]] = []
-        """What has gone out, with the number of its scan."""
+        self._outputs: list[bytes] = []
+        self._telegrams: list[tuple[int, bytes]] = []
 
-    def scan(self, seen: Seen) -> list[tuple[str, str]]:
+    def scan(self, moment: Moment) -> list[tuple[str, str]]:
         """What a scan breaks: the kind of it, and what it is."""
         si = self._program.read_bytes("Main.OutputArea")
         found = [
             *self._outside(si),
-            *self._interval(seen, si),
-            *self._levels(seen, si),
-            *self._telegram(seen, si),
-            *self._hang(seen),
+            *self._interval(moment, si),
+            *self._levels(moment, si),
+            *self._telegram(moment, si),
+            *self._owner(moment),
+            *self._jobs.scan(),
+            *self._hang(moment),
         ]
-        wire = self._wire.scan(seen.t_us, seen.number, seen.so, si[:SIZE], seen.connected)
-        found += [(one.rule, one.text) for one in wire]
-        contract = self._contract.scan(seen.t_us, seen.number)
-        found += [(one.rule, one.text) for one in contract]
-        self._before = si[:SIZE]
+        at, number, so = moment.t_us, moment.number, moment.area
+        monitors = self._wire.scan(at, number, so, si[:SIZE], moment.connected)
+        found += [(one.rule, one.text) for one in monitors + self._contract.scan(at, number)]
+        self.written = si[:SIZE]
+        self._outputs.append(si)
         return found
 
-    def _interval(self, seen: Seen, si: bytes) -> Iterator[tuple[str, str]]:
+    def differs(self, other: Judges, kinds: Collection[str]) -> int | None:
+        """The number of the scan in which something else went out than in the other run."""
+        if PINS in kinds:
+            for one, two in zip(self._telegrams, other._telegrams, strict=False):
+                if one[1] != two[1]:
+                    return max(one[0], two[0])
+        if BYTES in kinds:
+            for number, (left, right) in enumerate(
+                zip(self._outputs, other._outputs, strict=False)
+            ):
+                if left != right:
+                    return number
+        return None
+
+    def _interval(self, moment: Moment, si: bytes) -> Findings:
         """Chapter 5, 3, caution; with what Interval and Margin ask for besides."""
-        before, now = word(self._before, DEDICATED_AT), word(si, DEDICATED_AT)
+        before, now = word(self.written, DEDICATED_AT), word(si, DEDICATED_AT)
         changed = before ^ now
         if not changed:
             return
         _, _, interval, margin = self._pins()
-        zero, least = timedelta(0), timedelta(milliseconds=100)
-        spacing = max(least, interval) + max(zero, margin)
-        last, self._changed_us = self._changed_us, seen.t_us
+        spacing = max(timedelta(milliseconds=100), interval) + max(timedelta(0), margin)
+        last, self._changed_us = self._changed_us, moment.t_us
         if not changed & ~_STOPS and not now & changed:
             return
         if changed & changed - 1:
             yield "interval", f"{changed:#06x} change in one scan"
-        if last is not None and timedelta(microseconds=seen.t_us - last) < spacing:
-            yield "interval", f"{changed:#06x} changes {seen.t_us - last} us after the last change"
+        if last is not None and timedelta(microseconds=moment.t_us - last) < spacing:
+            text = f"{changed:#06x} changes {moment.t_us - last} us after the last change"
+            yield "interval", text
 
-    def _levels(self, seen: Seen, si: bytes) -> Iterator[tuple[str, str]]:
+    def _levels(self, moment: Moment, si: bytes) -> Findings:
         """SI(00) and SI(06) follow their pins and the link, at once where they go OFF."""
         emergency_ok, stop_ok, _, _ = self._pins()
         for bit, allowed in ((0x01, emergency_ok), (0x40, stop_ok)):
-            if si[DEDICATED_AT] & bit and not (allowed and seen.connected):
+            if si[DEDICATED_AT] & bit and not (allowed and moment.connected):
                 yield "levels", f"bit {bit:#x} is ON without its pin, or without the link"
 
-    def _outside(self, si: bytes) -> Iterator[tuple[str, str]]:
-        if any(si[34:]):
+    def _outside(self, si: bytes) -> Findings:
+        if any(si[34:]) and not self._general:
             yield "outside", "bytes beyond n + 33 were written"
 
-    def _telegram(self, seen: Seen, si: bytes) -> Iterator[tuple[str, str]]:
+    def _telegram(self, moment: Moment, si: bytes) -> Findings:
         code = word(si, 0)
-        if not code or code == word(self._before, 0):
+        if not code or code == word(self.written, 0):
             return
-        self.telegrams.append((seen.number, si[:DEDICATED_AT]))
+        self._telegrams.append((moment.number, si[:DEDICATED_AT]))
         words = [word(si, at) for at in range(0, DEDICATED_AT, 2)]
         if self._legal:
             command = self._legal.get(code & 0x0FFF)
@@ -129,10 +153,57 @@ class Judges:
             if why:
                 yield "telegram", f"{code:#06x} went out: {why}"
 
-    def _hang(self, seen: Seen) -> Iterator[tuple[str, str]]:
-        if seen.quiet == QUIET:
-            serving, following, sequence, last = self._channels()
-            if serving != following:
-                yield "hang", f"the command channel still serves {serving}"
-            if sequence != last:
-                yield "hang", f"the sequence channel still serves {sequence}"
+    def _owner(self, moment: Moment) -> Findings:
+        """What FB_ReadArea owns is as it was read."""
+        status = word(moment.area, 0) if moment.connected else 0
+        if self._owned() != (moment.connected, status):
+            yield "owned", "Robot.Connected or Robot.Status are not what was read"
+
+    def _hang(self, moment: Moment) -> Findings:
+        if moment.quiet == QUIET:
+            command, last, sequence, latest = self._channels()
+            if command != last:
+                yield HANG, f"the command channel still serves {command}"
+            if sequence != latest:
+                yield HANG, f"the sequence channel still serves {sequence}"
+
+
+class _Jobs:
+    """Whose turn it is, by the pins: one at a time, first come, first served."""
+
+    def __init__(self, program: Program, library: Library, client: Client) -> None:
+        self._turns: dict[str, list[int]] = {}
+        paths: list[str] = []
+        for number, block in enumerate(client.blocks, 1):
+            pou = library.pou(block.upper())
+            if "ACTIVE" in pou.symbols:
+                kind = "sequence" if "sequence" in pou.file else "command"
+                self._turns.setdefault(kind, []).append(len(paths) // 3)
+                call = "Main.Connected" if client.steady else f"Main.Call{number}"
+                paths += [f"Main.B{number}.Busy", f"Main.B{number}.Active", call]
+        self._look = program.reader(paths)
+        self._since: dict[int, int] = {}
+        self._scans = 0
+
+    def scan(self) -> Findings:
+        """Judge a scan."""
+        self._scans += 1
+        seen = self._look()
+        pins = [seen[at : at + 3] for at in range(0, len(seen), 3)]
+        for place, (busy, _, called) in enumerate(pins):
+            if not busy:
+                self._since.pop(place, None)
+            elif not called:
+                self._since[place] = self._scans  # it may have lost its place
+            else:
+                self._since.setdefault(place, self._scans)
+        for kind, places in self._turns.items():
+            active = [place for place in places if pins[place][1] and pins[place][2]]
+            if len(active) > 1:
+                yield "both", f"two blocks have the turn of the {kind} channel"
+            for place in places:
+                busy, has_turn, called = pins[place]
+                if busy and called and not has_turn:
+                    older = self._since[place]
+                    if any(self._since.get(one, 0) > older for one in active):
+                        yield "order", f"a later comer has the turn of the {kind} channel"

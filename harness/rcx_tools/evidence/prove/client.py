@@ -49,17 +49,19 @@ class Client:
     steady: bool = False
     words: bool = False
 
-    def source(self) -> str:
+    def source(self, library: Library) -> str:
         """Structured Text."""
         more = "Words" if self.words else ""
         image = "RCX_IMAGE_WORDS" if self.words else "RCX_IMAGE"
         numbered = list(enumerate(self.blocks, 1))
-        names = [f"    B{number} : {block};" for number, block in numbered]
+        instances = [f"    B{number} : {block};" for number, block in numbered]
         calls = [f"    Call{number} : BOOL := TRUE;" for number, _ in numbered]
         body = []
         for number, block in numbered:
-            arguments = "Robot := Robot" + (", Image := InputArea" if "Read" in block[:7] else "")
-            call = f"B{number}({arguments});"
+            area = "OutputArea" if block.startswith("FB_Write") else "InputArea"
+            names = (one.name for one in library.pou(block.upper()).section("VAR_IN_OUT"))
+            arguments = (f"{name} := {'Robot' if name == 'Robot' else area}" for name in names)
+            call = f"B{number}({', '.join(arguments)});"
             body.append(f"  {call}" if self.steady else f"  IF Call{number} THEN {call} END_IF;")
         return "\n".join(
             [
@@ -72,7 +74,7 @@ class Client:
                 "    Robot : RCX_REF;",
                 f"    ReadArea : FB_ReadArea{more};",
                 f"    WriteArea : FB_WriteArea{more};",
-                *names,
+                *instances,
                 *([] if self.steady else calls),
                 "  END_VAR",
                 "",
@@ -96,6 +98,8 @@ class Moment:
     values: dict[str, Any]
     area: bytes
     connected: bool
+    quiet: int = 0
+    """For how many scans nobody has asked for anything."""
 
 
 class Environment:
@@ -129,7 +133,7 @@ class Environment:
         self._connected = False
         self.scan_us = self._random.choice((10_000, 20_000, 50_000, 100_000, 250_000))
 
-    def before(self, number: int, si: bytes, quiet: bool) -> Moment:
+    def before(self, number: int, si: bytes, quiet: int) -> Moment:
         """What happens before scan `number`; `si` is what was written in the one before."""
         draw = self._random.random
         values: dict[str, Any] = dict(self._first()) if number == 0 else {}
@@ -139,10 +143,10 @@ class Environment:
             values |= dict(self._changes())
         values = {name: value for name, value in values.items() if self._values.get(name) != value}
         self._values |= values
-        self._answer(word(si, 0), quiet)
+        self._answer(word(si, 0), quiet > 0)
         lost = 0.0 if self._calm else 0.03
         self._connected = draw() > lost if self._connected or quiet else draw() < 0.5
-        self._connected = self._connected or quiet
+        self._connected = self._connected or quiet > 0
         if draw() < 0.3 and not quiet:
             self._out ^= 1 << self._random.randrange(16)
         if self._calm or quiet or draw() > 0.05:

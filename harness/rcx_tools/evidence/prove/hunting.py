@@ -18,9 +18,8 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
-from rcx_harness.spec.wire import SIZE
 from rcx_harness.watch.calls_source import steady_instances
-from rcx_tools.evidence.prove.claims import QUIET, Judges, Seen
+from rcx_tools.evidence.prove.claims import DIFFERS, HANG, QUIET, STOPS, Judges
 from rcx_tools.evidence.prove.client import Client, Environment, Moment, numbers_in
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.results import ROOT
@@ -30,14 +29,12 @@ __all__ = ["CLIENTS", "Found", "hunt"]
 #: Blocks of clients for what no block alone is about.
 CLIENTS = (
     ("FB_ServoOn", "FB_AlarmReset", "FB_RemoteCommand"),
-    ("FB_RemoteCommand", "FB_RemoteCommand", "FB_ReadAlarm", "FB_Jog"),
+    ("FB_RemoteCommand", "FB_ReadPositionPulses", "FB_ReadPositionPulses", "FB_Jog"),
     ("FB_SequenceControl", "FB_ProgramReset", "FB_AutoStart", "FB_EmergencyStop", "FB_ProgramStop"),
 )
 
 #: Runs that are tried, and scans of each before the environment becomes quiet.
 _RUNS, _SCANS = 300, 60
-#: What the program itself says where it cannot go on.
-_STOPS = "stops"
 
 
 @dataclass(frozen=True)
@@ -66,7 +63,7 @@ def hunt(
     steady = "contract" in kinds
     client = Client(tuple(blocks), steady, "Words" in file)
     source = folder / "client.st"
-    source.write_text(client.source(), encoding="utf-8")
+    source.write_text(client.source(Library(folder / "lib")), encoding="utf-8")
     hunter = _Hunter(client, source, folder / "lib", library, kinds)
     numbers = sorted(numbers_in(folder / "lib" / file))
     start = sum(name.encode())
@@ -79,60 +76,55 @@ def hunt(
 
 class _Hunter:
     def __init__(
-        self, client: Client, source: Path, broken: Path, library: Path, kinds: Sequence[str]
+        self, client: Client, source: Path, broken: Path, sound: Path, kinds: Sequence[str]
     ) -> None:
         self._client, self._source, self._kinds = client, source, kinds
-        self._folders = broken, library
-        files = [source, *sorted(broken.rglob("*.st"))]
+        self._folders = broken, sound
         self._library = Library(broken)
-        self._program = build(files, "builtin").program
-        self._start = self._program.snapshot()
-        self._steady = steady_instances([source], files[1:])
+        self._steady = steady_instances([source], sorted(broken.rglob("*.st")))
+        self._broken = _built(source, broken)
+        self._start = self._broken.snapshot()
+        self._sound = _built(source, sound) if set(kinds) & set(DIFFERS) else None
+        self._sound_start = self._sound.snapshot() if self._sound else None
 
     def _judges(self, program: Program) -> Judges:
-        sends = all("RemoteCommand" not in block for block in self._client.blocks)
-        return Judges(program, self._steady, sends=sends)
+        return Judges(program, self._library, self._client, self._steady)
 
     def run(self, seed: int, numbers: list[int]) -> list[Moment] | None:
         """Try one run; what happens in it up to a broken claim."""
-        program = self._program
-        program.restore(self._start)
-        judges = self._judges(program)
-        calm = seed % 3 == 0
-        environment = Environment(self._library, self._client, seed, numbers, calm=calm)
+        self._broken.restore(self._start)
+        judges = self._judges(self._broken)
+        environment = Environment(self._library, self._client, seed, numbers, calm=seed % 3 == 0)
         moments: list[Moment] = []
-        si = bytes(SIZE)
-        for number in range(_SCANS + (QUIET if "hang" in self._kinds else 0)):
-            quiet = max(0, number - _SCANS + 1)
-            moment = environment.before(number, si, quiet > 0)
+        for number in range(_SCANS + (QUIET if HANG in self._kinds else 0)):
+            moment = environment.before(number, judges.written, max(0, number - _SCANS + 1))
             moments.append(moment)
-            for path, value in moment.values.items():
-                program.write(path, value)
-            program.write_bytes("Main.InputArea", moment.area)
-            program.write("Main.Connected", moment.connected)
-            seen = Seen(moment.t_us, number, moment.area, moment.connected, quiet)
-            try:
-                program.scan(moment.t_us)
-            except InputError:
-                return moments if _STOPS in self._kinds else None
-            if any(kind in self._kinds for kind, _ in judges.scan(seen)):
+            found = _scan(self._broken, judges, moment)
+            if any(kind in self._kinds for kind, _ in found):
                 return moments
-            si = program.read_bytes("Main.OutputArea")[:SIZE]
-        return moments if "pins" in self._kinds and judges.telegrams else None
+            if any(kind == STOPS for kind, _ in found):
+                return None
+        if self._sound is None:
+            return None
+        self._sound.restore(self._sound_start)
+        other = self._judges(self._sound)
+        for moment in moments:
+            _scan(self._sound, other, moment)
+        last = judges.differs(other, self._kinds)
+        return None if last is None else moments[: last + 1]
 
     def confirmed(self, moments: list[Moment], folder: Path) -> Found | None:
         """Replay it from its file, on both copies of the library."""
         file = folder / "stimulus.toml"
         file.write_text("\n".join(_entries(moments)), encoding="utf-8")
         scan_us = moments[1].t_us if len(moments) > 1 else 10_000
-        broken = self._replayed(self._folders[0], file, scan_us, moments)
-        if broken is None:
-            return None
-        sound = self._replayed(self._folders[1], file, scan_us, moments)
-        why = [text for kind, text in broken[0] if kind in self._kinds]
-        if "pins" in self._kinds and sound and broken[1] != sound[1]:
-            why = ["the pins of another telegram than the one that goes out"]
-        if not why or sound is None or any(kind in self._kinds for kind, _ in sound[0]):
+        (broken, one), (sound, other) = (
+            self._replayed(lib, file, scan_us, moments) for lib in self._folders
+        )
+        why = [text for kind, text in broken if kind in self._kinds]
+        if one.differs(other, self._kinds) is not None:
+            why.append("what goes out is not what the proved library sends")
+        if not why or any(kind in (*self._kinds, STOPS) for kind, _ in sound):
             return None
         told = [_short(path) for path in (self._source, self._folders[0], file)]
         scan, whole = f"{scan_us / 1000:g}ms", f"{scan_us * len(moments) / 1000:g}ms"
@@ -142,23 +134,37 @@ class _Hunter:
 
     def _replayed(
         self, lib: Path, file: Path, scan_us: int, moments: list[Moment]
-    ) -> tuple[list[tuple[str, str]], list[tuple[int, bytes]]] | None:
-        """What breaks, and the telegrams."""
+    ) -> tuple[list[tuple[str, str]], Judges]:
+        """What breaks in a cell, with all of its monitors."""
         found: list[tuple[str, str]] = []
-        with Cell.build(
-            self._source, lib=lib, scan=timedelta(microseconds=scan_us), engine="builtin"
-        ) as cell:
+        scan = timedelta(microseconds=scan_us)
+        with Cell.build(self._source, lib=lib, scan=scan, engine="builtin") as cell:
             Stimulus.load(file).schedule(cell)
             judges = self._judges(cell.program)
             for moment in moments:
                 try:
                     cell.scan(1)
                 except InputError as error:
-                    return [*found, (_STOPS, str(error))], judges.telegrams
-                quiet = max(0, moment.number - _SCANS + 1)
-                seen = Seen(moment.t_us, moment.number, moment.area, moment.connected, quiet)
-                found += judges.scan(seen)
-            return found, judges.telegrams
+                    return [*found, (STOPS, str(error))], judges
+                found += judges.scan(moment)
+        return found, judges
+
+
+def _built(source: Path, library: Path) -> Program:
+    return build([source, *sorted(library.rglob("*.st"))], "builtin").program
+
+
+def _scan(program: Program, judges: Judges, moment: Moment) -> list[tuple[str, str]]:
+    """Run a scan; what it breaks."""
+    for path, value in moment.values.items():
+        program.write(path, value)
+    program.write_bytes("Main.InputArea", moment.area)
+    program.write("Main.Connected", moment.connected)
+    try:
+        program.scan(moment.t_us)
+    except InputError as error:
+        return [(STOPS, str(error))]
+    return judges.scan(moment)
 
 
 def _short(path: Path) -> str:
