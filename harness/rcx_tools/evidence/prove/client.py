@@ -31,8 +31,9 @@ _COUNTS = (
     *(0, 1, 2, 3, 4, 5, 7, 8, 15, 16, 17, 31, 32, 33, 63, 64, 99, 100, 127, 128, 255, 256),
     *(999, 1000, 9999, 10000, 29999, 30000, 32767, -1, -2, -32768),
 )
-#: CPU_OK, servo on and the like: what a controller mostly says.
-_CPU_OK = 0x0002
+#: Dedicated outputs: CPU_OK; with MP RDY, AUTO mode and the origin where all is well; what is then
+#: OFF: emergency stop, alarm.
+_CPU_OK, _WELL, _ILL = 0x0002, 0x0312, 0x0009
 
 
 @dataclass(frozen=True)
@@ -110,15 +111,17 @@ class Environment:
         client: The program.
         seed: Two of the same seed choose the same.
         numbers: Numbers that may matter to the pins.
-        calm: Lossless and polite; else everything may happen.
+        long: Scans that are long enough for time limits.
     """
 
     def __init__(
-        self, library: Library, client: Client, seed: int, numbers: Iterable[int], *, calm: bool
+        self, library: Library, client: Client, seed: int, numbers: Iterable[int], *, long: bool
     ) -> None:
         self._random = random.Random(seed)
         self._numbers = (*_COUNTS, *numbers)
-        self._calm = calm
+        # Lossless and polite, or everything may happen; well, or in any state; all are called
+        # in the end, or those that are not are gone for good.
+        self._calm, self._well, self._gone = (self._random.random() < 0.4 for _ in range(3))
         self._pins = [
             (f"Main.B{number}.{symbol.name}", symbol.type)
             for number, block in enumerate(client.blocks, 1)
@@ -131,7 +134,8 @@ class Environment:
         self._status = READY
         self._out = _CPU_OK | self._random.getrandbits(16)
         self._connected = False
-        self.scan_us = self._random.choice((10_000, 20_000, 50_000, 100_000, 250_000))
+        periods = (100_000, 250_000) if long else (10_000, 20_000, 50_000, 100_000, 250_000)
+        self.scan_us = self._random.choice(periods)
 
     def before(self, number: int, si: bytes, quiet: int) -> Moment:
         """What happens before scan `number`; `si` is what was written in the one before."""
@@ -149,6 +153,8 @@ class Environment:
         self._connected = self._connected or quiet > 0
         if draw() < 0.3 and not quiet:
             self._out ^= 1 << self._random.randrange(16)
+        if self._well and draw() < 0.7:
+            self._out = self._out & ~_ILL | _WELL
         if self._calm or quiet or draw() > 0.05:
             self._out |= _CPU_OK
         area = self._status.to_bytes(2, "little") + bytes(DEDICATED_AT - 2)
@@ -198,10 +204,10 @@ class Environment:
                 yield path, not self._values.get(path)
 
     def _quiet(self) -> dict[str, Any]:
-        """Nobody asks for anything; all are called."""
+        """Nobody asks for anything."""
         values: dict[str, Any] = {"Main.EmergencyStopOk": True, "Main.StopOk": True}
         values |= {path: False for path, kind in self._pins if kind == ElementaryType("BOOL")}
-        return values | dict.fromkeys(self._calls, True)
+        return values if self._gone else values | dict.fromkeys(self._calls, True)
 
     def _value(self, kind: Type, path: str) -> Any:
         pick = self._random.choice

@@ -28,13 +28,14 @@ __all__ = ["CLIENTS", "Found", "hunt"]
 
 #: Blocks of clients for what no block alone is about.
 CLIENTS = (
+    ("FB_ServoOn", "FB_AutoStart", "FB_SequenceControl"),
     ("FB_ServoOn", "FB_AlarmReset", "FB_RemoteCommand"),
     ("FB_RemoteCommand", "FB_ReadPositionPulses", "FB_ReadPositionPulses", "FB_Jog"),
     ("FB_SequenceControl", "FB_ProgramReset", "FB_AutoStart", "FB_EmergencyStop", "FB_ProgramStop"),
 )
 
 #: Runs that are tried, and scans of each before the environment becomes quiet.
-_RUNS, _SCANS = 300, 60
+_RUNS, _SCANS = 150, 60
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,10 @@ class _Hunter:
         """Try one run; what happens in it up to a broken claim."""
         self._broken.restore(self._start)
         judges = self._judges(self._broken)
-        environment = Environment(self._library, self._client, seed, numbers, calm=seed % 3 == 0)
+        long = HANG in self._kinds
+        environment = Environment(self._library, self._client, seed, numbers, long=long)
         moments: list[Moment] = []
-        for number in range(_SCANS + (QUIET if HANG in self._kinds else 0)):
+        for number in range(_SCANS + (QUIET if long else 0)):
             moment = environment.before(number, judges.written, max(0, number - _SCANS + 1))
             moments.append(moment)
             found = _scan(self._broken, judges, moment)
