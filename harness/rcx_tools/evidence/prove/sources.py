@@ -17,8 +17,8 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["module_of", "prover_state"]
 
 _HARNESS = ROOT / "harness"
-#: Tables and the grammar, which no import names.
-_DATA = ("spec", "harness/rcx_harness/engine/frontend")
+#: Tables and the grammar, and what is read of the tests: no import leads there.
+_DATA = ("spec", "harness/rcx_harness/engine/frontend", "tests/spec/second_reading")
 
 
 @lru_cache(maxsize=64)
