@@ -34,11 +34,26 @@ def _arguments(arguments: list[str] | None) -> Namespace:
     parser.add_argument("properties", nargs="*", help="names of properties (default: all)")
     parser.add_argument("--bug", action="append", default=[], help="only this seeded bug, and more")
     parser.add_argument("--lib", help="another copy of plc/lib; without the seeded bugs")
-    parser.add_argument("--limit", type=float, default=60.0, help="seconds for each goal")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--limit", type=_positive, default=60.0, help="seconds for each goal")
+    workers = "processes at a time; 0: none but this"
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        choices=range(65),
+        metavar="N",
+        default=min(os.cpu_count() or 1, 64),
+        help=workers,
+    )
     parser.add_argument("--fresh", action="store_true", help="forget earlier outcomes")
     parser.add_argument("--out", type=Path, default=_OUT)
     return parser.parse_args(arguments)
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < 1e6:
+        raise ValueError
+    return value
 
 
 class _Runner:
@@ -76,7 +91,8 @@ def _prove(options: Namespace, console: Console) -> int:
     work = [] if options.bug else list(jobs(library, options.properties, options.limit))
     bugs = []
     if options.bug or (whole and not options.lib):
-        bugs = seeded.tasks(library, options.bug, options.limit, options.out / "prove" / "seeded")
+        folder = (options.out / "prove" / "seeded").resolve()
+        bugs = seeded.tasks(library, options.bug, options.limit, folder, seeded.BUGS)
     runner = _Runner(options, console)
     found = runner.of("proving", run, work, died)
     entries = report.properties(work, found)

@@ -35,11 +35,14 @@ def outcomes(run: Run[Job], jobs: Sequence[Job], workers: int, died: Run[Job]) -
     Args:
         run: Runs a job.
         jobs: What is to be run.
-        workers: How many at a time.
+        workers: How many at a time; 0: in this process.
         died: The outcome of a job whose process has died.
     """
     waiting = {job.key: job for job in jobs}
     if not waiting:
+        return
+    if not workers:
+        yield from map(run, jobs)
         return
     try:
         for outcome in results(run, list(waiting.values()), workers):

@@ -110,7 +110,7 @@ def tasks(
     wanted: Sequence[str],
     limit_s: float,
     folder: Path,
-    tables: Path = BUGS,
+    tables: Path,
 ) -> list[Task]:
     """What is to be judged: all bugs, or those that are wanted.
 
@@ -187,6 +187,8 @@ def _hunted(task: Task, broken: Mapping[str, Any], library: Library) -> Found | 
     near = {goal["part"] for goal in broken.values()} | library.in_file(task.bug.file)
     own = [names[name] for name in sorted(near & set(names)) if "AREA" not in name]
     kinds = [kind for name in task.bug.breaks for kind in CLAIMS.get(name, ())]
+    if not kinds:
+        return None
     for blocks in (own, *CLIENTS) if own else CLIENTS:
         found = hunt(
             task.bug.name, task.bug.file, blocks, kinds, Path(task.folder), Path(task.library)
