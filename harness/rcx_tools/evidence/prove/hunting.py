@@ -49,7 +49,13 @@ class Found:
 
 
 def hunt(
-    name: str, file: str, blocks: Sequence[str], kinds: Sequence[str], folder: Path, library: Path
+    name: str,
+    file: str,
+    blocks: Sequence[str],
+    kinds: Sequence[str],
+    folder: Path,
+    library: Path,
+    runs: int = _RUNS,
 ) -> Found | None:
     """A run that breaks one of these kinds of claims; None where none was found.
 
@@ -60,6 +66,7 @@ def hunt(
         kinds: See `claims.CLAIMS`.
         folder: Where the copy with the bug is, in lib/; the run is left here.
         library: The library as it is.
+        runs: How many are tried.
     """
     steady = "contract" in kinds
     client = Client(tuple(blocks), steady, "Words" in file)
@@ -68,7 +75,7 @@ def hunt(
     hunter = _Hunter(client, source, folder / "lib", library, kinds)
     numbers = sorted(numbers_in(folder / "lib" / file))
     start = sum(name.encode())
-    for seed in range(start, start + _RUNS):
+    for seed in range(start, start + runs):
         moments = hunter.run(seed, numbers)
         if moments is not None and (found := hunter.confirmed(moments, folder)):
             return found

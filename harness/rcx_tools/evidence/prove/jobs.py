@@ -24,8 +24,10 @@ from rcx_tools.evidence.prove.sources import module_of, prover_state
 __all__ = [
     "PROPERTIES",
     "Job",
+    "answers",
     "died",
     "jobs",
+    "library_at",
     "property_of",
     "rests_on",
     "run",
@@ -52,7 +54,8 @@ class Job:
 
 
 @lru_cache(maxsize=2)
-def _library(folder: str) -> Library:
+def library_at(folder: str) -> Library:
+    """The copy in this folder; the last ones are kept."""
     return Library(Path(folder))
 
 
@@ -93,13 +96,13 @@ def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) ->
 
 def run(job: Job) -> dict[str, Any]:
     """Ask the solver; the outcome of each goal, and of all of them the worst."""
-    return _judged(job, _answers(job, _library(job.folder)))
+    return _judged(job, answers(job, library_at(job.folder)))
 
 
 def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
     """The same, up to the first goal that is not proved."""
     goals = []
-    for goal in _answers(job, library):
+    for goal in answers(job, library):
         goals.append(goal)
         if goal["status"] != PROVED:
             break
@@ -116,7 +119,8 @@ def worst(statuses: Iterable[str]) -> str:
     return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
 
 
-def _answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
+def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
+    """What the solver says to each goal; what cannot be asked is unknown."""
     z3.set_param("smt.random_seed", 0)
     z3.set_param("sat.random_seed", 0)
     _watch(job.limit_s)

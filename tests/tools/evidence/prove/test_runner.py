@@ -88,14 +88,14 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The goals that the solver is asked for."""
     names: list[str] = []
-    answers = jobs._answers
+    real = jobs.answers
 
     def noted(job: jobs.Job, library: Library) -> Iterator[dict[str, Any]]:
-        for answer in answers(job, library):
+        for answer in real(job, library):
             names.append(f"{job.property} {job.part}")
             yield answer
 
-    monkeypatch.setattr(jobs, "_answers", noted)
+    monkeypatch.setattr(jobs, "answers", noted)
     return names
 
 
@@ -105,7 +105,7 @@ def _bugs(library: Path, *rows: str) -> None:
 
 def _prove(library: Path, *arguments: str) -> int:
     # Compiled sources are kept by name and time; each run here finds its own.
-    jobs._library.cache_clear()
+    jobs.library_at.cache_clear()
     return runner.main(["--jobs", "0", "--out", str(library.parent / "out"), *arguments])
 
 
