@@ -16,24 +16,30 @@ from rcx_tools.evidence.prove.library import Library
 __all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "STOPS", "Judges"]
 
 #: Kinds of findings: the program cannot go on; a channel is not free in a quiet environment;
-#: another telegram, or anything else, goes out than from the library as it is, which is proved.
-STOPS, HANG, PINS, BYTES = "stops", "hang", "pins", "bytes"
-DIFFERS = (PINS, BYTES)
+#: another telegram, another area, other outputs of blocks than with the library as it is, which
+#: is proved.
+STOPS, HANG, PINS, BYTES, SHOWN = "stops", "hang", "pins", "bytes", "shown"
+DIFFERS = (PINS, BYTES, SHOWN)
 _HELD = ("command held", "data before code", "ready before code")
-_TURNS = ("both", "order", HANG)
+_TURNS = ("both", "order", HANG, SHOWN)
 
 #: Of each property: the kinds of findings that refute it.
 CLAIMS: Mapping[str, tuple[str, ...]] = {
     "interval": ("interval",),
+    "stop-inputs": ("levels",),
+    "restart": ("restart", "start against stop", BYTES),
+    "handshake": _HELD,
+    "response": ("owned", SHOWN),
+    "guarantee": ("owned", *_HELD, "interval", "levels", "start against stop", BYTES),
+    "bytes": ("outside", BYTES),
+    "reserved": ("reserved", BYTES),
+    "contract": ("contract", SHOWN),
+    "indices": (STOPS,),
     "telegram-legal": ("telegram",),
     "telegram-pins": (PINS,),
-    "bytes": ("outside", BYTES),
-    "reserved": ("reserved",),
-    "guarantee": ("owned", *_HELD, "interval", "levels", "start against stop"),
-    "turn-hands": _TURNS,
-    "turn-once": _TURNS,
-    "turn-order": _TURNS,
-    "turn-back": _TURNS,
+    **dict.fromkeys(
+        ("turn-hands", "turn-once", "turn-order", "turn-back", "turn-free", "turn-limit"), _TURNS
+    ),
 }
 #: SI(00) and SI(06), whose switch-off goes out at once.
 _STOPS = 0x0041
@@ -65,7 +71,18 @@ class Judges:
         self._contract = ContractMonitor(program, steady)
         pins = ("EmergencyStopOk", "StopOk", "Interval", "Margin")
         self._pins = program.reader([f"Main.WriteArea.{name}" for name in pins])
-        self._owned = program.reader(["Main.Robot.Connected", "Main.Robot.Status"])
+        owned = ("Connected", "Status", "Response")
+        self._owned = program.reader([f"Main.Robot.{name}" for name in owned])
+        outputs = [
+            f"Main.B{number}.{symbol.name}"
+            for number, block in enumerate(client.blocks, 1)
+            for symbol in library.pou(block.upper()).section("VAR_OUTPUT")
+        ]
+        self._look = program.reader(outputs)
+        edges = [path for path in _scalars(library, client) if path.endswith(("Execute", "Enable"))]
+        self._edges = program.reader(edges)
+        self._asked: tuple[object, ...] = (False,) * len(edges)
+        self._was_lost = False
         parts = [
             f"{channel}.{part}"
             for channel in ("Command", "Sequence")
@@ -78,6 +95,7 @@ class Judges:
         self._general = any(block.startswith("FB_Write") for block in client.blocks)
         self._changed_us: int | None = None
         self._outputs: list[bytes] = []
+        self._shown: list[tuple[object, ...]] = []
         self._telegrams: list[tuple[int, bytes]] = []
 
     def scan(self, moment: Moment) -> list[tuple[str, str]]:
@@ -89,6 +107,7 @@ class Judges:
             *self._levels(moment, si),
             *self._telegram(moment, si),
             *self._owner(moment),
+            *self._restart(moment, si),
             *self._jobs.scan(),
             *self._hang(moment),
         ]
@@ -97,6 +116,7 @@ class Judges:
         found += [(one.rule, one.text) for one in monitors + self._contract.scan(at, number)]
         self.written = si[:SIZE]
         self._outputs.append(si)
+        self._shown.append(self._look())
         return found
 
     def differs(self, other: Judges, kinds: Collection[str]) -> int | None:
@@ -105,12 +125,14 @@ class Judges:
             for one, two in zip(self._telegrams, other._telegrams, strict=False):
                 if one[1] != two[1]:
                     return max(one[0], two[0])
+        pairs: list[Iterator[tuple[object, object]]] = []
         if BYTES in kinds:
-            for number, (left, right) in enumerate(
-                zip(self._outputs, other._outputs, strict=False)
-            ):
-                if left != right:
-                    return number
+            pairs.append(zip(self._outputs, other._outputs, strict=False))
+        if SHOWN in kinds:
+            pairs.append(zip(self._shown, other._shown, strict=False))
+        for number, seen in enumerate(zip(*pairs, strict=False)):
+            if any(left != right for left, right in seen):
+                return number
         return None
 
     def _interval(self, moment: Moment, si: bytes) -> Findings:
@@ -155,9 +177,21 @@ class Judges:
 
     def _owner(self, moment: Moment) -> Findings:
         """What FB_ReadArea owns is as it was read."""
-        status = word(moment.area, 0) if moment.connected else 0
-        if self._owned() != (moment.connected, status):
-            yield "owned", "Robot.Connected or Robot.Status are not what was read"
+        area = moment.area if moment.connected else bytes(SIZE)
+        words = [word(area, at) for at in range(0, DEDICATED_AT, 2)]
+        if self._owned() != (moment.connected, words[0], words[1:]):
+            yield "owned", "Robot.Connected, Status or Response are not what was read"
+
+    def _restart(self, moment: Moment, si: bytes) -> Findings:
+        """After a loss nothing but SI(00) and SI(06) without a new edge."""
+        now = self._edges()
+        edge = any(new and not old for new, old in zip(now, self._asked, strict=True))
+        self._asked = now
+        self._was_lost = not moment.connected or (self._was_lost and not edge)
+        if self._was_lost:
+            rising = word(si, DEDICATED_AT) & ~word(self.written, DEDICATED_AT) & ~_STOPS
+            if rising or (word(si, 0) and not word(self.written, 0)):
+                yield "restart", "something starts after a lost link without a new edge"
 
     def _hang(self, moment: Moment) -> Findings:
         if moment.quiet == QUIET:
@@ -166,6 +200,13 @@ class Judges:
                 yield HANG, f"the command channel still serves {command}"
             if sequence != latest:
                 yield HANG, f"the sequence channel still serves {sequence}"
+
+
+def _scalars(library: Library, client: Client) -> Iterator[str]:
+    """The inputs of the blocks."""
+    for number, block in enumerate(client.blocks, 1):
+        for symbol in library.pou(block.upper()).section("VAR_INPUT"):
+            yield f"Main.B{number}.{symbol.name}"
 
 
 class _Jobs:

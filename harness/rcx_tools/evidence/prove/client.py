@@ -34,6 +34,7 @@ _COUNTS = (
 #: Dedicated outputs: CPU_OK; with MP RDY, AUTO mode and the origin where all is well; what is then
 #: OFF: emergency stop, alarm.
 _CPU_OK, _WELL, _ILL = 0x0002, 0x0312, 0x0009
+_NOTHING = bytes(DEDICATED_AT - 2)
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,7 @@ class Environment:
             [] if client.steady else [f"Main.Call{k + 1}" for k in range(len(client.blocks))]
         )
         self._values: dict[str, Any] = {}
-        self._status = READY
+        self._status, self._response = READY, _NOTHING
         self._out = _CPU_OK | self._random.getrandbits(16)
         self._connected = False
         periods = (100_000, 250_000) if long else (10_000, 20_000, 50_000, 100_000, 250_000)
@@ -157,7 +158,9 @@ class Environment:
             self._out = self._out & ~_ILL | _WELL
         if self._calm or quiet or draw() > 0.05:
             self._out |= _CPU_OK
-        area = self._status.to_bytes(2, "little") + bytes(DEDICATED_AT - 2)
+        if draw() < 0.3:
+            self._response = self._random.randbytes(DEDICATED_AT - 2) if draw() < 0.7 else _NOTHING
+        area = self._status.to_bytes(2, "little") + self._response
         area += self._out.to_bytes(2, "little")
         return Moment(
             number, number * self.scan_us, values, area.ljust(SIZE, b"\0"), self._connected

@@ -35,7 +35,7 @@ CLIENTS = (
 )
 
 #: Runs that are tried, and scans of each before the environment becomes quiet.
-_RUNS, _SCANS = 150, 60
+_RUNS, _SCANS = 80, 60
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,11 @@ def hunt(
     hunter = _Hunter(client, source, folder / "lib", library, kinds)
     numbers = sorted(numbers_in(folder / "lib" / file))
     start = sum(name.encode())
-    for seed in range(start, start + runs):
-        moments = hunter.run(seed, numbers)
-        if moments is not None and (found := hunter.confirmed(moments, folder)):
-            return found
+    for differs in (False, True) if set(kinds) & set(DIFFERS) else (False,):
+        for seed in range(start, start + runs):
+            moments = hunter.run(seed, numbers, differs=differs)
+            if moments is not None and (found := hunter.confirmed(moments, folder)):
+                return found
     return None
 
 
@@ -98,8 +99,8 @@ class _Hunter:
     def _judges(self, program: Program) -> Judges:
         return Judges(program, self._library, self._client, self._steady)
 
-    def run(self, seed: int, numbers: list[int]) -> list[Moment] | None:
-        """Try one run; what happens in it up to a broken claim."""
+    def run(self, seed: int, numbers: list[int], *, differs: bool) -> list[Moment] | None:
+        """Try one run; what happens in it up to a broken claim, or to a difference."""
         self._broken.restore(self._start)
         judges = self._judges(self._broken)
         long = HANG in self._kinds
@@ -113,7 +114,7 @@ class _Hunter:
                 return moments
             if any(kind == STOPS for kind, _ in found):
                 return None
-        if self._sound is None:
+        if self._sound is None or not differs:
             return None
         self._sound.restore(self._sound_start)
         other = self._judges(self._sound)
