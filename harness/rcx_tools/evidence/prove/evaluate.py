@@ -164,9 +164,7 @@ def _ordering(symbol: str) -> Callable[[Any, list[str]], str]:
 
 
 def _signed_call(name: str) -> Callable[[Any, list[str]], str]:
-    return lambda term, a: (
-        f"({name}({_signed(term, a[0])}, {_signed(term, a[1])}) & {_mask(term)})"
-    )
+    return lambda term, a: f"({name}({_signed(term, a[0])}, {_signed(term, a[1])}) & {_mask(term)})"
 
 
 def _concat(term: Any, a: list[str]) -> str:
