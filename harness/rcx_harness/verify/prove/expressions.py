@@ -429,7 +429,7 @@ _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 _MOMENTS = ("TIME", *ANY_DATE)
 _SECOND = 1_000_000_000
 #: What is folded here: the engine's code for these has no need to be asked.
-_OWN = ("AND", "OR", "XOR", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
+_OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
 
 
 def _plain(value: Value) -> Any:
