@@ -16,7 +16,7 @@ from rich.console import Console
 
 from rcx_harness.errors import InputError
 from rcx_tools.evidence.mutants.judging import progress_bar
-from rcx_tools.evidence.prove import report, seeded
+from rcx_tools.evidence.prove import agreeing, report, seeded
 from rcx_tools.evidence.prove.jobs import died, jobs, run
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
@@ -89,26 +89,29 @@ def _prove(options: Namespace, console: Console) -> int:
     library.complete(_LIBRARY)
     whole = not options.properties and not options.bug
     work = [] if options.bug else list(jobs(library, options.properties, options.limit))
+    own = whole and not options.lib
     bugs = []
-    if options.bug or (whole and not options.lib):
-        folder = (options.out / "prove" / "seeded").resolve()
-        bugs = seeded.tasks(library, options.bug, options.limit, folder, seeded.BUGS)
+    if options.bug or own:
+        copies = (options.out / "prove" / "seeded").resolve()
+        bugs = seeded.tasks(library, options.bug, options.limit, copies, seeded.BUGS)
     runner = _Runner(options, console)
-    found = runner.of("proving", run, work, died)
-    entries = report.properties(work, found)
+    entries = report.properties(work, runner.of("proving", run, work, died))
     told: dict[str, Any] = {"library": str(folder)} if options.lib else {}
     told |= {"properties": entries, "assumptions": report.taken_for_granted(entries)}
+    if own:
+        compared = list(agreeing.comparisons(library))
+        agreed = runner.of("agreement", agreeing.compare, compared, agreeing.died)
+        told["agreement"] = agreeing.summary(agreed.values())
     if bugs:
         judged = runner.of("seeded bugs", seeded.judge, bugs, seeded.died)
         told["seeded"] = seeded.summary(bugs, judged, whole=whole)
     report.write(options.out / ("prove.json" if whole else "prove/part.json"), told)
     report.show(told, console)
-    good = all(item["status"] == "proved" for item in entries)
-    good = good and not (bugs and told["seeded"]["defects"])
-    if whole and not options.lib and options.out == _OUT:
+    good = report.is_good(told)
+    if own and options.out == _OUT:
         write_result("prove", told, met=good)
     if options.lib:
-        console.print("The seeded bugs are tried on the library of this project only.")
+        console.print("Seeded bugs and agreement are tried on the library of this project only.")
     return 0 if good else 1
 
 

@@ -123,11 +123,16 @@ class Environment:
         # Lossless and polite, or everything may happen; well, or in any state; all are called
         # in the end, or those that are not are gone for good.
         self._calm, self._well, self._gone = (self._random.random() < 0.4 for _ in range(3))
-        self._pins = [
+        pins = [
             (f"Main.B{number}.{symbol.name}", symbol.type)
             for number, block in enumerate(client.blocks, 1)
             for symbol in library.pou(block.upper()).section("VAR_INPUT")
         ]
+        starts = [pin for pin in pins if pin[0].endswith(("Execute", "Enable"))]
+        others = [pin for pin in pins if pin not in starts]
+        # A few pins vary, the others stay as they are declared, which is legal; or all do.
+        few = self._random.choice((1, 2, 3, len(others)))
+        self._pins = starts + self._random.sample(others, min(few, len(others)))
         self._calls = (
             [] if client.steady else [f"Main.Call{k + 1}" for k in range(len(client.blocks))]
         )
@@ -200,7 +205,7 @@ class Environment:
             if kind == ElementaryType("BOOL"):
                 if draw() < 0.2:
                     yield path, not self._values.get(path)
-            elif draw() < 0.05:
+            elif draw() < 0.1:
                 yield path, self._value(kind, path)
         for path in self._calls:
             if draw() < (0.03 if self._values.get(path) else 0.5):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from rcx_harness.verify.prove.solve import PROVED
 from rcx_tools.evidence.prove.assumptions import ASSUMPTIONS
 from rcx_tools.evidence.prove.jobs import Job, property_of, worst
 
-__all__ = ["properties", "show", "taken_for_granted", "write"]
+__all__ = ["is_good", "properties", "show", "taken_for_granted", "write"]
 
 #: Goals that are named for taking longest.
 _SLOWEST = 3
@@ -65,6 +66,13 @@ def write(file: Path, report: Mapping[str, Any]) -> None:
     file.write_text(text + "\n", encoding="utf-8")
 
 
+def is_good(report: Mapping[str, Any]) -> bool:
+    """All is proved, translation and engine agree, each seeded bug breaks what it should."""
+    proved = all(item["status"] == PROVED for item in report["properties"])
+    bad = report.get("seeded", {}).get("defects"), report.get("agreement", {}).get("disagreements")
+    return proved and not any(bad)
+
+
 def show(report: Mapping[str, Any], console: Console) -> None:
     """The same for people."""
     table = Table("property", "", "goals", "solver [s]", "slowest goal", box=None)
@@ -73,7 +81,8 @@ def show(report: Mapping[str, Any], console: Console) -> None:
         slowest = ", ".join(f"{name} {taken} s" for name, taken in item["slowest"][:1])
         table.add_row(item["name"], item["status"], *seconds, slowest)
     console.print(table)
-    for line in (*_not_proved(report["properties"]), *_bugs(report.get("seeded"))):
+    lines = _not_proved(report["properties"]), _agreed(report), _bugs(report.get("seeded"))
+    for line in chain.from_iterable(lines):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -82,6 +91,16 @@ def _not_proved(items: Iterable[Mapping[str, Any]]) -> Iterator[str]:
         for goal in item["not_proved"]:
             why = goal["reason"] or f"for example {_values(goal['values'])}"
             yield f"{goal['status']}: {item['name']}: {_told(goal)}: {why}"
+
+
+def _agreed(report: Mapping[str, Any]) -> Iterator[str]:
+    if "agreement" in report:
+        one = report["agreement"]
+        yield (
+            f"translation and engine: {one['scans']:,} scans of {one['blocks']} blocks, at least"
+            f" {one['least_of_a_block']} of each; disagreements: {len(one['disagreements'])}"
+        )
+        yield from one["disagreements"]
 
 
 def _values(values: Mapping[str, Any]) -> str:
