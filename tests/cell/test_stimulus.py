@@ -76,6 +76,48 @@ def test_an_output_is_held_and_released(cell: Cell, tmp_path: Path) -> None:
     assert (answers[95_000], answers[100_000]) == (0, 1)
 
 
+AREA = """
+[[at]]
+time = "10ms"
+area = "01a5 20"
+
+[[at]]
+time = "30ms"
+area = "0700"
+connected = false
+
+[[at]]
+time = "50ms"
+area = "robot"
+"""
+
+
+def test_the_plc_reads_given_bytes_until_the_robot_has_its_area_back(
+    cell: Cell, tmp_path: Path
+) -> None:
+    load(tmp_path, AREA).schedule(cell)
+    read, connected = [], []
+    for _ in range(6):
+        cell.scan()
+        read.append(cell["Main.Status"])
+        connected.append(cell["Main.Connected"])
+    given = [one.so[:4].hex() for one in cell.trace.scans()]
+    assert given == ["00000000", "01a52000", "01a52000", "07000000", "07000000", given[5]]
+    assert read[:5] == [0, 0xA5, 0xA5, 0, 0]
+    assert connected[1:] == [True, True, False, False, True]
+    assert cell.trace.scans()[5].so[32:34] != b"\0\0"  # the controller's dedicated outputs
+
+
+def test_given_bytes_are_part_of_a_snapshot(cell: Cell, tmp_path: Path) -> None:
+    load(tmp_path, AREA).schedule(cell)
+    cell.run("20ms")
+    before = cell.snapshot()
+    cell.run("40ms")
+    cell.restore(before)
+    cell.scan()
+    assert cell.trace.scans()[-1].so[:3].hex() == "01a520"
+
+
 def test_entries_that_a_run_does_not_come_to_are_told(cell: Cell, tmp_path: Path) -> None:
     """What is set at the very end is not done any more: a run ends before its last instant."""
     times = ("900ms", "1s", "50s")
@@ -113,6 +155,12 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path)
         ("[[at]]\ntime = '1s'\nrobot = 5\n", ":1: robot is not an event"),
         ("[[at]]\ntime = '1s'\nset = 5\n", ":1: set is not a table"),
         ("[[at]]\ntime = '1s'\nhold = 5\n", ":1: hold is not a signal"),
+        ("[[at]]\ntime = '1s'\narea = '012'\n", ":1: area is '012', which is no bytes in hexa"),
+        ("[[at]]\ntime = '1s'\narea = 'rob'\n", ":1: area is 'rob', which is no bytes in hexa"),
+        ("[[at]]\ntime = '1s'\narea = 5\n", ":1: area is 5, which is no bytes in hexadecimal"),
+        ("[[at]]\ntime = '1s'\narea = '00'\nconnected = 0\n", ":1: connected is not true or"),
+        ("[[at]]\ntime = '1s'\nconnected = true\n", ":1: connected goes with the bytes of an"),
+        ("[[at]]\ntime = '1s'\narea = 'robot'\nconnected = true\n", ":1: connected goes with"),
         ("[[att]]\ntime = '1s'\n", "unknown key 'att'; a stimulus consists of [[at]] tables"),
         ("at = 5\n", "'at' is not a list of tables"),
         ("[[at]\n", "not valid TOML"),
@@ -134,6 +182,8 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         ("robot = { event = 'alarm', group = 12 }", "event 'alarm' needs category"),
         ("robot = { event = 'link_down', now = 1 }", "event 'link_down' takes no arguments"),
         ("hold = 'SO99'", "SO99"),
+        (f"area = '{'00' * 49}'", "area has 49 bytes, the PLC's has 48"),
+        ("area = '00'\ncontroller = 2", "no controller 2; the cell has 1"),
     ],
 )
 def test_what_does_not_exist_is_told_before_the_run(

@@ -294,9 +294,7 @@ class Cell:
         Raises:
             InputError: no such event or controller, or arguments it does not take.
         """
-        if not 1 <= controller <= len(self._nodes):
-            raise InputError(f"no controller {controller}; the cell has {len(self._nodes)}")
-        node = self._nodes[controller - 1]
+        node = self._node(controller)
         if event in ("link_down", "link_up"):
             if args:
                 raise InputError(
@@ -305,6 +303,24 @@ class Cell:
             node.network.set_cable(event == "link_up")
         else:
             node.robot.inject(event, **args)
+
+    def give_area(self, area: bytes | None, connected: bool = True, *, controller: int = 1) -> None:
+        """Let the PLC read these bytes from its next scan on, instead of a controller's answer.
+
+        Args:
+            area: The first bytes of its input area, the others are 0; None: the answer again.
+            connected: What its scanner says of the connection meanwhile.
+            controller: Whose area it is, from 1.
+
+        Raises:
+            InputError: no such controller, or more bytes than the area has.
+        """
+        self._node(controller).give_area(area, connected)
+
+    def _node(self, controller: int) -> Node:
+        if not 1 <= controller <= len(self._nodes):
+            raise InputError(f"no controller {controller}; the cell has {len(self._nodes)}")
+        return self._nodes[controller - 1]
 
     def at(self, t_us: int, action: Callable[[], None]) -> None:
         """Call `action` at `t_us`, before anything else that happens then."""

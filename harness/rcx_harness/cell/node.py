@@ -11,6 +11,7 @@ from rcx_harness.cell.image import Image
 from rcx_harness.cell.link import Link, make_network
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
+from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, Violation
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Scan, Trace
@@ -71,6 +72,7 @@ class Node:
         self._status = _status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
+        self._given: tuple[bytes, bool] | None = None
         self.wire = WireMonitor(self.link.size)
         self._prefix = "" if number == 1 else f"controller {number}: "
         agenda.repeat(timing.phases[0], Kind.CYCLE, CYCLE_US, self._cycle, number)
@@ -81,8 +83,11 @@ class Node:
 
     def before_scan(self, now: int) -> None:
         """Put what has come from the controller into the process image."""
-        connected = self._connected = self.network.plc_connected(now)
+        connected = self.network.plc_connected(now)
         self._so = self._no_area if self._clear and not connected else self.network.input
+        if self._given is not None:
+            self._so, connected = self._given
+        self._connected = connected
         if self._status is not None and self._shown()[0] is not connected:
             self._program.write(self._status, connected)
         self._image.put(self._so, connected)
@@ -95,14 +100,23 @@ class Node:
         if found := self.wire.scan(now, scan, self._so, si, self._connected):
             self._tell(found)
 
+    def give_area(self, area: bytes | None, connected: bool) -> None:
+        """Let the PLC read these bytes from its next scan on; None: the controller's answer."""
+        if area is not None and len(area) > self.link.size:
+            raise InputError(
+                f"area has {len(area)} bytes, the PLC's has {self.link.size}",
+                hint="leave bytes out at its end, or run with --size 256",
+            )
+        self._given = None if area is None else (area.ljust(self.link.size, b"\0"), connected)
+
     def snapshot(self) -> object:
         """The state of controller, network and monitor."""
         robot, network = self.robot.snapshot(), self.network.snapshot()
-        return robot, network, self.wire.snapshot(), self.cycles
+        return robot, network, self.wire.snapshot(), self.cycles, self._given
 
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
-        robot, network, wire, self.cycles = snapshot
+        robot, network, wire, self.cycles, self._given = snapshot
         self.robot.restore(robot)
         self.network.restore(network)
         self.wire.restore(wire)

@@ -18,10 +18,12 @@ from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
 from rcx_harness.units import parse_us
 
-__all__ = ["KEYS", "Entry", "Stimulus"]
+__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus"]
 
+#: As an `area`: the controller's own answer.
+ROBOT = "robot"
 #: Of an entry.
-KEYS = ("time", "set", "robot", "hold", "release", "controller")
+KEYS = ("time", "set", "robot", "hold", "release", "area", "connected", "controller")
 _ENTRY = re.compile(r"^\s*\[\[\s*at\s*\]\]")
 
 
@@ -36,7 +38,10 @@ class Entry:
         events: What befalls the robot or the link: name and arguments.
         hold: Outputs of the controller that stay as they are.
         release: Outputs that follow the controller again.
-        controller: Which of the cell's controllers events, `hold` and `release` are for, from 1.
+        area: What the PLC reads from now on instead of the controller's answer: bytes of its input
+            area, those left out 0; `ROBOT` for the controller's answer again; None: as before.
+        connected: What the PLC's scanner says of the connection while it reads such bytes.
+        controller: Which of the cell's controllers all but `values` is for, from 1.
     """
 
     t_us: int
@@ -45,6 +50,8 @@ class Entry:
     events: tuple[tuple[str, Mapping[str, Any]], ...]
     hold: tuple[str, ...]
     release: tuple[str, ...]
+    area: bytes | str | None = None
+    connected: bool = True
     controller: int = 1
 
     def apply(self, cell: Cell) -> None:
@@ -57,6 +64,9 @@ class Entry:
             cell.robots[self.controller - 1].hold(name)
         for name in self.release:
             cell.robots[self.controller - 1].release(name)
+        if self.area is not None:
+            area = self.area if isinstance(self.area, bytes) else None
+            cell.give_area(area, self.connected, controller=self.controller)
 
 
 class Stimulus:
@@ -160,8 +170,35 @@ def _entry(table: Mapping[str, Any], line: int) -> Entry:
         tuple(events),
         _names(table, "hold"),
         _names(table, "release"),
+        _area(table),
+        _connected(table),
         _controller(table),
     )
+
+
+def _area(table: Mapping[str, Any]) -> bytes | str | None:
+    given = table.get("area")
+    if given is None or given == ROBOT:
+        return given
+    try:
+        return bytes.fromhex(given)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"area is {given!r}, which is no bytes in hexadecimal",
+            hint=f'write area = "0002 0000", two digits each, or area = "{ROBOT}"',
+        ) from None
+
+
+def _connected(table: Mapping[str, Any]) -> bool:
+    given = table.get("connected", True)
+    if not isinstance(given, bool):
+        raise InputError("connected is not true or false", hint="write connected = false")
+    if "connected" in table and table.get("area", ROBOT) == ROBOT:
+        raise InputError(
+            "connected goes with the bytes of an area",
+            hint='write robot = "link_down" to unplug the controller',
+        )
+    return given
 
 
 def _controller(table: Mapping[str, Any]) -> int:
@@ -210,6 +247,9 @@ def _try(entry: Entry, cell: Cell) -> None:
     for name in entry.hold + entry.release:
         robot.hold(name)
         robot.release(name)
+    if isinstance(entry.area, bytes):
+        cell.give_area(entry.area, controller=entry.controller)
+        cell.give_area(None, controller=entry.controller)
 
 
 def _typed(cell: Cell, path: str, value: Any) -> Any:
