@@ -13,7 +13,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.solve import UNKNOWN, ask
 from rcx_tools.evidence.checks import digest
-from rcx_tools.evidence.prove import guarantee, image, interval
+from rcx_tools.evidence.prove import guarantee, handshake, image, interval, levels, restart
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
 
@@ -24,6 +24,9 @@ PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *guarantee.PROPERTIES,
     *image.PROPERTIES,
+    *levels.PROPERTIES,
+    *restart.PROPERTIES,
+    *handshake.PROPERTIES,
 )
 
 #: What a proof depends on besides the sources that it is about.
