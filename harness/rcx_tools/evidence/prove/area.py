@@ -97,5 +97,5 @@ def at_the_start(library: Library, block: str) -> Machine:
 def _zero(kind: Type) -> Any:
     if not isinstance(kind, ArrayType):
         return 0
-    (low, high), = kind.bounds
+    ((low, high),) = kind.bounds
     return [0] * (high - low + 1)

@@ -98,11 +98,7 @@ def guarantee(machine: Machine, before: Memory, after: Memory, request: int = _A
     Code and Data are theirs to write, but never while a command is out; requests and the flags of
     the scan only come; General[1] is not written, the words 2 to 15 are the program's.
     """
-    found = [
-        _leaf(machine, path, before, after, request)
-        for path in before
-        if path[:1] == ROBOT
-    ]
+    found = [_leaf(machine, path, before, after, request) for path in before if path[:1] == ROBOT]
     return z3.And(*[claim for claim in found if claim is not None])
 
 
@@ -125,7 +121,9 @@ def between(library: Library) -> list[str]:
         name
         for name in library.blocks
         if name not in (*READERS, *WRITERS)
-        and any(symbol.name.upper() == "ROBOT" for symbol in library.pou(name).section("VAR_IN_OUT"))
+        and any(
+            symbol.name.upper() == "ROBOT" for symbol in library.pou(name).section("VAR_IN_OUT")
+        )
     ]
 
 

@@ -9,7 +9,14 @@ import z3
 
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
-from rcx_tools.evidence.prove.area import DEDICATED, accepted, at_the_start, legal_image, offset, word
+from rcx_tools.evidence.prove.area import (
+    DEDICATED,
+    accepted,
+    at_the_start,
+    legal_image,
+    offset,
+    word,
+)
 from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, REQUESTS, WRITERS
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
@@ -54,10 +61,15 @@ def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
 
     phase, code = get(*INNER, "PHASE"), get(*_CODE)
     runs = phase == COMMAND_RUN
-    wire, data = _words(memory, machine, (*_HEAD, "WORDS")), _words(memory, machine, (*INNER, "DATA"))
+    wire, data = (
+        _words(memory, machine, (*_HEAD, "WORDS")),
+        _words(memory, machine, (*INNER, "DATA")),
+    )
     expired, clock = get(*_RECOVERY, "Q"), get(*_RECOVERY, "phase")
     return [
-        z3.And(z3.ULE(clock, 2), expired == (clock == 2), get(*_RECOVERY, "before") == (clock != 0)),
+        z3.And(
+            z3.ULE(clock, 2), expired == (clock == 2), get(*_RECOVERY, "before") == (clock != 0)
+        ),
         z3.Implies(z3.Not(runs), code == 0),
         z3.Implies(runs, code == get(*INNER, "CODE")),
         z3.Implies(runs, _same(wire, data)),
@@ -117,7 +129,10 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
         show,
     )
     yield Goal(
-        f"{name}: 16#0000 between two codes", assumed, z3.Implies(out, z3.Or(now == was, now == 0)), show
+        f"{name}: 16#0000 between two codes",
+        assumed,
+        z3.Implies(out, z3.Or(now == was, now == 0)),
+        show,
     )
     over = z3.And(accepted(step), out, z3.Or(ended, z3.Not(up), fell))
     yield Goal(
@@ -148,7 +163,9 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
         claim = response == word(machine, start + 2 * number)
         yield Goal(f"{name}: word {number} of the response of this scan", assumed, claim)
     ready = z3.Extract(1, 1, word(machine, start + DEDICATED)) == 1
-    yield Goal(f"{name}: CPU_OK of this scan", assumed, step.now((*ROBOT, "SO", "SO01_CPUOK")) == ready)
+    yield Goal(
+        f"{name}: CPU_OK of this scan", assumed, step.now((*ROBOT, "SO", "SO01_CPUOK")) == ready
+    )
     known = z3.Or(*[answer == told for told in _ANSWERS])
     yield Goal(f"{name}: nothing else is answered", assumed, known)
     for end, told in _ENDS.items():
@@ -185,7 +202,9 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
     yield Goal(
         f"{name}: it ends in the scan of the end status",
         assumed,
-        z3.Implies(z3.And(out, ends), z3.And(z3.Not(step.now((*BLOCK, "BUSY"))), z3.Or(done, error))),
+        z3.Implies(
+            z3.And(out, ends), z3.And(z3.Not(step.now((*BLOCK, "BUSY"))), z3.Or(done, error))
+        ),
     )
     failed = z3.And(busy, error, step.now((*BLOCK, "ERRORID")) == _ENDS[ABNORMAL_END])
     alarm = [
@@ -193,19 +212,21 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
         for place, pin in enumerate(("ALARMGROUP", "ALARMCATEGORY"))
     ]
     yield Goal(
-        f"{name}: the alarm is what was read in this scan", assumed, z3.Implies(failed, z3.And(*alarm))
+        f"{name}: the alarm is what was read in this scan",
+        assumed,
+        z3.Implies(failed, z3.And(*alarm)),
     )
     if name == "FB_REMOTECOMMAND":
-        response = [_words(None, machine, root) for root in ((*BLOCK, "RESPONSE"), (*ROBOT, "RESPONSE"))]
+        response = [
+            _words(None, machine, root) for root in ((*BLOCK, "RESPONSE"), (*ROBOT, "RESPONSE"))
+        ]
         claim = z3.Implies(z3.Or(began, failed), _same(*response))
         yield Goal(f"{name}: the response is what was read in this scan", assumed, claim)
 
 
 def _commands(library: Library) -> list[str]:
     """The blocks that run a remote command."""
-    return [
-        name for name in jobs_of(library) if "ALARMGROUP" in library.pou(name).symbols
-    ]
+    return [name for name in jobs_of(library) if "ALARMGROUP" in library.pou(name).symbols]
 
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:

@@ -54,7 +54,7 @@ def _inside(address: Any, first: Any, count: int) -> Any:
 
 
 def wire(step: Step, before: Any) -> Any:
-    """Bytes n + 32 and n + 33 after a call, of what they were before it: see `dedicated`."""
+    """Bytes n + 32 and n + 33 after a call, of what they were before it: see `_dedicated`."""
     off = z3.BitVecVal(0, 16)
     for pin, bit in (("EMERGENCYSTOPOK", 0x0001), ("STOPOK", 0x0040)):
         off |= z3.If(step.now((*BLOCK, pin)), z3.BitVecVal(0, 16), z3.BitVecVal(bit, 16))
@@ -62,7 +62,7 @@ def wire(step: Step, before: Any) -> Any:
     return z3.If(accepted(step), applied, z3.If(again(step), before & ~off, before))
 
 
-def dedicated(step: Step, name: str) -> Iterator[Goal]:
+def _dedicated(step: Step, name: str) -> Iterator[Goal]:
     """What is on the wire: the inputs applied; a second call only takes SI(00), SI(06) away."""
     machine, at = step.machine, offset(step.machine) + DEDICATED
     before, after = word(machine, at, step.before), word(machine, at)
@@ -80,7 +80,7 @@ def dedicated(step: Step, name: str) -> Iterator[Goal]:
 def _write_area(library: Library, name: str) -> Iterator[Goal]:
     step = library.step(name)
     machine = step.machine
-    yield from dedicated(step, name)
+    yield from _dedicated(step, name)
     assumed = _assumed(step)
     address, start = z3.BitVec("address", 32), offset(machine)
     there = z3.And(address >= 0, address < 512)
@@ -230,7 +230,9 @@ def _readers(library: Library) -> list[str]:
         name
         for name in library.blocks
         if name not in (*WRITERS, *_GENERAL)
-        and any(symbol.name.upper() == "IMAGE" for symbol in library.pou(name).section("VAR_IN_OUT"))
+        and any(
+            symbol.name.upper() == "IMAGE" for symbol in library.pou(name).section("VAR_IN_OUT")
+        )
     ]
 
 
@@ -244,9 +246,7 @@ def _bytes(library: Library, part: str) -> Iterator[Goal]:
         machine = step.machine
         same = [machine.term(IMAGE, step.before) == machine.term(IMAGE)]
         if part not in READERS:
-            same += [
-                step.was(path) == step.now(path) for path in step.before if path[:1] == ROBOT
-            ]
+            same += [step.was(path) == step.now(path) for path in step.before if path[:1] == ROBOT]
         yield Goal(f"{part}: it writes nothing", tuple(machine.assumptions), z3.And(*same))
 
 

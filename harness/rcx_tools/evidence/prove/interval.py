@@ -12,8 +12,8 @@ from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
 from rcx_tools.evidence.prove.guarantee import INNER, WRITERS
-from rcx_tools.evidence.prove.image import dedicated, wire
-from rcx_tools.evidence.prove.library import BLOCK, Library, milliseconds
+from rcx_tools.evidence.prove.image import wire
+from rcx_tools.evidence.prove.library import BLOCK, Library, Step, milliseconds
 from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = ["PROPERTIES"]
@@ -89,7 +89,7 @@ def _base(library: Library, block: str) -> Iterator[Goal]:
 def _goals(library: Library, block: str) -> Iterator[Goal]:
     """Induction over the calls of FB_WriteArea; FB_ReadArea and the blocks between keep `_holds`.
 
-    They leave Applied alone, request neither SI(00) nor SI(06), and the flags Keep... only rise: property `guarantee`.
+    Bytes n + 32 and n + 33 are what `wire` says: property `bytes`. Those blocks leave Applied alone, request neither SI(00) nor SI(06), and the flags Keep... only rise: property `guarantee`.
     """
     yield from _base(library, block)
     last, least, before = (
@@ -97,7 +97,6 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     )
     machine = library.machine()
     step = library.step(block, machine)
-    yield from dedicated(step, block)
     now = machine.now
     ghost = _Ghost(z3.BitVec("wire", 16), last, least)
     times = [before >= 0, before <= now, last >= -1, least <= _NEVER]
@@ -127,19 +126,28 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
         z3.Or(only_off, changed & (changed - 1) == 0),
         show,
     )
-    yield Goal(
-        f"{block}: a change is late enough, or a switch-off of SI(00), SI(06)",
-        tuple(assumed),
-        z3.Implies(changed != 0, z3.Or(only_off, spaced)),
-        show,
-    )
+    late = z3.Implies(changed != 0, z3.Or(only_off, spaced))
+    text = f"{block}: a change is late enough, or a switch-off of SI(00), SI(06)"
+    yield from _by_phase(step, Goal(text, tuple(assumed), late, show))
     later = _Ghost(
         after,
         z3.If(changed != 0, now, last),
         z3.If(changed != 0, z3.BitVecVal(_NEVER, TIME_BITS), least_now),
     )
-    for number, claim in enumerate(_holds(machine, machine.snapshot(), later, now), 1):
+    *simple, waited = _holds(machine, machine.snapshot(), later, now)
+    for number, claim in enumerate(simple, 1):
         yield Goal(f"{block}: what holds is kept ({number})", tuple(assumed), claim, show)
+    text = f"{block}: the interval has passed where the timer says so"
+    yield from _by_phase(step, Goal(text, tuple(assumed), waited, show))
+
+
+def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
+    """A goal in cases, each of which the solver finds easier: the timer rests, runs, is over."""
+    phase = step.was((*_PACE, "phase"))
+    for case, told in enumerate(("rests", "runs", "is over")):
+        yield Goal(
+            f"{goal.name} (the timer {told})", (*goal.assumed, phase == case), goal.claim, goal.show
+        )
 
 
 PROPERTIES = (

@@ -8,7 +8,7 @@ import z3
 
 from rcx_tools.evidence.prove.area import STOPS, accepted, again
 from rcx_tools.evidence.prove.guarantee import INNER, WRITERS
-from rcx_tools.evidence.prove.image import dedicated, wire
+from rcx_tools.evidence.prove.image import wire
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 
@@ -37,12 +37,11 @@ def _stopper(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:
-    """Of one call of FB_WriteArea, whatever was before."""
+    """Of one call of FB_WriteArea; bytes n + 32, n + 33 are what `wire` says: property `bytes`."""
     if part in _STOPPERS:
         yield from _stopper(library, part)
         return
     step = library.step(part)
-    yield from dedicated(step, part)
     # No block requests a level (property `guarantee`), and FB_WriteArea requests nothing.
     none = [memory((*INNER, "REQUEST")) & STOPS == 0 for memory in (step.was, step.now)]
     assumed = (*step.machine.assumptions, none[0])
@@ -61,9 +60,7 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
         yield Goal(
             f"{part}: a second call takes {name} away without its pin, and gives it never",
             assumed,
-            z3.Implies(
-                z3.And(again(step), _on(after, bit)), z3.And(wanted, _on(before, bit))
-            ),
+            z3.Implies(z3.And(again(step), _on(after, bit)), z3.And(wanted, _on(before, bit))),
         )
         yield Goal(
             f"{part}: and {name} is held OFF then",

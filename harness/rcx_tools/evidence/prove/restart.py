@@ -137,9 +137,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
     """A block shows what its job does, and an edge that was seen shows somewhere."""
     pins = ("BUSY", "DONE", "ERROR", "ERRORID")
-    shown, inner = (
-        [machine.term((*path, pin), memory) for pin in pins] for path in (block, job)
-    )
+    shown, inner = ([machine.term((*path, pin), memory) for pin in pins] for path in (block, job))
     yield from (one == other for one, other in zip(shown, inner, strict=True))
     busy, done, error, number = inner
     yield z3.Implies(machine.term((*job, "WASEXECUTE"), memory), z3.Or(busy, done, error))
@@ -164,9 +162,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
     job = _job(name)
     execute, seen = step.now((*BLOCK, "EXECUTE")), step.was((*job, "WASEXECUTE"))
     yield Goal(f"{name}: what holds is kept", assumed, _agrees(machine, after, name))
-    yield Goal(
-        f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute
-    )
+    yield Goal(f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute)
     begins = z3.And(now, z3.Not(was))
     edge = z3.And(execute, z3.Not(seen))
     yield Goal(f"{name}: busy from an edge only", assumed, z3.Implies(begins, edge))
@@ -317,9 +313,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
             z3.Implies(rises & _MOVES != 0, z3.Extract(6, 6, was) == 1),
         ),
     )
-    nothing = z3.And(
-        step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST")))
-    )
+    nothing = z3.And(step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST"))))
     yield Goal(f"{name}: requests end with the scan", assumed, z3.Implies(accepted(step), nothing))
     code = (*BLOCK, "MAKEHEAD", "CODE")
     goes = z3.And(step.was(code) == 0, step.now(code) != 0)
@@ -360,7 +354,9 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
     yield Goal(
         f"{name}: no link without its pin",
         tuple(machine.assumptions),
-        z3.Implies(z3.Not(step.now((*BLOCK, "CONNECTED"))), z3.Not(step.now((*ROBOT, "CONNECTED")))),
+        z3.Implies(
+            z3.Not(step.now((*BLOCK, "CONNECTED"))), z3.Not(step.now((*ROBOT, "CONNECTED")))
+        ),
     )
 
 
