@@ -13,7 +13,7 @@ import z3
 from rcx_harness.engine.types import ArrayType, Type
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
-from rcx_tools.evidence.prove.library import BLOCK, IMAGE, ROBOT, Library, Step
+from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 
 __all__ = [
     "AGAIN",
@@ -61,7 +61,7 @@ def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
 
 
 def offset(machine: Machine, pin: str = "N") -> Any:
-    """m or n as an address."""
+    """The first byte of the area as an address."""
     return z3.SignExt(16, machine.term((*BLOCK, pin)))
 
 

@@ -8,7 +8,7 @@ __all__ = ["ASSUMPTIONS"]
 ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
-    "between": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words); all"
-    " other blocks are called between the two, and none of core/ is called.",
+    "between": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words);"
+    " all other blocks are called between the two, and none of core/ is called.",
     "area": "m, n, Size and ImageSize are constant over a run; ImageSize is not above the array.",
 }

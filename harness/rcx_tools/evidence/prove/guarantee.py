@@ -25,6 +25,7 @@ __all__ = [
     "WRITERS",
     "between",
     "guarantee",
+    "is_connected",
 ]
 
 INNER: Path = (*ROBOT, "INNER")
@@ -32,8 +33,8 @@ READERS = ("FB_READAREA", "FB_READAREAWORDS")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 #: Place of PHASE_COMMAND_RUN in RCX_PHASE.
 COMMAND_RUN = 3
-#: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5, 1):
-#: SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
+#: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
+#: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
 _SERVO_ON, _SEQUENCE, _START, _INCREMENTAL = 1 << 1, 1 << 8, 1 << 10, 1 << 12
 _PROGRAM_RESET, _ALARM_RESET, _ABSOLUTE = 1 << 13, 1 << 14, 1 << 15
 REQUESTS = {
@@ -115,15 +116,17 @@ def reading(machine: Machine, before: Memory, after: Memory) -> Any:
     )
 
 
+def is_connected(library: Library, name: str, path: Path) -> bool:
+    """A block has a VAR_IN_OUT of this name."""
+    return path in [(symbol.name.upper(),) for symbol in library.pou(name).section("VAR_IN_OUT")]
+
+
 def between(library: Library) -> list[str]:
     """The blocks that users call between FB_ReadArea and FB_WriteArea and that have a Robot."""
     return [
         name
         for name in library.blocks
-        if name not in (*READERS, *WRITERS)
-        and any(
-            symbol.name.upper() == "ROBOT" for symbol in library.pou(name).section("VAR_IN_OUT")
-        )
+        if name not in (*READERS, *WRITERS) and is_connected(library, name, ROBOT)
     ]
 
 

@@ -17,7 +17,7 @@ from rcx_tools.evidence.prove.area import (
     offset,
     word,
 )
-from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, REQUESTS, WRITERS
+from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, WRITERS
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.restart import jobs_of, shows

@@ -11,7 +11,6 @@ from rcx_harness.verify.prove.machine import Machine
 from rcx_tools.evidence.prove.area import (
     DEDICATED,
     INPUTS,
-    STOPS,
     accepted,
     again,
     at_the_start,
@@ -20,7 +19,14 @@ from rcx_tools.evidence.prove.area import (
     offset,
     word,
 )
-from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, WRITERS, guarantee
+from rcx_tools.evidence.prove.guarantee import (
+    COMMAND_RUN,
+    INNER,
+    READERS,
+    WRITERS,
+    guarantee,
+    is_connected,
+)
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 
@@ -229,10 +235,7 @@ def _readers(library: Library) -> list[str]:
     return [
         name
         for name in library.blocks
-        if name not in (*WRITERS, *_GENERAL)
-        and any(
-            symbol.name.upper() == "IMAGE" for symbol in library.pou(name).section("VAR_IN_OUT")
-        )
+        if name not in (*WRITERS, *_GENERAL) and is_connected(library, name, IMAGE)
     ]
 
 

@@ -89,7 +89,8 @@ def _base(library: Library, block: str) -> Iterator[Goal]:
 def _goals(library: Library, block: str) -> Iterator[Goal]:
     """Induction over the calls of FB_WriteArea; FB_ReadArea and the blocks between keep `_holds`.
 
-    Bytes n + 32 and n + 33 are what `wire` says: property `bytes`. Those blocks leave Applied alone, request neither SI(00) nor SI(06), and the flags Keep... only rise: property `guarantee`.
+    Bytes n + 32 and n + 33 are what `wire` says: property `bytes`. Those blocks leave Applied
+    alone, request neither SI(00) nor SI(06), and the flags Keep... only rise: `guarantee`.
     """
     yield from _base(library, block)
     last, least, before = (

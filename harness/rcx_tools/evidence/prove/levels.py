@@ -1,4 +1,4 @@
-"""SI(00) and SI(06) are levels: ON only with their pin, the link, and no hold (chapter 5, 2 and 3)."""
+"""SI(00) and SI(06): ON only with their pin, the link, and no hold (chapter 5, 2 and 3)."""
 
 from __future__ import annotations
 
