@@ -75,7 +75,8 @@ class Machine(Memory):
     Args:
         project: The checked sources.
         summaries: What stands for a call of a function instead of its body: takes the machine and
-            the arguments, gives the result. Each has to be proved of the body on its own.
+            the arguments, gives the result. Each has to be proved of the body on its own. Of a
+            block without VAR_IN_OUT it takes the instance, and gives its variables values.
 
     Attributes:
         now: The PLC's time in nanoseconds.
@@ -140,6 +141,9 @@ class Machine(Memory):
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
             standard.run(self, instance, block)
+            return
+        if block.upper() in self.summaries:
+            self.summaries[block.upper()](self, [instance])
             return
         pou = self.project.pous[block.upper()]
         frame = _Frame(pou)

@@ -10,5 +10,7 @@ ASSUMPTIONS = {
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
     "turn": "A job that keeps its turn from scan to scan has the ticket that is served"
     " (of the library: property tickets).",
+    "between": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words);"
+    " all other blocks are called between the two, and none of core/ is called.",
     "area": "m, n, Size and ImageSize are constant over a run; ImageSize is not above the array.",
 }

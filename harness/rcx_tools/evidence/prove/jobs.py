@@ -15,7 +15,15 @@ import z3
 from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.solve import PROVED, REFUTED, UNKNOWN, ask
-from rcx_tools.evidence.prove import interval, telegrams
+from rcx_tools.evidence.prove import (
+    guarantee,
+    handshake,
+    image,
+    interval,
+    levels,
+    restart,
+    telegrams,
+)
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
 from rcx_tools.evidence.prove.running import DIED
@@ -36,7 +44,15 @@ __all__ = [
 ]
 
 #: All of them, in the order of the page.
-PROPERTIES: tuple[Property, ...] = (*interval.PROPERTIES, *telegrams.PROPERTIES)
+PROPERTIES: tuple[Property, ...] = (
+    *interval.PROPERTIES,
+    *guarantee.PROPERTIES,
+    *image.PROPERTIES,
+    *levels.PROPERTIES,
+    *restart.PROPERTIES,
+    *handshake.PROPERTIES,
+    *telegrams.PROPERTIES,
+)
 
 #: Real time after which a goal that the solver does not give up itself is given up [s].
 _HANGS = 120

@@ -37,8 +37,16 @@ def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
     return reals.anything(machine.fresh("bits_real"), "REAL")
 
 
+def _scan_time(machine: Machine, arguments: list[Any]) -> None:
+    """FB_RcxScanTime may give any time: no proof leans on how long a scan takes."""
+    block = machine.project.pous["FB_RCXSCANTIME"].block
+    assert block is not None
+    machine.havoc(arguments[0], block)
+
+
 SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
     "FC_RCXREALBITS": _real_bits,
     "FC_RCXBITSREAL": _bits_real,
+    "FB_RCXSCANTIME": _scan_time,
 }
