@@ -14,7 +14,8 @@ from rcx_harness.engine.builtin.storage import address_slot, is_scalar, stored
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.paths import resolve
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
+from rcx_harness.engine.frontend.scalars import WIDTH
+from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, Type
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.prove import reals, values
 from rcx_harness.verify.prove.logic import UnsupportedError
@@ -42,11 +43,15 @@ class Input:
     name: str
     path: Path
     type: Type
+    initial: Any = None
 
     @property
     def searched(self) -> bool:
         """A stimulus can set it to any value that the solver chooses."""
-        return values.bits(self.type) > 0 or self.type == ElementaryType("BOOL")
+        if isinstance(self.type, EnumType):
+            return True
+        name = self.type.name if isinstance(self.type, ElementaryType) else ""
+        return name in ("BOOL", "TIME") or name in WIDTH
 
 
 @dataclass(frozen=True)
@@ -124,11 +129,12 @@ class Surroundings:
                     continue
                 if not isinstance(symbol.type, BlockType):
                     name = f"{instance}.{symbol.name}"
-                    yield Input(name, path_of(self.project, name)[0], symbol.type)
+                    yield Input(name, path_of(self.project, name)[0], symbol.type, symbol.initial)
         for symbol in self.project.global_symbols.values():
             key = symbol.address.upper() if symbol.address else symbol.name.upper()
             if not symbol.constant and key not in everywhere and is_scalar(symbol.type):
-                yield Input(symbol.name, path_of(self.project, symbol.name)[0], symbol.type)
+                place, _ = path_of(self.project, symbol.name)
+                yield Input(symbol.name, place, symbol.type, symbol.initial)
 
     # --- memory ---
 
@@ -175,7 +181,11 @@ class Surroundings:
         inputs: dict[str, Any] = {}
         for one in self.inputs:
             if one.searched:
-                inputs[one.name] = values.anything(one.type, f"{one.name}.{number}")
+                value = values.anything(one.type, f"{one.name}.{number}")
+                if one.type == ElementaryType("TIME") and not everything:  # as a file writes it
+                    whole = z3.BitVec(f"{one.name}.{number}", 32)
+                    value = z3.ZeroExt(values.TIME_BITS - 32, whole) * 1_000_000
+                inputs[one.name] = value
                 legal = values.legal(one.type, inputs[one.name])
                 machine.assume(legal)
                 machine[one.path] = inputs[one.name]
