@@ -14,7 +14,7 @@ from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.logic import Bool
 from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.summaries import EXACT
+from rcx_harness.verify.prove.summaries import EXACT, literals, one_of
 from rcx_harness.verify.prove.surroundings import Given, Surroundings
 
 __all__ = ["Run", "Search", "Step", "search"]
@@ -47,6 +47,19 @@ class Run:
     states: tuple[dict[Path, Any], ...]
 
 
+class _Machine(Machine):
+    """One whose loops are ended by a new solver each time: far faster on what is this large."""
+
+    def possible(self, condition: Bool) -> bool:
+        """Whether a condition can hold here, in a state that may be anything."""
+        if isinstance(condition, bool):
+            return condition
+        solver = z3.SolverFor("QF_AUFBVFP")
+        solver.set("timeout", 2000)
+        solver.add(*[guard for guard in self._guards if guard is not True], condition)
+        return bool(solver.check() != z3.unsat)
+
+
 class SearchEndedError(Exception):
     """The limit was reached before the search was through."""
 
@@ -59,6 +72,11 @@ class Search:
         project: The sources, with the programs that run.
         scan_us: The period of the scans; the first is at 0.
         around: Its surroundings, where they are known already.
+
+    Attributes:
+        given: What the surroundings do before each scan.
+        states: The memory after each scan.
+        names: What the names stand for that values of earlier scans got.
     """
 
     project: Project
@@ -66,14 +84,12 @@ class Search:
     around: Surroundings | None = None
     given: list[Given] = field(default_factory=list)
     states: list[dict[Path, Any]] = field(default_factory=list)
+    names: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.around = self.around or Surroundings(self.project)
-        self.machine = Machine(self.project, EXACT)
+        self.machine = _Machine(self.project, EXACT)
         self.around.start(self.machine)
-        self._solver = z3.SolverFor("QF_AUFBVFP")
-        self._solver.set("random_seed", 0)
-        self._assumed = 0
 
     @property
     def scans(self) -> int:
@@ -87,7 +103,26 @@ class Search:
         self.machine.now = number * self.scan_us * 1000
         self.given.append(self.around.give(self.machine, number))
         self.around.scan(self.machine, number)
+        self._name(number)
         self.states.append(self.machine.snapshot())
+
+    def _name(self, number: int) -> None:
+        """Give each value a name, so that the next scan's terms are no larger than this one's.
+
+        A duration that is one of a few literals stays so: functions are run on each of them.
+        """
+        memory: dict[Path, Any] = {}
+        for path, value in self.machine.snapshot().items():
+            if is_temporary(path):
+                continue
+            kind = self.machine.type_of(path)
+            if _is_number(kind) and not isinstance(value, (bool, int)) and value.num_args():
+                name = z3.Const(f"{'.'.join(map(str, path))}@{number}", value.sort())
+                self.names.append(name == value)
+                durations = literals(value) if kind == ElementaryType("TIME") else None
+                value = one_of(name, durations) if durations else name
+            memory[path] = value
+        self.machine.restore(memory)
 
     def find(self, broken: Bool, limit_s: float) -> Run | None:
         """A run in which something is so by now; None if there is none.
@@ -97,18 +132,14 @@ class Search:
         """
         if broken is False:
             return None
-        for one in self.machine.assumptions[self._assumed :]:
-            self._solver.add(one)
-        self._assumed = len(self.machine.assumptions)
-        self._solver.set("timeout", max(int(limit_s * 1000), 1))
-        self._solver.push()
-        self._solver.add(broken)
-        found = self._solver.check()
-        model = self._solver.model() if found == z3.sat else None
-        self._solver.pop()
+        # A new solver each time: what it does before it searches is worth more than what it knows.
+        solver = z3.SolverFor("QF_AUFBVFP")
+        solver.set("timeout", max(int(limit_s * 1000), 1))
+        solver.add(*self.machine.assumptions, *self.names, broken)
+        found = solver.check()
         if found == z3.unknown:
-            raise SearchEndedError(self._solver.reason_unknown())
-        return None if model is None else self._run(model)
+            raise SearchEndedError(solver.reason_unknown())
+        return self._run(solver.model()) if found == z3.sat else None
 
     def _run(self, model: Any) -> Run:
         assert self.around is not None
@@ -134,7 +165,7 @@ class Search:
         paths = [
             path
             for path in state
-            if not str(path[0]).startswith("#") and _is_number(self.machine.type_of(path))
+            if not is_temporary(path) and _is_number(self.machine.type_of(path))
         ]
         known = {path: state[path] for path in paths if isinstance(state[path], (bool, int))}
         open_ = [path for path in paths if path not in known]
@@ -178,6 +209,11 @@ def search(
         if found is not None or time.monotonic() > end:
             return found
     return None
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether it is a variable of a function, or a VAR_TEMP, of a call that is over."""
+    return str(path[0]).startswith("#")
 
 
 def _is_number(kind: Type) -> bool:

@@ -10,7 +10,7 @@ import z3
 from rcx_harness.verify.prove.machine import Machine
 from rcx_harness.verify.prove.values import TIME_BITS
 
-__all__ = ["ANY", "EXACT"]
+__all__ = ["ANY", "EXACT", "literals", "one_of"]
 
 _MILLISECONDS = "FC_RCXMILLISECONDS"
 #: It counts hours as long as there are fewer than 20 days, and then less than one more.
@@ -22,7 +22,7 @@ _MOST = 32
 def _each_duration(machine: Machine, arguments: list[Any]) -> Any:
     """The function itself, of each literal that its argument may be; else of any duration."""
     (given,) = arguments
-    literals = None if isinstance(given, int) else _literals(given)
+    literals = None if isinstance(given, int) else literals(given)
     if literals is None:
         return _body(machine, arguments)
     first, *rest = sorted(literals)
@@ -50,7 +50,7 @@ def _body(machine: Machine, arguments: list[Any]) -> Any:
         machine.summaries[_MILLISECONDS] = summary
 
 
-def _literals(term: Any) -> set[int] | None:
+def literals(term: Any) -> set[int] | None:
     """The numbers that a nest of choices ends in; None if something else is among them."""
     found: set[int] = set()
     seen: set[int] = set()
@@ -62,11 +62,23 @@ def _literals(term: Any) -> set[int] | None:
         seen.add(one.get_id())
         if z3.is_bv_value(one):
             found.add(one.as_signed_long())
+        elif z3.is_true(one) or z3.is_false(one):
+            found.add(int(z3.is_true(one)))
         elif z3.is_app_of(one, z3.Z3_OP_ITE):
             waiting += [one.arg(1), one.arg(2)]
         else:
             return None
     return found if len(found) <= _MOST else None
+
+
+def one_of(term: Any, numbers: set[int]) -> Any:
+    """A term that is one of these numbers, written as a choice among them."""
+    first, *rest = sorted(numbers)
+    result = z3.BitVecVal(first, term.size())
+    for number in rest:
+        literal = z3.BitVecVal(number, term.size())
+        result = z3.If(term == literal, literal, result)
+    return result
 
 
 #: The result is exactly that of the function's body.
