@@ -14,7 +14,8 @@ from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.logic import Bool
 from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.summaries import EXACT, literals, one_of
+from rcx_harness.verify.prove.program import ProgramMachine
+from rcx_harness.verify.prove.summaries import literals, one_of
 from rcx_harness.verify.prove.surroundings import Given, Surroundings
 
 __all__ = ["Run", "Search", "Step", "search"]
@@ -47,19 +48,6 @@ class Run:
     states: tuple[dict[Path, Any], ...]
 
 
-class _Machine(Machine):
-    """One whose loops are ended by a new solver each time: far faster on what is this large."""
-
-    def possible(self, condition: Bool) -> bool:
-        """Whether a condition can hold here, in a state that may be anything."""
-        if isinstance(condition, bool):
-            return condition
-        solver = z3.SolverFor("QF_AUFBVFP")
-        solver.set("timeout", 2000)
-        solver.add(*[guard for guard in self._guards if guard is not True], condition)
-        return bool(solver.check() != z3.unsat)
-
-
 class SearchEndedError(Exception):
     """The limit was reached before the search was through."""
 
@@ -72,6 +60,7 @@ class Search:
         project: The sources, with the programs that run.
         scan_us: The period of the scans; the first is at 0.
         around: Its surroundings, where they are known already.
+        library: The files of the library: then `machine.own` are the calls in all others.
 
     Attributes:
         given: What the surroundings do before each scan.
@@ -82,13 +71,14 @@ class Search:
     project: Project
     scan_us: int
     around: Surroundings | None = None
+    library: frozenset[str] = frozenset()
     given: list[Given] = field(default_factory=list)
     states: list[dict[Path, Any]] = field(default_factory=list)
     names: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.around = self.around or Surroundings(self.project)
-        self.machine = _Machine(self.project, EXACT)
+        self.machine = ProgramMachine(self.project, self.library)
         self.around.start(self.machine)
 
     @property

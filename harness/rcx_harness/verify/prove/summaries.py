@@ -22,10 +22,10 @@ _MOST = 32
 def _each_duration(machine: Machine, arguments: list[Any]) -> Any:
     """The function itself, of each literal that its argument may be; else of any duration."""
     (given,) = arguments
-    literals = None if isinstance(given, int) else literals(given)
-    if literals is None:
+    tried = None if isinstance(given, int) else literals(given)
+    if tried is None:
         return _body(machine, arguments)
-    first, *rest = sorted(literals)
+    first, *rest = sorted(tried)
     result = z3.BitVecVal(_body(machine, [first]), 32)
     for literal in rest:
         here = z3.BitVecVal(_body(machine, [literal]), 32)

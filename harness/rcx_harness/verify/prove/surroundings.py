@@ -20,9 +20,11 @@ from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.prove import reals, values
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.program import ProgramMachine
 from rcx_harness.verify.prove.tree import calls_of, written
 
 __all__ = ["Area", "Given", "Input", "Surroundings", "path_of"]
+
 
 @dataclass(frozen=True)
 class Area:
@@ -225,9 +227,10 @@ class Surroundings:
         else:
             raise UnsupportedError(f"{slot.path}: a {slot.kind} in the process image")
 
-    def scan(self, machine: Machine, number: int) -> None:
-        """Run the scan with this number; `calls` and `obligations` are then those of this scan."""
+    def scan(self, machine: ProgramMachine, number: int) -> None:
+        """Run the scan with this number; what a machine has noted is then of this scan."""
         machine.calls.clear()
+        machine.own.clear()
         machine.obligations.clear()
         for run in self.project.schedule:
             if number % run.every == 0:
@@ -264,4 +267,3 @@ def path_of(project: Project, name: str) -> tuple[Path, Type]:
     steps = tuple(step.upper() if isinstance(step, str) else step for step in found.steps)
     root = ("", found.root.upper()) if found.is_global else (found.root.upper(),)
     return (*root, *steps), found.type
-

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
 
 from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.types import ArrayType
 
-__all__ = ["calls_of", "root_of", "statements", "targets", "written"]
+__all__ = ["calls_of", "constants", "root_of", "statements", "targets", "written"]
+
+#: Parts of a statement or expression without numbers of the program.
+_NO_CODE = ("at", "type", "block", "symbol")
 
 
 def statements(body: Iterable[t.Statement]) -> Iterator[t.Statement]:
@@ -55,3 +62,30 @@ def written(pou: t.Pou) -> set[str]:
                 if symbol.address is not None:
                     found.add(symbol.address.upper())
     return found
+
+
+def constants(project: Project, files: Container[str]) -> set[int]:
+    """The whole numbers in the code of some files, bounds of arrays among them, and 1 less."""
+    found = {0, 1}
+    for pou in project.pous.values():
+        if pou.file not in files:
+            continue
+        for symbol in pou.symbols.values():
+            if isinstance(symbol.type, ArrayType):
+                found.update(bound for pair in symbol.type.bounds for bound in pair)
+            elif isinstance(symbol.initial, int):
+                found.add(int(symbol.initial))
+        waiting: list[Any] = [pou.body]
+        while waiting:
+            one = waiting.pop()
+            if isinstance(one, t.Constant):
+                if isinstance(one.value, int):
+                    found.add(int(one.value))
+            elif isinstance(one, tuple):
+                waiting += one
+            elif is_dataclass(one) and not isinstance(one, t.Symbol):
+                inner = [part.name for part in fields(one) if part.name not in _NO_CODE]
+                waiting += [getattr(one, name) for name in inner]
+            elif isinstance(one, int):
+                found.add(int(one))
+    return found | {number - 1 for number in found}
