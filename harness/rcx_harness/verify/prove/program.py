@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +13,7 @@ from rcx_harness.engine.builtin.storage import is_scalar
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.verify.prove import summaries, values
-from rcx_harness.verify.prove.logic import Bool, both
+from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both
 from rcx_harness.verify.prove.machine import Alternatives, Call, Machine, Path
 
 __all__ = ["ProgramMachine"]
@@ -28,6 +30,7 @@ class ProgramMachine(Machine):
 
     Attributes:
         own: The calls of blocks of the library in the user's own code; `calls` are all.
+        until: When it is given up (`time.monotonic`).
     """
 
     def __init__(
@@ -41,6 +44,7 @@ class ProgramMachine(Machine):
         super().__init__(project, summaries.EXACT if exact else summaries.ANY)
         self._library, self._outline = library, outline
         self.own: list[Call] = []
+        self.until = math.inf
 
     def possible(self, condition: Bool) -> bool:
         """Whether a condition can hold here, in a state that may be anything.
@@ -49,6 +53,8 @@ class ProgramMachine(Machine):
         """
         if isinstance(condition, bool):
             return condition
+        if time.monotonic() > self.until:
+            raise UnsupportedError("it takes longer than the limit")
         solver = z3.SolverFor("QF_AUFBVFP")
         solver.set("timeout", 2000)
         solver.add(*[guard for guard in self._guards if guard is not True], condition)

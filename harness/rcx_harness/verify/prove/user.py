@@ -150,23 +150,33 @@ class _Work:
             pou.file for pou in self.project.pous.values() if pou.file not in own
         )
         self._spent: dict[Key, float] = {}
+        self._searches: dict[int, Search] = {}
 
     def results(self) -> list[Result]:
         inner = self._inner()
-        try:
-            if any(run.every > 1 for run in self.project.schedule):
-                raise UnsupportedError("programs of several intervals")
-            self._induction(outline=True)
-            if self.open:
-                self._induction(outline=False)
-        except UnsupportedError as error:
-            for key in self.watch.always:
-                self.open.setdefault(key, self._named(key))
-            self._note(f"not translated: {error}")
-        if self.open:
-            self._search()
+        for key in self.watch.always:
+            self.open[key] = self._named(key)
+        several = any(run.every > 1 for run in self.project.schedule)
+        if several:
+            self._note("programs of several intervals are only searched for runs that break it")
+        else:
+            self._try(lambda: self._induction(outline=True))
+        short, long = self.settings.scan_us, max(self.settings.scan_us, _LONG_US)
+        self._try(lambda: self._search(short, _FIRST, 0.3))
+        if not several:
+            self._try(lambda: self._induction(outline=False))
+        self._try(lambda: self._search(long, _SCANS, 0.7))
+        self._try(lambda: self._search(short, _SCANS, 1))
         every = {**self.done, **self.open}
         return [inner, *(every[key] for key in sorted(every))]
+
+    def _try(self, way: Callable[[], None]) -> None:
+        """One way to decide what is open yet."""
+        try:
+            if self.open:
+                way()
+        except UnsupportedError as error:
+            self._note(f"not decided: {error}")
 
     # --- what the source says ---
 
@@ -194,7 +204,7 @@ class _Work:
         needed = any(
             self.open[key] and step.broken.get(key, False) is not False for key in self.open
         )
-        limit = self.settings.limit_s
+        limit = self.settings.limit_s / 4
         held: list[Candidate] = []
         if needed:
             memories = (step.machine, step.before, step.after)
@@ -204,6 +214,7 @@ class _Work:
 
     def _any_scan(self, *, outline: bool) -> _Step:
         machine = ProgramMachine(self.project, self.library, exact=False, outline=outline)
+        machine.until = time.monotonic() + self.settings.limit_s / 2
         machine.now = z3.BitVec("now", TIME_BITS)
         machine.assume(z3.And(machine.now >= 0, machine.now < 1 << 62))
         self.around.anything(machine)
@@ -254,26 +265,14 @@ class _Work:
 
     # --- search ---
 
-    def _search(self) -> None:
-        """At the period asked for, then with longer scans, then on at that period."""
-        short, long = self.settings.scan_us, max(self.settings.scan_us, _LONG_US)
-        searches: dict[int, Search] = {}
-        for scan_us, scans, share in (
-            (short, _FIRST, 0.3),
-            (long, _SCANS, 0.7),
-            (short, _SCANS, 1),
-        ):
-            end = time.monotonic() + share * max(map(self._left, self.open), default=0.0)
-            going = searches.setdefault(
-                scan_us, Search(self.project, scan_us, self.around, self.library)
-            )
-            try:
-                self._deeper(going, scans, end)
-            except UnsupportedError as error:
-                self._note(f"not translated: {error}")
-                return
-            if not self.open:
-                return
+    def _search(self, scan_us: int, scans: int, share: float) -> None:
+        """Look for runs of so many scans, in a share of the time that is left."""
+        end = time.monotonic() + share * max(map(self._left, self.open))
+        going = self._searches.pop(scan_us, None)
+        going = going or Search(self.project, scan_us, self.around, self.library)
+        going.machine.until = end
+        self._deeper(going, scans, end)
+        self._searches[scan_us] = going
 
     def _left(self, key: Key) -> float:
         return self.settings.limit_s - self._spent.get(key, 0.0)
