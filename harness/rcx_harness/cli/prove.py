@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["prove"]
 
+#: Columns where it is no terminal that is printed to.
+_WIDE = 200
 #: How every file that this command has written begins.
 _BEGINNING = '{"inputs": '
 
@@ -101,7 +103,10 @@ def _print(results: list[Result], inputs: list[str]) -> None:
     for one in results:
         status = f"[{colours[one.status]}]{one.status}[/]"
         table.add_row(status, f"{one.seconds:.1f}", _escaped(one.at), _escaped(one.says))
-    Console(soft_wrap=True).print(table)
+    console = Console()
+    if not console.is_terminal:
+        console.width = _WIDE
+    console.print(table)
     for one in results:
         if one.status != "proved":
             print(f"{one.status}: {one.name}: {one.note}")

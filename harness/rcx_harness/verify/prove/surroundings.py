@@ -125,7 +125,8 @@ class Surroundings:
             pou = self.project.pous[block.name.upper()]
             for symbol in pou.symbols.values():
                 own = symbol.section in ("VAR", "VAR_INPUT") and not symbol.constant
-                if not own or symbol.name.upper() in self.writes[pou.name.upper()]:
+                key = symbol.name.upper()
+                if not own or key == "OUTPUTAREA" or key in self.writes[pou.name.upper()]:
                     continue
                 if symbol.address is not None and symbol.address.upper() in everywhere:
                     continue

@@ -38,7 +38,7 @@ _FIRST = 6
 _SHOWN = 8
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
-_CLOCK = "The clock never runs backwards, and counts less than 2^62 ns."
+_CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME has 64 bits."
 _COUNT = "FC_RcxMilliseconds gives 0 to 481 h, in ms (make prove)."
 _LIBRARY = (
     "A call of the library's blocks may do anything to its instance, its Robot and its Image."
@@ -358,7 +358,7 @@ class _Work:
 def _state(model: Any, broken: Bool) -> str:
     """The values that matter: those that the condition is about."""
     found: dict[str, Any] = {}
-    waiting, seen = [broken], set()
+    waiting, seen = [] if isinstance(broken, bool) else [broken], set()
     while waiting and len(found) < _SHOWN:
         one = waiting.pop(0)
         if one.get_id() in seen:
