@@ -11,15 +11,38 @@ from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import check_size
 
-__all__ = ["ArrayImage", "Image", "LocatedImage", "find_image"]
+__all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image"]
 
 _INPUT, _OUTPUT = "InputArea", "OutputArea"
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
 _BYTES = {"X": 0, "": 0, "B": 1, "W": 2, "D": 4, "L": 8}
 
 
+class Slot(NamedTuple):
+    """A variable in an area: its path and type, and where its first byte is in the area."""
+
+    path: str
+    kind: str
+    start: int
+    bit: int
+    width: int
+    """Bytes; 0 for a single bit."""
+
+
 class Image(Protocol):
     """The robot's two areas in the program's process image."""
+
+    @property
+    def slots(self) -> list[Slot]:
+        """The variables that the area from the robot is put into."""
+
+    @property
+    def bridged(self) -> bool:
+        """Without a connection the area is 0, and a life word says so."""
+
+    @property
+    def life_path(self) -> str:
+        """The variable with that life word, if there is one."""
 
     def put(self, area: bytes, connected: bool = True) -> None:
         """Write the area that came from the robot, at offset m; is it `connected`?"""
@@ -97,6 +120,8 @@ def _check_end(name: str, offset: int, size: int, have: int, where: str) -> None
 class ArrayImage:
     """`InputArea` and `OutputArea` of a program."""
 
+    bridged, life_path = False, ""
+
     def __init__(
         self, program: Program, source: str, target: str, *, size: int, m: int, n: int
     ) -> None:
@@ -109,6 +134,19 @@ class ArrayImage:
             if offset % 2 and _is_words(kind):
                 raise InputError(f"{name} = {offset} is odd, but {path} is an array of WORD")
 
+    @property
+    def slots(self) -> list[Slot]:
+        """The elements of the array."""
+        kind = self._program.type_of(self._source)
+        assert isinstance(kind, ArrayType)
+        width, low = 2 if _is_words(kind) else 1, kind.bounds[0][0]
+        first = low + self._m // width
+        name = getattr(kind.element, "name", "")
+        return [
+            Slot(f"{self._source}[{first + k}]", name, k * width, 0, width)
+            for k in range(self._size // width)
+        ]
+
     def put(self, area: bytes, connected: bool = True) -> None:
         """Write the area that came from the robot; what lies beside it stays."""
         self._program.write_bytes(self._source, area, self._m)
@@ -120,15 +158,6 @@ class ArrayImage:
 
 def _is_words(kind: Type) -> bool:
     return isinstance(kind, ArrayType) and getattr(kind.element, "name", "") == "WORD"
-
-
-class _Slot(NamedTuple):
-    path: str
-    kind: str
-    start: int
-    bit: int
-    width: int
-    """Bytes; 0 for a single bit."""
 
 
 class LocatedImage:
@@ -153,21 +182,21 @@ class LocatedImage:
                 hint=f"leave {size} bytes between them",
             )
         self._program, self._size = program, size
-        self._inputs = _within(memory["M" if shared or bridged else "I"], "m", m, size)
+        self.slots = _within(memory["M" if shared or bridged else "I"], "m", m, size)
         self._outputs = _within(memory["M" if shared else "Q"], "n", n, size)
         _check_overlap(self._outputs)
-        self._bridged = bridged
+        self.bridged = bridged
         behind = [slot.path for slot in memory["M"] if (slot.start, slot.width) == (m + size, 2)]
-        self._life_path = behind[0] if bridged and behind else ""
+        self.life_path = behind[0] if bridged and behind else ""
 
     def put(self, area: bytes, connected: bool = True) -> None:
         """Write the area that came from the robot to the inputs."""
-        if self._bridged and not connected:
+        if self.bridged and not connected:
             area = bytes(self._size)
-        if self._life_path:
-            life = int(self._program.read(self._life_path)) % 0xFFFF + 1
-            self._program.write(self._life_path, life if connected else 0)
-        for slot in self._inputs:
+        if self.life_path:
+            life = int(self._program.read(self.life_path)) % 0xFFFF + 1
+            self._program.write(self.life_path, life if connected else 0)
+        for slot in self.slots:
             self._program.write(slot.path, _value(slot, area))
 
     def get(self) -> bytes:
@@ -184,7 +213,7 @@ class LocatedImage:
         return bytes(area)
 
 
-def _slot(item: Located) -> tuple[str, _Slot]:
+def _slot(item: Located) -> tuple[str, Slot]:
     match = _ADDRESS.fullmatch(item.address)
     if match is None:
         raise InputError(
@@ -196,10 +225,10 @@ def _slot(item: Located) -> tuple[str, _Slot]:
     index, bit = int(match[3]), int(match[4] or 0)
     if width == 0 and bit > 7:
         raise InputError(f"{item.path} is at {item.address}; a byte has bits 0 to 7")
-    return match[1].upper(), _Slot(item.path, kind, index * max(width, 1), bit, width)
+    return match[1].upper(), Slot(item.path, kind, index * max(width, 1), bit, width)
 
 
-def _within(slots: list[_Slot], name: str, offset: int, size: int) -> list[_Slot]:
+def _within(slots: list[Slot], name: str, offset: int, size: int) -> list[Slot]:
     """The variables that lie in the area, their starts counted from its first byte."""
     inside = [
         slot._replace(start=slot.start - offset)
@@ -215,7 +244,7 @@ def _within(slots: list[_Slot], name: str, offset: int, size: int) -> list[_Slot
     return inside
 
 
-def _check_overlap(slots: list[_Slot]) -> None:
+def _check_overlap(slots: list[Slot]) -> None:
     taken: dict[tuple[int, int], str] = {}
     for slot in slots:
         bits = [(slot.start, slot.bit)] if slot.width == 0 else _bits(slot)
@@ -225,11 +254,11 @@ def _check_overlap(slots: list[_Slot]) -> None:
                 raise InputError(f"{slot.path} and {other} overlap in the area to the robot")
 
 
-def _bits(slot: _Slot) -> list[tuple[int, int]]:
+def _bits(slot: Slot) -> list[tuple[int, int]]:
     return [(slot.start + k, bit) for k in range(slot.width) for bit in range(8)]
 
 
-def _value(slot: _Slot, area: bytes) -> object:
+def _value(slot: Slot, area: bytes) -> object:
     if slot.width == 0:
         return bool(area[slot.start] >> slot.bit & 1)
     raw = area[slot.start : slot.start + slot.width]

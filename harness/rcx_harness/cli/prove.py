@@ -1,0 +1,124 @@
+"""`rcx prove`: what holds of a program in every run, and runs that break what does not."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from rcx_harness.cell.build import source_files
+from rcx_harness.cli.options import Lib, Sources, counted, duration_us
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+
+if TYPE_CHECKING:
+    from rcx_harness.verify.prove.user import Result
+
+__all__ = ["prove"]
+
+#: Columns where it is no terminal that is printed to.
+_WIDE = 200
+#: How every file that this command has written begins.
+_BEGINNING = '{"inputs": '
+
+
+def prove(
+    files: Sources,
+    lib: Lib = None,
+    limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
+    scan: Annotated[
+        str, typer.Option(help="Period of the PLC in the runs that are found.")
+    ] = "10ms",
+    out: Annotated[
+        Path, typer.Option(help="Folder for the stimulus files and charts of these runs.")
+    ] = Path("out/prove"),
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write what was found out (JSON).")
+    ] = None,
+) -> None:
+    """Prove a program: in every run, with every answer of the robot and every input.
+
+    Exit code: 0 if all is proved, 1 if anything is refuted or unknown, 2 on bad input.
+    """
+    limit_us, scan_us = duration_us("--limit", limit), duration_us("--scan", scan)
+    for option, value in (("--limit", limit_us), ("--scan", scan_us)):
+        if not value:
+            raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
+    _check_json(json_file, files, lib)
+    try:
+        from rcx_harness.verify.prove.user import Settings
+        from rcx_harness.verify.prove.user import prove as prove_program
+    except ModuleNotFoundError as error:
+        if error.name != "z3":
+            raise
+        hint = "pip install 'rcx-harness[prove]'"
+        raise InputError("rcx prove needs the solver z3", hint=hint) from None
+    console = Console(stderr=True)
+    with console.status("reading ...") as status:
+
+        def tell(text: str) -> None:
+            status.update(text)
+            if not console.is_terminal:
+                print(text, file=sys.stderr, flush=True)
+
+        settings = Settings(scan_us, limit_us / 1e6, out, lib, tell)
+        results, inputs = prove_program(files, settings)
+    _print(results, inputs)
+    if json_file is not None:
+        rows = json.dumps([asdict(one) for one in results], indent=1)
+        text = f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n'
+        replace_files({json_file: text.encode()})
+        print(f"written: {json_file}")
+    if any(one.status != "proved" for one in results):
+        raise typer.Exit(1)
+
+
+def _check_json(file: Path | None, files: list[Path], lib: Path | None) -> None:
+    """Nothing of the user's is written over."""
+    if file is None or not file.exists():
+        return
+    read = {one.resolve() for one in source_files(list(files), lib).all}
+    if (
+        file.is_dir()
+        or file.resolve() in read
+        or file.read_bytes()[:11] not in (b"", _BEGINNING.encode())
+    ):
+        raise InputError(
+            "is there already, and is not what this command writes; nothing was written",
+            file=file,
+            hint="name another file, or remove this one",
+        )
+
+
+def _print(results: list[Result], inputs: list[str]) -> None:
+    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}, and the robot")
+    table = Table("status", "s", "where", "what", box=None, pad_edge=False)
+    colours = {"proved": "green", "refuted": "red", "unknown": "yellow"}
+    for one in results:
+        status = f"[{colours[one.status]}]{one.status}[/]"
+        table.add_row(status, f"{one.seconds:.1f}", _escaped(one.at), _escaped(one.says))
+    console = Console()
+    if not console.is_terminal:
+        console.width = _WIDE
+    console.print(table)
+    for one in results:
+        if one.status != "proved":
+            print(f"{one.status}: {one.name}: {one.note}")
+            if one.command:
+                print(f"  {one.command}")
+    count = {status: sum(one.status == status for one in results) for status in colours}
+    print(
+        f"{counted(len(results), 'property').replace('propertys', 'properties')}: "
+        + ", ".join(f"{number} {status}" for status, number in count.items())
+        + ("; unknown is not proved" if count["unknown"] else "")
+    )
+
+
+def _escaped(text: str) -> str:
+    return text.replace("[", r"\[")

@@ -1,0 +1,164 @@
+"""A found run as a stimulus file, and the same run on the built-in engine: what comes of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell.cell import Cell
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.engine.frontend.values import scalar_to_python
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, EnumType, StructType
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.robot import RobotConfig, Violation
+from rcx_harness.trace.chart import Timeline
+from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.verify.prove.machine import Path as Place
+from rcx_harness.verify.prove.search import Run
+from rcx_harness.verify.prove.surroundings import Surroundings, path_of
+
+__all__ = ["Replayed", "replay", "stimulus_text"]
+
+
+def stimulus_text(run: Run, around: Surroundings, about: str = "") -> str:
+    """The stimulus file of a run: what changes, when it changes."""
+    lines = [f"# {line}" for line in about.splitlines()]
+    before: dict[int, tuple[bytes, bool]] = {}
+    values = {one.name: one.initial for one in around.inputs}
+    kinds = {one.name: one.type for one in around.inputs}
+    for step in run.steps:
+        changed = {name: value for name, value in step.inputs.items() if values[name] != value}
+        values |= changed
+        given = {one: area for one, area in step.areas.items() if before.get(one) != area}
+        before |= given
+        keys: list[list[str]] = [[] for _ in around.areas]
+        if changed:
+            pairs = [f'"{name}" = {_toml(value, kinds[name])}' for name, value in changed.items()]
+            keys[0].append(f"set = {{ {', '.join(pairs)} }}")
+        for controller, (content, connected) in given.items():
+            entry = keys[controller - 1]
+            entry.append(f'area = "{_hex(content)}"')
+            entry += [] if connected else ["connected = false"]
+            entry += [f"controller = {controller}"] if controller > 1 else []
+        for entry in filter(None, keys):
+            lines += ["", "[[at]]", f'time = "{_time(step.t_us)}"', *entry]
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _time(t_us: int) -> str:
+    return f"{t_us}us" if t_us % 1000 else f"{t_us // 1000}ms"
+
+
+def _hex(content: bytes) -> str:
+    """In words of the area; what is 0 to the end is left out."""
+    used = max((k + 1 for k, byte in enumerate(content) if byte), default=1)
+    return content[: used + used % 2].hex(" ", 2)
+
+
+def _toml(value: Any, kind: Any) -> str:
+    if kind == ElementaryType("TIME"):
+        return f'"{value // 1000}us"'
+    if isinstance(kind, EnumType):
+        return json.dumps(kind.members[value])
+    return str(value).lower()
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of a run on the built-in engine.
+
+    Attributes:
+        scans: How many scans ran to their end.
+        error: What stopped the program, if something did.
+        differences: Where a variable has not the value that the run says; empty where they agree.
+        violations: The rules that were broken.
+    """
+
+    scans: int
+    error: InputError | None
+    differences: tuple[str, ...]
+    violations: tuple[Violation, ...]
+
+
+def replay(
+    run: Run,
+    around: Surroundings,
+    files: list[Path],
+    stimulus: Path,
+    *,
+    about: str = "",
+    lib: Path | None = None,
+    chart: Path | None = None,
+    see: Callable[[Cell, int], None] | None = None,
+) -> Replayed:
+    """Write the stimulus file of a run, and run it in a cell on the built-in engine.
+
+    Args:
+        run: The run.
+        around: The surroundings of the program that it is of.
+        files: The program's files.
+        stimulus: Where the stimulus file goes.
+        about: Comment at the beginning of that file.
+        lib: Folder of the library.
+        chart: Where its timing chart (SVG) goes.
+        see: Is called after each scan, with the cell and the number of the scan.
+    """
+    replace_files({stimulus: stimulus_text(run, around, about).encode()})
+    differences: list[str] = []
+    error = None
+    timeline = Timeline()
+    with cell_of(run, around, files, lib) as cell:
+        cell.trace.listen(timeline.take)
+        Stimulus.load(stimulus).schedule(cell)
+        compared = _compared(cell, around)
+        for number, state in enumerate(run.states):
+            try:
+                cell.scan()
+            except InputError as found:
+                error = found
+                break
+            differences += _differences(cell, number, state, compared)
+            if see is not None:
+                see(cell, number)
+        if chart is not None:
+            replace_files({chart: svg_chart(timeline, stimulus.name).encode()})
+        return Replayed(cell.scans, error, tuple(differences), tuple(cell.violations))
+
+
+def cell_of(run: Run, around: Surroundings, files: list[Path], lib: Path | None) -> Cell:
+    """A cell as the run's stimulus wants it."""
+    return Cell.build(
+        files,
+        lib=lib,
+        engine="builtin",
+        scan=run.scan_us,
+        robot=[RobotConfig(size=area.size) for area in around.areas],
+        m=[area.m for area in around.areas],
+        n=[area.n for area in around.areas],
+    )
+
+
+def _compared(cell: Cell, around: Surroundings) -> dict[str, Place]:
+    """All scalars of the program with their places in a machine."""
+    return {
+        name: path_of(around.project, name)[0]
+        for name, kind in cell.program.walk()
+        if not isinstance(kind, (ArrayType, BlockType, StructType))
+    }
+
+
+def _differences(
+    cell: Cell, number: int, state: Mapping[Place, Any], compared: Mapping[str, Place]
+) -> list[str]:
+    found = []
+    for name, place in compared.items():
+        if place not in state:
+            continue
+        has, says = cell.program.read(name), state[place]
+        if has != (wanted := scalar_to_python(cell.program.type_of(name), says)):
+            found.append(f"scan {number}: {name} is {has}, not {wanted}")
+    return found

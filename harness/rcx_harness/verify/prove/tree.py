@@ -1,0 +1,91 @@
+"""Looks into the checked tree: all statements of a body, and what they write."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.types import ArrayType
+
+__all__ = ["calls_of", "constants", "root_of", "statements", "targets", "written"]
+
+#: Parts of a statement or expression without numbers of the program.
+_NO_CODE = ("at", "type", "block", "symbol")
+
+
+def statements(body: Iterable[t.Statement]) -> Iterator[t.Statement]:
+    """All of them, those inside others too, in the order of the source."""
+    for one in body:
+        yield one
+        if isinstance(one, (t.If, t.Case)):
+            for _, inner in one.branches:
+                yield from statements(inner)
+            yield from statements(one.otherwise)
+        elif isinstance(one, (t.For, t.While, t.Repeat)):
+            yield from statements(one.body)
+
+
+def calls_of(body: Iterable[t.Statement]) -> Iterator[t.CallBlock]:
+    """The calls of blocks in a body."""
+    return (one for one in statements(body) if isinstance(one, t.CallBlock))
+
+
+def targets(one: t.Statement) -> Iterator[t.Variable]:
+    """The variables that a statement itself may write."""
+    if isinstance(one, t.Assign):
+        yield one.target
+    elif isinstance(one, t.For):
+        yield one.counter
+    elif isinstance(one, t.CallBlock):
+        for _, variable in (*one.in_outs, *one.outputs):
+            yield variable
+
+
+def root_of(variable: t.Expression) -> t.Symbol | None:
+    """The declared variable that an access begins with."""
+    while isinstance(variable, (t.Member, t.Index)):
+        variable = variable.base
+    return variable.symbol if isinstance(variable, t.Use) else None
+
+
+def written(pou: t.Pou) -> set[str]:
+    """Names and addresses, in upper case, of the variables that a POU's body may write."""
+    found = set()
+    for one in statements(pou.body):
+        for variable in targets(one):
+            symbol = root_of(variable)
+            if symbol is not None:
+                found.add(symbol.name.upper())
+                if symbol.address is not None:
+                    found.add(symbol.address.upper())
+    return found
+
+
+def constants(project: Project, files: Container[str]) -> set[int]:
+    """The whole numbers in the code of some files, bounds of arrays among them, and 1 less."""
+    found = {0, 1}
+    for pou in project.pous.values():
+        if pou.file not in files:
+            continue
+        for symbol in pou.symbols.values():
+            if isinstance(symbol.type, ArrayType):
+                found.update(bound for pair in symbol.type.bounds for bound in pair)
+            elif isinstance(symbol.initial, int):
+                found.add(int(symbol.initial))
+        waiting: list[Any] = [pou.body]
+        while waiting:
+            one = waiting.pop()
+            if isinstance(one, t.Constant):
+                if isinstance(one.value, int):
+                    found.add(int(one.value))
+            elif isinstance(one, tuple):
+                waiting += one
+            elif is_dataclass(one) and not isinstance(one, t.Symbol):
+                inner = [part.name for part in fields(one) if part.name not in _NO_CODE]
+                waiting += [getattr(one, name) for name in inner]
+            elif isinstance(one, int):
+                found.add(int(one))
+    return found | {number - 1 for number in found}

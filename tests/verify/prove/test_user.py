@@ -1,0 +1,150 @@
+"""A user's program: what is proved of it, and runs that break the rest, replayed on the engine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness import InputError
+from rcx_harness.verify.prove.user import Result, Settings, prove
+
+HEAD = """PROGRAM Cell
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected, Start, Other : BOOL;
+    Robot     : RCX_REF;
+    ReadArea  : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    Servo     : FB_ServoOn;
+    Gripper, Conveyor : BOOL;
+    Stage, Given : INT;
+    Table     : ARRAY [0..3] OF INT;
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+"""
+TAIL = """
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+def proved(folder: Path, body: str, limit_s: float = 20.0) -> dict[str, Result]:
+    file = folder / "Cell.st"
+    file.write_text(HEAD + body + TAIL)
+    results, _ = prove([file], Settings(limit_s=limit_s, out=folder / "out"))
+    return {one.name: one for one in results}
+
+
+def statuses(found: dict[str, Result]) -> dict[str, str]:
+    return {name: one.status for name, one in found.items()}
+
+
+def test_an_interlock_and_its_bounds_are_proved(tmp_path: Path) -> None:
+    """The stage counts 0, 1, 2, 0; the gripper and the conveyor belong to different stages."""
+    body = (
+        "  Servo(Robot := Robot, Execute := Start);\n"
+        "  IF Servo.Done THEN Stage := Stage + 1; END_IF;\n"
+        "  IF Stage > 2 THEN Stage := 0; END_IF;\n"
+        "  Gripper := Stage = 1; Conveyor := Stage = 2;\n"
+        "  Table[Stage] := 1;\n"
+        "  (* prove: NOT (Gripper AND Conveyor) *)"
+    )
+    found = proved(tmp_path, body)
+    assert set(statuses(found).values()) == {"proved"}
+    assert found["assert Cell.st:19"].says == "NOT (Gripper AND Conveyor)"
+    assert "index Cell.st:18" in found
+
+
+def test_an_invariant_is_found_where_one_scan_alone_does_not_do(tmp_path: Path) -> None:
+    """Both begin FALSE, and each rises only while the other is FALSE."""
+    body = (
+        "  Servo(Robot := Robot, Execute := Start);\n"
+        "  IF Start AND NOT Conveyor THEN Gripper := TRUE; END_IF;\n"
+        "  IF Other AND NOT Gripper THEN Conveyor := TRUE; END_IF;\n"
+        "  (* prove: NOT (Gripper AND Conveyor) *)"
+    )
+    assert set(statuses(proved(tmp_path, body)).values()) == {"proved"}
+
+
+def test_calls_that_break_the_rules_are_refuted_by_runs(tmp_path: Path) -> None:
+    body = (
+        "  IF Start THEN Servo(Robot := Robot, Execute := Start); END_IF;\n"
+        "  IF Other THEN Servo(Robot := Robot, Execute := Start); END_IF;\n"
+    )
+    found = proved(tmp_path, body)
+    assert statuses(found) == {"inner": "proved", "once": "refuted", "steady": "refuted"}
+    assert found["once"].note == "after 1 scans of 10 ms"
+    text = Path(found["once"].stimulus).read_text()
+    assert '"Main.Start" = true' in text
+    assert '"Main.Other" = true' in text
+    assert Path(found["steady"].stimulus).with_suffix(".svg").exists()
+    assert "--for 20ms --engine builtin --stimulus" in found["steady"].command
+
+
+def test_what_stops_the_program_is_refuted_and_named_with_its_line(tmp_path: Path) -> None:
+    """`Given` is written by nobody, so that it may be anything."""
+    body = (
+        "  Servo(Robot := Robot, Execute := Start);\n"
+        "  Stage := 10 / Given;\n"
+        "  IF Other THEN Table[Given] := 1; END_IF;\n"
+        "  // prove: Given < 7\n"
+    )
+    found = proved(tmp_path, body)
+    wrong = [name for name, one in found.items() if one.status == "refuted"]
+    assert wrong == ["assert Cell.st:17", "division Cell.st:15", "index Cell.st:16"]
+    assert found["index Cell.st:16"].at.endswith("Cell.st:16")
+
+
+def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path: Path) -> None:
+    """The servos are reported ON by SO(02), bit 2 of byte 32, after two scans without.
+
+    Source: manual chapter 5, 2.
+    """
+    body = (
+        "  Servo(Robot := Robot, Execute := Start);\n"
+        "  IF Robot.SO.SO02_ServoOn AND Gripper THEN Conveyor := TRUE; END_IF;\n"
+        "  Gripper := Robot.Connected AND NOT Robot.SO.SO02_ServoOn;\n"
+        "  (* prove: NOT Conveyor *)"
+    )
+    found = proved(tmp_path, body)["assert Cell.st:17"]
+    assert (found.status, found.note) == ("refuted", "after 2 scans of 10 ms")
+    areas = [one for one in Path(found.stimulus).read_text().splitlines() if one[:4] == "area"]
+    last = bytes.fromhex(areas[-1].split('"')[1])
+    assert last[32] & 0b100
+
+
+def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:
+    body = "  Robot.Status := WORD#16#0200;\n  Robot.Inner.InScan := FALSE;\n"
+    found = proved(tmp_path, body, limit_s=0.001)["inner"]
+    assert found.status == "refuted"
+    assert [part.rpartition("/")[2] for part in found.note.split("; ")] == [
+        "Cell.st:14: Robot",
+        "Cell.st:15: Robot",
+    ]
+
+
+def test_what_cannot_be_decided_is_unknown_with_a_state(tmp_path: Path) -> None:
+    """It takes 20000 scans to break it: no run that long is looked for."""
+    body = (
+        "  Servo(Robot := Robot, Execute := Start);\n"
+        "  Stage := Stage + 1; IF Stage > 20000 THEN Stage := -20000; END_IF;\n"
+        "  (* prove: Stage <> 19999 *)"
+    )
+    found = proved(tmp_path, body, limit_s=0.5)["assert Cell.st:16"]
+    assert found.status == "unknown"
+    assert "from a state that no run may come to: MAIN.STAGE = 19998" in found.note
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("  (* prove: *)", "Cell.st:14: the assertion is empty"),
+        ("  (* prove: Grippr *)", "Cell.st:14: in the assertion: "),
+        ("  Stage := TRUE;", "Cell.st:14:"),
+    ],
+)
+def test_what_is_wrong_is_told_of_the_users_file(tmp_path: Path, body: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        proved(tmp_path, body)
+    assert f"{tmp_path}/{message}" in str(caught.value)
