@@ -124,7 +124,8 @@ class _Scan:
             assert block is not None
             machine.havoc(path, block)
         machine.havoc(ROBOT, library.pou("FB_REMOTECOMMAND").symbols["ROBOT"].type)
-        machine[(*_READ, "CONNECTED")] = True
+        connected: Path = (*_READ, "CONNECTED")
+        machine[connected] = True
         self.before = machine.snapshot()
         inner = (*ROBOT, "INNER")
         places = model.Places(machine, (*inner, "COMMAND"), ((*_HOLDER, "JOB"),) if holder else ())
