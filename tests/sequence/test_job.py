@@ -257,6 +257,19 @@ def test_a_ticket_is_shown_before_it_is_passed_on(answer: int) -> None:
     assert job["Channel.Serving"] == 1
 
 
+@pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
+def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
+    """As by a FB_WriteArea that the block has moved behind: it was not seen before it."""
+    job = _job()
+    assert job["Block.Active"] is True
+    job["Channel.NextTicket"] = 2
+    job[f"Channel.{field}"] = value
+    job.scan(10)
+    assert job["Block.ErrorID"] == 0x8013
+    assert job["Block.Active"] is job["Block.Request"] is False
+    assert job["Channel.Serving"] == (1 if field == "Serving" else 0)
+
+
 def test_a_limit_of_one_millisecond_is_a_limit() -> None:
     """Source: head of FB_RcxJob: 0 alone is none."""
     job = _job(Longest=1, Elapsed=1)

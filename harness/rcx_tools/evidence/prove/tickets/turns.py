@@ -189,6 +189,17 @@ def _once(library: Library, part: str) -> Iterator[Goal]:
             f"{part}: two jobs are never both active",
             z3.Not(z3.And(*both, one.active, two.active)),
         )
+        yield Goal(
+            f"{part}: in whatever order, one that is active has the ticket that is served",
+            tuple(step.machine.assumptions),
+            z3.Implies(
+                z3.And(
+                    one.active, z3.Or(step.before.jobs[0].busy, z3.Not(step.before.jobs[0].active))
+                ),
+                z3.And(one.busy, one.mine == where.serving),
+            ),
+            shown(step),
+        )
         yield step.goal(
             f"{part}: a request is made in the own turn only",
             z3.Implies(
