@@ -23,6 +23,7 @@ from rcx_tools.evidence.prove import (
     levels,
     restart,
     telegrams,
+    tickets,
 )
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
@@ -51,6 +52,7 @@ PROPERTIES: tuple[Property, ...] = (
     *levels.PROPERTIES,
     *restart.PROPERTIES,
     *handshake.PROPERTIES,
+    *tickets.PROPERTIES,
     *telegrams.PROPERTIES,
 )
 
