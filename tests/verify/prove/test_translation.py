@@ -113,17 +113,20 @@ def test_real_arithmetic_is_rounded_as_on_the_engine(tmp_path: Path, kind: str) 
 @pytest.mark.parametrize("kind", [*_NUMBERS, *_BITS])
 def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
     """A REAL out of range is left open: a conversion that must not happen."""
-    others = [name for name in ("SINT", "UINT", "DINT", "ULINT", "WORD", "LWORD") if name != kind]
-    variables = "VAR_INPUT A : {0}; R : REAL; L : LREAL; F : BOOL; END_VAR\nVAR {1} END_VAR".format(
-        kind, " ".join(f"To_{name} : {name}; Of_{name} : {kind};" for name in others)
-    )
-    variables += f"\nVAR As_REAL : REAL; As_LREAL : LREAL; As_BOOL : BOOL; Near : {kind}; END_VAR"
+    others = [one for one in ("SINT", "UINT", "DINT", "ULINT", "WORD", "LWORD") if one != kind]
+    both_ways = " ".join(f"To_{name} : {name}; Of_{name} : {kind};" for name in others)
+    variables = f"""
+      VAR_INPUT A : {kind}; R : REAL; L : LREAL; F : BOOL; END_VAR
+      VAR {both_ways} END_VAR
+      VAR As_REAL : REAL; As_LREAL : LREAL; As_BOOL : BOOL; Near : {kind}; END_VAR
+    """
     body = [
         f"To_{name} := {kind}_TO_{name}(A); Of_{name} := {name}_TO_{kind}(To_{name});"
         for name in others
     ]
     body += [
-        f"As_REAL := {kind}_TO_REAL(A); As_LREAL := {kind}_TO_LREAL(A); As_BOOL := {kind}_TO_BOOL(A);",
+        f"As_REAL := {kind}_TO_REAL(A); As_LREAL := {kind}_TO_LREAL(A);",
+        f"As_BOOL := {kind}_TO_BOOL(A);",
         f"Near := BOOL_TO_{kind}(F);",
         f"IF R >= 0.0 AND R < 127.0 THEN Near := REAL_TO_{kind}(R); END_IF;",
         f"IF L >= -3.0 AND L < 127.0 AND F THEN Near := LREAL_TO_{kind}(L); END_IF;",
@@ -268,7 +271,10 @@ END_FUNCTION_BLOCK
 
 
 def test_structures_arrays_and_blocks_are_addressed_as_on_the_engine(tmp_path: Path) -> None:
-    """Variable indices, also of what a VAR_IN_OUT is connected to, and of long arrays; outside of them stops both."""
+    """Variable indices, also of long arrays and of what a VAR_IN_OUT is connected to.
+
+    Outside of the array both stop.
+    """
     variables = """
       VAR_INPUT I, K : INT; W : LINT; Tint : COLOUR; END_VAR
       VAR

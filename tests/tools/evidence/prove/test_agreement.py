@@ -54,8 +54,8 @@ def test_a_wrong_translation_is_found(tmp_path: Path, monkeypatch: pytest.Monkey
     """A block that is translated wrongly is told with seed, scan, variable and both values."""
     subject = _tried(tmp_path, "T(CLK := A > 3);")
     assert agree(subject, "FB_TRIED", 50).disagreement == ""
-    monkeypatch.setitem(
-        standard._BODIES, "R_TRIG", lambda s: s.set(True, Q=s["CLK"], seen=s["CLK"])
+    monkeypatch.setattr(
+        standard, "run", lambda machine, path, _: machine.store([(True, (*path, "Q"))], None, True)
     )
     told = agree(subject, "FB_TRIED", 50).disagreement
     assert told.startswith("FB_TRIED, seed 1, scan ")
