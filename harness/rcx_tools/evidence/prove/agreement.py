@@ -1,8 +1,9 @@
-"""`python -m rcx_tools.evidence.prove.agreement`: the translation against the engines.
+"""`python -m rcx_tools.evidence.prove.agreement`: the translation against the built-in engine.
 
 A block is translated once, from any state. Its terms are then evaluated for random states and
 pins, several calls of an instance in a row, and each variable afterwards, or the fault that stops
-the program, is compared with what the engine makes of the same state.
+the program, is compared with what the engine makes of the same state. The functions with long
+loops (`SUMMARIES`) are translated anew for each value, and in a block they are the engine's.
 """
 
 from __future__ import annotations
