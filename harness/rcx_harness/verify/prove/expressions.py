@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from contextlib import AbstractContextManager
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import z3
 
@@ -12,6 +13,7 @@ from rcx_harness.engine.builtin.expressions import settle, standard_call
 from rcx_harness.engine.builtin.runtime import NAMES, ProgramError
 from rcx_harness.engine.builtin.storage import is_scalar
 from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.scalars import (
     ANY_DATE,
     ANY_INT,
@@ -24,10 +26,8 @@ from rcx_harness.engine.frontend.scalars import (
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
 from rcx_harness.verify.prove import reals, texts, values
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
+from rcx_harness.verify.prove.memory import Alternatives, Leaf
 from rcx_harness.verify.prove.values import TIME_BITS, Value
-
-if TYPE_CHECKING:
-    from rcx_harness.verify.prove.machine import Alternatives, Machine
 
 __all__ = ["Expressions"]
 
@@ -41,10 +41,36 @@ def _name(kind: Type) -> str:
     return kind.name if isinstance(kind, ElementaryType) else ""
 
 
+class _Machine(Protocol):
+    """What expressions need of a `machine.Machine`; see there."""
+
+    project: Project
+
+    def leaves(self, kind: Type) -> tuple[Leaf, ...]: ...
+
+    def load(self, places: Alternatives, kind: Type) -> Value: ...
+
+    def store(self, places: Alternatives, kind: Type, value: Value) -> None: ...
+
+    def element(self, array: Alternatives, kind: ArrayType, index: Value) -> Value: ...
+
+    def set_element(
+        self, array: Alternatives, kind: ArrayType, index: Value, value: Value
+    ) -> None: ...
+
+    def oblige(self, kind: str, bad: Bool) -> None: ...
+
+    def under(self, condition: Bool) -> AbstractContextManager[None]: ...
+
+    def root(self, symbol: t.Symbol) -> Alternatives: ...
+
+    def call_function(self, name: str, arguments: list[Value | Alternatives | None]) -> Any: ...
+
+
 class Expressions:
     """Evaluates expressions in the memory of a machine."""
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: _Machine) -> None:
         self._machine = machine
 
     # --- variables ---
