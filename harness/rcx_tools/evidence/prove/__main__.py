@@ -23,9 +23,10 @@ from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
 from rcx_tools.evidence.results import ROOT, write_result
 from rcx_tools.evidence.store import Results
 
-__all__ = ["main"]
+__all__ = ["LIBRARY", "main"]
 
-_LIBRARY = ROOT / "plc" / "lib"
+#: What is proved.
+LIBRARY = ROOT / "plc" / "lib"
 _OUT = ROOT / "out"
 
 
@@ -84,9 +85,9 @@ class _Runner:
 
 
 def _prove(options: Namespace, console: Console) -> int:
-    folder = Path(options.lib).resolve() if options.lib else _LIBRARY
+    folder = Path(options.lib).resolve() if options.lib else LIBRARY
     library = Library(folder)
-    library.complete(_LIBRARY)
+    library.complete(LIBRARY)
     whole = not options.properties and not options.bug
     work = [] if options.bug else list(jobs(library, options.properties, options.limit))
     own = whole and not options.lib
