@@ -83,6 +83,11 @@ class _Runner:
                 found[outcome["key"]] = outcome
         return found
 
+    def took(self, key: str) -> float:
+        """How long something took that is known [s]; 0 of anything else."""
+        known = self._known.get(key)
+        return float(known["seconds"]) if known else 0.0
+
 
 def _prove(options: Namespace, console: Console) -> int:
     folder = Path(options.lib).resolve() if options.lib else LIBRARY
@@ -91,12 +96,15 @@ def _prove(options: Namespace, console: Console) -> int:
     whole = not options.properties and not options.bug
     work = [] if options.bug else list(jobs(library, options.properties, options.limit))
     own = whole and not options.lib
+    if options.bug or own:
+        seeded.chosen(library, options.bug, seeded.BUGS)
+    runner = _Runner(options, console)
+    entries = report.properties(work, runner.of("proving", run, work, died))
     bugs = []
     if options.bug or own:
         copies = (options.out / "prove" / "seeded").resolve()
-        bugs = seeded.tasks(library, options.bug, options.limit, copies, seeded.BUGS)
-    runner = _Runner(options, console)
-    entries = report.properties(work, runner.of("proving", run, work, died))
+        given = options.bug, options.limit, copies, seeded.BUGS, runner.took
+        bugs = seeded.tasks(library, *given)
     told: dict[str, Any] = {"library": str(folder)} if options.lib else {}
     told |= {"properties": entries, "assumptions": report.taken_for_granted(entries)}
     if own:
