@@ -38,7 +38,7 @@ from rcx_tools.evidence.prove.summaries import SUMMARIES
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.evidence.workers import results
 
-__all__ = ["SCANS", "Outcome", "Subject", "agree", "main"]
+__all__ = ["SCANS", "Outcome", "Subject", "agree", "compare", "main"]
 
 #: Random scans of every block and function.
 SCANS = 600
@@ -139,8 +139,8 @@ class _Engine:
             roots["B"] = names[f"b_{pou.name.upper()}"](bench_globals)
             bench = names["b_AGREEMENT_BENCH"](bench_globals)
             for symbol in pou.section("VAR_IN_OUT"):
-                kind = symbol.type.name.upper()
-                roots[symbol.name.upper()] = getattr(bench, subject.holders[kind])
+                holder = subject.holders[symbol.type.name.upper()]
+                roots[symbol.name.upper()] = getattr(bench, holder)
             self._in_outs = [roots[symbol.name.upper()] for symbol in pou.section("VAR_IN_OUT")]
         self._roots = roots
         codes = [_place(path, function=self._function) for path, _ in leaves]
@@ -152,11 +152,9 @@ class _Engine:
         }
         shown = [_shown(code, kind) for code, (_, kind) in zip(codes, leaves, strict=True)]
         self.read: Callable[[], list[Any]] = eval(f"lambda: [{', '.join(shown)}]", scope)
-        text = "def write(place, value):\n"
         self._write: list[Callable[[Any], None]] = []
         for code, (_, kind) in zip(codes, leaves, strict=True):
             slot = f"{code}[:]" if isinstance(kind, ArrayType) else code
-            text += f"    if place == {len(self._write)}: {slot} = value\n"
             self._write.append(_setter(slot, scope))
         self._initial = [] if self._function else [eval(_kept(code), scope) for code in codes]
 
@@ -236,7 +234,13 @@ def _double(value: float) -> int:
 class _Translation:
     """The terms of a POU after one call, as Python."""
 
-    def __init__(self, machine: Machine, leaves: Sequence[tuple[Path, Type]], start: Any) -> None:
+    def __init__(
+        self,
+        machine: Machine,
+        leaves: Sequence[tuple[Path, Type]],
+        start: Mapping[Path, Any] | None,
+        functions: Mapping[str, Callable[[int], int]],
+    ) -> None:
         terms: list[Any] = []
         self._slots: list[tuple[int, int, int, Type]] = []
         for place, (path, kind) in enumerate(leaves):
@@ -250,7 +254,7 @@ class _Translation:
         strict = [one.when for one in machine.obligations if one.kind not in _OPEN]
         loose = [one.when for one in machine.obligations if one.kind in _OPEN]
         self._strict = len(strict)
-        self._program = program([*terms, *strict, *loose], _functions(machine))
+        self._program = program([*terms, *strict, *loose], functions)
         self._given = _given(self._program.inputs, leaves, start) if start is not None else None
 
     def run(self, before: list[Any], now: int) -> tuple[list[Any], bool, bool]:
@@ -317,39 +321,43 @@ def _given(
 
 # --- functions with long loops: in a block a symbol, which the engine's own function stands for ---
 
-_CALLED: dict[int, dict[str, Callable[..., Any]]] = {}
 
-
-def _functions(machine: Machine) -> dict[str, Callable[..., Any]]:
-    return _CALLED.get(id(machine), {})
+def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
+    """Types of the only argument of a function, and of its result."""
+    pou = subject.project.pous[name]
+    (symbol,) = pou.section("VAR_INPUT")
+    assert pou.result is not None
+    return symbol.type, pou.result.type
 
 
 def _symbols(subject: Subject) -> dict[str, Callable[[Machine, list[Any]], Any]]:
+    """What stands for a call of each of them: a symbol of the solver."""
     return {name: _symbol(subject, name) for name in SUMMARIES if name in subject.project.pous}
 
 
 def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
-    """A call of a function as a term; its body is compared with the engine on its own."""
-    pou = subject.project.pous[name]
-    (symbol,) = pou.section("VAR_INPUT")
-    assert pou.result is not None
-    source, target = symbol.type, pou.result.type
-    body = subject.module.names[f"f_{name}"]
-
-    def call(raw: int) -> int:
-        return int(eval(_shown("value", target), {"value": body(_held(source, raw)), **_SHOWN}))
-
-    call.__name__ = name
+    source, target = _argument(subject, name)
+    sort = z3.BitVecSort(_width(source))
 
     def summary(machine: Machine, arguments: list[Any]) -> Any:
-        (argument,) = arguments
-        _CALLED.setdefault(id(machine), {})[name] = call
-        function = z3.Function(name, z3.BitVecSort(_width(source)), z3.BitVecSort(_width(target)))
-        (raw,) = _parts(source, argument)
-        term = function(z3.BitVecVal(raw, _width(source)) if isinstance(raw, int) else raw)
+        function = z3.Function(name, sort, z3.BitVecSort(_width(target)))
+        (raw,) = _parts(source, arguments[0])
+        term = function(z3.BitVecVal(raw, sort) if isinstance(raw, int) else raw)
         return reals.Real(term) if target == _REAL else term
 
     return summary
+
+
+def _bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
+    """What the symbols are evaluated by: the engine's functions."""
+    return {name: _body(subject, name) for name in SUMMARIES if name in subject.project.pous}
+
+
+def _body(subject: Subject, name: str) -> Callable[[int], int]:
+    source, target = _argument(subject, name)
+    body = subject.module.names[f"f_{name}"]
+    show: Callable[[Any], int] = eval(f"lambda value: {_shown('value', target)}", dict(_SHOWN))
+    return lambda raw: show(body(_held(source, raw)))
 
 
 _SHOWN = {"single": _single, "double": _double, "REST": REST}
@@ -404,7 +412,7 @@ def _anything(subject: Subject, pou: t.Pou) -> _Translation:
         machine.havoc(path, kind)
     start = machine.snapshot()
     _call(machine, pou)
-    return _Translation(machine, leaves, start)
+    return _Translation(machine, leaves, start, _bodies(subject))
 
 
 def _from_known(
@@ -417,7 +425,7 @@ def _from_known(
     for (path, kind), value in zip(leaves, held, strict=True):
         machine.create(path, kind, value)
     _call(machine, pou)
-    return _Translation(machine, leaves, None)
+    return _Translation(machine, leaves, None, _bodies(subject))
 
 
 class _Comparison:
@@ -538,7 +546,8 @@ def agree(subject: Subject, name: str, scans: int = SCANS, seed: int = 1) -> Out
     )
 
 
-def _run(job: tuple[str, str, int, int]) -> Outcome:
+def compare(job: tuple[str, str, int, int]) -> Outcome:
+    """`agree` as a job of its own: the folder of the sources, the POU, scans and seed."""
     folder, name, scans, seed = job
     return agree(_subject(folder), name, scans, seed)
 
@@ -553,23 +562,28 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     console = Console(highlight=False)
-    known = [name for name in Library(File(options.lib)).pous if "AGREEMENT" not in name]
+    if not File(options.lib).is_dir():
+        console.print(f"there is no folder {options.lib}: name a copy of plc/lib", markup=False)
+        return 2
+    known = Library(File(options.lib)).pous
     wanted = [name.upper() for name in options.pous] or known
     missing = [name for name in wanted if name not in known]
     if missing:
         console.print(f"there is no block or function {', '.join(missing)} in {options.lib}")
         return 2
     work = [(options.lib, name, options.scans, options.seed) for name in wanted]
-    found = list(results(_run, work, options.jobs))
+    found = list(results(compare, work, options.jobs))
     for one in found:
         if one.disagreement:
             console.print(one.disagreement, markup=False)
     scans = sum(one.scans for one in found)
     bad = sum(bool(one.disagreement) for one in found)
     seconds = sum(one.seconds for one in found)
-    console.print(f"{len(found)} POUs, {scans:,} scans, {seconds:.0f} s, {bad} disagree")
-    for one in sorted(found, key=lambda one: -one.seconds)[:8]:
-        console.print(one, markup=False)
+    stopped = sum(one.faults for one in found)
+    console.print(
+        f"{len(found)} POUs, {scans:,} scans ({stopped:,} stopped by a fault on both sides), "
+        f"{seconds:.0f} s, {bad} disagree"
+    )
     return 1 if bad else 0
 
 
