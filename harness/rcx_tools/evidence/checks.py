@@ -229,8 +229,9 @@ CHECKS: tuple[Check, ...] = (
         "arithmetic of the machine: each property holds in every scan of any program between "
         "FB_ReadArea and FB_WriteArea, by induction over one call from any state, for any scan "
         "time and any pins, as long as the program keeps to what is assumed below. Bugs put into "
-        "copies of the library break exactly the properties that they should; where a run from "
-        "the start was found that shows it, the built-in engine repeats it.",
+        "copies of the library break the properties that they should, and none of those others of "
+        "which the quickest parts are asked for again; a run from the start that shows a bug "
+        "breaks a rule, or does something else than the proved library, in the built-in engine.",
         (
             ("properties proved", _proved),
             ("goals", _total("goals")),

@@ -23,9 +23,10 @@ from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
 from rcx_tools.evidence.results import ROOT, write_result
 from rcx_tools.evidence.store import Results
 
-__all__ = ["main"]
+__all__ = ["LIBRARY", "main"]
 
-_LIBRARY = ROOT / "plc" / "lib"
+#: What is proved.
+LIBRARY = ROOT / "plc" / "lib"
 _OUT = ROOT / "out"
 
 
@@ -82,20 +83,28 @@ class _Runner:
                 found[outcome["key"]] = outcome
         return found
 
+    def took(self, key: str) -> float:
+        """How long something took that is known [s]; 0 of anything else."""
+        known = self._known.get(key)
+        return float(known["seconds"]) if known else 0.0
+
 
 def _prove(options: Namespace, console: Console) -> int:
-    folder = Path(options.lib).resolve() if options.lib else _LIBRARY
+    folder = Path(options.lib).resolve() if options.lib else LIBRARY
     library = Library(folder)
-    library.complete(_LIBRARY)
+    library.complete(LIBRARY)
     whole = not options.properties and not options.bug
     work = [] if options.bug else list(jobs(library, options.properties, options.limit))
     own = whole and not options.lib
+    if options.bug or own:
+        seeded.chosen(library, options.bug, seeded.BUGS)
+    runner = _Runner(options, console)
+    entries = report.properties(work, runner.of("proving", run, work, died))
     bugs = []
     if options.bug or own:
         copies = (options.out / "prove" / "seeded").resolve()
-        bugs = seeded.tasks(library, options.bug, options.limit, copies, seeded.BUGS)
-    runner = _Runner(options, console)
-    entries = report.properties(work, runner.of("proving", run, work, died))
+        given = options.bug, options.limit, copies, seeded.BUGS, runner.took
+        bugs = seeded.tasks(library, *given)
     told: dict[str, Any] = {"library": str(folder)} if options.lib else {}
     told |= {"properties": entries, "assumptions": report.taken_for_granted(entries)}
     if own:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
-from rcx_tools.evidence.prove.agreement import SCANS, Subject, agree
+from rcx_tools.evidence.prove import agreement
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import prover_state
@@ -29,22 +27,17 @@ class Comparison:
 
 def comparisons(library: Library) -> Iterator[Comparison]:
     """One of each POU."""
-    state = prover_state(agree.__module__)
+    state = prover_state(agreement.__name__)
     for name in library.pous:
-        rests = f"{state} {library.state([name])} {SCANS}"
+        rests = f"{state} {library.state([name])} {agreement.SCANS}"
         key = f"agreement {name}:{hashlib.sha256(rests.encode()).hexdigest()[:16]}"
         block = library.pou(name).kind == "FUNCTION_BLOCK"
         yield Comparison(str(library.folder), name, block, key)
 
 
-@lru_cache(maxsize=2)
-def _subject(folder: str) -> Subject:
-    return Subject.of(sorted(Path(folder).rglob("*.st")))
-
-
 def compare(job: Comparison) -> dict[str, Any]:
     """Run the random scans of a POU."""
-    found = asdict(agree(_subject(job.folder), job.pou))
+    found = asdict(agreement.compare((job.folder, job.pou, agreement.SCANS, 1)))
     return {"key": job.key, "good": not found["disagreement"], "block": job.block, **found}
 
 

@@ -34,7 +34,8 @@ CLAIMS: Mapping[str, tuple[str, ...]] = {
     "bytes": ("outside", BYTES),
     "reserved": ("reserved", BYTES),
     "contract": ("contract", SHOWN),
-    "indices": (STOPS,),
+    "safety": (STOPS, SHOWN),
+    "functions": (SHOWN,),
     "telegram-legal": ("telegram",),
     "telegram-pins": (PINS,),
     **dict.fromkeys(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import shutil
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -28,13 +28,18 @@ from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.evidence.store import digest
 
-__all__ = ["BUGS", "Bug", "Task", "bugs", "died", "judge", "summary", "tasks"]
+__all__ = ["BUGS", "Bug", "Task", "bugs", "chosen", "died", "judge", "summary", "tasks"]
 
 #: The tables.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
 _KEYS = ("name", "file", "old", "new", "breaks")
-#: Of a property that stays proved so many of the parts that a bug touches are asked for.
-_STAYS = 4
+#: What the report says of each.
+_ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
+#: Of a property that stays proved so many of the parts that a bug touches are asked for, the
+#: quickest ones, as long as they take no longer than this with the library as it is [s].
+_STAYS, _STAYS_S = 2, 1.5
+#: A goal that a bug breaks is given up after this time [s].
+_LIMIT_S = 20.0
 #: What judges a bug, beside the proofs.
 _JUDGES = ("claims", "client", "hunting", "seeded")
 
@@ -75,13 +80,19 @@ class Bug:
 
 @dataclass(frozen=True)
 class Task:
-    """A bug with the parts of properties that rest on what it changes, and where to work."""
+    """A bug, with the parts of properties that rest on what it changes, and where to work.
+
+    Attributes:
+        parts: Those of the properties that it breaks, and some of the others.
+        left_out: The others of which none is among them, since each takes long.
+    """
 
     key: str
     bug: Bug
     library: str
     folder: str
     parts: tuple[Job, ...]
+    left_out: tuple[str, ...] = ()
 
 
 def bugs(folder: Path) -> list[Bug]:
@@ -105,14 +116,8 @@ def bugs(folder: Path) -> list[Bug]:
     return list(found.values())
 
 
-def tasks(
-    library: Library,
-    wanted: Sequence[str],
-    limit_s: float,
-    folder: Path,
-    tables: Path,
-) -> list[Task]:
-    """What is to be judged: all bugs, or those that are wanted.
+def chosen(library: Library, wanted: Sequence[str], tables: Path) -> list[Bug]:
+    """All bugs, or those that are wanted; each can be put in.
 
     Raises:
         InputError: there is no bug of a name, or one cannot be put in.
@@ -123,25 +128,59 @@ def tasks(
             raise InputError(f"there is no seeded bug {name!r}", hint=f"look into {tables}")
     for bug in known:
         bug.check(library.folder)
-    every = list(jobs(library, limit_s=limit_s))
+    return [bug for bug in known if not wanted or bug.name in wanted]
+
+
+def tasks(
+    library: Library,
+    wanted: Sequence[str],
+    limit_s: float,
+    folder: Path,
+    tables: Path,
+    took: Callable[[str], float] = lambda _: 0.0,
+) -> list[Task]:
+    """What is to be judged: all bugs, or those that are wanted.
+
+    `took` says how long a part takes with the library as it is, by the key of its job [s].
+
+    Raises:
+        InputError: there is no bug of a name, or one cannot be put in.
+    """
+    every = list(jobs(library, limit_s=min(limit_s, _LIMIT_S)))
     used = {
         job: library.used(rests_on(library, property_of(job.property), job.part)) for job in every
     }
     return [
-        _task(library, bug, [job for job in every if used[job] & changed or not changed], folder)
-        for bug in known
-        if not wanted or bug.name in wanted
+        _task(
+            library,
+            bug,
+            [job for job in every if used[job] & changed or not changed],
+            folder,
+            took,
+        )
+        for bug in chosen(library, wanted, tables)
         for changed in [library.in_file(bug.file)]
     ]
 
 
-def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
+def _task(
+    library: Library, bug: Bug, parts: list[Job], folder: Path, took: Callable[[str], float]
+) -> Task:
     parts.sort(key=lambda job: job.part.upper() not in library.in_file(bug.file))
     names = library.state(library.named(bug.new))
     rests = "\n".join([_own_state(), repr(bug), names, *(job.key for job in parts)])
     key = hashlib.sha256(rests.encode()).hexdigest()[:16]
     where = str(folder / bug.name)
-    return Task(f"bug {bug.name}:{key}", bug, str(library.folder), where, tuple(parts))
+    asked = [job for job in parts if job.property in bug.breaks]
+    left_out = []
+    for name in dict.fromkeys(job.property for job in parts if job.property not in bug.breaks):
+        ours = [job for job in parts if job.property == name]
+        quick = [job for job in ours if took(job.key) <= _STAYS_S]
+        asked += sorted(quick, key=lambda job: took(job.key))[:_STAYS]
+        if not quick:
+            left_out.append(name)
+    folders = str(library.folder), where
+    return Task(f"bug {bug.name}:{key}", bug, *folders, tuple(asked), tuple(left_out))
 
 
 def _own_state() -> str:
@@ -167,7 +206,7 @@ def judge(task: Task) -> dict[str, Any]:
     for item in sorted(PROPERTIES, key=lambda one: one.name not in task.bug.breaks):
         parts = [job for job in task.parts if job.property == item.name]
         expected = item.name in task.bug.breaks
-        goal = _first_broken(parts if expected else _some(parts), library)
+        goal = _first_broken(parts, library)
         if goal is not None:
             broken[item.name] = goal
         if expected and goal is None:
@@ -198,13 +237,6 @@ def _hunted(task: Task, broken: Mapping[str, Any], library: Library) -> Found | 
     return None
 
 
-def _some(parts: Sequence[Job]) -> Sequence[Job]:
-    """The first and others evenly from the rest."""
-    if len(parts) <= _STAYS:
-        return parts
-    return [parts[place * (len(parts) - 1) // (_STAYS - 1)] for place in range(_STAYS)]
-
-
 def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | None:
     """The first goal that is not proved."""
     for job in parts:
@@ -228,6 +260,7 @@ def _outcome(
         "good": not defects,
         **asdict(task.bug),
         "broken": broken,
+        "left_out": list(task.left_out),
         "defects": list(defects),
         "run": None,
         "seconds": round(time.monotonic() - begin, 1),
@@ -250,10 +283,7 @@ def summary(
             if not row["defects"] and not row["run"]
         ],
         "defects": list(_defects(rows, whole=whole)),
-        "bugs": [
-            {name: row[name] for name in ("name", "file", "breaks", "seconds", "run")}
-            for row in rows
-        ],
+        "bugs": [{name: row[name] for name in _ROW} for row in rows],
     }
 
 

@@ -79,7 +79,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for module in (interval, jobs, seeded):
         monkeypatch.setattr(module, "PROPERTIES", _PROPERTIES)
     monkeypatch.setattr(seeded, "BUGS", tmp_path)
-    monkeypatch.setattr(runner, "_LIBRARY", folder)
+    monkeypatch.setattr(runner, "LIBRARY", folder)
     monkeypatch.setattr(agreeing, "comparisons", lambda _: ())
     _bugs(folder, *_GOOD)
     return folder
