@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
+from itertools import combinations
 from typing import Any
 
 import z3
@@ -26,7 +27,8 @@ class ProgramMachine(Machine):
         project: The sources.
         library: The files of the library.
         exact: For runs: nothing is taken for more than it is. Else for proofs.
-        outline: A block or function of the library may do anything to what it is connected to.
+        outline: A block or function of the library may do anything to what it is connected to,
+            as long as its outputs keep the contract.
 
     Attributes:
         own: The calls of blocks of the library in the user's own code; `calls` are all.
@@ -75,10 +77,21 @@ class ProgramMachine(Machine):
         pou = self.project.pous[block.upper()]
         assert pou.block is not None
         self.havoc(instance, pou.block)
+        self._keep_contract(instance)
         for symbol in pou.section("VAR_IN_OUT"):
             places = in_outs[symbol.name.upper()]
             for _, path in places if isinstance(places, list) else [(True, places)]:
                 self.havoc(path, symbol.type)
+
+    def _keep_contract(self, instance: Path) -> None:
+        """Done, Busy and Error exclude each other; ErrorID goes with Error."""
+        pins = [(*instance, name) for name in ("DONE", "BUSY", "ERROR")]
+        flags = [self[pin] for pin in pins if pin in self and z3.is_bool(self[pin])]
+        for one, other in combinations(flags, 2):
+            self.assume(z3.Not(z3.And(one, other)))
+        code, error = (*instance, "ERRORID"), (*instance, "ERROR")
+        if code in self and error in self:
+            self.assume(self[error] == (self.term(code) != 0))
 
     def call_function(self, name: str, arguments: list[Any]) -> Any:
         """Run a function, or let it give anything."""
