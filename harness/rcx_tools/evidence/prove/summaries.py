@@ -5,6 +5,7 @@ Each is a property of its own (`functions.py`), proved of the function's body.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -26,11 +27,29 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    return z3.BitVec(machine.fresh("real_bits"), 32)
+    """The pattern itself, 0 for -0.0; anything for what is no number."""
+    (number,) = arguments
+    if number.known:
+        pattern: Any = z3.BitVecVal(int.from_bytes(struct.pack(">f", number.value), "big"), 32)
+    else:
+        pattern = number.value
+    size = pattern & 0x7FFF_FFFF
+    anything = z3.BitVec(machine.fresh("real_bits"), 32)
+    return z3.If(
+        size == 0, z3.BitVecVal(0, 32), z3.If(z3.UGT(size, 0x7F80_0000), anything, pattern)
+    )
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
-    return reals.anything(machine.fresh("bits_real"), "REAL")
+    """The pattern itself; infinity is the largest number, what is no number and -0.0 are 0.0."""
+    (given,) = arguments
+    pattern = given if z3.is_bv(given) else z3.BitVecVal(given, 32)
+    size = pattern & 0x7FFF_FFFF
+    none = z3.Or(size == 0, z3.UGT(size, 0x7F80_0000))
+    largest = (pattern & 0x8000_0000) | 0x7F7F_FFFF
+    return reals.Real(
+        z3.If(none, z3.BitVecVal(0, 32), z3.If(size == 0x7F80_0000, largest, pattern))
+    )
 
 
 SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
