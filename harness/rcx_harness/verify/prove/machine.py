@@ -132,7 +132,8 @@ class Machine:
     Args:
         project: The checked sources.
         summaries: What stands for a call of a function instead of its body: takes the machine and
-            the arguments, gives the result. Each has to be proved of the body on its own.
+            the arguments, gives the result; of a block it takes the path of the instance. Each has
+            to be proved of the body on its own.
 
     Attributes:
         now: The PLC's time in nanoseconds.
@@ -335,6 +336,9 @@ class Machine:
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
             standard.run(self, instance, block)
+            return
+        if block.upper() in self.summaries:
+            self.summaries[block.upper()](self, [instance])
             return
         pou = self.project.pous[block.upper()]
         frame = _Frame(pou)

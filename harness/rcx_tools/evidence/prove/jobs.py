@@ -13,14 +13,17 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.solve import UNKNOWN, ask
 from rcx_tools.evidence.checks import digest
-from rcx_tools.evidence.prove import interval
+from rcx_tools.evidence.prove import contract, interval
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
 
 __all__ = ["PROPERTIES", "Job", "jobs", "run"]
 
 #: All of them, in the order of the page.
-PROPERTIES: tuple[Property, ...] = (*interval.PROPERTIES,)
+PROPERTIES: tuple[Property, ...] = (
+    *interval.PROPERTIES,
+    *contract.PROPERTIES,
+)
 
 #: What a proof depends on besides the sources that it is about.
 _PROVER = (

@@ -1,4 +1,4 @@
-"""What stands for a function with long loops: any result that it can give.
+"""What stands for a function or block with long loops: any result that it can give.
 
 Each is a property of its own (`functions.py`), proved of the function's body.
 """
@@ -6,13 +6,13 @@ Each is a property of its own (`functions.py`), proved of the function's body.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import z3
 
 from rcx_harness.verify.prove import reals
-from rcx_harness.verify.prove.machine import Machine
+from rcx_harness.verify.prove.machine import Machine, Path
 
 __all__ = ["SUMMARIES"]
 
@@ -52,8 +52,23 @@ def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
     )
 
 
+def scan_time_keeps(machine: Machine, instance: Path, memory: Mapping[Path, Any]) -> Any:
+    """What holds of an FB_RcxScanTime between its calls: less than a millisecond is left over."""
+    rest = machine.term((*instance, "REST"), memory)
+    return z3.And(rest >= 0, rest < 1_000_000)
+
+
+def _scan_time(machine: Machine, arguments: list[Any]) -> None:
+    (instance,) = arguments
+    kind = machine.project.pous["FB_RCXSCANTIME"].block
+    assert kind is not None
+    machine.havoc(instance, kind)
+    machine.assume(scan_time_keeps(machine, instance, machine.snapshot()))
+
+
 SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
     "FC_RCXREALBITS": _real_bits,
     "FC_RCXBITSREAL": _bits_real,
+    "FB_RCXSCANTIME": _scan_time,
 }
