@@ -13,7 +13,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.solve import UNKNOWN, ask
 from rcx_tools.evidence.checks import digest
-from rcx_tools.evidence.prove import contract, interval
+from rcx_tools.evidence.prove import contract, functions, interval
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
 
@@ -23,6 +23,7 @@ __all__ = ["PROPERTIES", "Job", "jobs", "run"]
 PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *contract.PROPERTIES,
+    *functions.PROPERTIES,
 )
 
 #: What a proof depends on besides the sources that it is about.

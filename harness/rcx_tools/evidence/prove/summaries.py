@@ -14,10 +14,44 @@ import z3
 from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine, Path
 
-__all__ = ["SUMMARIES"]
+__all__ = [
+    "LONGEST_MS",
+    "SUMMARIES",
+    "bits_of",
+    "is_number",
+    "nearest_milliseconds",
+    "pattern_of",
+    "real_of",
+    "scan_time_keeps",
+]
 
 #: FC_RcxMilliseconds gives at most 20 days.
 LONGEST_MS = 1_728_000_000
+
+
+def pattern_of(number: reals.Real) -> Any:
+    """The IEEE 754 pattern of a REAL, as a term."""
+    if not number.known:
+        return number.value
+    return z3.BitVecVal(int.from_bytes(struct.pack(">f", number.value), "big"), 32)
+
+
+def nearest_milliseconds(value: Any, result: Any) -> Any:
+    """What FC_RcxMilliseconds gives: the nearest number, 0 below 0, at most 20 days.
+
+    It is said of every TIME of 64 bits and of the result with as many bits as a TIME; whoever
+    needs it for an argument assumes it.
+    """
+    ms = 1_000_000
+    whole = result * ms
+    near = z3.And(2 * value - ms < 2 * whole, 2 * whole <= 2 * value + ms)
+    return z3.And(
+        z3.Implies(value < 0, result == 0),
+        z3.Implies(z3.And(value >= 0, value < LONGEST_MS * ms), near),
+        z3.Implies(value >= LONGEST_MS * ms, result == LONGEST_MS),
+        result >= 0,
+        result <= LONGEST_MS,
+    )
 
 
 def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
@@ -26,30 +60,36 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
     return result
 
 
+def bits_of(pattern: Any) -> Any:
+    """What FC_RcxRealBits gives for a number with this pattern: 0 for -0.0, else the pattern."""
+    return z3.If(pattern & 0x7FFF_FFFF == 0, z3.BitVecVal(0, 32), pattern)
+
+
+def is_number(pattern: Any) -> Any:
+    """Not NaN."""
+    return z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
+
+
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    """The pattern itself, 0 for -0.0; anything for what is no number."""
+    """Anything for what is no number."""
     (number,) = arguments
-    if number.known:
-        pattern: Any = z3.BitVecVal(int.from_bytes(struct.pack(">f", number.value), "big"), 32)
-    else:
-        pattern = number.value
-    size = pattern & 0x7FFF_FFFF
+    pattern = pattern_of(number)
     anything = z3.BitVec(machine.fresh("real_bits"), 32)
-    return z3.If(
-        size == 0, z3.BitVecVal(0, 32), z3.If(z3.UGT(size, 0x7F80_0000), anything, pattern)
-    )
+    return z3.If(is_number(pattern), bits_of(pattern), anything)
+
+
+def real_of(pattern: Any) -> Any:
+    """The pattern of what FC_RcxBitsReal gives: the same; infinity is the largest number, what is
+    no number and -0.0 are 0.0."""
+    size = pattern & 0x7FFF_FFFF
+    largest = (pattern & 0x8000_0000) | 0x7F7F_FFFF
+    number = z3.If(size == 0x7F80_0000, largest, pattern)
+    return z3.If(z3.And(is_number(pattern), size != 0), number, z3.BitVecVal(0, 32))
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
-    """The pattern itself; infinity is the largest number, what is no number and -0.0 are 0.0."""
     (given,) = arguments
-    pattern = given if z3.is_bv(given) else z3.BitVecVal(given, 32)
-    size = pattern & 0x7FFF_FFFF
-    none = z3.Or(size == 0, z3.UGT(size, 0x7F80_0000))
-    largest = (pattern & 0x8000_0000) | 0x7F7F_FFFF
-    return reals.Real(
-        z3.If(none, z3.BitVecVal(0, 32), z3.If(size == 0x7F80_0000, largest, pattern))
-    )
+    return reals.Real(real_of(given if z3.is_bv(given) else z3.BitVecVal(given, 32)))
 
 
 def scan_time_keeps(machine: Machine, instance: Path, memory: Mapping[Path, Any]) -> Any:
