@@ -13,7 +13,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.solve import UNKNOWN, ask
 from rcx_tools.evidence.checks import digest
-from rcx_tools.evidence.prove import contract, functions, interval
+from rcx_tools.evidence.prove import contract, functions, interval, safety
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
 
@@ -24,6 +24,7 @@ PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *contract.PROPERTIES,
     *functions.PROPERTIES,
+    *safety.PROPERTIES,
 )
 
 #: What a proof depends on besides the sources that it is about.

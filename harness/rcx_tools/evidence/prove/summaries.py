@@ -79,8 +79,10 @@ def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def real_of(pattern: Any) -> Any:
-    """The pattern of what FC_RcxBitsReal gives: the same; infinity is the largest number, what is
-    no number and -0.0 are 0.0."""
+    """The pattern of what FC_RcxBitsReal gives for one.
+
+    The same; infinity is the largest number, what is no number and -0.0 are 0.0.
+    """
     size = pattern & 0x7FFF_FFFF
     largest = (pattern & 0x8000_0000) | 0x7F7F_FFFF
     number = z3.If(size == 0x7F80_0000, largest, pattern)
