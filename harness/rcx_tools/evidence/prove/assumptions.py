@@ -9,4 +9,5 @@ ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
     "area": "m, n, Size and ImageSize are constant over a run; ImageSize is not above the array.",
+    "log": "LogSize is constant over a run and not above the array RCX_LOG.",
 }

@@ -16,7 +16,7 @@ import z3
 from rcx_harness.engine.types import ArrayType
 from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine
-from rcx_tools.evidence.prove.invariants import assumed, call, without_floats
+from rcx_tools.evidence.prove.invariants import Memory, assumed, call, without_floats
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 
@@ -131,9 +131,28 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
             yield size <= (high - low + 1) * unit
 
 
+#: Where the blocks of the log have it.
+_LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
+
+
+def _log_keeps(library: Library, block: str, step: Step, memory: Memory) -> Any:
+    """The newest entry is in the log, and there are not more than LogSize says."""
+    term, log = step.machine.term, _LOGS[block]
+    ring = next(s for s in library.pou("FB_EVENTLOG").section("VAR") if s.name == "Ring").type
+    assert isinstance(ring, ArrayType)
+    ((_, last),) = ring.bounds
+    newest, count = term((*log, "NEWEST"), memory), term((*log, "COUNT"), memory)
+    size = term((*BLOCK, "LOGSIZE"), step.before)
+    return z3.And(size <= last + 1, newest >= 0, newest <= last, z3.Or(count <= 0, count <= size))
+
+
 def _goals(library: Library, block: str) -> Iterator[Goal]:
     step = call(library, block)
     known = (*assumed(step), *_limits(library, block, step))
+    if block in _LOGS:
+        known = (*known, _log_keeps(library, block, step, step.before))
+        kept = _log_keeps(library, block, step, step.machine.snapshot())
+        yield Goal(f"{block}: the log keeps its places", known, kept)
     yield from _impossible(block, step.machine, known)
 
 
@@ -149,8 +168,8 @@ def _impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
 
 
-#: What their blocks call is summed up (functions.py), or needs the state of a log.
-_ELSEWHERE = ("FB_RCXSCANTIME", "FB_EVENTLOG", "FB_COMMANDRECORDER", "FB_RCXSHAREDWORDS")
+#: Summed up where it is called; and what is only proved for the calls that there are.
+_ELSEWHERE = ("FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
 
 
 def _parts(library: Library) -> list[str]:
@@ -167,7 +186,7 @@ PROPERTIES = (
         "No index leaves its array, nothing is divided by zero, no REAL is converted that an"
         " integer cannot hold, no shift, text or time is out of range, whatever the pins hold.",
         "docs/architecture.md",
-        ("inner", "clock", "area"),
+        ("inner", "clock", "area", "log"),
         _goals,
         _parts,
         lambda part: (part,),
