@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.needed import needed
+from rcx_harness.spec.tables import load_toml
 from rcx_harness.verify.prove.solve import ask
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 _ROOT = Path(__file__).resolve().parents[2]
 _LIBRARY = sorted((_ROOT / "plc/lib").rglob("*.st"))
@@ -38,8 +33,9 @@ def library(folder: Path, *blocks: str, bug: str = "", bugs: str = "") -> Librar
 
 
 def _change(bugs: str, name: str) -> dict[str, Any]:
-    text = (_ROOT / f"tests/tools/evidence/proof_bugs/{bugs}.toml").read_text(encoding="utf-8")
-    return next(bug for bug in tomllib.loads(text)["bug"] if bug["name"] == name)
+    table = load_toml(_ROOT / f"tests/tools/evidence/proof_bugs/{bugs}.toml")
+    found: dict[str, Any] = next(bug for bug in table["bug"] if bug["name"] == name)
+    return found
 
 
 def statuses(item: Property, of: Library, part: str) -> set[str]:

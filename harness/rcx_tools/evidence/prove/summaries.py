@@ -1,6 +1,7 @@
 """What stands for a function or block with long loops: any result that it can give.
 
-Each is a property of its own (`functions.py`), proved of the function's body.
+`functions.py` proves that of FC_RcxMilliseconds of its body; those of FC_RcxRealBits,
+FC_RcxBitsReal and FB_RcxScanTime are taken from their heads and rest on their tests.
 """
 
 from __future__ import annotations
