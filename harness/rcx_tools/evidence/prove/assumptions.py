@@ -25,4 +25,5 @@ ASSUMPTIONS = {
     " keeps SI(06) OFF. Of a block without a time limit and a controller that is silent nothing is"
     " promised.",
     "area": "m, n, Size and ImageSize are constant over a run; ImageSize is not above the array.",
+    "log": "LogSize is constant over a run and not above the array RCX_LOG.",
 }

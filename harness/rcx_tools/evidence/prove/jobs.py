@@ -16,12 +16,15 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.solve import PROVED, REFUTED, UNKNOWN, ask
 from rcx_tools.evidence.prove import (
+    contract,
+    functions,
     guarantee,
     handshake,
     image,
     interval,
     levels,
     restart,
+    safety,
     telegrams,
     tickets,
 )
@@ -53,7 +56,10 @@ PROPERTIES: tuple[Property, ...] = (
     *restart.PROPERTIES,
     *handshake.PROPERTIES,
     *tickets.PROPERTIES,
+    *contract.PROPERTIES,
     *telegrams.PROPERTIES,
+    *safety.PROPERTIES,
+    *functions.PROPERTIES,
 )
 
 #: Real time after which a goal that the solver does not give up itself is given up [s].
