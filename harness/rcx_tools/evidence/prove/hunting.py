@@ -35,7 +35,7 @@ CLIENTS = (
 )
 
 #: Runs that are tried, and scans of each before the environment becomes quiet.
-_RUNS, _SCANS = 80, 60
+_RUNS, _SCANS = 50, 60
 
 
 @dataclass(frozen=True)

@@ -228,7 +228,7 @@ def _hunted(task: Task, broken: Mapping[str, Any], library: Library) -> Found | 
     kinds = [kind for name in task.bug.breaks for kind in CLAIMS.get(name, ())]
     if not kinds:
         return None
-    for blocks in (own, *CLIENTS) if own else CLIENTS:
+    for blocks in [own] if own else CLIENTS:
         found = hunt(
             task.bug.name, task.bug.file, blocks, kinds, Path(task.folder), Path(task.library)
         )
