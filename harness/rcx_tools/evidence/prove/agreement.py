@@ -322,6 +322,9 @@ def _given(
 
 # --- functions with long loops: in a block a symbol, which the engine's own function stands for ---
 
+#: A block that has a summary elsewhere is translated here.
+_LONG = tuple(name for name in SUMMARIES if name.startswith("FC_"))
+
 
 def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
     """Types of the only argument of a function, and of its result."""
@@ -333,7 +336,7 @@ def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
 
 def _symbols(subject: Subject) -> dict[str, Callable[[Machine, list[Any]], Any]]:
     """What stands for a call of each of them: a symbol of the solver."""
-    return {name: _symbol(subject, name) for name in SUMMARIES if name in subject.project.pous}
+    return {name: _symbol(subject, name) for name in _LONG if name in subject.project.pous}
 
 
 def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
@@ -351,7 +354,7 @@ def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
 
 def _bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
     """What the symbols are evaluated by: the engine's functions."""
-    return {name: _body(subject, name) for name in SUMMARIES if name in subject.project.pous}
+    return {name: _body(subject, name) for name in _LONG if name in subject.project.pous}
 
 
 def _body(subject: Subject, name: str) -> Callable[[int], int]:
@@ -442,7 +445,7 @@ class _Comparison:
         self.problem = ""
         pins = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
         self._pins = [path[0] == "B" and path[1] in pins for path, _ in self._leaves]
-        self._long = pou.name.upper() in SUMMARIES
+        self._long = pou.name.upper() in _LONG
 
     def _draw(self, share_pins: float, share: float) -> None:
         states = self._states
