@@ -111,6 +111,11 @@ def _guesses(
                 flag = whole[symbol.name.upper()]
                 guesses[f"Error with {symbol.name}"] = z3.Implies(whole["ERROR"], flag)
                 guesses[f"Error without {symbol.name}"] = z3.Not(z3.And(whole["ERROR"], flag))
+                for path, view in views.items():
+                    if path != BLOCK and "ACTIVE" in view and "BUSY" in view:
+                        told = f"{symbol.name}, {'.'.join(path)}"
+                        guesses[f"{told}: only if Active"] = z3.Implies(flag, view["ACTIVE"])
+                        guesses[f"{told}: never Busy"] = z3.Not(z3.And(flag, view["BUSY"]))
     edges = [
         (path, view[pin])
         for path, view in views.items()
@@ -136,6 +141,8 @@ def _of_one(view: View) -> dict[str, Any]:
     for pin in ("ACTIVE", "ARMED"):
         if pin in view and "BUSY" in view:
             guesses[f"{pin} from the first call on"] = z3.Implies(view["BUSY"], view[pin])
+    if "REMOTE" in view:
+        guesses["never Remote"] = z3.Not(view["REMOTE"])
     if "WASEXECUTE" in view:
         guesses["Execute is answered"] = z3.Implies(view["WASEXECUTE"], view.shown)
     if "FAILURE" in view and "ERRORID" in view:
@@ -163,6 +170,11 @@ def _of_two(inner: View, outer: View) -> dict[str, Any]:
     if "BUSY" not in inner or "ERROR" not in outer:
         return guesses
     busy = inner["BUSY"]
+    own = View(outer.machine, outer.memory, (*outer.path, "OWN"))
+    if "TICKET" in inner and "SERVING" in own:
+        turn = inner["TICKET"] == own["SERVING"]
+        guesses["Busy with the turn of its own channel"] = z3.Implies(busy, turn)
+        guesses["its own channel has no orphan"] = z3.Not(own["ORPHAN"])
     if "BUSY" in outer:
         guesses["Busy together"] = z3.Implies(busy, outer["BUSY"])
     guesses["Busy without Error outside"] = z3.Implies(busy, z3.Not(outer["ERROR"]))

@@ -22,7 +22,12 @@ from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = ["PROPERTIES", "exactly"]
 
-_COMPARES = {z3.Z3_OP_FPA_GE: ">=", z3.Z3_OP_FPA_LE: "<="}
+_COMPARES = {
+    z3.Z3_OP_FPA_GE: ">=",
+    z3.Z3_OP_FPA_GT: ">",
+    z3.Z3_OP_FPA_LE: "<=",
+    z3.Z3_OP_FPA_LT: "<",
+}
 
 
 # --- comparisons of what was scaled and rounded ---
@@ -59,7 +64,7 @@ def _grown(term: Any) -> tuple[Any, Callable[[float], float]] | None:
         make = _whole
     elif kind == z3.Z3_OP_FPA_TO_FP and len(arguments) == 2 and z3.is_fp(arguments[1]):
         make = _single if term.sort() == z3.Float32() else float
-    elif kind == z3.Z3_OP_FPA_MUL and (factor := _constant(arguments[2])) > 0:
+    elif kind == z3.Z3_OP_FPA_MUL and (factor := _constant(arguments[2]) or 0.0) > 0:
         make = partial(operator.mul, factor)
     else:
         return None
@@ -78,12 +83,13 @@ def _single(number: float) -> float:
     return float(c_float(number).value)
 
 
-def _constant(term: Any) -> float:
-    """A literal in double precision; 0 for anything else."""
+def _constant(term: Any) -> float | None:
+    """A finite literal in double precision; None for anything else."""
     bits = z3.simplify(z3.fpToIEEEBV(term))
     if not z3.is_bv_value(bits) or term.sort() != z3.Float64():
-        return 0.0
-    return float(struct.unpack("<d", struct.pack("<Q", bits.as_long()))[0])
+        return None
+    value = float(struct.unpack("<d", struct.pack("<Q", bits.as_long()))[0])
+    return value if math.isfinite(value) else None
 
 
 def exactly(term: Any) -> Any:
@@ -101,20 +107,19 @@ def exactly(term: Any) -> Any:
             continue
         seen.add(node.get_id())
         op = _COMPARES.get(node.decl().kind())
-        grown = _grown(node.arg(0)) if op else None
-        if op and grown:
-            swaps.append((node, _compared(op, *grown, _constant(node.arg(1)))))
+        limit = _constant(node.arg(1)) if op else None
+        grown = _grown(node.arg(0)) if limit is not None else None
+        if op and grown and limit is not None:
+            swaps.append((node, _compared(op, *grown, limit)))
         else:
             waiting += node.children()
     return z3.substitute(term, swaps) if swaps else term
 
 
 def _compared(op: str, pattern: Any, make: Callable[[float], float], limit: float) -> Any:
-    if op == ">=":
-        first = _first(lambda number: make(number) >= limit)
-        return reals.compare(">=", reals.Real(pattern), reals.Real(_number(_ordered(first))))
-    first = _first(lambda number: make(number) > limit)
-    return reals.compare("<", reals.Real(pattern), reals.Real(_number(_ordered(first))))
+    reached = operator.ge if op in (">=", "<") else operator.gt
+    first = _number(_ordered(_first(lambda number: reached(make(number), limit))))
+    return reals.compare(">=" if ">" in op else "<", reals.Real(pattern), reals.Real(first))
 
 
 # --- goals ---
@@ -163,6 +168,8 @@ def _impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator
         told = f"{File(one.file).name}:{one.line}"
         group = f"{one.kind} {told}" if one.kind == "conversion" else one.kind
         places.setdefault(group, []).append((told, without_floats(exactly(one.when))))
+    if not places:
+        yield Goal(f"{name}: nothing that could leave a range", known, z3.BoolVal(True))
     for group, found in places.items():
         claim = z3.Not(z3.Or([when for _, when in found]))
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+import z3
 
 from proving import library, statuses
-from rcx_tools.evidence.prove.safety import PROPERTIES
+from rcx_harness.verify.prove.solve import ask
+from rcx_tools.evidence.prove.safety import PROPERTIES, exactly
 
 (_SAFETY,) = PROPERTIES
 
@@ -15,12 +18,31 @@ from rcx_tools.evidence.prove.safety import PROPERTIES
 @pytest.mark.parametrize("block", ["FB_RealTimeValue", "FB_WriteBit", "FB_SetInchingAmount"])
 def test_nothing_of_a_block_leaves_its_range(block: str, tmp_path: Path) -> None:
     """Whatever its pins hold."""
-    assert statuses(_SAFETY, library(tmp_path, block), block.upper()) <= {"proved"}
+    assert statuses(_SAFETY, library(tmp_path, block), block.upper()) == {"proved"}
 
 
 def test_a_number_is_converted_only_where_an_integer_can_hold_it(tmp_path: Path) -> None:
     """Each REAL at the pin, up to infinity and what is no number."""
     assert statuses(_SAFETY, library(tmp_path, "FB_MoveTPtp"), "FB_MOVETPTP") == {"proved"}
+
+
+@pytest.mark.parametrize("compared", [z3.fpLT, z3.fpLEQ, z3.fpGT, z3.fpGEQ])
+def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None:
+    """Each comparison changes where the product with 0.5, which is exact, does."""
+    pattern = z3.BitVec("pattern", 32)
+    number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
+    half = z3.fpMul(z3.RNE(), number, z3.FPVal(0.5, z3.Float64()))
+    found = exactly(compared(half, z3.FPVal(3.0, z3.Float64())))
+    assert not any(z3.is_fp(child) for child in found.children())
+    assert ask((), found == compared(number, z3.FPVal(6.0, z3.Float64())), 20.0).status == "proved"
+
+
+def test_a_limit_that_is_no_literal_stays() -> None:
+    """Nothing is known of where the answer changes."""
+    pattern, limit = z3.BitVec("pattern", 32), z3.FP("limit", z3.Float64())
+    number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
+    assert exactly(number < limit).eq(number < limit)
+    assert exactly(number <= limit).eq(number <= limit)
 
 
 @pytest.mark.parametrize(
