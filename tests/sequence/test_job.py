@@ -272,6 +272,8 @@ def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(a
     job.scan(20)
     job.scan(30)
     assert job["Block.Busy"] is job["Block.Request"] is False, "Execute is still TRUE: no new edge"
+    begun = _job(Answer=answer)
+    assert begun["Channel.NextTicket"] == 1, "what starts in such a scan stands in the queue"
 
 
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
