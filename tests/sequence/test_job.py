@@ -238,23 +238,42 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
     assert job["Channel.NextTicket"] == ahead + 1
 
 
-@pytest.mark.parametrize("answer", [0x8001, 0x8002])
-def test_a_ticket_is_shown_before_it_is_passed_on(answer: int) -> None:
+def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     """A turn that came and went unseen would be given back by FB_WriteArea to nobody.
 
-    As for a jog that is refused in an emergency stop when the link is lost: the refusal goes, and
-    with it the reason not to take a ticket.
+    As for a block that waited for others to be gone before it could take its ticket.
     """
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
+    job["Channel.NextTicket"] = job["Channel.Lowest"] = 32_767
+    job["Block.Execute"] = True
+    job.scan(0)
+    assert job["Channel.NextTicket"] == 32_767
+    job["Block.Trouble"], job["Block.Settled"] = 0x8003, True
+    job["Channel.Serving"] = 32_767
+    job["Channel.Lowest"] = 32_800  # whatever FB_WriteArea left there
+    job.scan(10)
+    assert job["Block.Busy"] is job["Block.Active"] is True
+    assert job["Block.Request"] is False
+    assert job["Channel.Lowest"] == job["Channel.Serving"] == 32_767
+    job.scan(20)
+    assert job["Block.ErrorID"] == 0x8003
+    assert job["Channel.Serving"] == 32_768
+
+
+@pytest.mark.parametrize("answer", [0x8001, 0x8002])
+def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(answer: int) -> None:
+    """As a jog that is refused in an emergency stop when the link is lost: the refusal goes."""
     job = _job(Remote=True, Trouble=0x8003)
     assert job["Channel.NextTicket"] == 0, "a command that is refused takes no ticket"
     job["Block.Trouble"], job["Block.Answer"] = 0, answer
-    job["Channel.Lowest"] = 50  # whatever FB_WriteArea left there
     job.scan(10)
-    assert job["Block.Busy"] is job["Block.Active"] is True
-    assert (job["Channel.Lowest"], job["Channel.Serving"], job["Channel.NextTicket"]) == (0, 0, 1)
+    assert (job["Block.ErrorID"], job["Channel.NextTicket"]) == (answer, 0)
+    job["Block.Answer"] = 0
     job.scan(20)
-    assert job["Block.ErrorID"] == answer
-    assert job["Channel.Serving"] == 1
+    job.scan(30)
+    assert job["Block.Busy"] is job["Block.Request"] is False, "Execute is still TRUE: no new edge"
+    begun = _job(Answer=answer)
+    assert begun["Channel.NextTicket"] == 1, "what starts in such a scan stands in the queue"
 
 
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])

@@ -10,10 +10,8 @@ ASSUMPTIONS = {
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
     "turn": "A job that keeps its turn from scan to scan has the ticket that is served"
     " (of the library: property tickets).",
-    "between": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words);"
-    " all other blocks are called between the two, and none of core/ is called.",
-    "calls": "A block instance belongs to one RCX_REF, and is called between its FB_ReadArea and"
-    " its FB_WriteArea, of which there is one each.",
+    "calls": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words). A"
+    " block instance belongs to one robot and is called between the two; none of core/ is called.",
     "missed": "No block is Busy and left uncalled for an exact multiple of 65,536 scans: the number"
     " of the scan, which is all that it sees of them, is then as if there had been none.",
     "waiters": "While a block that has no ticket yet waits for one, at most 32,767 turns begin: it"

@@ -213,7 +213,7 @@ PROPERTIES = (
         " command that is out, requests an input that is not its own, or ends a hold of another"
         " block; any number of calls in any order neither.",
         "chapter 5, 1 and 3; guide chapter 2",
-        ("inner", "between"),
+        ("inner", "calls"),
         _goals,
         lambda library: ("any number of calls", *READERS, *between(library)),
         lambda part: ("FB_STATUS",) if part == "any number of calls" else (part,),

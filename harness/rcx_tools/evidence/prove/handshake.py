@@ -240,7 +240,7 @@ PROPERTIES = (
         " only; both stay unchanged until 16#0200 or 16#4000, or until the link or CPU_OK is lost,"
         " the status falls back, or a continuous output is ended; 16#0000 is between two codes.",
         "guide chapters 1 and 2, 4.7.4",
-        ("inner", "between", "area"),
+        ("inner", "calls", "area"),
         _goals,
         lambda _: WRITERS,
         lambda part: (part,),
@@ -250,7 +250,7 @@ PROPERTIES = (
         "FB_ReadArea takes status and response of one scan together, and a command block takes its"
         " response in the scan of the end status.",
         "guide chapters 1 and 2",
-        ("inner", "between", "area"),
+        ("inner", "calls", "area"),
         lambda library, part: (_read_area if part in READERS else _taken)(library, part),
         lambda library: (*READERS, *_commands(library)),
         lambda part: (part,),

@@ -309,7 +309,7 @@ PROPERTIES = (
         "No reserved bit of the dedicated inputs is ever ON, and SIW(0) and SIW(1) are 16#0000"
         " while no command is out.",
         "chapter 1, 4; chapter 5, 1",
-        ("inner", "between", "area"),
+        ("inner", "calls", "area"),
         _reserved,
         lambda _: WRITERS,
         lambda part: (part,),

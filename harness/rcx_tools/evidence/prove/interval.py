@@ -157,7 +157,7 @@ PROPERTIES = (
         "Any two changes of dedicated inputs are at least max(100 ms, Interval) + max(0, Margin)"
         " apart, each alone in its scan; only a switch-off of SI(00) or SI(06) goes out at once.",
         "chapter 5, 3",
-        ("inner", "between", "clock", "area"),
+        ("inner", "calls", "clock", "area"),
         _goals,
         lambda _: WRITERS,
         lambda part: (part,),

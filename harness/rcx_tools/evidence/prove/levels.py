@@ -83,7 +83,7 @@ PROPERTIES = (
         "SI(00) and SI(06) are ON only with their pin and the link, and while nothing holds them;"
         " any loss takes them away in the same scan.",
         "chapter 5, 2 and 3",
-        ("inner", "between", "area"),
+        ("inner", "calls", "area"),
         _goals,
         lambda _: (*WRITERS, *_STOPPERS),
         lambda part: (part,),

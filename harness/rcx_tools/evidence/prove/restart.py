@@ -117,6 +117,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
         get("OWN", "NEXTTICKET") == get("OWN", "SERVING") + 1,
     )
     yield z3.Implies(busy, turn)
+    yield z3.Not(get("OWN", "ORPHAN"))
     for block in dict.fromkeys(filter(None, chart.values())):
         own = [stage for stage, worker in chart.items() if worker == block]
         stages = list(chart)
@@ -378,7 +379,7 @@ PROPERTIES = (
         " without a new edge of Execute or Enable; after a lost CPU_OK no command; in an emergency"
         " stop no servo-on, start or return-to-origin begins, and what is out ends.",
         "chapter 1, 5; chapter 5, 3",
-        ("inner", "between"),
+        ("inner", "calls"),
         _goals,
         lambda library: (*WRITERS, *READERS, *_LEVELS, *jobs_of(library)),
         lambda part: (part,),
