@@ -479,6 +479,14 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
         assert sum(part in file for file in files) >= 3, part
 
 
+@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.what)
+def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
+    """So that a row does not name tests that were moved with the code."""
+    part = bug.file.removeprefix("harness/rcx_harness/").partition("/")[0]
+    folders = ("tests/spec", "tests/command") if part == "spec" else (f"tests/{part}",)
+    assert all(tests.startswith(folders) for tests in bug.tests)
+
+
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
     """All are put in by `make mutants`."""
     tasks = [
