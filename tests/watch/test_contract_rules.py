@@ -221,7 +221,9 @@ def test_a_block_without_some_pins_is_judged_by_those_it_has() -> None:
 
 def test_a_block_that_another_only_refers_to_is_judged_where_it_is_declared() -> None:
     """A VAR_IN_OUT has no pins of its own."""
-    block = BlockType("FB_B", tuple(Variable(pin, _kind(pin), "VAR_INPUT") for pin in PLAIN.split()))
+    block = BlockType(
+        "FB_B", tuple(Variable(pin, _kind(pin), "VAR_INPUT") for pin in PLAIN.split())
+    )
     using = BlockType("FB_USER", (Variable("Ref", block, "VAR_IN_OUT"),))
     program = _Pins(PLAIN, inner=False)
     program.main = BlockType("P", (Variable("B", block, "VAR"), Variable("User", using, "VAR")))

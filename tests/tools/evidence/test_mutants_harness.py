@@ -25,7 +25,7 @@ from rcx_tools.evidence.mutants.python import (
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import alike
+from rcx_tools.evidence.mutants.select import alike, cheapest
 from rcx_tools.evidence.mutants.tables import (
     TABLE_OPERATORS,
     marks_of,
@@ -178,6 +178,25 @@ def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_
     nodes = ["tests/operating.py::test_it", *many, "tests/a.py::test_operating_time", "b::test_no"]
     found = alike("Accumulated.observe self.operating_us += time", nodes)
     assert found == ["tests/a.py::test_operating_time", *many[:7]]
+
+
+def test_the_quickest_tests_of_each_test_function_come_first_up_to_a_time() -> None:
+    seconds = {
+        "a::long[1]": 3.0,
+        "a::short[1]": 0.5,
+        "a::short[2]": 0.25,
+        "b::it": 1.0,
+        "b::no": 9.0,
+    }
+    nodes = list(seconds)
+    assert cheapest(nodes, seconds, 4.25) == ["a::short[2]", "b::it", "a::long[1]"]
+    assert cheapest(nodes[:4], seconds, 4.75) == [
+        "a::short[2]",
+        "b::it",
+        "a::long[1]",
+        "a::short[1]",
+    ]
+    assert cheapest(nodes, seconds, 0.2) == []
 
 
 def test_a_value_with_a_name_is_judged_by_the_tests_of_those_that_use_it() -> None:

@@ -1,9 +1,9 @@
 """The mutants of what judges the library: virtual controller, monitors, engine, tables.
 
 Each runs in a throw-away copy of the repository, against tests that have run its function: some of
-each file, and those with words of the changed line in their names; of a table, against those that
-bear the name of the entry or of what it is part of. plc/lib is generated from a changed table, so
-that the library and its tests read the same.
+each file, those with words of the changed line in their names, and the quickest; of a table,
+against those that bear the name of the entry or of what it is part of. plc/lib is generated from a
+changed table, so that the library and its tests read the same.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from rcx_tools.evidence.mutants.python import (
 from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import Judges, TestStates, alike, folder_of
+from rcx_tools.evidence.mutants.select import Judges, TestStates, alike, cheapest, folder_of
 from rcx_tools.evidence.mutants.suite import in_suite, spread
 from rcx_tools.evidence.mutants.tables import (
     marks_of,
@@ -47,8 +47,8 @@ _PACKAGE = "harness/rcx_harness"
 _SHARD = 6
 #: Longest that such a run may take [s].
 _PATIENCE_S = 1000.0
-#: Tests more of a function, or of those that use a value, evenly spread over all that run it.
-_USERS = 6
+#: Of all tests that run a function, or one that uses a value, so much time's worth more [s].
+_MORE_S = 12.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
@@ -231,17 +231,18 @@ class HarnessRun:
                 about = self._about_it(mutant)
                 ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
-                near += spread(ran_it, _USERS)
+                near += cheapest(ran_it, baseline.seconds, _MORE_S)
                 tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
         return self._judged(copies, kind.name, tasks, judges)
 
     def _about_it(self, mutant: Mutant) -> frozenset[str]:
-        """The function that is changed; of a value with a name, those that use it."""
+        """The function that is changed; of a value with a name, those that use it, or any."""
         if ":" in mutant.pou:
             return frozenset([mutant.pou.upper()])
         text = (self._root / mutant.file).read_text(encoding="utf-8")
-        return frozenset(f"{mutant.pou}:{name}".upper() for name in users(text, mutant.line))
+        using = frozenset(f"{mutant.pou}:{name}".upper() for name in users(text, mutant.line))
+        return using or frozenset([mutant.pou.upper()])
 
     def _seeded(
         self, copies: Copies, rows: Sequence[tuple[Bug, Mutant]], baseline: Baseline
