@@ -157,9 +157,9 @@ def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Mea
     ids=["FOR", "REPEAT", "WHILE"],
 )
 def test_what_is_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
-    """k is 1, 2 and 3 in it."""
-    inside = "    IF k = 2 THEN\n      Shown := 1;\n    END_IF;\n    IF k = 5 THEN\n      {}    END_IF;\n"
-    body = loop.format(body=inside.format("Shown := 2;\n"))
+    """Its counter is 1, 2 and 3."""
+    branch = "    IF k = {} THEN\n      Shown := 1;\n    END_IF;\n"
+    body = loop.format(body=branch.format(2) + branch.format(5))
     start, end = _BLOCK.index("  k := 1;"), _BLOCK.index("  Good :=")
     block = f"{_BLOCK[:start]}  {body}{_BLOCK[end:]}"
     (dead,) = [k for k, line in enumerate(block.splitlines(), 1) if "IF k = 5" in line]

@@ -158,6 +158,8 @@ _STATEMENTS = [
     ("I := 1", "a ';' is missing"),
     ("I := ;", "an expression is expected"),
     ("I := (1 + 2;", "';' is not expected here"),
+    ("WHILE B I := 1; END_WHILE;", "'I' is not expected here"),
+    ("F(Data := P Go := B);", "'Go' is not expected here"),
     ("IF B THEN END_IF;", "no statement before END_IF"),
     ("IF B THEN I := 1; ELSE END_IF;", "no statement before END_IF"),
     ("IF B THEN I := 1; END_IF", "a ';' is missing"),
