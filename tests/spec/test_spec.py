@@ -126,9 +126,9 @@ def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
     least_and_most["s32"] = (-(2**31), 2**31 - 1)
     for entry in spec.commands().values():
         for part in (*entry.request, *entry.response):
-            for low, high in (part.range or (0, 0), *part.ranges.values()):
-                least, most = least_and_most.get(part.type, (0, part.mask))
-                assert least <= low <= high <= most, (entry.name, part.name)
+            least, most = least_and_most.get(part.type, (0, part.mask >> part.bits[0]))
+            for edges in (part.range or (0, 0), *part.ranges.values()):
+                assert [least, *edges, most] == sorted([least, *edges, most]), entry.name
 
 
 def test_encode_gives_the_printed_telegram() -> None:
