@@ -17,11 +17,11 @@ from rcx_tools.evidence.mutants.copies import Copies
 from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
+    concerned,
     function_at,
     functions,
     python_changes,
     python_meaning,
-    users,
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
@@ -214,10 +214,12 @@ class Points:
 def other() -> int:
     return _OTHER
 """
-    assert users(text, 1) == ["Points.take"]
-    assert users(text, 2) == ["other"]
-    assert users(text, 6) == ["Points.take"]
-    assert users(text, 13) == []
+    take = frozenset(["ROBOT/A.PY:POINTS.TAKE"])
+    assert concerned("robot/a.py", text, 1) == take
+    assert concerned("robot/a.py", text, 2) == {"ROBOT/A.PY:OTHER"}
+    assert concerned("robot/a.py", text, 6) == take
+    assert concerned("robot/a.py", "SEEN = 1\n", 1) == {"ROBOT/A.PY"}, "other modules use it"
+    assert concerned("robot/a.py:other", text, 13) == {"ROBOT/A.PY:OTHER"}
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:

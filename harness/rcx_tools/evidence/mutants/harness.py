@@ -22,11 +22,11 @@ from rcx_tools.evidence.mutants.copies import Copies, Traced
 from rcx_tools.evidence.mutants.judging import Judging, progress_bar
 from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
+    concerned,
     file_key,
     functions,
     python_changes,
     python_meaning,
-    users,
 )
 from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
@@ -228,21 +228,14 @@ class HarnessRun:
             module = mutant.pou.partition(":")[0]  # what has run at its import only
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
-                about = self._about_it(mutant)
+                text = (self._root / mutant.file).read_text(encoding="utf-8")
+                about = concerned(mutant.pou, text, mutant.line)
                 ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
                 near += cheapest(ran_it, baseline.seconds, _MORE_S)
                 tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
         return self._judged(copies, kind.name, tasks, judges)
-
-    def _about_it(self, mutant: Mutant) -> frozenset[str]:
-        """The function that is changed; of a value with a name, those that use it, or any."""
-        if ":" in mutant.pou:
-            return frozenset([mutant.pou.upper()])
-        text = (self._root / mutant.file).read_text(encoding="utf-8")
-        using = frozenset(f"{mutant.pou}:{name}".upper() for name in users(text, mutant.line))
-        return using or frozenset([mutant.pou.upper()])
 
     def _seeded(
         self, copies: Copies, rows: Sequence[tuple[Bug, Mutant]], baseline: Baseline

@@ -17,12 +17,12 @@ from rcx_tools.evidence.mutants.sample import Change
 
 __all__ = [
     "PYTHON_OPERATORS",
+    "concerned",
     "file_key",
     "function_at",
     "functions",
     "python_changes",
     "python_meaning",
-    "users",
 ]
 
 PYTHON_OPERATORS = (
@@ -69,7 +69,16 @@ def functions(text: str) -> dict[int, str]:
     }
 
 
-def users(text: str, line: int) -> list[str]:
+def concerned(pou: str, text: str, line: int) -> frozenset[str]:
+    """In upper case, what a change at this line may show in.
+
+    The function that is changed; of a value with a name those that use it, else the whole module.
+    """
+    using = [] if ":" in pou else [f"{pou}:{name}" for name in _users(text, line)]
+    return frozenset(name.upper() for name in using or [pou])
+
+
+def _users(text: str, line: int) -> list[str]:
     """Qualified names of the functions that use what an assignment at this line gives a name."""
     tree = ast.parse(text)
     targets = [
