@@ -25,7 +25,7 @@ from rcx_tools.evidence.mutants.python import (
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import alike, cheapest
+from rcx_tools.evidence.mutants.select import alike, cheapest, nearest
 from rcx_tools.evidence.mutants.tables import (
     TABLE_OPERATORS,
     marks_of,
@@ -181,22 +181,19 @@ def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_
 
 
 def test_the_quickest_tests_of_each_test_function_come_first_up_to_a_time() -> None:
-    seconds = {
-        "a::long[1]": 3.0,
-        "a::short[1]": 0.5,
-        "a::short[2]": 0.25,
-        "b::it": 1.0,
-        "b::no": 9.0,
-    }
-    nodes = list(seconds)
-    assert cheapest(nodes, seconds, 4.25) == ["a::short[2]", "b::it", "a::long[1]"]
-    assert cheapest(nodes[:4], seconds, 4.75) == [
-        "a::short[2]",
-        "b::it",
-        "a::long[1]",
-        "a::short[1]",
-    ]
-    assert cheapest(nodes, seconds, 0.2) == []
+    seconds = {"a::long[1]": 3.0, "a::short[1]": 0.5, "a::short[2]": 0.25, "b::it": 1.0}
+    of_each = ["a::short[2]", "b::it", "a::long[1]"]
+    assert cheapest(seconds, seconds, 4.25) == of_each
+    assert cheapest(seconds, seconds, 4.75) == [*of_each, "a::short[1]"]
+    assert cheapest(seconds, seconds, 0.2) == []
+
+
+def test_the_tests_that_run_the_fewest_functions_come_first_up_to_a_time() -> None:
+    seconds = {"a::whole": 0.1, "a::unit": 1.0, "b::unit": 0.5, "b::some": 2.0}
+    ran = {"a::whole": "FGHI", "a::unit": "F", "b::unit": "F", "b::some": "FG"}
+    about = {node: frozenset(functions) for node, functions in ran.items()}
+    assert nearest(ran, about, seconds, 3.5) == ["b::unit", "a::unit", "b::some"]
+    assert nearest(ran, about, seconds, 3.4) == ["b::unit", "a::unit"]
 
 
 def test_a_value_with_a_name_is_judged_by_the_tests_of_those_that_use_it() -> None:

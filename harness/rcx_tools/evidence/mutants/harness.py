@@ -1,9 +1,9 @@
 """The mutants of what judges the library: virtual controller, monitors, engine, tables.
 
 Each runs in a throw-away copy of the repository, against tests that have run its function: some of
-each file, those with words of the changed line in their names, and the quickest; of a table,
-against those that bear the name of the entry or of what it is part of. plc/lib is generated from a
-changed table, so that the library and its tests read the same.
+each file, those with words of the changed line in their names, those that run little else, and the
+quickest; of a table, against those that bear the name of the entry or of what it is part of.
+plc/lib is generated from a changed table, so that the library and its tests read the same.
 """
 
 from __future__ import annotations
@@ -31,7 +31,14 @@ from rcx_tools.evidence.mutants.python import (
 from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import Judges, TestStates, alike, cheapest, folder_of
+from rcx_tools.evidence.mutants.select import (
+    Judges,
+    TestStates,
+    alike,
+    cheapest,
+    folder_of,
+    nearest,
+)
 from rcx_tools.evidence.mutants.suite import in_suite, spread
 from rcx_tools.evidence.mutants.tables import (
     marks_of,
@@ -47,8 +54,9 @@ _PACKAGE = "harness/rcx_harness"
 _SHARD = 6
 #: Longest that such a run may take [s].
 _PATIENCE_S = 1000.0
-#: Of all tests that run a function, or one that uses a value, so much time's worth more [s].
-_MORE_S = 12.0
+#: Of all tests that run a function, or one that uses a value, so much time's worth more: of those
+#: that run little else, and of the quickest [s].
+_MORE_S = 6.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
@@ -232,6 +240,7 @@ class HarnessRun:
                 about = concerned(mutant.pou, text, mutant.line)
                 ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
+                near += nearest(ran_it, ran, baseline.seconds, _MORE_S)
                 near += cheapest(ran_it, baseline.seconds, _MORE_S)
                 tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
