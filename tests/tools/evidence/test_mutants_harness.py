@@ -211,12 +211,12 @@ class Points:
 def other() -> int:
     return _OTHER
 """
-    take = frozenset(["ROBOT/A.PY:POINTS.TAKE"])
-    assert concerned("robot/a.py", text, 1) == take
-    assert concerned("robot/a.py", text, 2) == {"ROBOT/A.PY:OTHER"}
-    assert concerned("robot/a.py", text, 6) == take
-    assert concerned("robot/a.py", "SEEN = 1\n", 1) == {"ROBOT/A.PY"}, "other modules use it"
-    assert concerned("robot/a.py:other", text, 13) == {"ROBOT/A.PY:OTHER"}
+    texts = {"robot/a.py": text, "robot/b.py": "SEEN = 1\n\n\ndef show(at):\n    at.size\n"}
+    found = [concerned("robot/a.py", line, texts) for line in (1, 2, 6)]
+    take = "ROBOT/A.PY:POINTS.TAKE"
+    assert found == [{take}, {"ROBOT/A.PY:OTHER"}, {take, "ROBOT/B.PY:SHOW"}]
+    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "nobody uses it"
+    assert concerned("robot/a.py:other", 13, texts) == {"ROBOT/A.PY:OTHER"}
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:

@@ -107,6 +107,10 @@ class HarnessRun:
         self._out = self._root / "out" / "verification"
         self._states = TestStates(self._root)
         self._names: dict[str, dict[int, str]] = {}
+        modules = sorted((self._root / _PACKAGE).rglob("*.py"))
+        keys = [file_key(one.relative_to(self._root).as_posix()) for one in modules]
+        texts = [one.read_text(encoding="utf-8") for one in modules]
+        self._texts = dict(zip(keys, texts, strict=True))
 
     def figures(self, wanted: Sequence[str]) -> dict[str, dict[str, Any]]:
         """Run the wanted kinds, and `seeded`; the figures of each.
@@ -236,8 +240,7 @@ class HarnessRun:
             module = mutant.pou.partition(":")[0]  # what has run at its import only
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
-                text = (self._root / mutant.file).read_text(encoding="utf-8")
-                about = concerned(mutant.pou, text, mutant.line)
+                about = concerned(mutant.pou, mutant.line, self._texts)
                 ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
                 near += nearest(ran_it, ran, baseline.seconds, _MORE_S)
