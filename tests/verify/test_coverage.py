@@ -327,13 +327,25 @@ def test_a_process_writes_its_counts_when_it_ends(tmp_path: Path) -> None:
         f"plc = build([{str(program)!r}], 'builtin').program\n"
         "plc.scan(0); plc.scan(1)"
     )
-    environment = {**os.environ, "RCX_COVERAGE": str(tmp_path / "out/counts")}
+    environment = {**os.environ, "RCX_COVERAGE": str(tmp_path / "counts")}
     environment.pop("RCX_COVERAGE_OF", None)
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)
-    (file,) = (tmp_path / "out/counts").glob("*.json")
+    (file,) = (tmp_path / "counts").glob("*.json")
     (entry,) = json.loads(file.read_text())
     assert entry["counters"] == [2]
     assert entry["pou"] == "P"
+
+
+def test_counts_are_written_if_there_are_any(tmp_path: Path) -> None:
+    program = tmp_path / "Main.st"
+    program.write_text("PROGRAM P\n  VAR\n    k : INT;\n  END_VAR\n  k := k + 1;\nEND_PROGRAM\n")
+    collector = Collector()
+    collector.write(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+    BuiltinProgram.build(load([program]), collector).scan(0)
+    collector.write(tmp_path / "out/counts")
+    (file,) = (tmp_path / "out/counts").glob("*.json")
+    assert json.loads(file.read_text()) == collector.data()
 
 
 def test_the_reports_show_the_source_and_the_gaps(measured: Measure, tmp_path: Path) -> None:

@@ -139,6 +139,7 @@ _STATEMENTS = [
     ("B := C < RED;", "< is not defined for Colour"),
     ("B := I = D;", "a INT is expected here, not a DINT"),
     ("T1 := T1 * T1;", "* is not defined for TIME"),
+    ("T1 := Day + Day;", "+ is not defined for DATE"),
     ("IF I THEN I := 1; END_IF;", "a BOOL is expected here, not a INT"),
     ("WHILE I DO I := 1; END_WHILE;", "a BOOL is expected here"),
     ("FOR R := 1.0 TO 2.0 DO I := 1; END_FOR;", "a FOR needs an integer counter"),

@@ -56,7 +56,7 @@ _SHARD = 6
 _PATIENCE_S = 1000.0
 #: Of all tests that run a function, or one that uses a value, so much time's worth more: of those
 #: that run little else, and of the quickest [s].
-_MORE_S = 6.0
+_NEAREST_S, _QUICKEST_S = 25.0, 6.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
@@ -243,8 +243,8 @@ class HarnessRun:
                 about = concerned(mutant.pou, mutant.line, self._texts)
                 ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
-                near += nearest(ran_it, ran, baseline.seconds, _MORE_S)
-                near += cheapest(ran_it, baseline.seconds, _MORE_S)
+                near += nearest(ran_it, ran, baseline.seconds, _NEAREST_S)
+                near += cheapest(ran_it, baseline.seconds, _QUICKEST_S)
                 tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
         return self._judged(copies, kind.name, tasks, judges)
