@@ -176,7 +176,17 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
         RobotConfig.load(tmp_path)
 
 
-@pytest.mark.parametrize("values", [{"size": 47}, {"boot_time": (5, 1)}, {"pendant_alarm": "x"}])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"size": 47},
+        {"boot_time": (5, 1)},
+        {"pendant_alarm": "x"},
+        {"axes": (Axis(motor_rotation=3),)},
+        {"axes": (Axis(workpiece=2**31),)},
+        {"axes": (Axis(max_acceleration=0),)},
+    ],
+)
 def test_a_wrong_value_in_python_is_refused_too(values: dict[str, Any]) -> None:
     with pytest.raises(InputError):
         RobotConfig(**values)

@@ -115,6 +115,16 @@ def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> No
     assert master.texts() == []
 
 
+def test_without_an_interval_another_input_in_the_exchange_of_a_switch_off_is_taken() -> None:
+    """Rule: interval-stops, interval-strict."""
+    master = Master(min_interval=0)
+    master.power_up()
+    master.turn("SI06", False)
+    master.turn("SI01", True)
+    master.run(200)
+    assert master.on("SO02")
+
+
 def test_two_other_inputs_in_the_exchange_of_a_switch_off_are_reported() -> None:
     """Rule: interval-stops, interval-strict."""
     master = Master()

@@ -239,6 +239,14 @@ def test_what_is_no_output_of_this_board_is_refused(name: str) -> None:
         master.robot.write_port(name, 1)
 
 
+def test_the_last_word_of_the_extended_area_is_word_127() -> None:
+    """Rule: ports."""
+    master = Master(size=256)
+    master.robot.write_port("SOW(127)", 1)
+    with pytest.raises(InputError, match="no general-purpose word"):
+        master.robot.write_port("SOW(128)", 1)
+
+
 @pytest.mark.parametrize(
     ("steps", "message"),
     [

@@ -281,6 +281,18 @@ def test_inputs_that_a_safety_setting_disables(knob: bool, emergency: bool) -> N
     assert master.texts() == []
 
 
+def test_stops_count_as_long_as_no_safety_setting_disables_them() -> None:
+    """Rule: safety-inputs."""
+    master = Master(safety_keeps_stops=False)
+    master.servo_on()
+    master.turn_and_wait("SI06", False)
+    master.pulse("SI12")
+    assert not master.on("SO13")
+    assert not master.on("SO00")
+    master.turn_and_wait("SI00", False)
+    assert master.on("SO00")
+
+
 def test_delays_given_as_a_range_come_from_the_seed() -> None:
     """Rule: answers."""
 

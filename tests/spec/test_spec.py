@@ -120,6 +120,17 @@ def test_every_table_entry_is_sound() -> None:
                     covered[k] |= part.mask
 
 
+def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
+    """Words of 16 and double words of 32 bits."""
+    least_and_most = {"u16": (0, 2**16 - 1), "s16": (-(2**15), 2**15 - 1)}
+    least_and_most["s32"] = (-(2**31), 2**31 - 1)
+    for entry in spec.commands().values():
+        for part in (*entry.request, *entry.response):
+            least, most = least_and_most.get(part.type, (0, part.mask >> part.bits[0]))
+            for edges in (part.range or (0, 0), *part.ranges.values()):
+                assert [least, *edges, most] == sorted([least, *edges, most]), entry.name
+
+
 def test_encode_gives_the_printed_telegram() -> None:
     """Move to point 19 at 50 %.
 

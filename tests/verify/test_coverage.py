@@ -147,6 +147,25 @@ def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Mea
     ]
 
 
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "FOR k := 1 TO 3 DO\n{body}  END_FOR;\n",
+        "k := 1;\n  REPEAT\n{body}    k := k + 1;\n  UNTIL k > 3 END_REPEAT;\n",
+        "k := 1;\n  WHILE k <= 3 DO\n{body}    k := k + 1;\n  END_WHILE;\n",
+    ],
+    ids=["FOR", "REPEAT", "WHILE"],
+)
+def test_what_is_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
+    """Its counter is 1, 2 and 3."""
+    branch = "    IF k = {} THEN\n      Shown := 1;\n    END_IF;\n"
+    body = loop.format(body=branch.format(2) + branch.format(5))
+    start, end = _BLOCK.index("  k := 1;"), _BLOCK.index("  Good :=")
+    block = f"{_BLOCK[:start]}  {body}{_BLOCK[end:]}"
+    (dead,) = [k for k, line in enumerate(block.splitlines(), 1) if "IF k = 5" in line]
+    assert _open(measured(_EVERYTHING, block)) == [f"{dead}: not taken: IF k = 5"]
+
+
 def test_a_case_whose_labels_are_all_members_has_no_other_way(measured: Measure) -> None:
     block = _BLOCK.replace("    SIZE_LARGE:", "    SIZE_MIDDLE, SIZE_LARGE:")
     cases = [item.text for item in measured(_EVERYTHING, block).branches if "CASE" in item.text]
@@ -235,6 +254,15 @@ def test_mcdc_asks_that_each_condition_decides_both_ways(
     assert "".join(name for name, one in judged.items() if one.unique) == unique
 
 
+def test_what_a_decision_gives_is_known_of_each_vector(tmp_path: Path) -> None:
+    """Worked out by hand; A is bit 0."""
+    decision = _decision("A XOR B AND NOT C", tmp_path)
+    assert [decision.outcome(vector) for vector in range(8)] == [
+        *(False, True, True, False),
+        *(False, True, False, True),
+    ]
+
+
 def test_all_operands_are_evaluated_where_python_would_stop(measured: Measure) -> None:
     """ST has no short circuit: the second condition is seen although the first is FALSE."""
     result = measured([(0, True, "SIZE_SMALL")])
@@ -306,6 +334,18 @@ def test_a_process_writes_its_counts_when_it_ends(tmp_path: Path) -> None:
     (entry,) = json.loads(file.read_text())
     assert entry["counters"] == [2]
     assert entry["pou"] == "P"
+
+
+def test_counts_are_written_if_there_are_any(tmp_path: Path) -> None:
+    program = tmp_path / "Main.st"
+    program.write_text("PROGRAM P\n  VAR\n    k : INT;\n  END_VAR\n  k := k + 1;\nEND_PROGRAM\n")
+    collector = Collector()
+    collector.write(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+    BuiltinProgram.build(load([program]), collector).scan(0)
+    collector.write(tmp_path / "out/counts")
+    (file,) = (tmp_path / "out/counts").glob("*.json")
+    assert json.loads(file.read_text()) == collector.data()
 
 
 def test_the_reports_show_the_source_and_the_gaps(measured: Measure, tmp_path: Path) -> None:

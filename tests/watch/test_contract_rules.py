@@ -35,13 +35,13 @@ class _Pins:
         block = BlockType("FB_B", tuple(Variable(pin, _kind(pin), "VAR_INPUT") for pin in names))
         if inner:
             outer = BlockType("FB_OUTER", (Variable("B", block, "VAR"),))
-            self._main = BlockType("P", (Variable("Outer", outer, "VAR"),))
+            self.main = BlockType("P", (Variable("Outer", outer, "VAR"),))
         else:
-            self._main = BlockType("P", (Variable("B", block, "VAR"),))
+            self.main = BlockType("P", (Variable("B", block, "VAR"),))
         self.now: dict[str, Any] = {}
 
     def instances(self) -> Mapping[str, Type]:
-        return {"Main": self._main}
+        return {"Main": self.main}
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Any, ...]]:
         pins = [path.rpartition(".")[2] for path in paths]
@@ -160,6 +160,13 @@ def test_what_needs_the_execute_of_the_call_is_left_out_where_the_call_is_not_ce
     assert judge(scans, steady=False) == []
 
 
+@pytest.mark.parametrize("scans", ["- NB B V -", "- N NV -", "- NEI EI -"])
+def test_what_needs_the_enable_of_the_call_is_left_out_where_the_call_is_not_certain(
+    scans: str,
+) -> None:
+    assert judge(scans, LEVEL, steady=False) == []
+
+
 def test_a_block_in_a_block_may_be_called_twice_where_its_call_is_not_certain() -> None:
     """So that its end may pass within one scan; not so for the block of a program."""
     assert judge("- XB B -", steady=False, inner=True) == []
@@ -209,3 +216,16 @@ def test_a_block_without_some_pins_is_judged_by_those_it_has() -> None:
     short = "Execute Done Busy Error"
     assert judge("- XB XE E -", short) == []
     assert judge("- XB XDE -", short) == [(2, f"Done and Error {TOGETHER}")]
+    assert judge("- E E -", "Error") == [], "no ErrorID: that may be any block"
+
+
+def test_a_block_that_another_only_refers_to_is_judged_where_it_is_declared() -> None:
+    """A VAR_IN_OUT has no pins of its own."""
+    block = BlockType(
+        "FB_B", tuple(Variable(pin, _kind(pin), "VAR_INPUT") for pin in PLAIN.split())
+    )
+    using = BlockType("FB_USER", (Variable("Ref", block, "VAR_IN_OUT"),))
+    program = _Pins(PLAIN, inner=False)
+    program.main = BlockType("P", (Variable("B", block, "VAR"), Variable("User", using, "VAR")))
+    watched = ContractMonitor(program).instances  # type: ignore[arg-type]
+    assert [one.path for one in watched] == ["Main.B"]

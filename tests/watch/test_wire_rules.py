@@ -287,6 +287,14 @@ def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
     assert monitor.commands == 2
 
 
+def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
+    """Not even where its end is read with no code out."""
+    monitor = WireMonitor()
+    out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
+    play(monitor, *out, Scan(30, status=RUN), Scan(40, status=END), Scan(50))
+    assert monitor.commands == 0
+
+
 @pytest.mark.parametrize("status", [READY, RUN])
 def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> None:
     """Nor does it count that the one before was under way."""

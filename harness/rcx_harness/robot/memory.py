@@ -221,16 +221,13 @@ class Variables:
         return self.reals[number - FIRST_REAL] if is_real(number) else self.integers[number]
 
     def assign(self, number: int, value: float) -> None:
-        """Give a variable a value; it takes the variable's type.
+        """Give a variable a value that is finite in single precision; it takes the variable's type.
 
         Raises:
-            CommandError: it is too large for the variable.
+            CommandError: it is too large for an integer.
         """
         if is_real(number):
-            value = single(value)
-            if not math.isfinite(value):
-                raise CommandError(self._config.overflow_alarm)
-            self.reals[number - FIRST_REAL] = value
+            self.reals[number - FIRST_REAL] = single(value)
             return
         self.integers[number] = self._integer(Fraction(value))
 

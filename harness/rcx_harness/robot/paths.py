@@ -74,9 +74,7 @@ class Profile:
         return 1.0 - left * left / (2 * self.down) / whole
 
     def when(self, share: float) -> float:
-        """Seconds after the start when that part of the way is done: `share` the other way."""
-        if share >= 1 or self.seconds == 0:
-            return self.seconds
+        """Seconds after the start when that part of the way is done, 0 to 1: `share` reversed."""
         done = share * self._whole
         if done < self.up / 2:
             return math.sqrt(2 * done * self.up)
@@ -229,7 +227,7 @@ class Pace:
         share: Speed as a part of the maximum: of the axes, on lines and arcs of the tool.
         up: Acceleration as a part of the maximum; None: each axis as its parameter ACCEL says.
         down: Deceleration likewise, parameter DECEL.
-        mm_per_s: Speed of the tool on lines and arcs, instead of `share`.
+        mm_per_s: Speed of the tool on lines and arcs; `share` is that of the axes only then.
     """
 
     share: float = 1.0
@@ -343,8 +341,7 @@ def _curve(arm: Arm, frame: Frame, curve: Curve, target: Mapping[int, int], pace
         step = max(abs(after - before) for before, after in pairwise(values))
         if length and step:
             rate = step * samples / length  # pulses of the axis for each mm of the tool
-            share = pace.share if pace.mm_per_s is None else 1.0
-            speeds.append(axis.max_speed * share / rate)
+            speeds.append(axis.max_speed * pace.share / rate)
             ramps.append([ramp / rate for ramp in _ramps(arm, place, pace)])
     up, down = (min(kind) for kind in zip(*ramps, strict=True)) if ramps else (1.0, 1.0)
     profile = Profile.over(length if ramps else 0.0, min(speeds), up, down)

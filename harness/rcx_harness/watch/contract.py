@@ -120,7 +120,7 @@ class _Edge(_Instance):
 
     def _may_not_last(self) -> bool:
         execute, *rest = self._by_pin(self.before)
-        return not execute and _Pins(*rest).end if any(rest) else False
+        return not execute and _Pins(*rest).end
 
     def _judge(self, before: list[Any], now: list[Any]) -> list[str]:
         was, pins = _Pins(*before[1:]), _Pins(*now[1:])

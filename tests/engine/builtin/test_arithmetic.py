@@ -86,6 +86,15 @@ def test_modulo_zero_is_zero_as_the_standard_says(run: Run) -> None:
     ) == (0, 0)
 
 
+def test_a_number_without_a_type_takes_that_of_what_it_is_calculated_with(run: Run) -> None:
+    """Also in a comparison, where nothing else says which; 32767 + 1 wraps as INT."""
+    assert run(
+        "I : INT := 32767; T1 : TIME := T#2s; B, C, D : BOOL;",
+        "B := 1 + I = -32768; C := -1 < 2 * I + 1; D := MAX(1, I) = I;",
+        "B C D",
+    ) == (True, False, True)
+
+
 def test_real_is_single_and_lreal_double_precision(run: Run) -> None:
     single, double, large = run(
         "A : REAL := 0.1; B : REAL := 0.2; L : LREAL := 0.1; M : LREAL := 0.2;"

@@ -18,7 +18,7 @@ VAR_INPUT
 END_VAR
 VAR
   A : ARRAY [1..3] OF INT; G : ARRAY [0..1, 0..1] OF INT; K : INT; L : LREAL; S1 : STRING;
-  W : WORD; U : UINT; D : DINT; T1 : TIME;
+  W : WORD; U : UINT; D : DINT; T1 : TIME; B : BYTE; Y : ARRAY [1..255] OF INT;
 END_VAR
   K := 1;
   {statement}
@@ -37,6 +37,7 @@ END_PROGRAM
         ("A[I] := 1;", "index 0 is outside 1..3"),
         ("A[I + 4] := 1;", "index 4 is outside 1..3"),
         ("K := A[I - 1];", "index -1 is outside 1..3"),
+        ("Y[BYTE_TO_USINT(B)] := 1;", "index 0 is outside 1..255"),
         ("G[1, I - 1] := 1;", "index -1 is outside 0..1"),
         ("K := K / I;", "division by zero"),
         ("U := U / INT_TO_UINT(I);", "division by zero"),

@@ -211,6 +211,17 @@ def test_variables_at_one_address_are_one(build: Build) -> None:
     assert (program.read("Main.A"), program.read("Main.Seen")) == (42, 42)
 
 
+def test_a_program_may_have_variables_at_addresses_only(build: Build) -> None:
+    program = build(
+        "PROGRAM P1\nVAR A AT %MW0 : WORD; B AT %MW1 : WORD; END_VAR\n"
+        "A := B; B := WORD#5;\nEND_PROGRAM"
+    )
+    program.scan(0)
+    program.scan(10_000)
+
+    assert program.read("Main.A") == 5
+
+
 def test_a_global_structure_is_shared_by_programs(build: Build) -> None:
     program = build(
         "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"

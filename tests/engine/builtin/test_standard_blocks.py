@@ -224,6 +224,19 @@ def test_ctud_counts_both_ways_and_ignores_edges_at_the_same_time(build: Build) 
     ]
 
 
+def test_ctud_counts_an_edge_down_once_and_takes_edges_up_while_that_level_lasts(
+    build: Build,
+) -> None:
+    steps: list[dict[str, Any]] = [
+        {"PV": 5, "LD": True},
+        {"LD": False, "CD": True},
+        {"CU": False},
+        {"CU": True},
+    ]
+
+    assert [cv for (cv,) in _trace(build, "CTUD", steps, "CV")] == [5, 4, 4, 5]
+
+
 def test_ton_begins_anew_after_each_interruption_however_short(build: Build) -> None:
     inputs = _levels("IN", "0111011111")
     inputs[0]["PT"] = "T#30ms"

@@ -61,6 +61,7 @@ def test_a_value_of_the_type_is_taken(kind: Type, value: Any, held: Any) -> None
         (_elementary("TIME"), 5, "use a timedelta or a literal such as T#1500ms"),
         (_elementary("TIME"), "5", "Main.X is of type TIME and cannot be '5'"),
         (_elementary("DATE"), datetime(2024, 1, 1), "use a datetime.date"),
+        (_elementary("TOD"), 5, "use a datetime.time"),
         (COLOUR, "BLUE", "use one of RED, GREEN"),
         (COLOUR, 1, "use one of RED, GREEN"),
         (GRID, [1, 2, 3, 4, 5, 6], "cannot take 6 elements; give a list of 2"),

@@ -9,6 +9,7 @@ import pytest
 from program_commands import (
     ALL,
     EXECUTE,
+    FIRST,
     INFO,
     NAME,
     NEXT,
@@ -94,6 +95,21 @@ def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
     assert lines(master) == [0, 1, 0, 0, 0, 0, 0, 0]
     assert info(master, 1) == (1, 2, 1, 6)
     assert master.execute(*telegram(INFO, NUMBER, program=2)) == abnormal_end("4.2")
+
+
+def test_a_program_whose_task_another_takes_can_be_started_by_that_one() -> None:
+    """It was stopped in its second line, and is at its beginning again, in the next vacant task.
+
+    Rule: task-table.
+    """
+    second = RobotProgram("SECOND", steps=("START 1", "WAIT SI(21)=1"), loop=False)
+    master = program_master(FIRST, second)
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    master.turn_and_wait("SI06", False)
+    master.execute(*telegram(REGISTER, NUMBER, program=2, task=1, priority=1))
+    master.turn_and_wait("SI06", True)
+    master.execute(*telegram(EXECUTE, NUMBER, program=2))
+    assert lines(master)[:2] == [2, 2]
 
 
 def test_a_program_is_found_by_its_name() -> None:
@@ -228,6 +244,18 @@ def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> Non
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
     master.pulse("SI12")
     assert master.so[35] == 0b101
+
+
+def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
+    """Not even on programs that do not.
+
+    Rule: program-start.
+    """
+    master = program_master()
+    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    master.execute(*telegram(EXECUTE, NUMBER, program=1))
+    master.pulse("SI12")
+    assert master.so[35] == 0b001
 
 
 def test_what_was_stopped_goes_on_and_what_has_ended_stays() -> None:

@@ -17,15 +17,15 @@ from rcx_tools.evidence.mutants.copies import Copies
 from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
+    concerned,
     function_at,
     functions,
     python_changes,
     python_meaning,
-    users,
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import alike
+from rcx_tools.evidence.mutants.select import alike, cheapest, nearest
 from rcx_tools.evidence.mutants.tables import (
     TABLE_OPERATORS,
     marks_of,
@@ -180,6 +180,22 @@ def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_
     assert found == ["tests/a.py::test_operating_time", *many[:7]]
 
 
+def test_the_quickest_tests_of_each_test_function_come_first_up_to_a_time() -> None:
+    seconds = {"a::long[1]": 3.0, "a::short[1]": 0.5, "a::short[2]": 0.25, "b::it": 1.0}
+    of_each = ["a::short[2]", "b::it", "a::long[1]"]
+    assert cheapest(seconds, seconds, 4.25) == of_each
+    assert cheapest(seconds, seconds, 4.75) == [*of_each, "a::short[1]"]
+    assert cheapest(seconds, seconds, 0.2) == []
+
+
+def test_the_tests_that_run_the_fewest_functions_come_first_up_to_a_time() -> None:
+    seconds = {"a::whole": 0.1, "a::unit": 1.0, "b::unit": 0.5, "b::some": 2.0}
+    ran = {"a::whole": "FGHI", "a::unit": "F", "b::unit": "F", "b::some": "FG"}
+    about = {node: frozenset(functions) for node, functions in ran.items()}
+    assert nearest(ran, about, seconds, 3.5) == ["b::unit", "a::unit", "b::some"]
+    assert nearest(ran, about, seconds, 3.4) == ["b::unit", "a::unit"]
+
+
 def test_a_value_with_a_name_is_judged_by_the_tests_of_those_that_use_it() -> None:
     text = """_ADD, _SUBTRACT = 0x234, 0x235
 _OTHER: int = 1
@@ -195,10 +211,12 @@ class Points:
 def other() -> int:
     return _OTHER
 """
-    assert users(text, 1) == ["Points.take"]
-    assert users(text, 2) == ["other"]
-    assert users(text, 6) == ["Points.take"]
-    assert users(text, 13) == []
+    texts = {"robot/a.py": text, "robot/b.py": "SEEN = 1\n\n\ndef show(at):\n    at.size\n"}
+    found = [concerned("robot/a.py", line, texts) for line in (1, 2, 6)]
+    take = "ROBOT/A.PY:POINTS.TAKE"
+    assert found == [{take}, {"ROBOT/A.PY:OTHER"}, {take, "ROBOT/B.PY:SHOW"}]
+    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "nobody uses it"
+    assert concerned("robot/a.py:other", 13, texts) == {"ROBOT/A.PY:OTHER"}
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:
@@ -477,6 +495,14 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
     assert len({bug.what for bug in _BUGS}) == len(_BUGS) >= 30
     for part in ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engine/"):
         assert sum(part in file for file in files) >= 3, part
+
+
+@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.what)
+def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
+    """So that a row does not name tests that were moved with the code."""
+    part = bug.file.removeprefix("harness/rcx_harness/").partition("/")[0]
+    folders = ("tests/spec", "tests/command") if part == "spec" else (f"tests/{part}",)
+    assert all(tests.startswith(folders) for tests in bug.tests)
 
 
 def test_some_seeded_bugs_are_found(repository: Path) -> None:

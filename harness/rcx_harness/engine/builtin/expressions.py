@@ -191,7 +191,7 @@ class Expressions:
         if name in ANY_REAL:
             return Value(_real(float(node.value)), wide=name == "REAL")
         code = repr(node.value)
-        if isinstance(node.value, int) and not isinstance(node.value, bool):
+        if isinstance(node.value, int):  # also a BOOL, of which nobody looks at the limits
             return Value(f"({code})" if node.value < 0 else code, (node.value, node.value))
         return Value(code)
 

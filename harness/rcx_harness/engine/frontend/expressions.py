@@ -390,7 +390,7 @@ class Expressions:
             if op == "/" and isinstance(number, t.Constant) and number.value == 0:
                 raise self.scope.error("division by zero", at)
             return t.Binary(op, self.check(left, TIME), number, TIME)
-        if op == "-" and left_type == right_type and name in ANY_DATE:
+        if op == "-" and left_type == right_type:
             return t.Binary(op, self.check(left, left_type), self.check(right, left_type), TIME)
         if op in ("+", "-") and name in ("TIME", "TOD", "DT"):
             kind = ELEMENTARY[name]

@@ -1,9 +1,9 @@
 """The mutants of what judges the library: virtual controller, monitors, engine, tables.
 
 Each runs in a throw-away copy of the repository, against tests that have run its function: some of
-each file, and those with words of the changed line in their names; of a table, against those that
-bear the name of the entry or of what it is part of. plc/lib is generated from a changed table, so
-that the library and its tests read the same.
+each file, those with words of the changed line in their names, those that run little else, and the
+quickest; of a table, against those that bear the name of the entry or of what it is part of.
+plc/lib is generated from a changed table, so that the library and its tests read the same.
 """
 
 from __future__ import annotations
@@ -22,16 +22,23 @@ from rcx_tools.evidence.mutants.copies import Copies, Traced
 from rcx_tools.evidence.mutants.judging import Judging, progress_bar
 from rcx_tools.evidence.mutants.pool import Task, run_tasks
 from rcx_tools.evidence.mutants.python import (
+    concerned,
     file_key,
     functions,
     python_changes,
     python_meaning,
-    users,
 )
 from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import Judges, TestStates, alike, folder_of
+from rcx_tools.evidence.mutants.select import (
+    Judges,
+    TestStates,
+    alike,
+    cheapest,
+    folder_of,
+    nearest,
+)
 from rcx_tools.evidence.mutants.suite import in_suite, spread
 from rcx_tools.evidence.mutants.tables import (
     marks_of,
@@ -47,8 +54,9 @@ _PACKAGE = "harness/rcx_harness"
 _SHARD = 6
 #: Longest that such a run may take [s].
 _PATIENCE_S = 1000.0
-#: Tests more of a function, or of those that use a value, evenly spread over all that run it.
-_USERS = 6
+#: Of all tests that run a function, or one that uses a value, so much time's worth more: of those
+#: that run little else, and of the quickest [s].
+_NEAREST_S, _QUICKEST_S = 25.0, 6.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
@@ -99,6 +107,10 @@ class HarnessRun:
         self._out = self._root / "out" / "verification"
         self._states = TestStates(self._root)
         self._names: dict[str, dict[int, str]] = {}
+        modules = sorted((self._root / _PACKAGE).rglob("*.py"))
+        keys = [file_key(one.relative_to(self._root).as_posix()) for one in modules]
+        texts = [one.read_text(encoding="utf-8") for one in modules]
+        self._texts = dict(zip(keys, texts, strict=True))
 
     def figures(self, wanted: Sequence[str]) -> dict[str, dict[str, Any]]:
         """Run the wanted kinds, and `seeded`; the figures of each.
@@ -228,20 +240,14 @@ class HarnessRun:
             module = mutant.pou.partition(":")[0]  # what has run at its import only
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
-                about = self._about_it(mutant)
+                about = concerned(mutant.pou, mutant.line, self._texts)
                 ran_it = [node for node in ran if ran[node] & about]
                 near = alike(f"{mutant.pou.partition(':')[2]} {mutant.before}", ran_it)
-                near += spread(ran_it, _USERS)
+                near += nearest(ran_it, ran, baseline.seconds, _NEAREST_S)
+                near += cheapest(ran_it, baseline.seconds, _QUICKEST_S)
                 tests = tuple(dict.fromkeys((*tests, *near)))
             tasks.append(self._task(mutant, tests or self._others(mutant, ran), baseline))
         return self._judged(copies, kind.name, tasks, judges)
-
-    def _about_it(self, mutant: Mutant) -> frozenset[str]:
-        """The function that is changed; of a value with a name, those that use it."""
-        if ":" in mutant.pou:
-            return frozenset([mutant.pou.upper()])
-        text = (self._root / mutant.file).read_text(encoding="utf-8")
-        return frozenset(f"{mutant.pou}:{name}".upper() for name in users(text, mutant.line))
 
     def _seeded(
         self, copies: Copies, rows: Sequence[tuple[Bug, Mutant]], baseline: Baseline

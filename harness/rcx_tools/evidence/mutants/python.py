@@ -9,7 +9,8 @@ from __future__ import annotations
 import ast
 import copy
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import TypeVar
 
 from rcx_harness.verify.mutants.text import Edit, Span
@@ -17,12 +18,12 @@ from rcx_tools.evidence.mutants.sample import Change
 
 __all__ = [
     "PYTHON_OPERATORS",
+    "concerned",
     "file_key",
     "function_at",
     "functions",
     "python_changes",
     "python_meaning",
-    "users",
 ]
 
 PYTHON_OPERATORS = (
@@ -69,26 +70,51 @@ def functions(text: str) -> dict[int, str]:
     }
 
 
-def users(text: str, line: int) -> list[str]:
-    """Qualified names of the functions that use what an assignment at this line gives a name."""
-    tree = ast.parse(text)
+def concerned(pou: str, line: int, texts: Mapping[str, str]) -> frozenset[str]:
+    """In upper case, what a change at this line may show in.
+
+    The function that is changed; of a value with a name those that use it, also in other modules,
+    else the whole module.
+
+    Args:
+        pou: The function, `robot/handshake.py:_check`; of a value the module.
+        line: Of the module.
+        texts: The modules of the package, as `file_key` calls them.
+    """
+    names = _named(texts[pou], line) if pou in texts else frozenset[str]()
+    using = [
+        f"{key}:{function}"
+        for key, text in texts.items()
+        if any(name in text for name in names)
+        for function, used in _uses(text).items()
+        if names & used
+    ]
+    return frozenset(name.upper() for name in using or [pou])
+
+
+def _named(text: str, line: int) -> frozenset[str]:
+    """What an assignment at this line gives a value."""
     targets = [
         target
-        for node in ast.walk(tree)
+        for node in ast.walk(ast.parse(text))
         if isinstance(node, (ast.Assign, ast.AnnAssign))
         and node.lineno <= line <= (node.end_lineno or node.lineno)
         for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
     ]
-    names = {one.id for at in targets for one in ast.walk(at) if isinstance(one, ast.Name)}
-    return [
-        name
-        for name, node in _functions(tree, "")
-        if any(
-            (isinstance(one, ast.Name) and one.id in names)
-            or (isinstance(one, ast.Attribute) and one.attr in names)
+    return frozenset(one.id for at in targets for one in ast.walk(at) if isinstance(one, ast.Name))
+
+
+@cache
+def _uses(text: str) -> dict[str, frozenset[str]]:
+    """The names and attributes in each function of a module."""
+    return {
+        name: frozenset(
+            one.id if isinstance(one, ast.Name) else one.attr
             for one in ast.walk(node)
+            if isinstance(one, (ast.Name, ast.Attribute))
         )
-    ]
+        for name, node in _functions(ast.parse(text), "")
+    }
 
 
 def _functions(node: ast.AST, prefix: str) -> Iterator[tuple[str, ast.FunctionDef]]:

@@ -7,11 +7,12 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate, zip_longest
 from pathlib import Path
 
 from rcx_tools.evidence.mutants.suite import spread
 
-__all__ = ["Judges", "TestStates", "alike", "folder_of", "named_tests"]
+__all__ = ["Judges", "TestStates", "alike", "cheapest", "folder_of", "named_tests", "nearest"]
 
 #: So many tests of each other file that runs the POU; fault runs are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
@@ -139,6 +140,32 @@ def alike(changed: str, nodes: Iterable[str]) -> list[str]:
     words = _words(changed)
     shared = Counter({node: len(words & _words(node.partition("::")[2])) for node in nodes})
     return [node for node, count in shared.most_common(_ALIKE) if count]
+
+
+def nearest(
+    nodes: Iterable[str],
+    ran: Mapping[str, frozenset[str]],
+    seconds: Mapping[str, float],
+    most_s: float,
+) -> list[str]:
+    """Tests that take so long together: those that run the fewest functions besides."""
+    return _in_time(
+        sorted(nodes, key=lambda node: (len(ran[node]), seconds[node])), seconds, most_s
+    )
+
+
+def cheapest(nodes: Iterable[str], seconds: Mapping[str, float], most_s: float) -> list[str]:
+    """Tests that take so long together: the quickest of each test function, then the next ones."""
+    functions: dict[str, list[str]] = {}
+    for node in sorted(nodes, key=seconds.__getitem__):
+        functions.setdefault(node.partition("[")[0], []).append(node)
+    in_turn = [node for row in zip_longest(*functions.values()) for node in row if node]
+    return _in_time(in_turn, seconds, most_s)
+
+
+def _in_time(nodes: Sequence[str], seconds: Mapping[str, float], most_s: float) -> list[str]:
+    took = accumulate(seconds[node] for node in nodes)
+    return [node for node, so_far in zip(nodes, took, strict=True) if so_far <= most_s]
 
 
 def _words(text: str) -> set[str]:
