@@ -15,6 +15,7 @@ from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.prove.assertions import Copies, with_assertions
 from rcx_harness.verify.prove.invariants import Candidate, candidates, kept
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError
@@ -348,10 +349,12 @@ class _Work:
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]
         words += ["--engine builtin", f"--stimulus {stimulus}"]
-        for area in self.around.areas:
-            words += [f"--m {area.m}"] if area.m else []
-            words += [f"--n {area.n}"] if area.n else []
-        words += [f"--size {self.around.areas[0].size}"] if self.around.areas[0].size != 48 else []
+        areas = self.around.areas
+        if len(areas) > 1 or areas[0].m or areas[0].n:
+            words += [f"--m {area.m} --n {area.n}" for area in areas]
+        if len(areas) > 1:
+            words += [f"--robot robot{area.controller}.toml" for area in areas]
+        words += [f"--size {areas[0].size}"] if areas[0].size != SIZE else []
         return " ".join(words)
 
 
