@@ -6,7 +6,8 @@
 # make docs   write the generated pages and the README's output blocks anew
 # make verification   run every check below whose sources have changed; write docs/verification.md
 #   contract, coverage, mutants, explore, campaign, metamorphic: one check; MORE="..." goes to it
-# make prove  prove the rules for every program: out/prove.json; LIB=folder: another copy of plc/lib
+# make prove  prove the rules for every program, out/prove.json; LIB=folder: another copy of plc/lib,
+#             without the seeded bugs; MORE="interval handshake": some properties, out/prove/part.json
 # make newest run all tests with the newest versions of what is needed, in out/newest
 # make lock   write requirements/ anew, after a change of pyproject.toml; MORE=--upgrade: newest
 # Each does its own set-up in .venv, from the versions that requirements/ locks by their hashes.
@@ -17,13 +18,13 @@ BIN := .venv/bin
 READY := .venv/.ready
 DEMO := plc/examples/01_power_up
 
-CHECKS := contract coverage mutants explore campaign metamorphic
+CHECKS := prove contract coverage mutants explore campaign metamorphic
 
 PIP := -m pip install --quiet --disable-pip-version-check
 COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
   --custom-compile-command "make lock" $(MORE)
 
-.PHONY: demo test fuzz bench lint docs prove newest lock clean verification $(CHECKS)
+.PHONY: demo test fuzz bench lint docs newest lock clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
@@ -55,11 +56,9 @@ docs: $(READY)
 verification: $(READY)
 	@$(BIN)/python -m rcx_tools.evidence.report $(MORE)
 
+prove: WITH = $(if $(LIB),--lib "$(LIB)")
 $(CHECKS): $(READY)
-	@$(BIN)/python -m rcx_tools.evidence.report --only $@ $(MORE)
-
-prove: $(READY)
-	@$(BIN)/python -m rcx_tools.evidence.prove $(if $(LIB),--lib "$(LIB)") $(MORE)
+	@$(BIN)/python -m rcx_tools.evidence.report --only $@ $(WITH) $(MORE)
 
 newest: $(READY)
 	@$(PYTHON) -m venv --clear out/newest

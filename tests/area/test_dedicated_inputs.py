@@ -147,6 +147,22 @@ def alone(compiled: Alone) -> Alone:
     return compiled
 
 
+def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_out(
+    alone: Alone,
+) -> None:
+    """The first reading found a link, a block asked for SI(15), the second reading found none.
+
+    Source: manual chapter 1, 5.2.
+    """
+    alone["Robot.Connected"] = True
+    for now in range(0, 300, 10):
+        alone.scan(now)
+    alone["Robot.Inner.Request"] = 0x2000
+    alone["Robot.Connected"] = False
+    alone.scan(300)
+    assert alone["Robot.Inner.Applied"] == 0
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int) -> None:
     """Source: manual chapter 5, 3, caution; design of the library, 2."""

@@ -128,3 +128,13 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
     plc["ReadArea.ImageSize"] = plc["WriteArea.ImageSize"] = 148
     plc.scan()
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0
+
+
+@pytest.mark.parametrize("size", [0, 47, -32768])
+def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
+    """Also where the image's size less the area's is no number of an INT any more."""
+    plc = AreasBench(m=0, n=0)
+    plc["ReadArea.ImageSize"] = plc["WriteArea.ImageSize"] = size
+    plc.scan()
+    assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031
+    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0x8031

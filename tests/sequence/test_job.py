@@ -238,6 +238,38 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
     assert job["Channel.NextTicket"] == ahead + 1
 
 
+@pytest.mark.parametrize("answer", [0x8001, 0x8002])
+def test_a_ticket_is_shown_before_it_is_passed_on(answer: int) -> None:
+    """A turn that came and went unseen would be given back by FB_WriteArea to nobody.
+
+    As for a jog that is refused in an emergency stop when the link is lost: the refusal goes, and
+    with it the reason not to take a ticket.
+    """
+    job = _job(Remote=True, Trouble=0x8003)
+    assert job["Channel.NextTicket"] == 0, "a command that is refused takes no ticket"
+    job["Block.Trouble"], job["Block.Answer"] = 0, answer
+    job["Channel.Lowest"] = 50  # whatever FB_WriteArea left there
+    job.scan(10)
+    assert job["Block.Busy"] is job["Block.Active"] is True
+    assert (job["Channel.Lowest"], job["Channel.Serving"], job["Channel.NextTicket"]) == (0, 0, 1)
+    job.scan(20)
+    assert job["Block.ErrorID"] == answer
+    assert job["Channel.Serving"] == 1
+
+
+@pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
+def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
+    """As by a FB_WriteArea that the block has moved behind: it was not seen before it."""
+    job = _job()
+    assert job["Block.Active"] is True
+    job["Channel.NextTicket"] = 2
+    job[f"Channel.{field}"] = value
+    job.scan(10)
+    assert job["Block.ErrorID"] == 0x8013
+    assert job["Block.Active"] is job["Block.Request"] is False
+    assert job["Channel.Serving"] == (1 if field == "Serving" else 0)
+
+
 def test_a_limit_of_one_millisecond_is_a_limit() -> None:
     """Source: head of FB_RcxJob: 0 alone is none."""
     job = _job(Longest=1, Elapsed=1)

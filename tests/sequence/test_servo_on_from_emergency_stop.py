@@ -222,15 +222,18 @@ def test_a_new_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
     assert plc["Robot.Inner.Sequence.Serving"] == plc["Robot.Inner.Sequence.NextTicket"]
 
 
+@pytest.mark.parametrize("scans", [1, 2])
 @pytest.mark.parametrize("stage", _STAGES)
-def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(stage: str) -> None:
+def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(
+    stage: str, scans: int
+) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = in_emergency_stop()
     plc["Restart.Execute"] = True
     plc.scan()
     _play(plc, stage)
     plc["Connected"] = False
-    plc.scan(2)
+    plc.scan(scans)
     assert plc["Restart.ErrorID"] == 0x8001
     plc["Connected"] = True
     plc.scan(60)

@@ -108,8 +108,8 @@ class InputRules:
     """Dedicated inputs: the manual's caution of chapter 5, 3, and the head of the block.
 
     One change at a time, withdrawals first, by number; only a switch-off of SI(00) or SI(06) goes
-    out at once. Nothing is started that SI(00) or SI(06) forbid. A start of the PLC and of the link
-    count as changes.
+    out at once. Nothing is started that SI(00) or SI(06) forbid, or without a link. A start of the
+    PLC and of the link count as changes.
     """
 
     applied: dict[str, bool] = field(
@@ -124,7 +124,7 @@ class InputRules:
         self, now: int, wanted: Mapping[str, bool], connected: bool, interval: int, settling: int
     ) -> None:
         """One scan with these requests."""
-        wanted = {name: on and (connected or name in OTHERS) for name, on in wanted.items()}
+        wanted = {name: on and connected for name, on in wanted.items()}
         settled = now - self._safety_at >= settling
         may_change = now - self._changed_at >= interval
         changes = [name for name in SAFETY if self.applied[name] and not wanted[name]]

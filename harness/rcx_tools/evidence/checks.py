@@ -10,11 +10,13 @@ from typing import Any
 
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["CHECKS", "Check", "Row", "digest", "library_state"]
+__all__ = ["CHECKS", "Check", "Row", "Table", "digest", "library_state"]
 
 Figures = Mapping[str, Any]
 #: A label, and how its figure is told.
 Row = tuple[str, Callable[[Figures], str]]
+#: A table of the page, from the figures: its heads, and its lines.
+Table = Callable[[Figures], tuple[list[str], list[list[str]]]]
 
 #: The library, its tables, and what compiles and runs it.
 _BASE = (
@@ -39,6 +41,7 @@ class Check:
         rows: Figures of the page.
         inputs: Files and folders that it depends on, beyond the library and what runs it; a
             name without its ending stands for all files that begin so.
+        tables: What the page shows besides.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Check:
     about: str
     rows: tuple[Row, ...]
     inputs: tuple[str, ...]
+    tables: tuple[Table, ...] = ()
 
     @property
     def command(self) -> str:
@@ -172,7 +176,73 @@ def _seeded(figures: Figures) -> str:
     return f"{found['killed']} of {found['mutants']}"
 
 
+def _total(key: str) -> Callable[[Figures], str]:
+    """The sum over all properties."""
+    return lambda figures: f"{round(sum(item[key] for item in figures['properties'])):,}"
+
+
+def _proved(figures: Figures) -> str:
+    items = figures["properties"]
+    return f"{sum(item['status'] == 'proved' for item in items)} of {len(items)}"
+
+
+def _of_seeded(key: str) -> Callable[[Figures], str]:
+    return lambda figures: f"{figures['seeded'][key]} of {figures['seeded']['tried']}"
+
+
+def _agreement(figures: Figures) -> str:
+    """Where the formulas and the engines have done the same."""
+    if "agreement" not in figures:
+        return "not run"
+    one = figures["agreement"]
+    told = f"{one['scans']:,} of {one['blocks']} blocks, at least {one['least_of_a_block']} of each"
+    return f"{told}; differences {len(one['disagreements'])}"
+
+
+def _properties(figures: Figures) -> tuple[list[str], list[list[str]]]:
+    """What is proved, of each property."""
+    heads = ["Property", "What is proved", "Manual", "Assumes", "Goals", "Solver [s]"]
+    return heads, [
+        [
+            f"`{item['name']}`" + ("" if item["status"] == "proved" else f" **{item['status']}**"),
+            item["says"],
+            item["section"],
+            ", ".join(item["assumes"]),
+            f"{item['goals']:,}",
+            f"{item['seconds']:,}",
+        ]
+        for item in figures["properties"]
+    ]
+
+
+def _assumptions(figures: Figures) -> tuple[list[str], list[list[str]]]:
+    """What the proofs take for granted, by name."""
+    return ["Assumption", "Taken for granted"], [[*one] for one in figures["assumptions"].items()]
+
+
 CHECKS: tuple[Check, ...] = (
+    Check(
+        "prove",
+        "Proved for every program",
+        "proved",
+        "The checked Structured Text of the library, translated for an SMT solver with the "
+        "arithmetic of the machine: each property holds in every scan of any program between "
+        "FB_ReadArea and FB_WriteArea, by induction over one call from any state, for any scan "
+        "time and any pins, as long as the program keeps to what is assumed below. Bugs put into "
+        "copies of the library break the properties that they should, and none of those others of "
+        "which the quickest parts are asked for again; a run from the start that shows a bug "
+        "breaks a rule, or does something else than the proved library, in the built-in engine.",
+        (
+            ("properties proved", _proved),
+            ("goals", _total("goals")),
+            ("time of the solver [s]", _total("seconds")),
+            ("scans in which translation and engine agree", _agreement),
+            ("seeded bugs that break exactly what they should", _of_seeded("as_expected")),
+            ("of these with a run from the start", _of_seeded("refuted")),
+        ),
+        ("tests/tools/evidence/proof_bugs",),
+        (_properties, _assumptions),
+    ),
     Check(
         "explore",
         "Exhaustive exploration",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -70,12 +70,20 @@ def _lines(figures: Mapping[str, Any]) -> Iterator[str]:
             yield f"\n## {check.title}\n\n**{kind.capitalize()}.** {check.about}\n"
             yield f"Run it: `{check.command}`. {_sentence(figures, check)}."
             if check.name in checks:
-                yield "\n| Figure | Value |\n|---|---|"
-                for label, value in checks[check.name]["rows"]:
-                    yield f"| {label} | {value} |"
+                yield from _table([["Figure", "Value"], *checks[check.name]["rows"]])
+                for table in checks[check.name].get("tables", ()):
+                    yield from _table(table)
     manual = sum(rule.from_manual for rule in rules())
     yield ""
     yield _MORE.format(manual=manual, assumed=len(rules()) - manual).rstrip("\n")
+
+
+def _table(lines: Sequence[Sequence[str]]) -> Iterator[str]:
+    """The heads, then the others."""
+    heads, *others = lines
+    yield f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}"
+    for line in others:
+        yield f"| {' | '.join(line)} |"
 
 
 def _sentence(figures: Mapping[str, Any], check: Check) -> str:

@@ -92,12 +92,21 @@ def kept_figures(results: dict[str, dict[str, Any]]) -> dict[str, Any]:
         check.name: {
             "met": results[check.name]["met"],
             "library": results[check.name].get("state", {}).get("library", ""),
-            "rows": _rows(check, results[check.name]["figures"]),
+            **_told(check, results[check.name]["figures"]),
         }
         for check in CHECKS
         if check.name in results
     }
     return {"library": library_state(), "checks": checks}
+
+
+def _told(check: Check, figures: dict[str, Any]) -> dict[str, Any]:
+    told: dict[str, Any] = {"rows": _rows(check, figures)}
+    if check.tables:
+        told["tables"] = [
+            [heads, *lines] for heads, lines in (one(figures) for one in check.tables)
+        ]
+    return told
 
 
 def _rows(check: Check, figures: dict[str, Any]) -> list[list[str]]:

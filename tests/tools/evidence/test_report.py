@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,15 @@ def test_the_page_says_of_which_library_its_figures_are(
     assert f"its figures are of library state {state}" in capsys.readouterr().out
     assert report.main(["--remind"]) == 0
     assert state in capsys.readouterr().out
+
+
+def test_a_check_may_have_tables_of_its_own(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check = replace(_CHECK, tables=(lambda figures: (["P", "Says"], [["one", figures["n"]]]),))
+    monkeypatch.setattr(report, "CHECKS", (check,))
+    monkeypatch.setattr(page, "CHECKS", (check,))
+    report.main([], _Tool(root))
+    text = (root / "docs/verification.md").read_text(encoding="utf-8")
+    assert "| P | Says |\n|---|---|\n| one | 1,234 |\n" in text
 
 
 def test_all_figures_are_in_one_file(root: Path) -> None:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import AbstractContextManager
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import z3
 
+from rcx_harness.engine.builtin.expressions import settle, standard_call
+from rcx_harness.engine.builtin.runtime import NAMES, ProgramError
 from rcx_harness.engine.builtin.storage import is_scalar
 from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.scalars import (
+    ANY_DATE,
     ANY_INT,
     ANY_REAL,
+    ELEMENTARY,
     INT_RANGE,
     SIGNED,
     WIDTH,
@@ -19,10 +26,8 @@ from rcx_harness.engine.frontend.scalars import (
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
 from rcx_harness.verify.prove import reals, texts, values
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
+from rcx_harness.verify.prove.memory import Alternatives, Leaf
 from rcx_harness.verify.prove.values import TIME_BITS, Value
-
-if TYPE_CHECKING:
-    from rcx_harness.verify.prove.machine import Alternatives, Machine
 
 __all__ = ["Expressions"]
 
@@ -36,10 +41,36 @@ def _name(kind: Type) -> str:
     return kind.name if isinstance(kind, ElementaryType) else ""
 
 
+class _Machine(Protocol):
+    """What expressions need of a `machine.Machine`; see there."""
+
+    project: Project
+
+    def leaves(self, kind: Type) -> tuple[Leaf, ...]: ...
+
+    def load(self, places: Alternatives, kind: Type) -> Value: ...
+
+    def store(self, places: Alternatives, kind: Type, value: Value) -> None: ...
+
+    def element(self, array: Alternatives, kind: ArrayType, index: Value) -> Value: ...
+
+    def set_element(
+        self, array: Alternatives, kind: ArrayType, index: Value, value: Value
+    ) -> None: ...
+
+    def oblige(self, kind: str, bad: Bool) -> None: ...
+
+    def under(self, condition: Bool) -> AbstractContextManager[None]: ...
+
+    def root(self, symbol: t.Symbol) -> Alternatives: ...
+
+    def call_function(self, name: str, arguments: list[Value | Alternatives | None]) -> Any: ...
+
+
 class Expressions:
     """Evaluates expressions in the memory of a machine."""
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: _Machine) -> None:
         self._machine = machine
 
     # --- variables ---
@@ -72,35 +103,38 @@ class Expressions:
         assert isinstance(kind, ArrayType)
         position: Value = 0
         for expression, (low, high) in zip(node.indices, kind.bounds, strict=True):
-            index = _as_dint(self.exact(expression), expression.type)
+            index = self.exact(expression)
             if is_known(index):
                 self._machine.oblige("index", not low <= index <= high)
                 index = min(max(index, low), high)
             else:
+                wide = _resized(index, expression.type, TIME_BITS)
                 inside = both(
-                    values.compare(">=", index, low, _DINT),
-                    values.compare("<=", index, high, _DINT),
+                    values.compare(">=", wide, low, _TIME), values.compare("<=", wide, high, _TIME)
                 )
                 self._machine.oblige("index", negated(inside))
+                index = _resized(index, expression.type, 32)
             index = values.combine("-", index, low, _DINT)
             position = values.combine("*", position, high - low + 1, _DINT)
             position = values.combine("+", position, index, _DINT)
         return position
 
-    def _long(self, node: t.Expression) -> bool:
+    def long_element(self, node: t.Expression) -> tuple[Alternatives, ArrayType, Value] | None:
+        """Array, its type and position, where the variable is an element of a long array."""
         if not isinstance(node, t.Index):
-            return False
+            return None
         (leaf, *_) = self._machine.leaves(node.base.type)
-        return leaf.suffix == () and leaf.long
+        if leaf.suffix or not leaf.long:
+            return None
+        kind = node.base.type
+        assert isinstance(kind, ArrayType)
+        return self.places(node.base), kind, self._position(node)
 
     def assign(self, target: t.Variable, value: Value) -> None:
         """Write a scalar."""
-        if self._long(target):
-            assert isinstance(target, t.Index)
-            kind = target.base.type
-            assert isinstance(kind, ArrayType)
-            base, index = self.places(target.base), self._position(target)
-            self._machine.set_element(base, kind, index, value)
+        found = self.long_element(target)
+        if found is not None:
+            self._machine.set_element(*found, value)
         else:
             self._machine.store(self.places(target), target.type, value)
 
@@ -120,11 +154,9 @@ class Expressions:
                 return reals.constant(float(node.value), "REAL", wide=True)
             return values.constant(node.type, node.value)
         if isinstance(node, (t.Use, t.Member, t.Index)):
-            if self._long(node):
-                assert isinstance(node, t.Index)
-                kind = node.base.type
-                assert isinstance(kind, ArrayType)
-                return self._machine.element(self.places(node.base), kind, self._position(node))
+            found = self.long_element(node)
+            if found is not None:
+                return self._machine.element(*found)
             return self._machine.load(self.places(node), node.type)
         if isinstance(node, t.Unary):
             return self._unary(node)
@@ -163,15 +195,37 @@ class Expressions:
             )
             return values.compare(op, left, right, node.left.type)
         if name == "BOOL":
-            return _logic(op, self.exact(node.left), self.exact(node.right))
+            # As in both engines, what stands on the right is not looked at where it is of no use.
+            left = self.exact(node.left)
+            looked_at = {"AND": left, "OR": negated(left), "XOR": True}[op]
+            with self._machine.under(looked_at):
+                right = self.exact(node.right)
+            return _logic(op, left, right)
         if name in ANY_REAL:
-            return reals.arithmetic(op, self.value(node.left), self.value(node.right), name)
+            return self._real(op, self.value(node.left), self.value(node.right), name)
         left, right = self.exact(node.left), self.exact(node.right)
         if name == "TIME" and op in ("*", "/"):
             if _name(node.right.type) in ANY_REAL:
-                raise UnsupportedError(f"TIME {op} REAL")
+                return self._scaled(op, left, right)
             right = _resized(right, node.right.type, TIME_BITS)
         return self._combined(op, left, right, node.type)
+
+    def _real(self, op: str, left: reals.Real, right: reals.Real, name: str) -> reals.Real:
+        if op == "/":
+            zero = reals.compare("=", right, reals.constant(0.0, "LREAL"))
+            self._machine.oblige("division", zero)
+        return reals.arithmetic(op, left, right, name)
+
+    def _scaled(self, op: str, time: Value, factor: reals.Real) -> Value:
+        """A TIME times or by a REAL, cut towards zero."""
+        number = reals.from_integer(time, "LREAL", signed=True)
+        return self._cut(self._real(op, number, reals.widened(factor), "LREAL"), TIME_BITS, _TIME)
+
+    def _cut(self, number: reals.Real, width: int, kind: Type) -> Value:
+        """A number cut towards zero."""
+        signed = kind == _TIME or _name(kind) in SIGNED
+        self._machine.oblige("conversion", negated(reals.fits(number, width, signed=signed)))
+        return reals.cut(number, width, signed=signed)
 
     def _combined(self, op: str, left: Value, right: Value, kind: Type) -> Value:
         if op == "/":
@@ -185,6 +239,8 @@ class Expressions:
         name, kind = node.name, node.type
         arguments = [self.exact(item) for item in node.arguments]
         types = [item.type for item in node.arguments]
+        if name not in _OWN and all(values.concrete(value) for value in arguments):
+            return self._as_the_engine(node, arguments)
         if "_TO_" in name:
             return self._conversion(node, arguments[0])
         if name in _CHAINS:
@@ -208,7 +264,23 @@ class Expressions:
             return self._mux(arguments, types[0], kind)
         if name in ("LEN", "LEFT", "MID", "CONCAT", "FIND"):
             return self._text(name, arguments, types, kind)
+        if name == "TRUNC":
+            return self._cut(arguments[0], values.bits(kind), kind)
+        if name == "SQRT":
+            below = reals.compare("<", arguments[0], reals.constant(0.0, "LREAL"))
+            self._machine.oblige("argument", below)
+            return reals.root(arguments[0], _name(kind))
         raise UnsupportedError(f"the standard function {name}")
+
+    def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
+        """The result for known arguments, by the code of the built-in engine."""
+        plain = [_plain(argument) for argument in arguments]
+        code = settle(standard_call(node, [_code(item) for item in plain]), node.type)
+        try:
+            return values.constant(node.type, eval(code, dict(NAMES)))
+        except (ArithmeticError, ValueError, ProgramError):
+            self._machine.oblige("argument", True)
+            return values.constant(node.type, "" if _name(node.type) == "STRING" else 0)
 
     def _folded(self, op: str, arguments: list[Value], kind: Type) -> Value:
         result = arguments[0]
@@ -217,7 +289,7 @@ class Expressions:
                 result = _logic(op, result, argument)
             elif isinstance(result, reals.Real):
                 name = _name(kind)
-                result = reals.settled(reals.arithmetic(op, result, argument, name), name)
+                result = reals.settled(self._real(op, result, argument, name), name)
             else:
                 result = self._combined(op, result, argument, kind)
         return result
@@ -264,7 +336,14 @@ class Expressions:
         kind, name = node.type, node.name
         width = values.bits(kind)
         if _name(kind) == "BOOL":
-            raise UnsupportedError(f"{name} of a BOOL")
+            none = values.compare("=", count, 0, node.arguments[1].type)
+            return value if name in ("ROL", "ROR") else both(value, none)
+        if name in ("ROL", "ROR") and not is_known(count):
+            # The width is a power of two: a remainder by it is the lowest bits of the count.
+            low = z3.Extract(min(count.size(), width.bit_length() - 1) - 1, 0, count)
+            amount = z3.ZeroExt(width - low.size(), low)
+            amount = amount if name == "ROL" else -amount & width - 1
+            return z3.RotateLeft(values.scalar(kind, value), amount)
         if not is_known(count):
             self._machine.oblige("shift", values.compare("<", count, 0, node.arguments[1].type))
             wide = max(width, values.bits(node.arguments[1].type))
@@ -274,8 +353,6 @@ class Expressions:
                 if wide > width
                 else (values.scalar(kind, value))
             )
-            if name in ("ROL", "ROR"):
-                raise UnsupportedError(f"{name} by a number that is not constant")
             shifted = term << amount if name == "SHL" else z3.LShR(term, amount)
             return z3.Extract(width - 1, 0, shifted)
         if name in ("ROL", "ROR"):
@@ -314,12 +391,16 @@ class Expressions:
     def _conversion(self, node: t.Standard, value: Value) -> Value:
         source, target = node.name.split("_TO_")
         from_, to = node.arguments[0].type, node.type
-        if "STRING" in (source, target) or target == "TIME" or source == "TIME":
+        if "STRING" in (source, target):
             raise UnsupportedError(f"the conversion {node.name} of a value that is not constant")
         if target == "BOOL":
             if isinstance(value, reals.Real):
                 return reals.compare("<>", value, reals.constant(0.0, source))
             return values.compare("<>", value, 0, from_)
+        if target in _MOMENTS:
+            return self._to_moment(source, value, from_)
+        if source in _MOMENTS:
+            return self._from_moment(value, to)
         if source == "BOOL":
             if target in ANY_REAL:
                 one, zero = reals.constant(1.0, target), reals.constant(0.0, target)
@@ -342,12 +423,53 @@ class Expressions:
             return _resized(value, from_, values.bits(to))
         raise UnsupportedError(f"the conversion {node.name}")
 
+    def _to_moment(self, source: str, value: Value, kind: Type) -> Value:
+        """Numbers and durations convert in seconds; of a DT its day or time of day is taken."""
+        if source == "BOOL":
+            return values.choose(value, _SECOND, 0, _TIME)
+        if source in ANY_REAL:
+            second = reals.constant(float(_SECOND), "LREAL")
+            whole = reals.arithmetic("*", reals.widened(value), second, "LREAL")
+            return self._cut(whole, TIME_BITS, _TIME)
+        if source == "DT":
+            raise UnsupportedError("the conversion of a DT that is not constant")
+        if is_known(value):
+            return value * _SECOND
+        return self._combined("*", _resized(value, kind, TIME_BITS), _SECOND, _TIME)
 
-_DINT = ElementaryType("DINT")
+    def _from_moment(self, value: Value, to: Type) -> Value:
+        if _name(to) not in ANY_REAL:
+            return _resized(values.combine("/", value, _SECOND, _TIME), _TIME, values.bits(to))
+        # Up to here a double holds every nanosecond, so that it is rounded once.
+        exact = 1 << 53
+        inside = both(
+            values.compare(">=", value, -exact, _TIME), values.compare("<=", value, exact, _TIME)
+        )
+        self._machine.oblige("time", negated(inside))
+        second = reals.constant(float(_SECOND), "LREAL")
+        number = reals.from_integer(value, "LREAL", signed=True)
+        return reals.settled(reals.arithmetic("/", number, second, "LREAL"), _name(to))
 
 
-def _as_dint(value: Value, kind: Type) -> Value:
-    return value if is_known(value) else _resized(value, kind, 32)
+_DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
+_MOMENTS = ("TIME", *ANY_DATE)
+_SECOND = 1_000_000_000
+#: What is folded here: the engine's code for these has no need to be asked.
+_OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
+
+
+def _plain(value: Value) -> Any:
+    """A known value as the engine holds it."""
+    if isinstance(value, reals.Real):
+        return value.value
+    return texts.plain(value) if isinstance(value, texts.Text) else value
+
+
+def _code(value: Any) -> str:
+    """Python for a known value, infinities and NaN among them."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"float({str(value)!r})"
+    return f"({value!r})" if isinstance(value, (int, float)) and value < 0 else repr(value)
 
 
 def _resized(value: Value, kind: Type, width: int) -> Value:
@@ -359,7 +481,8 @@ def _resized(value: Value, kind: Type, width: int) -> Value:
         return value
     if size > width:
         return z3.Extract(width - 1, 0, value)
-    extend = z3.SignExt if _name(kind) in SIGNED else z3.ZeroExt
+    signed = _name(kind) in SIGNED or _name(kind) in _MOMENTS
+    extend = z3.SignExt if signed else z3.ZeroExt
     return extend(width - size, value)
 
 

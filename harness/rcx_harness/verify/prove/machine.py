@@ -8,39 +8,38 @@ conversion out of range) is noted as an obligation, with the condition under whi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import z3
 
-from rcx_harness.engine.builtin.storage import address_slot, is_scalar, stored
+from rcx_harness.engine.builtin.storage import address_slot, is_scalar
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.scalars import ELEMENTARY
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.types import (
     ArrayType,
-    BlockType,
-    ElementaryType,
-    StructType,
     Type,
 )
 from rcx_harness.verify.prove import standard, values
 from rcx_harness.verify.prove.expressions import Expressions
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, negated
+from rcx_harness.verify.prove.memory import Alternatives, Memory, Path, leaves
 from rcx_harness.verify.prove.values import Value
 
 __all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
 
-#: Names and positions, from the outermost variable inwards.
-Path = tuple[Any, ...]
-#: The places that an access may mean, each with its condition; one of them holds.
-Alternatives = list[tuple[Bool, Path]]
-#: Arrays of scalars with more elements than this are one term.
-_LONG = 64
+_BOOL = ELEMENTARY["BOOL"]
+
 #: Rounds of a loop; more are refused.
 _ROUNDS = 4096
+#: After so many rounds the solver is asked only once in so many whether another one is possible:
+#: a round too many changes nothing.
+_ASKED = 16
 
 
 @dataclass(frozen=True)
@@ -62,62 +61,6 @@ class Call:
     when: Bool
 
 
-@dataclass(frozen=True)
-class Leaf:
-    """A scalar, or a long array of scalars, inside a variable."""
-
-    suffix: Path
-    type: Type
-
-    @property
-    def long(self) -> bool:
-        """It is an array, held as one term."""
-        return isinstance(self.type, ArrayType)
-
-
-@lru_cache(maxsize=4096)
-def _standard_memory(name: str) -> tuple[tuple[str, str], ...]:
-    return standard.memory(name)
-
-
-def leaves(kind: Type, project: Project) -> tuple[Leaf, ...]:
-    """The scalars of a variable of this type, in order."""
-    return tuple(_leaves(kind, project))
-
-
-def _leaves(kind: Type, project: Project) -> Iterator[Leaf]:
-    if is_scalar(kind) or _is_long(kind):
-        yield Leaf((), kind)
-    elif isinstance(kind, ArrayType):
-        inner = leaves(kind.element, project)
-        for place in range(_count(kind)):
-            for leaf in inner:
-                yield Leaf((place, *leaf.suffix), leaf.type)
-    elif isinstance(kind, StructType):
-        for name, part in kind.fields:
-            for leaf in _leaves(part, project):
-                yield Leaf((name.upper(), *leaf.suffix), leaf.type)
-    elif isinstance(kind, BlockType):
-        if kind.name in BLOCKS:
-            for name, elementary in _standard_memory(kind.name):
-                yield Leaf((name,), ElementaryType(elementary))
-        else:
-            for symbol in stored(project.pous[kind.name.upper()].symbols.values()):
-                for leaf in _leaves(symbol.type, project):
-                    yield Leaf((symbol.name.upper(), *leaf.suffix), leaf.type)
-
-
-def _is_long(kind: Type) -> bool:
-    return isinstance(kind, ArrayType) and values.bits(kind.element) > 0 and _count(kind) > _LONG
-
-
-def _count(kind: ArrayType) -> int:
-    count = 1
-    for low, high in kind.bounds:
-        count *= high - low + 1
-    return count
-
-
 @dataclass
 class _Frame:
     """A POU under way: where its variables are."""
@@ -126,19 +69,19 @@ class _Frame:
     roots: dict[str, Alternatives] = field(default_factory=dict)
 
 
-class Machine:
+class Machine(Memory):
     """A program's memory as terms, and what runs on it.
 
     Args:
         project: The checked sources.
         summaries: What stands for a call of a function instead of its body: takes the machine and
-            the arguments, gives the result. Each has to be proved of the body on its own.
+            the arguments, gives the result. Each has to be proved of the body on its own. Of a
+            block without VAR_IN_OUT it takes the instance, and gives its variables values.
 
     Attributes:
         now: The PLC's time in nanoseconds.
         obligations: What must not happen, of all that was run.
         calls: The calls of blocks, of all that was run.
-        assumptions: What is taken for granted: the range of each value that may be anything.
     """
 
     def __init__(
@@ -146,159 +89,15 @@ class Machine:
         project: Project,
         summaries: Mapping[str, Callable[[Machine, list[Value]], Value]] | None = None,
     ) -> None:
-        self.project = project
+        super().__init__(project)
         self.now: Value = 0
         self.obligations: list[Obligation] = []
         self.calls: list[Call] = []
-        self.assumptions: list[Any] = []
         self.summaries = dict(summaries or {})
-        self._memory: dict[Path, Value] = {}
-        self._types: dict[Path, Type] = {}
         self._guards: list[Bool] = []
         self._frames: list[_Frame] = []
-        self._fresh = 0
-        self._leaves: dict[Type, tuple[Leaf, ...]] = {}
         self.expressions = Expressions(self)
         self._at: tuple[str, int] = ("", 0)
-        self._solver = z3.Solver()
-        self._solver.set("timeout", 2000)
-
-    # --- memory ---
-
-    def leaves(self, kind: Type) -> tuple[Leaf, ...]:
-        """The scalars of a variable of this type."""
-        if kind not in self._leaves:
-            self._leaves[kind] = leaves(kind, self.project)
-        return self._leaves[kind]
-
-    def fresh(self, name: str) -> str:
-        """A name that no other variable of the solver has."""
-        self._fresh += 1
-        return f"{name}!{self._fresh}"
-
-    def create(self, path: Path, kind: Type, initial: Any = None) -> None:
-        """A variable with its initial value; of a block with those of its variables."""
-        if isinstance(kind, BlockType):
-            if kind.name in BLOCKS:
-                for leaf in self.leaves(kind):
-                    self._types[path + leaf.suffix] = leaf.type
-                    self._memory[path + leaf.suffix] = values.constant(leaf.type, 0)
-                return
-            for symbol in stored(self.project.pous[kind.name.upper()].symbols.values()):
-                self.create((*path, symbol.name.upper()), symbol.type, symbol.initial)
-        elif isinstance(kind, StructType):
-            for name, part in kind.fields:
-                self.create((*path, name.upper()), part, initial[name])
-        elif _is_long(kind):
-            assert isinstance(kind, ArrayType)
-            self._types[path] = kind
-            self._memory[path] = _long_array(kind, initial)
-        elif isinstance(kind, ArrayType):
-            for place in range(_count(kind)):
-                value = None if isinstance(kind.element, BlockType) else initial[place]
-                self.create((*path, place), kind.element, value)
-        else:
-            self._types[path] = kind
-            self._memory[path] = values.constant(kind, initial)
-
-    def havoc(self, path: Path, kind: Type) -> None:
-        """Let a variable be anything that its type allows."""
-        for leaf in self.leaves(kind):
-            place = path + leaf.suffix
-            self._types[place] = leaf.type
-            name = self.fresh(".".join(str(part) for part in place))
-            if leaf.long:
-                self._memory[place] = _any_array(leaf.type, name)
-                continue
-            value = values.anything(leaf.type, name)
-            legal = values.legal(leaf.type, value)
-            if legal is not True:
-                self.assume(legal)
-            self._memory[place] = value
-
-    def assume(self, condition: Bool) -> None:
-        """Take something for granted from here on."""
-        if condition is not True:
-            self.assumptions.append(
-                condition if not isinstance(condition, bool) else z3.BoolVal(condition)
-            )
-            self._solver.add(condition)
-
-    def __getitem__(self, path: Path) -> Value:
-        return self._memory[path]
-
-    def __setitem__(self, path: Path, value: Value) -> None:
-        self._memory[path] = value
-
-    def __contains__(self, path: Path) -> bool:
-        return path in self._memory
-
-    def term(self, path: Path, memory: Mapping[Path, Value] | None = None) -> Any:
-        """A scalar as a term of the solver, also where its value is known; of a `snapshot`."""
-        value = (self._memory if memory is None else memory)[path]
-        kind = self._types[path]
-        return value if isinstance(kind, ArrayType) else values.scalar(kind, value)
-
-    def type_of(self, path: Path) -> Type:
-        """The type of a scalar, or of a long array."""
-        return self._types[path]
-
-    def snapshot(self) -> dict[Path, Value]:
-        """All of the memory as it is."""
-        return dict(self._memory)
-
-    def restore(self, memory: Mapping[Path, Value]) -> None:
-        """Bring back what `snapshot` gave."""
-        self._memory = dict(memory)
-
-    # --- reading and writing by alternatives ---
-
-    def load(self, places: Alternatives, kind: Type) -> Value:
-        """The scalar that an access means."""
-        result = self._memory[places[-1][1]]
-        for condition, path in reversed(places[:-1]):
-            result = values.choose(condition, self._memory[path], result, kind)
-        return result
-
-    def store(self, places: Alternatives, kind: Type, value: Value) -> None:
-        """Write a scalar where an access means."""
-        if len(places) == 1:
-            self._memory[places[0][1]] = value
-            return
-        for condition, path in places:
-            self._memory[path] = values.choose(condition, value, self._memory[path], kind)
-
-    def element(self, array: Alternatives, kind: ArrayType, index: Value) -> Value:
-        """An element of a long array; `index` counts from 0."""
-        result = None
-        for condition, path in reversed(array):
-            value = z3.Select(self._memory[path], _index(index))
-            result = value if result is None else z3.If(condition, value, result)
-        return result
-
-    def set_element(self, array: Alternatives, kind: ArrayType, index: Value, value: Value) -> None:
-        """Write an element of a long array."""
-        for condition, path in array:
-            before = self._memory[path]
-            after = z3.Store(before, _index(index), values.scalar(kind.element, value))
-            self._memory[path] = after if condition is True else z3.If(condition, after, before)
-
-    def copy(self, target: Alternatives, source: Alternatives, kind: Type) -> None:
-        """Assign a structure or an array."""
-        for leaf in self.leaves(kind):
-            got = [(condition, path + leaf.suffix) for condition, path in source]
-            to = [(condition, path + leaf.suffix) for condition, path in target]
-            if leaf.long:
-                value = self._memory[got[-1][1]]
-                for condition, path in reversed(got[:-1]):
-                    value = z3.If(condition, self._memory[path], value)
-                for condition, path in to:
-                    before = self._memory[path]
-                    self._memory[path] = (
-                        value if condition is True else z3.If(condition, value, before)
-                    )
-            else:
-                self.store(to, leaf.type, self.load(got, leaf.type))
 
     # --- what is under way ---
 
@@ -312,6 +111,13 @@ class Machine:
         when = both(*self._guards, bad)
         if when is not False:
             self.obligations.append(Obligation(kind, *self._at, when))
+
+    @contextmanager
+    def under(self, condition: Bool) -> Iterator[None]:
+        """What is evaluated meanwhile is evaluated only under a condition."""
+        self._guards.append(condition)
+        yield
+        self._guards.pop()
 
     def possible(self, condition: Bool) -> bool:
         """Whether a condition can hold here; True also where the solver cannot tell in time."""
@@ -335,6 +141,9 @@ class Machine:
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
             standard.run(self, instance, block)
+            return
+        if block.upper() in self.summaries:
+            self.summaries[block.upper()](self, [instance])
             return
         pou = self.project.pous[block.upper()]
         frame = _Frame(pou)
@@ -506,7 +315,8 @@ class Machine:
                 self.store(target, pins[pin].type, self.expressions.exact(expression))
             else:
                 self.copy(target, self.expressions.places(expression), pins[pin].type)
-        in_outs = {name.upper(): self.expressions.places(v) for name, v in node.in_outs}
+        written_back: list[Callable[[], None]] = []
+        in_outs = {name.upper(): self._connected(v, written_back) for name, v in node.in_outs}
         if len(instances) == 1:
             self.call_block(instances[0][1], node.block.name, in_outs)
         else:
@@ -516,6 +326,8 @@ class Machine:
                     for condition, path in instances
                 ]
             )
+        for write in written_back:
+            write()
         for pin, variable in node.outputs:
             source = [(c, (*path, pin.upper())) for c, path in instances]
             if is_scalar(pins[pin].type):
@@ -523,24 +335,33 @@ class Machine:
             else:
                 self.copy(self.expressions.places(variable), source, pins[pin].type)
 
+    def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
+        """Where a VAR_IN_OUT is; of an element of a long array a copy, to be written back."""
+        found = self.expressions.long_element(node)
+        if found is None:
+            return self.expressions.places(node)
+        path = (f"#{len(self._frames)}.{self.fresh('element')}",)
+        self._types[path] = node.type
+        self._memory[path] = self.element(*found)
+        written_back.append(lambda: self.set_element(*found, self._memory[path]))
+        return [(True, path)]
+
     def _if(self, node: t.If | t.Case) -> _Left:
         left = _Left()
         if isinstance(node, t.If):
-            choices = node.branches
-            tests: Iterator[Bool] = (self.expressions.exact(item[0]) for item in choices)
+            tests = [partial(self.expressions.exact, item[0]) for item in node.branches]
         else:
             selector = self.expressions.exact(node.selector)
             kind = node.selector.type
-            tests = (
-                either(*(_labelled(selector, low, high, kind) for low, high in item[0]))
-                for item in node.branches
-            )
+            tests = [partial(_labelled_any, selector, item[0], kind) for item in node.branches]
         branches: list[tuple[Bool, Callable[[], None]]] = []
         none: Bool = True
         bodies = [body for _, body in node.branches]
         # A condition is evaluated on the memory before all branches: in Structured Text it has no
-        # effect, so that those after one that holds may be looked at, too.
-        for test, body in zip(tests, bodies, strict=True):
+        # effect; what it obliges to holds only where no branch before was right.
+        for ask, body in zip(tests, bodies, strict=True):
+            with self.under(none):
+                test = ask()
             self._add_branch(branches, test, body, left, none)
             none = both(none, negated(test))
             if none is False:
@@ -572,7 +393,8 @@ class Machine:
 
         def enter(condition: Bool) -> bool:
             """Go on under a condition; whether it can hold."""
-            if condition is False or (condition is not True and not self.possible(condition)):
+            asked = count < _ASKED or count % _ASKED == 0
+            if condition is False or (asked and not self.possible(condition)):
                 return False
             if condition is not True:
                 before.append(self._memory)
@@ -603,8 +425,6 @@ class _Ends:
         self._machine = machine
         self._end: Value = None
         if isinstance(node, t.For):
-            if not isinstance(node.step, t.Constant):
-                raise UnsupportedError("FOR with a step that is not constant")
             self._end = machine.expressions.exact(node.end)
             start = t.Assign(node.counter, node.start, node.at)
             self._step = t.Binary("+", node.counter, node.step, node.counter.type)
@@ -616,9 +436,11 @@ class _Ends:
             return self._machine.expressions.exact(node.condition)
         if isinstance(node, t.Repeat):
             return True
-        op = "<=" if int(node.step.value) > 0 else ">="  # type: ignore[union-attr]
+        step = self._machine.expressions.exact(node.step)
         counter = self._machine.expressions.exact(node.counter)
-        return values.compare(op, counter, self._end, node.counter.type)
+        kind = node.counter.type
+        up, down = (values.compare(op, counter, self._end, kind) for op in ("<=", ">="))
+        return values.choose(values.compare(">", step, 0, kind), up, down, _BOOL)
 
     def last(self) -> Bool:
         node = self._node
@@ -644,35 +466,13 @@ class _Left:
         self.exits = either(self.exits, both(under, other.exits))
 
 
+def _labelled_any(selector: Value, labels: Iterable[tuple[int, int]], kind: Type) -> Bool:
+    return either(*(_labelled(selector, low, high, kind) for low, high in labels))
+
+
 def _labelled(selector: Value, low: int, high: int, kind: Type) -> Bool:
     if low == high:
         return values.compare("=", selector, low, kind)
     return both(
         values.compare(">=", selector, low, kind), values.compare("<=", selector, high, kind)
     )
-
-
-def _index(index: Value) -> Any:
-    if isinstance(index, int):
-        return z3.BitVecVal(index, 32)
-    size = index.size()
-    return z3.SignExt(32 - size, index) if size < 32 else index
-
-
-def _element_sort(kind: Type) -> Any:
-    assert isinstance(kind, ArrayType)
-    return z3.BitVecSort(values.bits(kind.element))
-
-
-def _any_array(kind: Type, name: str) -> Any:
-    return z3.Array(name, z3.BitVecSort(32), _element_sort(kind))
-
-
-def _long_array(kind: ArrayType, initial: Any) -> Any:
-    sort = _element_sort(kind)
-    first = initial[0]
-    term = z3.K(z3.BitVecSort(32), z3.BitVecVal(first, sort.size()))
-    for place, value in enumerate(initial):
-        if value != first:
-            term = z3.Store(term, place, z3.BitVecVal(value, sort.size()))
-    return term

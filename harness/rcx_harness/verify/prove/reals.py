@@ -8,6 +8,7 @@ keeps double precision in REAL arithmetic until the result is stored or passed (
 from __future__ import annotations
 
 import math
+import operator
 import struct
 from ctypes import c_float
 from dataclasses import dataclass
@@ -25,9 +26,12 @@ __all__ = [
     "choose",
     "compare",
     "constant",
+    "cut",
+    "fits",
     "from_integer",
     "in_range",
     "negative",
+    "root",
     "settled",
     "to_integer",
     "widened",
@@ -224,6 +228,14 @@ def _neighbour(value: float, *, up: bool) -> float:
     return float(struct.unpack("<f", struct.pack("<i", pattern + step))[0])
 
 
+_ARITHMETIC = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
 def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
     """+ - * / in the precision that the engines use.
 
@@ -233,6 +245,9 @@ def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
     if op not in ("+", "-", "*", "/"):
         raise UnsupportedError(f"{op} of REAL")
     double = kind == "LREAL" or left.double or right.double
+    if left.known and right.known and (op != "/" or right.value != 0):
+        value = _ARITHMETIC[op](left.value, right.value)
+        return Real(value if double else c_float(value).value, double)
     power = right.known and right.value == 2.0 and op in "*/"
     if double and power and not (left.double or left.known):
         return Real(left.value, double=True, halved=1 if op == "*" else -1)
@@ -267,6 +282,9 @@ def from_integer(value: Any, kind: str, *, signed: bool) -> Real:
         return constant(float(value), kind)
     sort = z3.Float32() if kind == "REAL" else z3.Float64()
     convert = z3.fpSignedToFP if signed else z3.fpUnsignedToFP
+    if kind == "REAL" and value.size() > 53:
+        # As in the built-in engine, where it is a double first.
+        return _narrow(z3.fpFPToFP(z3.RNE(), convert(z3.RNE(), value, z3.Float64()), sort))
     term = convert(z3.RNE(), value, sort)
     return _narrow(term) if kind == "REAL" else Real(term, double=True)
 
@@ -276,7 +294,7 @@ def in_range(number: Real, low: int, high: int) -> Bool:
     if number.known:
         return math.isfinite(number.value) and low <= round(number.value) <= high
     rounded = z3.fpRoundToIntegral(z3.RNE(), _double(number))
-    return z3.And(z3.fpGEQ(rounded, _float(low)), z3.fpLEQ(rounded, _float(high)))
+    return z3.And(z3.fpGEQ(rounded, _float(low)), z3.fpLT(rounded, _float(high + 1)))
 
 
 def _float(value: int) -> Any:
@@ -286,7 +304,8 @@ def _float(value: int) -> Any:
 def to_integer(number: Real, width: int, *, signed: bool) -> Any:
     """The nearest whole number, halves to even; below 0 it is 0 in an unsigned type."""
     if number.known:
-        value = round(number.value) if signed or number.value >= 0 else 0
+        whole = math.isfinite(number.value) and (signed or number.value >= 0)
+        value = round(number.value) if whole else 0
         low = -(1 << width - 1) if signed else 0
         return (value - low) % (1 << width) + low
     if signed:
@@ -294,6 +313,32 @@ def to_integer(number: Real, width: int, *, signed: bool) -> Any:
     zero = z3.BitVecVal(0, width)
     term = z3.fpToUBV(z3.RNE(), _double(number), z3.BitVecSort(width))
     return z3.If(z3.fpLT(_double(number), _float(0)), zero, term)
+
+
+def fits(number: Real, width: int, *, signed: bool) -> Bool:
+    """Whether the number, cut towards zero, is one of this many bits."""
+    low, high = (-(1 << width - 1), 1 << width - 1) if signed else (0, 1 << width)
+    if number.known:
+        return math.isfinite(number.value) and low <= math.trunc(number.value) < high
+    whole = z3.fpRoundToIntegral(z3.RTZ(), _double(number))
+    return z3.And(z3.fpGEQ(whole, _float(low)), z3.fpLT(whole, _float(high)))
+
+
+def cut(number: Real, width: int, *, signed: bool) -> Any:
+    """The whole number towards zero, where it `fits`."""
+    if number.known:
+        value = math.trunc(number.value) if math.isfinite(number.value) else 0
+        low = -(1 << width - 1) if signed else 0
+        return (value - low) % (1 << width) + low
+    convert = z3.fpToSBV if signed else z3.fpToUBV
+    return convert(z3.RTZ(), _double(number), z3.BitVecSort(width))
+
+
+def root(number: Real, kind: str) -> Real:
+    """SQRT: rounding the double result once more gives that of single precision."""
+    if kind == "LREAL":
+        return Real(z3.fpSqrt(z3.RNE(), _double(number)), double=True)
+    return _narrow(z3.fpSqrt(z3.RNE(), _single(number)))
 
 
 def widened(number: Real) -> Real:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from rcx_harness.engine.frontend.scalars import ELEMENTARY
 from rcx_harness.engine.frontend.standard import BLOCKS
@@ -11,9 +11,6 @@ from rcx_harness.engine.types import Type
 from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, negated
 from rcx_harness.verify.prove.values import Value
-
-if TYPE_CHECKING:
-    from rcx_harness.verify.prove.machine import Machine, Path
 
 __all__ = ["memory", "run"]
 
@@ -38,10 +35,20 @@ def memory(name: str) -> tuple[tuple[str, str], ...]:
     return (*pins, *_MEMORY.get(_kind(name), ()))
 
 
+class _Machine(Protocol):
+    """Memory and time of a `machine.Machine`."""
+
+    now: Value
+
+    def __getitem__(self, path: tuple[Any, ...]) -> Value: ...
+
+    def __setitem__(self, path: tuple[Any, ...], value: Value) -> None: ...
+
+
 class _Instance:
     """An instance whose pins and memory are read and written by name."""
 
-    def __init__(self, machine: Machine, path: Path, name: str) -> None:
+    def __init__(self, machine: _Machine, path: tuple[Any, ...], name: str) -> None:
         self._machine = machine
         self._path = path
         self._types: dict[str, Type] = {slot: ELEMENTARY[kind] for slot, kind in memory(name)}
@@ -71,7 +78,7 @@ class _Instance:
         return values.combine("-", self.now, self["start"], _TIME)
 
 
-def run(machine: Machine, path: Path, name: str) -> None:
+def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
     """Run one call.
 
     Raises:

@@ -13,7 +13,9 @@ from rcx_harness.verify.prove.logic import (
     Bool,
     UnsupportedError,
     both,
+    either,
     is_known,
+    negated,
     truth,
 )
 
@@ -21,6 +23,7 @@ __all__ = [
     "Text",
     "anything",
     "choose",
+    "compare",
     "concat",
     "constant",
     "equal",
@@ -130,6 +133,31 @@ def equal(left: Text, right: Text) -> Bool:
     return both(sizes, *same)
 
 
+def compare(op: str, left: Text, right: Text) -> Bool:
+    """A comparison by the codes of the first characters that differ."""
+    if op in ("=", "<>"):
+        same = equal(left, right)
+        return same if op == "=" else negated(same)
+    if op in (">", "<="):
+        below = _below(right, left)
+        return below if op == ">" else negated(below)
+    below = _below(left, right)
+    return below if op == "<" else negated(below)
+
+
+def _below(left: Text, right: Text) -> Bool:
+    """Whether the first of two texts is the lesser one."""
+    if known(left) and known(right):
+        return plain(left) < plain(right)
+    result: Bool = False
+    for at in reversed(range(min(left.most, right.most) + 1)):
+        one, other = _within(at, left.size), _within(at, right.size)
+        a, b = _one(left.char(at), 8), _one(right.char(at), 8)
+        less = either(z3.ULT(a, b), both(a == b, result))
+        result = both(other, either(negated(one), less))
+    return result
+
+
 def _implied(condition: Bool, value: Bool) -> Bool:
     if condition is False or value is True:
         return True
@@ -141,44 +169,40 @@ def _implied(condition: Bool, value: Bool) -> Bool:
 def left(text: Text, count: Any) -> Text:
     """LEFT for a count that is not negative."""
     if is_known(count) and is_known(text.size):
-        size: Any = min(text.size, count)
+        size: Any = max(min(text.size, count), 0)
     else:
         wanted, size = _wide(count), _wide(text.size)
         size = z3.If(z3.ULT(wanted, size), wanted, size)
-    most = min(text.most, count) if is_known(count) else text.most
+    most = max(min(text.most, count), 0) if is_known(count) else text.most
     return Text(size, most, text.char)
 
 
 def _wide(value: Any) -> Any:
-    """A count as 16 bits."""
+    """A count that is not negative as 16 bits; what is more is the most that these hold."""
     if is_known(value):
-        return z3.BitVecVal(min(value, 0xFFFF), 16)
-    if value.size() == 16:
-        return value
-    return z3.ZeroExt(16 - value.size(), value) if value.size() < 16 else z3.Extract(15, 0, value)
+        return z3.BitVecVal(min(max(value, 0), 0xFFFF), 16)
+    if value.size() <= 16:
+        return z3.ZeroExt(16 - value.size(), value) if value.size() < 16 else value
+    return z3.If(z3.UGT(value, 0xFFFF), z3.BitVecVal(0xFFFF, 16), z3.Extract(15, 0, value))
 
 
 def mid(text: Text, count: Any, position: Any) -> Text:
-    """MID for a position from 1 on and a known count.
-
-    Raises:
-        UnsupportedError: a count that is not known.
-    """
-    if not is_known(count):
-        raise UnsupportedError("MID with a length that is not constant")
-    most = max(min(count, text.most), 0)
+    """MID for a count that is not negative and a position from 1 on."""
+    limit = _wide(count)
+    most = max(min(count, text.most), 0) if is_known(count) else text.most
     if is_known(position):
-        start = position - 1
-        if is_known(text.size):
+        start = min(max(position - 1, 0), STRING_MAX)
+        if is_known(text.size) and is_known(count):
             size: Any = max(min(text.size - start, count), 0)
         else:
-            rest = z3.If(z3.UGT(text.size, start), text.size - start, z3.BitVecVal(0, 16))
-            size = z3.If(z3.ULT(rest, most), rest, z3.BitVecVal(most, 16))
+            whole = _wide(text.size)
+            rest = z3.If(z3.UGT(whole, start), whole - start, z3.BitVecVal(0, 16))
+            size = z3.If(z3.ULT(rest, limit), rest, limit)
         return Text(size, most, lambda i: text.char(start + i))
     start = _wide(position) - 1
     whole = _wide(text.size)
     rest = z3.If(z3.UGT(whole, start), whole - start, z3.BitVecVal(0, 16))
-    size = z3.If(z3.ULT(rest, most), rest, z3.BitVecVal(most, 16))
+    size = z3.If(z3.ULT(rest, limit), rest, limit)
 
     def char(place: int) -> Any:
         term: Any = z3.BitVecVal(0, 8)

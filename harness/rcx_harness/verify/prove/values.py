@@ -24,7 +24,7 @@ from rcx_harness.engine.frontend.scalars import (
 )
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.verify.prove import reals, texts
-from rcx_harness.verify.prove.logic import Bool, UnsupportedError, equal, is_known, negated, truth
+from rcx_harness.verify.prove.logic import Bool, both, either, equal, is_known, negated, truth
 
 __all__ = [
     "ENUM_BITS",
@@ -176,13 +176,13 @@ def compare(op: str, left: Value, right: Value, kind: Type) -> Bool:
     if isinstance(left, reals.Real):
         return reals.compare(op, left, right)
     if isinstance(left, texts.Text):
-        if op not in ("=", "<>"):
-            raise UnsupportedError(f"{op} of two STRING")
-        same = texts.equal(left, right)
-        return same if op == "=" else negated(same)
+        return texts.compare(op, left, right)
     if is_known(left) and is_known(right):
         return bool(_PYTHON[op](left, right))
-    if op in ("=", "<>") or _name(kind) == "BOOL":
+    if _name(kind) == "BOOL" and op not in ("=", "<>"):
+        less, more = (left, right) if op in ("<", "<=") else (right, left)
+        return both(negated(less), more) if op in ("<", ">") else either(negated(less), more)
+    if op in ("=", "<>"):
         same = equal(scalar(kind, left), scalar(kind, right))
         return same if op == "=" else negated(same)
     call = _PYTHON[op] if _signed(kind) else _UNSIGNED[op]

@@ -1,8 +1,11 @@
-"""`python -m rcx_tools.evidence.prove`: prove every property of the library; out/prove.json."""
+"""`python -m rcx_tools.evidence.prove`: prove every property of the library; out/prove.json.
+
+With names of properties or of seeded bugs, or for another copy of the library, only a part of that
+is run; of names the outcome is in out/prove/part.json.
+"""
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from argparse import ArgumentParser, Namespace
@@ -13,95 +16,123 @@ from rich.console import Console
 
 from rcx_harness.errors import InputError
 from rcx_tools.evidence.mutants.judging import progress_bar
-from rcx_tools.evidence.prove.jobs import PROPERTIES, Job, jobs, run
+from rcx_tools.evidence.prove import agreeing, report, seeded
+from rcx_tools.evidence.prove.jobs import died, jobs, run
 from rcx_tools.evidence.prove.library import Library
-from rcx_tools.evidence.results import ROOT
+from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
+from rcx_tools.evidence.results import ROOT, write_result
 from rcx_tools.evidence.store import Results
-from rcx_tools.evidence.workers import results
 
-__all__ = ["main"]
+__all__ = ["LIBRARY", "main"]
+
+#: What is proved.
+LIBRARY = ROOT / "plc" / "lib"
+_OUT = ROOT / "out"
 
 
 def _arguments(arguments: list[str] | None) -> Namespace:
     parser = ArgumentParser(prog="python -m rcx_tools.evidence.prove", description=__doc__)
     parser.add_argument("properties", nargs="*", help="names of properties (default: all)")
-    parser.add_argument("--lib", default=str(ROOT / "plc/lib"), help="another copy of plc/lib")
-    parser.add_argument("--limit", type=float, default=60.0, help="seconds for each goal")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--bug", action="append", default=[], help="only this seeded bug, and more")
+    parser.add_argument("--lib", help="another copy of plc/lib; without the seeded bugs")
+    parser.add_argument("--limit", type=_positive, default=60.0, help="seconds for each goal")
+    workers = "processes at a time; 0: none but this"
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        choices=range(65),
+        metavar="N",
+        default=min(os.cpu_count() or 1, 64),
+        help=workers,
+    )
     parser.add_argument("--fresh", action="store_true", help="forget earlier outcomes")
-    parser.add_argument("--out", default=str(ROOT / "out"))
+    parser.add_argument("--out", type=Path, default=_OUT)
     return parser.parse_args(arguments)
 
 
-def _outcomes(
-    work: list[Job], known: Results, console: Console, workers: int
-) -> list[dict[str, Any]]:
-    found = [outcome for job in work if (outcome := known.get(job.key)) is not None]
-    have = {outcome["key"] for outcome in found}
-    missing = [job for job in work if job.key not in have]
-    with progress_bar(console) as progress:
-        bar = progress.add_task("proving", total=len(work), completed=len(found), told="")
-        for outcome in results(run, missing, workers) if missing else ():
-            told = f"{outcome['property']} {outcome['part']}: {outcome['status']}"
-            progress.update(bar, advance=1, told=told, refresh=True)
-            if outcome["status"] == "proved":
-                known.add(outcome)
-            found.append(outcome)
-    return found
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < 1e6:
+        raise ValueError
+    return value
 
 
-def _report(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """One entry a property, in their order."""
-    order = ("refuted", "unknown", "proved")
-    report = []
-    for item in PROPERTIES:
-        parts = [outcome for outcome in found if outcome["property"] == item.name]
-        if parts:
-            goals = [goal | {"part": part["part"]} for part in parts for goal in part["goals"]]
-            report.append(
-                {
-                    "name": item.name,
-                    "says": item.says,
-                    "section": item.section,
-                    "status": min((part["status"] for part in parts), key=order.index),
-                    "seconds": round(sum(part["seconds"] for part in parts), 1),
-                    "assumes": list(item.assumes),
-                    "goals": len(goals),
-                    "not_proved": [goal for goal in goals if goal["status"] != "proved"],
-                }
-            )
-    return report
+class _Runner:
+    """Runs what is not known yet; what has come out well is kept."""
+
+    def __init__(self, options: Namespace, console: Console) -> None:
+        self._known = Results(options.out / "prove" / "known.jsonl", fresh=options.fresh)
+        self._workers = options.jobs
+        self._console = console
+
+    def of(self, title: str, run: Run[Any], work: list[Any], died: Run[Any]) -> dict[str, Any]:
+        """Outcomes by key; one that is `good` is taken from earlier runs, with its files."""
+        found = {
+            job.key: known
+            for job in work
+            if (known := self._known.get(job.key))
+            and all(Path(file).exists() for file in (known.get("run") or {}).get("files", ()))
+        }
+        missing: list[HasKey] = [job for job in work if job.key not in found]
+        with progress_bar(self._console) as progress:
+            bar = progress.add_task(title, total=len(work), completed=len(found), told="")
+            for outcome in outcomes(run, missing, self._workers, died):
+                progress.update(bar, advance=1, told=outcome["key"].rsplit(":", 1)[0], refresh=True)
+                if outcome["good"]:
+                    self._known.add(outcome)
+                found[outcome["key"]] = outcome
+        return found
+
+    def took(self, key: str) -> float:
+        """How long something took that is known [s]; 0 of anything else."""
+        known = self._known.get(key)
+        return float(known["seconds"]) if known else 0.0
+
+
+def _prove(options: Namespace, console: Console) -> int:
+    folder = Path(options.lib).resolve() if options.lib else LIBRARY
+    library = Library(folder)
+    library.complete(LIBRARY)
+    whole = not options.properties and not options.bug
+    work = [] if options.bug else list(jobs(library, options.properties, options.limit))
+    own = whole and not options.lib
+    if options.bug or own:
+        seeded.chosen(library, options.bug, seeded.BUGS)
+    runner = _Runner(options, console)
+    entries = report.properties(work, runner.of("proving", run, work, died))
+    bugs = []
+    if options.bug or own:
+        copies = (options.out / "prove" / "seeded").resolve()
+        given = options.bug, options.limit, copies, seeded.BUGS, runner.took
+        bugs = seeded.tasks(library, *given)
+    told: dict[str, Any] = {"library": str(folder)} if options.lib else {}
+    told |= {"properties": entries, "assumptions": report.taken_for_granted(entries)}
+    if own:
+        compared = list(agreeing.comparisons(library))
+        agreed = runner.of("agreement", agreeing.compare, compared, agreeing.died)
+        told["agreement"] = agreeing.summary(agreed.values())
+    if bugs:
+        judged = runner.of("seeded bugs", seeded.judge, bugs, seeded.died)
+        told["seeded"] = seeded.summary(bugs, judged, whole=whole)
+    report.write(options.out / ("prove.json" if whole else "prove/part.json"), told)
+    report.show(told, console)
+    good = report.is_good(told)
+    if own and options.out == _OUT:
+        write_result("prove", told, met=good)
+    if options.lib:
+        console.print("Seeded bugs and agreement are tried on the library of this project only.")
+    return 0 if good else 1
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run it; 0 where all is proved, 1 where something is not, 2 on bad input."""
+    """Run it; 0 where all is proved and every seeded bug is found, 1 if not, 2 on bad input."""
     options = _arguments(arguments)
-    console = Console(stderr=True)
-    folder = Path(options.lib).resolve()
-    out = Path(options.out)
+    console = Console(stderr=True, highlight=False)
     try:
-        if not folder.is_dir():
-            raise InputError(f"there is no folder {options.lib}", hint="name a copy of plc/lib")
-        work = list(jobs(Library(folder), options.properties, options.limit))
+        return _prove(options, console)
     except InputError as error:
-        console.print(str(error), markup=False, highlight=False)
+        console.print(str(error), markup=False, soft_wrap=True)
         return 2
-    known = Results(out / "prove" / "known.jsonl", fresh=options.fresh)
-    found = _outcomes(work, known, console, options.jobs)
-    report = _report(found)
-    text = json.dumps({"properties": report}, indent=1) + "\n"
-    (out / "prove.json").write_text(text, encoding="utf-8")
-    for item in report:
-        console.print(
-            f"{item['status']:8} {item['name']}: {item['goals']} goals, {item['seconds']} s"
-        )
-        for goal in item["not_proved"]:
-            console.print(
-                f"    {goal['status']}: {goal['part']} {goal['goal']}",
-                goal.get("values") or goal.get("reason"),
-                markup=False,
-            )
-    return 0 if all(item["status"] == "proved" for item in report) else 1
 
 
 if __name__ == "__main__":

@@ -1,23 +1,28 @@
-"""The interval between dedicated inputs (chapter 5, 3, caution)."""
+"""The interval between dedicated inputs on the wire (chapter 5, 3, caution)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import z3
 
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, Value
-from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, milliseconds
+from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
+from rcx_tools.evidence.prove.guarantee import INNER, WRITERS
+from rcx_tools.evidence.prove.image import wire
+from rcx_tools.evidence.prove.library import BLOCK, Library, Step, milliseconds
 from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = ["PROPERTIES"]
 
-_PACE: Path = (*BLOCK, "MAKEHEAD", "DEDICATED", "PACE")
+_HEAD: Path = (*BLOCK, "MAKEHEAD")
+_PACE: Path = (*_HEAD, "DEDICATED", "PACE")
 _NEVER = (1 << 62) - 1
-#: SI(00) and SI(06), whose switch-off goes out at once.
-_STOPS = 0x0041
+#: What FB_RcxDedicatedInputs works with as the least time between two changes.
+_SPACING: Path = (*_HEAD, "SPACING")
 
 
 def _at_least(machine: Machine, memory: Mapping[Path, Value]) -> Any:
@@ -29,57 +34,121 @@ def _at_least(machine: Machine, memory: Mapping[Path, Value]) -> Any:
     return longer + z3.If(margin > zero, margin, zero)
 
 
-def _goals(library: Library, block: str) -> Iterator[Goal]:
-    """Induction over the calls of FB_WriteArea.
+@dataclass(frozen=True)
+class _Ghost:
+    """What stands beside the program.
 
-    Beside the program stand the moment of the last change (-1: none yet) and the least spacing
-    that was asked for since then.
+    Attributes:
+        wire: Bytes n + 32, n + 33.
+        last: Moment of their last change; -1: none yet.
+        least: The least spacing that was asked for since then.
     """
+
+    wire: Any
+    last: Any
+    least: Any
+
+
+def _holds(machine: Machine, memory: Mapping[Path, Value], ghost: _Ghost, now: Any) -> list[Any]:
+    """What is true between two calls.
+
+    The wire is what is applied, but for what a second call in a scan has taken away: that is held
+    OFF, and the next call finds it so.
+    """
+    phase = machine.term((*_PACE, "phase"), memory)
+    expired, on = (machine.term((*_PACE, name), memory) for name in ("Q", "before"))
+    start = machine.term((*_PACE, "start"), memory)
+    applied = machine.term((*INNER, "APPLIED"), memory)
+    kept = z3.BitVecVal(0, 16)
+    for name, bit in (("KEEPEMERGENCY", 0x0001), ("KEEPSTOP", 0x0040)):
+        flag = machine.term((*INNER, name), memory)
+        kept |= z3.If(flag, z3.BitVecVal(bit, 16), z3.BitVecVal(0, 16))
+    same = ghost.wire == applied
+    return [
+        machine.term((*INNER, "REQUEST"), memory) & STOPS == 0,
+        ghost.wire & ~applied == 0,
+        applied & ~ghost.wire & ~kept == 0,
+        ghost.last <= now,
+        z3.ULE(phase, 2),
+        expired == (phase == 2),
+        z3.And(start >= 0, start <= now),
+        z3.Implies(phase == 0, z3.And(z3.Not(on), ghost.last == -1, applied == 0)),
+        z3.Implies(z3.And(phase == 1, same), start >= ghost.last),
+        z3.Implies(z3.And(phase == 2, same), now - ghost.last >= ghost.least),
+    ]
+
+
+def _base(library: Library, block: str) -> Iterator[Goal]:
+    machine = at_the_start(library, block)
+    never = z3.BitVecVal(_NEVER, TIME_BITS)
+    ghost = _Ghost(z3.BitVecVal(0, 16), z3.BitVecVal(-1, TIME_BITS), never)
+    claim = z3.And(*_holds(machine, machine.snapshot(), ghost, z3.BitVecVal(0, TIME_BITS)))
+    yield Goal(f"{block}: it holds at the start", tuple(machine.assumptions), claim)
+
+
+def _goals(library: Library, block: str) -> Iterator[Goal]:
+    """Induction over the calls of FB_WriteArea; FB_ReadArea and the blocks between keep `_holds`.
+
+    Bytes n + 32 and n + 33 are what `wire` says: property `bytes`. Those blocks leave Applied
+    alone, request neither SI(00) nor SI(06), and the flags Keep... only rise: `guarantee`.
+    """
+    yield from _base(library, block)
     last, least, before = (
         z3.BitVec(name, TIME_BITS) for name in ("last change", "least spacing", "last call")
     )
     machine = library.machine()
     step = library.step(block, machine)
     now = machine.now
-    assumed = [*machine.assumptions, before >= 0, before <= now, last >= -1, least <= _NEVER]
-    applied = step.was((*ROBOT, "INNER", "APPLIED")), step.now((*ROBOT, "INNER", "APPLIED"))
-    changed = applied[0] ^ applied[1]
-    spacing = _at_least(machine, step.before)
-    counts = step.was((*ROBOT, "INNER", "INSCAN"))
+    ghost = _Ghost(z3.BitVec("wire", 16), last, least)
+    times = [before >= 0, before <= now, last >= -1, least <= _NEVER]
+    assumed = [*machine.assumptions, *times]
+    assumed += _holds(machine, step.before, ghost, before)
+
+    # The spacing as the block works with it is what is asked for; from here on it is any time.
+    counts, spacing = accepted(step), step.now(_SPACING)
+    asked = z3.Implies(counts, spacing == _at_least(machine, step.before))
+    yield Goal(f"{block}: the spacing", tuple(machine.assumptions), asked)
+    longest = milliseconds(0) + (1 << 65)
+    sane = z3.And(spacing >= milliseconds(100), spacing <= longest)
+    yield Goal(
+        f"{block}: the spacing is a time", tuple(machine.assumptions), z3.Implies(counts, sane)
+    )
+    assumed.append(z3.Implies(counts, sane))
+
+    after = wire(step, ghost.wire)
+    changed = ghost.wire ^ after
     least_now = z3.If(z3.And(counts, spacing < least), spacing, least)
-
-    def holds(memory: Mapping[Path, Value], last: Any, least: Any, now: Any) -> Any:
-        """What is true between two calls."""
-        phase = machine.term((*_PACE, "phase"), memory)
-        expired, on = (machine.term((*_PACE, name), memory) for name in ("Q", "before"))
-        start = machine.term((*_PACE, "start"), memory)
-        return z3.And(
-            last <= now,
-            z3.ULE(phase, 2),
-            expired == (phase == 2),
-            z3.Implies(phase == 0, z3.And(z3.Not(on), last == -1)),
-            z3.Implies(phase == 1, start >= last),
-            z3.Implies(phase == 2, now - last >= least),
-        )
-
-    assumed.append(holds(step.before, last, least, before))
-    only_off = z3.And(changed & ~z3.BitVecVal(_STOPS, 16) == 0, applied[1] & changed == 0)
-    alone = changed & (changed - 1) == 0
+    only_off = z3.And(changed & ~z3.BitVecVal(STOPS, 16) == 0, after & changed == 0)
     spaced = z3.Or(last == -1, now - last >= least_now)
     show = {"changed": changed, "now": now, "last change": last, "least spacing": least_now}
     yield Goal(
-        f"{block}: a change is late enough and alone, or a switch-off of SI(00), SI(06)",
+        f"{block}: a change is alone, or a switch-off of SI(00), SI(06)",
         tuple(assumed),
-        z3.Implies(changed != 0, z3.Or(only_off, z3.And(alone, spaced))),
+        z3.Or(only_off, changed & (changed - 1) == 0),
         show,
     )
-    after = holds(
-        machine.snapshot(),
+    late = z3.Implies(changed != 0, z3.Or(only_off, spaced))
+    text = f"{block}: a change is late enough, or a switch-off of SI(00), SI(06)"
+    yield from _by_phase(step, Goal(text, tuple(assumed), late, show))
+    later = _Ghost(
+        after,
         z3.If(changed != 0, now, last),
         z3.If(changed != 0, z3.BitVecVal(_NEVER, TIME_BITS), least_now),
-        now,
     )
-    yield Goal(f"{block}: what holds between the calls is kept", tuple(assumed), after, show)
+    *simple, waited = _holds(machine, machine.snapshot(), later, now)
+    for number, claim in enumerate(simple, 1):
+        yield Goal(f"{block}: what holds is kept ({number})", tuple(assumed), claim, show)
+    text = f"{block}: the interval has passed where the timer says so"
+    yield from _by_phase(step, Goal(text, tuple(assumed), waited, show))
+
+
+def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
+    """A goal in cases, each of which the solver finds easier: the timer rests, runs, is over."""
+    phase = step.was((*_PACE, "phase"))
+    for case, told in enumerate(("rests", "runs", "is over")):
+        yield Goal(
+            f"{goal.name} (the timer {told})", (*goal.assumed, phase == case), goal.claim, goal.show
+        )
 
 
 PROPERTIES = (
@@ -88,9 +157,9 @@ PROPERTIES = (
         "Any two changes of dedicated inputs are at least max(100 ms, Interval) + max(0, Margin)"
         " apart, each alone in its scan; only a switch-off of SI(00) or SI(06) goes out at once.",
         "chapter 5, 3",
-        ("inner", "clock", "area"),
+        ("inner", "between", "clock", "area"),
         _goals,
-        lambda _: ("FB_WRITEAREA", "FB_WRITEAREAWORDS"),
+        lambda _: WRITERS,
         lambda part: (part,),
     ),
 )

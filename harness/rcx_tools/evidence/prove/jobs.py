@@ -3,32 +3,67 @@
 from __future__ import annotations
 
 import hashlib
+import signal
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import z3
+
 from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_harness.verify.prove.solve import UNKNOWN, ask
-from rcx_tools.evidence.checks import digest
-from rcx_tools.evidence.prove import interval
+from rcx_harness.verify.prove.solve import PROVED, REFUTED, UNKNOWN, ask
+from rcx_tools.evidence.prove import (
+    contract,
+    functions,
+    guarantee,
+    handshake,
+    image,
+    interval,
+    levels,
+    restart,
+    safety,
+    telegrams,
+    tickets,
+)
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
+from rcx_tools.evidence.prove.running import DIED
+from rcx_tools.evidence.prove.sources import module_of, prover_state
 
-__all__ = ["PROPERTIES", "Job", "jobs", "run"]
+__all__ = [
+    "PROPERTIES",
+    "Job",
+    "answers",
+    "died",
+    "jobs",
+    "library_at",
+    "property_of",
+    "rests_on",
+    "run",
+    "run_until_broken",
+    "worst",
+]
 
 #: All of them, in the order of the page.
-PROPERTIES: tuple[Property, ...] = (*interval.PROPERTIES,)
-
-#: What a proof depends on besides the sources that it is about.
-_PROVER = (
-    "harness/rcx_harness/engine",
-    "harness/rcx_harness/verify/prove",
-    "harness/rcx_tools/evidence/prove",
-    "spec",
+PROPERTIES: tuple[Property, ...] = (
+    *interval.PROPERTIES,
+    *guarantee.PROPERTIES,
+    *image.PROPERTIES,
+    *levels.PROPERTIES,
+    *restart.PROPERTIES,
+    *handshake.PROPERTIES,
+    *tickets.PROPERTIES,
+    *contract.PROPERTIES,
+    *telegrams.PROPERTIES,
+    *safety.PROPERTIES,
+    *functions.PROPERTIES,
 )
+
+#: Real time after which a goal that the solver does not give up itself is given up [s].
+_HANGS = 120
 
 
 @dataclass(frozen=True)
@@ -42,58 +77,110 @@ class Job:
     key: str
 
 
-@lru_cache(maxsize=4)
-def _library(folder: str) -> Library:
+@lru_cache(maxsize=2)
+def library_at(folder: str) -> Library:
+    """The copy in this folder; the last ones are kept."""
     return Library(Path(folder))
 
 
-def _property(name: str) -> Property:
-    return next(item for item in PROPERTIES if item.name == name)
+def property_of(name: str) -> Property:
+    """A property by its name.
+
+    Raises:
+        InputError: there is none.
+    """
+    for item in PROPERTIES:
+        if item.name == name:
+            return item
+    names = ", ".join(item.name for item in PROPERTIES)
+    raise InputError(f"there is no property {name!r}", hint=f"use {names}")
+
+
+def rests_on(library: Library, item: Property, part: str) -> list[str]:
+    """The POUs that a part of a property is about; what they use is not among them."""
+    return list(library.pous) if item.rests_on is None else list(item.rests_on(part))
 
 
 def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) -> Iterator[Job]:
     """Every part of every property, or of those that are wanted.
 
     Raises:
-        InputError: there is no property of a name.
+        InputError: there is no property of a name, or the library lacks a block.
     """
-    names = [item.name for item in PROPERTIES]
-    for name in wanted:
-        if name not in names:
-            raise InputError(f"there is no property {name!r}", hint=f"use {', '.join(names)}")
-    state = digest(_PROVER)
+    names = {property_of(name).name for name in wanted}
     for item in PROPERTIES:
-        if wanted and item.name not in wanted:
+        if names and item.name not in names:
             continue
+        state = prover_state(module_of(item), ask.__module__)
         for part in item.parts(library):
-            rests_on = list(library.pous) if item.rests_on is None else list(item.rests_on(part))
-            key = hashlib.sha256(f"{state} {library.state(rests_on)} {limit_s}".encode())
-            yield Job(
-                str(library.folder),
-                item.name,
-                part,
-                limit_s,
-                f"{item.name}:{part}:{key.hexdigest()[:16]}",
-            )
+            sources = library.state(rests_on(library, item, part))
+            key = hashlib.sha256(f"{state} {sources}".encode()).hexdigest()[:16]
+            yield Job(str(library.folder), item.name, part, limit_s, f"{item.name}:{part}:{key}")
 
 
 def run(job: Job) -> dict[str, Any]:
     """Ask the solver; the outcome of each goal, and of all of them the worst."""
-    library = _library(job.folder)
+    return _judged(job, answers(job, library_at(job.folder)))
+
+
+def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
+    """The same, up to the first goal that is not proved."""
     goals = []
+    for goal in answers(job, library):
+        goals.append(goal)
+        if goal["status"] != PROVED:
+            break
+    return _judged(job, goals)
+
+
+def died(job: Job) -> dict[str, Any]:
+    """The outcome of a job whose process has ended by itself."""
+    return _judged(job, [_unknown(job, DIED)])
+
+
+def worst(statuses: Iterable[str]) -> str:
+    """Of several outcomes, or of none."""
+    return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
+
+
+def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
+    """What the solver says to each goal; what cannot be asked is unknown."""
+    z3.set_param("smt.random_seed", 0)
+    z3.set_param("sat.random_seed", 0)
+    _watch(job.limit_s)
     try:
-        for goal in _property(job.property).goals(library, job.part):
+        for goal in property_of(job.property).goals(library, job.part):
+            _watch(job.limit_s)
             answer = ask(goal.assumed, goal.claim, job.limit_s, goal.show)
-            goals.append({"goal": goal.name, **asdict(answer)})
-    except UnsupportedError as error:
-        goals.append({"goal": job.part, "status": UNKNOWN, "seconds": 0.0, "reason": str(error)})
-    order = ("refuted", "unknown", "proved")
-    status = min((goal["status"] for goal in goals), key=order.index, default=UNKNOWN)
+            yield {"goal": goal.name, **asdict(answer)}
+            _watch(job.limit_s)
+    except KeyError as error:
+        yield _unknown(job, f"it is about {error}, which is not there")
+    except (UnsupportedError, z3.Z3Exception, MemoryError) as error:
+        yield _unknown(job, str(error) or type(error).__name__)
+    finally:
+        _watch(None)
+
+
+def _watch(limit_s: float | None) -> None:
+    """End this process where a goal takes for ever; the run goes on without it."""
+    if hasattr(signal, "alarm"):
+        signal.alarm(0 if limit_s is None else int(limit_s) + _HANGS)
+
+
+def _unknown(job: Job, reason: str) -> dict[str, Any]:
+    return {"goal": job.part, "status": UNKNOWN, "seconds": 0.0, "values": {}, "reason": reason}
+
+
+def _judged(job: Job, goals: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    found = list(goals)
+    status = worst(goal["status"] for goal in found)
     return {
         "key": job.key,
         "property": job.property,
         "part": job.part,
         "status": status,
-        "seconds": sum(goal["seconds"] for goal in goals),
-        "goals": goals,
+        "good": status == PROVED,
+        "seconds": sum(goal["seconds"] for goal in found),
+        "goals": found,
     }

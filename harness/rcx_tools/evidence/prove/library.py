@@ -14,6 +14,7 @@ import z3
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, Value
 from rcx_tools.evidence.prove.summaries import SUMMARIES
@@ -67,8 +68,31 @@ class Library:
 
     @cached_property
     def project(self) -> Project:
-        """Its checked sources."""
-        return checked(sorted(self.folder.rglob("*.st")))
+        """Its checked sources.
+
+        Raises:
+            InputError: there is no such folder, or something is wrong with its sources.
+        """
+        sources = sorted(self.folder.rglob("*.st"))
+        if not sources:
+            there = "holds no .st file" if self.folder.is_dir() else "is no folder"
+            raise InputError(f"{self.folder} {there}", hint="name a copy of plc/lib")
+        return checked(sources)
+
+    def complete(self, original: File) -> None:
+        """See that it has all of the blocks and functions of another copy.
+
+        Raises:
+            InputError: it has not; the first of them is named.
+        """
+        names = sorted(file.stem for file in original.rglob("F[BC]_*.st"))
+        lacking = [name for name in names if name.upper() not in self.project.pous]
+        if lacking:
+            more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
+            raise InputError(
+                f"{self.folder} has no {lacking[0]}{more}",
+                hint="a copy of plc/lib has every block of it",
+            )
 
     @property
     def blocks(self) -> list[str]:
@@ -106,19 +130,20 @@ class Library:
     @cached_property
     def _uses(self) -> dict[str, list[str]]:
         """Of each POU those that its source names."""
-        known = set(self.project.pous)
-        word = re.compile(r"\bF[BC]_\w+")
         return {
-            name: [
-                used
-                for used in {
-                    found.upper()
-                    for found in word.findall(File(pou.file).read_text(encoding="utf-8"))
-                }
-                if used in known
-            ]
+            name: self.named(File(pou.file).read_text(encoding="utf-8"))
             for name, pou in self.project.pous.items()
         }
+
+    def named(self, text: str) -> list[str]:
+        """The POUs that a text names, in upper case."""
+        words = {word.upper() for word in re.findall(r"\bF[BC]_\w+", text)}
+        return sorted(words & set(self.project.pous))
+
+    def in_file(self, file: str) -> set[str]:
+        """The POUs of a file, named as from the folder; none of a file with a type."""
+        where = str(self.folder / file)
+        return {name for name, pou in self.project.pous.items() if pou.file == where}
 
     def pou(self, name: str) -> t.Pou:
         """A block or function by its name in upper case."""

@@ -1,10 +1,12 @@
-"""What stands for a function with long loops: any result that it can give.
+"""What stands for a function or block with long loops: any result that it can give.
 
-Each is a property of its own (`functions.py`), proved of the function's body.
+`functions.py` proves that of FC_RcxMilliseconds of its body; that of FC_RcxRealBits is taken from
+its head and rests on its tests; the others take any value for granted.
 """
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -13,10 +15,42 @@ import z3
 from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine
 
-__all__ = ["SUMMARIES"]
+__all__ = [
+    "LONGEST_MS",
+    "SUMMARIES",
+    "bits_of",
+    "is_number",
+    "nearest_milliseconds",
+    "pattern_of",
+]
 
 #: FC_RcxMilliseconds gives at most 20 days.
 LONGEST_MS = 1_728_000_000
+
+
+def pattern_of(number: reals.Real) -> Any:
+    """The IEEE 754 pattern of a REAL, as a term."""
+    if not number.known:
+        return number.value
+    return z3.BitVecVal(int.from_bytes(struct.pack(">f", number.value), "big"), 32)
+
+
+def nearest_milliseconds(value: Any, result: Any) -> Any:
+    """What FC_RcxMilliseconds gives: the nearest number, 0 below 0, at most 20 days.
+
+    It is said of every TIME of 64 bits and of the result with as many bits as a TIME; whoever
+    needs it for an argument assumes it.
+    """
+    ms = 1_000_000
+    whole = result * ms
+    near = z3.And(2 * value - ms < 2 * whole, 2 * whole <= 2 * value + ms)
+    return z3.And(
+        z3.Implies(value < 0, result == 0),
+        z3.Implies(z3.And(value >= 0, value < LONGEST_MS * ms), near),
+        z3.Implies(value >= LONGEST_MS * ms, result == LONGEST_MS),
+        result >= 0,
+        result <= LONGEST_MS,
+    )
 
 
 def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
@@ -25,16 +59,39 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
     return result
 
 
+def bits_of(pattern: Any) -> Any:
+    """What FC_RcxRealBits gives for a number with this pattern: 0 for -0.0, else the pattern."""
+    return z3.If(pattern & 0x7FFF_FFFF == 0, z3.BitVecVal(0, 32), pattern)
+
+
+def is_number(pattern: Any) -> Any:
+    """Not NaN."""
+    return z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
+
+
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    return z3.BitVec(machine.fresh("real_bits"), 32)
+    """Anything for what is no number."""
+    (number,) = arguments
+    pattern = pattern_of(number)
+    anything = z3.BitVec(machine.fresh("real_bits"), 32)
+    return z3.If(is_number(pattern), bits_of(pattern), anything)
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
+    """Any number: no proof leans on which."""
     return reals.anything(machine.fresh("bits_real"), "REAL")
+
+
+def _scan_time(machine: Machine, arguments: list[Any]) -> None:
+    """FB_RcxScanTime may give any time: no proof leans on how long a scan takes."""
+    kind = machine.project.pous["FB_RCXSCANTIME"].block
+    assert kind is not None
+    machine.havoc(arguments[0], kind)
 
 
 SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
     "FC_RCXREALBITS": _real_bits,
     "FC_RCXBITSREAL": _bits_real,
+    "FB_RCXSCANTIME": _scan_time,
 }

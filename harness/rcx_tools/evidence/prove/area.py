@@ -1,0 +1,101 @@
+"""The areas of the controller in the process image, as the proofs read them (chapter 1, 4).
+
+Written from the manual a second time, not from plc/lib.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.types import ArrayType, Type
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
+
+__all__ = [
+    "AGAIN",
+    "DEDICATED",
+    "INPUTS",
+    "STOPS",
+    "accepted",
+    "again",
+    "at_the_start",
+    "byte",
+    "legal_image",
+    "offset",
+    "word",
+]
+
+#: Bytes n + 32 and n + 33 (chapter 5, 1): SI(00), SI(01), SI(06); SI(10), SI(12), SI(14) to SI(17).
+INPUTS = 0x0043 | 0xF500
+#: SI(00) and SI(06), whose switch-off goes out at once.
+STOPS = 0x0041
+#: The first of those two bytes, from m or n on (chapter 1, 4.1).
+DEDICATED = 32
+#: ErrorID of a second call in a scan (docs/errors.md).
+AGAIN = 0x8037
+
+Memory = Mapping[Path, Value]
+
+
+def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
+    """A byte of the image, little endian where it holds words (guide chapter 1, 1.1)."""
+    image = machine.term(IMAGE, memory)
+    if image.sort().range().size() == 8:
+        return z3.Select(image, address)
+    element = z3.Select(image, z3.UDiv(address, z3.BitVecVal(2, 32)))
+    return z3.If(
+        z3.Extract(0, 0, address) == 0, z3.Extract(7, 0, element), z3.Extract(15, 8, element)
+    )
+
+
+def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
+    """A word of the image at an even distance from the area's start."""
+    image = machine.term(IMAGE, memory)
+    if image.sort().range().size() == 8:
+        return z3.Concat(z3.Select(image, address + 1), z3.Select(image, address))
+    return z3.Select(image, z3.UDiv(address, z3.BitVecVal(2, 32)))
+
+
+def offset(machine: Machine, pin: str = "N") -> Any:
+    """The first byte of the area as an address."""
+    return z3.SignExt(16, machine.term((*BLOCK, pin)))
+
+
+def legal_image(machine: Machine) -> Any:
+    """ImageSize is not above the array's 512 bytes (chapter 1, 4: it may be any image)."""
+    size = machine.term((*BLOCK, "IMAGESIZE"))
+    return z3.And(size >= 0, size <= 512)
+
+
+def accepted(step: Step) -> Any:
+    """The call of FB_WriteArea was the first of its scan, with a legal area."""
+    return step.now((*BLOCK, "ERRORID")) == 0
+
+
+def again(step: Step) -> Any:
+    """The call was another one of its scan, with a legal area."""
+    return step.now((*BLOCK, "ERRORID")) == AGAIN
+
+
+def at_the_start(library: Library, block: str) -> Machine:
+    """A machine with an instance of a block, and what it is connected to, before its first call."""
+    machine = library.machine()
+    pou = library.pou(block)
+    assert pou.block is not None
+    machine.create(BLOCK, pou.block)
+    for symbol in pou.section("VAR_IN_OUT"):
+        path = (symbol.name.upper(),)
+        for leaf in machine.leaves(symbol.type):
+            machine.create(path + leaf.suffix, leaf.type, _zero(leaf.type))
+    return machine
+
+
+def _zero(kind: Type) -> Any:
+    if not isinstance(kind, ArrayType):
+        return 0
+    ((low, high),) = kind.bounds
+    return [0] * (high - low + 1)

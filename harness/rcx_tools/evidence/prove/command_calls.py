@@ -1,0 +1,146 @@
+"""A call of a command block: what it holds, what it requests, and its pins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.types import ArrayType, EnumType
+from rcx_harness.verify.prove.machine import Path
+from rcx_harness.verify.prove.reals import Real
+from rcx_harness.verify.prove.texts import Text
+from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.pin_telegrams import WORDS, char_code
+
+__all__ = ["Call", "Held"]
+
+
+@dataclass(frozen=True)
+class Held:
+    """What a block holds: code and data, whether its job is busy, and whether it is refused."""
+
+    busy: Any
+    refused: Any
+    code: Any
+    data: tuple[Any, ...]
+
+    @property
+    def ready(self) -> Any:
+        """It may be requested."""
+        return z3.And(self.busy, self.refused == 0)
+
+    def same(self, other: Held) -> Any:
+        """All but busy is equal."""
+        pairs = [(self.refused, other.refused), (self.code, other.code)]
+        pairs += zip(self.data, other.data, strict=True)
+        return z3.And([one == two for one, two in pairs])
+
+
+class Call:
+    """One call of a command block, in any state in which its job is busy, or in which it is not.
+
+    Attributes:
+        block: Its name in upper case.
+        machine: Its memory after the call.
+        step: The call.
+    """
+
+    def __init__(self, library: Library, block: str, *, busy: bool) -> None:
+        self.block = block
+        machine = library.machine()
+        machine.summaries["FC_RCXCHARCODE"] = char_code
+        self._pou = pou = library.pou(block)
+        assert pou.block is not None
+        machine.havoc(BLOCK, pou.block)
+        job_busy = (*BLOCK, "JOB", "BUSY")
+        machine[job_busy] = busy
+        machine.havoc(ROBOT, pou.section("VAR_IN_OUT")[0].type)
+        before = machine.snapshot()
+        machine.call_block(BLOCK, pou.block.name, {"ROBOT": ROBOT})
+        self.step = Step(machine, before, BLOCK)
+        self.machine = machine
+
+    @cached_property
+    def was(self) -> Held:
+        """Before the call."""
+        return self._held(self.step.before)
+
+    @cached_property
+    def now(self) -> Held:
+        """After the call."""
+        return self._held(self.machine.snapshot())
+
+    def _held(self, memory: Mapping[Path, Value]) -> Held:
+        def term(*path: Any) -> Any:
+            return self.machine.term((*BLOCK, *path), memory)
+
+        busy = term("JOB", "BUSY")
+        if self.block == "FB_CONTINUOUSPOSITION":  # it begins only what is legal
+            data = tuple(z3.BitVecVal(int(k == 0), 16) for k in WORDS)
+            return Held(busy, z3.BitVecVal(0, 16), term("CODE"), data)
+        data = tuple(term("DATA", k) for k in WORDS)
+        if self.block == "FB_JOG":
+            return Held(busy, term("ILLEGAL"), term("CODE"), data)
+        return Held(busy, term("JOB", "TROUBLE"), term("JOB", "HOLDER"), data)
+
+    def between(self, memory: Mapping[Path, Value], unused: Iterable[int]) -> Any:
+        """What holds between two calls, besides what the goals say of what is held."""
+        held = self._held(memory)
+        rules = [z3.Implies(self.machine.term((*BLOCK, "JOB", "ACTIVE"), memory), held.busy)]
+        rules += [held.data[k] == 0 for k in unused]
+        if self.block == "FB_JOG":
+            asked = (self.machine.term((*BLOCK, name), memory) for name in ("ASKED", "OUT"))
+            rules.append(z3.Implies(z3.Or(*asked), held.ready))
+        return z3.And(rules)
+
+    @property
+    def turn(self) -> Any:
+        """A job that has its turn, and was called in the last scan, has the ticket of the turn."""
+        was, job, channel = self.step.was, (*BLOCK, "JOB"), (*ROBOT, "INNER", "COMMAND")
+        last = was((*job, "SEEN")) + 1 == was((*ROBOT, "INNER", "SCAN"))
+        own = was((*job, "TICKET")) == was((*channel, "SERVING"))
+        return z3.Implies(z3.And(was((*job, "BUSY")), was((*job, "ACTIVE")), last), own)
+
+    @property
+    def requested(self) -> Any:
+        """This call has requested nothing, or what the block holds."""
+        inner = (*ROBOT, "INNER")
+        code, asked = (*inner, "CODE"), (*inner, "CODEREQUEST")
+        data = [(*inner, "DATA", k) for k in WORDS]
+        step = self.step
+        nothing = [step.now(path) == step.was(path) for path in (code, asked, *data)]
+        held = [self.now.ready, step.now(asked), step.now(code) == self.now.code]
+        held += [step.now(path) == one for path, one in zip(data, self.now.data, strict=True)]
+        return z3.Or(z3.And(nothing), z3.And(held))
+
+    @property
+    def edge(self) -> Any:
+        """The pin that starts a job has risen; of a block with Enable nothing is said."""
+        if self.block in ("FB_JOG", "FB_CONTINUOUSPOSITION"):
+            return z3.BoolVal(True)
+        return z3.And(
+            self.step.was((*BLOCK, "EXECUTE")), z3.Not(self.step.was((*BLOCK, "JOB", "WASEXECUTE")))
+        )
+
+    # --- pins ---
+
+    def pin(self, name: str, place: int = 0) -> Any:
+        """A pin as it is at the call, or an element of it: a term, or a text."""
+        path: Path = (*BLOCK, name.upper())
+        if isinstance(self._pou.symbols[name.upper()].type, ArrayType):
+            path = (*path, place)
+        value = self.step.before[path]
+        if isinstance(value, Text):
+            return value
+        return value.value if isinstance(value, Real) else self.machine.term(path, self.step.before)
+
+    def member(self, name: str, member: str) -> Any:
+        """A pin is this member of its enumeration."""
+        kind = self._pou.symbols[name.upper()].type
+        assert isinstance(kind, EnumType)
+        return self.pin(name) == [one.upper() for one in kind.members].index(member)

@@ -1,0 +1,253 @@
+"""Each block's own contract: its pins Execute, Enable, Busy, Done, Valid, Error and the like.
+
+What holds between the calls is guessed from templates (equal pins of inner blocks, outputs that
+exclude each other ...); guesses that a call can break are dropped until the rest is inductive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import z3
+
+from rcx_harness.verify.prove import reals, texts
+from rcx_harness.verify.prove.logic import both, truth
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value, scalar
+from rcx_tools.evidence.prove.invariants import (
+    ABNORMAL,
+    PINS,
+    View,
+    alarms,
+    assumed,
+    at_start,
+    call,
+    exclusive,
+    invariant,
+    linked,
+    without_floats,
+)
+from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.property import Goal, Property
+
+__all__ = ["PROPERTIES", "kind_of"]
+
+#: A word may be shared with the responses of commands: neither Valid nor Error meanwhile.
+_SHARED = ("WORD", "WORDINWORDS")
+#: Errors of these go with their cause, not with Enable.
+_PASSING = ("FB_AUTOMODE", "FB_STATUS")
+#: Blocks without an Error pin whose outputs depend on their pins alone.
+_TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
+_ALARM = ("ALARMGROUP", "ALARMCATEGORY")
+#: It alone says what the link and the controller's answer are.
+_TAKER = "FB_RCXTAKEHEAD"
+
+
+def kind_of(library: Library, block: str) -> str:
+    """Which contract a block has by its pins; "" for none."""
+    pou = library.pou(block)
+    inputs = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
+    outputs = {symbol.name.upper() for symbol in pou.section("VAR_OUTPUT")}
+    if "EXECUTE" in inputs and {"BUSY", "DONE", "ERROR", "ERRORID"} <= outputs:
+        return "edge"
+    if "ENABLE" in inputs and {"VALID", "ERROR", "ERRORID"} <= outputs:
+        return "level"
+    if {"VALID", "ERROR", "ERRORID"} <= outputs:
+        return "reader"
+    if {"ERROR", "ERRORID"} <= outputs:
+        return "error"
+    return ""
+
+
+# --- goals ---
+
+
+def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
+    """What a block with Execute promises of one call, by name."""
+    execute = now["EXECUTE"]
+    edge = z3.And(execute, z3.Not(saw), z3.Not(was["BUSY"]))
+    ends = ("DONE", "ERROR", "ERRORID")
+    quiet = z3.And(z3.Not(edge), z3.Not(was["BUSY"]))
+    return {
+        "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
+        "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
+        "Active only with Busy": z3.Implies(now.bit("ACTIVE"), now["BUSY"]),
+        "a rising edge gives Busy in its call": z3.Implies(edge, now["BUSY"]),
+        "Busy ends in Done or Error": z3.Implies(was["BUSY"], now.shown),
+        "an end stays while Execute does": z3.Implies(
+            z3.And(quiet, execute), z3.And(now.same(was, ends), z3.Not(now["BUSY"]), now.shown)
+        ),
+        "without Execute the end is gone in the next call": z3.Implies(
+            z3.And(quiet, z3.Not(execute)), z3.Not(now.shown)
+        ),
+    }
+
+
+def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
+    """What a block with Enable promises of one call, by name."""
+    enable = now["ENABLE"]
+    shown = z3.Or(now["VALID"], now.bit("BUSY"), now["ERROR"])
+    claims = {
+        "at most one of Valid, Busy, Error": exclusive(now, ("VALID", "BUSY", "ERROR")),
+        "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
+        "one of them exactly while Enable is TRUE": shown == enable,
+    }
+    if block not in _PASSING:
+        claims["Error stays until Enable falls"] = z3.Implies(
+            z3.And(enable, was["ERROR"]), now["ERROR"]
+        )
+    return claims
+
+
+def _error(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
+    return {"Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0)}
+
+
+def _reader(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
+    claims = _error(block, was, now, saw)
+    claims["not Valid and Error together"] = z3.Not(z3.And(now["VALID"], now["ERROR"]))
+    if not block.endswith(_SHARED):
+        claims["Valid or Error"] = z3.Or(now["VALID"], now["ERROR"])
+    return claims
+
+
+_CLAIMS = {"edge": _edge, "level": _level, "error": _error, "reader": _reader}
+
+
+def _answers(library: Library, block: str, machine: Machine) -> list[Path]:
+    """The scalars of what a block brings from the controller."""
+    return [
+        (*BLOCK, symbol.name.upper(), *leaf.suffix)
+        for symbol in library.pou(block).section("VAR_OUTPUT")
+        if symbol.name.upper() not in PINS
+        for leaf in machine.leaves(symbol.type)
+    ]
+
+
+def _equal(machine: Machine, path: Path, one: Value, other: Value) -> Any:
+    """Two values of a scalar are the same, bit by bit."""
+    if isinstance(one, reals.Real) or isinstance(other, reals.Real):
+        one, other = (z3.BitVecVal(0, 32) if v.known else v.value for v in (one, other))
+        return one == other
+    if isinstance(one, texts.Text):
+        return texts.equal(one, other)
+    kind = machine.type_of(path)
+    return scalar(kind, one) == scalar(kind, other)
+
+
+def _data(library: Library, block: str, step: Step, was: View, now: View) -> dict[str, Any]:
+    """What a command block shows of the answer to its last command."""
+    machine = step.machine
+    _, initial = at_start(library, block)
+    ended = z3.And(was["BUSY"], z3.Not(now["BUSY"]))
+    kept, cleared = [], []
+    for path in _answers(library, block, machine):
+        value = now.memory[path]
+        kept.append(_equal(machine, path, value, step.before[path]))
+        cleared.append(_equal(machine, path, value, initial[path]))
+    words = ((pin, (*ROBOT, "RESPONSE", place)) for place, pin in enumerate(_ALARM))
+    claims = {
+        "the alarm is that of the response": z3.Implies(
+            z3.And(ended, now["ERRORID"] == ABNORMAL),
+            z3.And([now[pin] == machine.term(word, step.before) for pin, word in words]),
+        )
+    }
+    if not kept:
+        return claims
+    without = now["ERROR"]
+    if block == "FB_REMOTECOMMAND":
+        without = z3.And(without, now["ERRORID"] != ABNORMAL)
+    return claims | {
+        "what the last command brought stays until the end": z3.Implies(
+            z3.Not(ended), z3.And(kept)
+        ),
+        "an end without an answer clears it": z3.Implies(z3.And(ended, without), z3.And(cleared)),
+    }
+
+
+def _memoryless(library: Library, block: str, step: Step) -> Goal:
+    """Two instances with different pasts and the same pins show the same."""
+    machine, pou = step.machine, library.pou(block)
+    first = machine.snapshot()
+    again = call(library, block, machine, step.before)
+    same = [
+        _equal(machine, path, first[path], again.machine[path])
+        for symbol in pou.section("VAR_OUTPUT")
+        for leaf in machine.leaves(symbol.type)
+        for path in [(*BLOCK, symbol.name.upper(), *leaf.suffix)]
+    ]
+    claim = without_floats(both(*[truth(one) for one in same]))
+    return Goal(f"{block}: nothing of an earlier call shows", tuple(machine.assumptions), claim)
+
+
+def _empty(library: Library, block: str, machine: Machine, now: View) -> dict[str, Any]:
+    """What a reading block shows while it is not Valid."""
+    _, initial = at_start(library, block)
+    cleared = [
+        _equal(machine, path, now.memory[path], initial[path])
+        for path in _answers(library, block, machine)
+    ]
+    return {"nothing unless Valid": z3.Or(now["VALID"], z3.And(cleared))}
+
+
+def _goals(library: Library, block: str) -> Iterator[Goal]:
+    step = call(library, block)
+    machine, kind = step.machine, kind_of(library, block)
+    was, now = View(machine, step.before), View(machine, machine.snapshot())
+    saw = z3.Bool("Execute of the last call")
+    given = assumed(step)
+    claims: dict[str, Any] = {}
+    if kind in ("edge", "level"):
+        before, after = invariant(library, block, step, saw)
+        given = (*given, *before)
+        yield Goal(f"{block}: what holds between the calls is kept", given, z3.And(after))
+    if kind:
+        claims = _CLAIMS[kind](block, was, now, saw) | alarms(now)
+    if kind == "reader":
+        claims |= _empty(library, block, machine, now)
+    if (*ROBOT, "CONNECTED") in step.before:
+        claims["the answer fits CPU_OK"] = linked(machine, now.memory)
+    show = {pin: now[pin] for pin in ("EXECUTE", "ENABLE", *PINS) if pin in now}
+    if claims:
+        claim = z3.And(list(claims.values()))
+        yield Goal(f"{block}: {'; '.join(claims)}", given, claim, show)
+    if block == _TAKER:
+        taken = z3.Or(now["AGAIN"], linked(machine, now.memory))
+        yield Goal(f"{block}: says what the answer is", tuple(machine.assumptions), taken)
+    if kind == "edge" and "ALARMGROUP" in now:
+        data = _data(library, block, step, was, now)
+        claim = without_floats(z3.And(list(data.values())))
+        yield Goal(f"{block}: {'; '.join(data)}", given, claim, show)
+    if kind == "reader" or block in _TEXTS:
+        yield _memoryless(library, block, step)
+
+
+def _parts(library: Library) -> list[str]:
+    blocks = [name for name, pou in library.project.pous.items() if pou.kind == "FUNCTION_BLOCK"]
+    return [
+        name
+        for name in blocks
+        if kind_of(library, name) or name in _TEXTS or _uses_robot(library, name)
+    ]
+
+
+def _uses_robot(library: Library, block: str) -> bool:
+    return any(symbol.name == "Robot" for symbol in library.pou(block).section("VAR_IN_OUT"))
+
+
+PROPERTIES = (
+    Property(
+        "contract",
+        "Every block keeps the contract of its pins in every call: at most one of Busy, Done and"
+        " Error (or Valid, Busy and Error), Error exactly with ErrorID, Active only with Busy; an"
+        " edge of Execute gives Busy in its call and an end after it, which stays while Execute"
+        " does and goes after it; what the last command brought is shown until the next one ends,"
+        " and cleared by an end without an answer.",
+        "docs/blocks.md",
+        ("inner", "area"),
+        _goals,
+        _parts,
+        lambda part: (part,),
+    ),
+)

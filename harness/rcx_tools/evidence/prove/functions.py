@@ -1,0 +1,241 @@
+"""The summaries of what counts in long loops, proved of the bodies.
+
+A loop is not unrolled but cut: what holds before each of its rounds holds at its start, and after
+a round again. `n` counts the rounds; that it has a bound is the end of the loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.verify.prove import reals
+from rcx_harness.verify.prove.logic import UnsupportedError, both, negated
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import TIME_BITS, anything, scalar
+from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.summaries import (
+    LONGEST_MS,
+    nearest_milliseconds,
+    pattern_of,
+)
+
+__all__ = ["PROPERTIES"]
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """What is to be shown of a loop.
+
+    Attributes:
+        keeps: What holds before each round: of its variables before the loop, and now, and of the
+            number of rounds.
+        gives: What follows of it for those after the loop, for which alone it is used; None where
+            that is all of it.
+    """
+
+    keeps: Callable[[Mapping[str, Any], Mapping[str, Any], Any], Any]
+    gives: Callable[[Mapping[str, Any], Mapping[str, Any]], Any] | None = None
+
+
+class _Cut(Machine):
+    """A machine that asks for what its loops keep, instead of unrolling them.
+
+    Integers that a loop changes are held with room for what they could have become; that they fit
+    is part of what the loop keeps.
+
+    Args:
+        library: Where its sources are.
+        loops: What is to be shown of each loop, in their order.
+    """
+
+    def __init__(self, library: Library, loops: Iterable[_Loop]) -> None:
+        super().__init__(library.project)
+        self.now = z3.BitVec("now", TIME_BITS)
+        self.assume(z3.And(self.now >= 0, self.now < 1 << 62))
+        self.goals: list[Goal] = []
+        self.last: dict[str, Any] = {}
+        self._rooms: dict[str, Any] = {}
+        self._ends: list[Any] = []
+        self._loops = iter(loops)
+
+    def _variables(self, nodes: tuple[t.Statement, ...]) -> dict[str, Path]:
+        """What the rounds of a loop assign to."""
+        found = {}
+        for node in nodes:
+            if not isinstance(node, t.Assign) or not isinstance(node.target, t.Use):
+                raise UnsupportedError("a loop that does more than assign")
+            ((_, path),) = self.expressions.places(node.target)
+            found[node.target.symbol.name] = path
+        return found
+
+    def _values(self, variables: Mapping[str, Path]) -> dict[str, Any]:
+        """Patterns of REAL, all else with room."""
+        values = {}
+        for name, path in variables.items():
+            value = self[path]
+            if isinstance(value, reals.Real):
+                values[name] = pattern_of(value)
+            else:
+                values[name] = self._rooms.get(name, scalar(self.type_of(path), value))
+                if values[name].size() < TIME_BITS:
+                    values[name] = z3.SignExt(TIME_BITS - values[name].size(), values[name])
+        return values
+
+    def _reached(self) -> list[Any]:
+        return [z3.BoolVal(g) if isinstance(g, bool) else g for g in self._guards]
+
+    def _ask(self, name: str, claim: Any, *more: Any) -> None:
+        self.goals.append(Goal(name, (*self.assumptions, *self._reached(), *more), claim))
+
+    def _anything(self, variables: Mapping[str, Path]) -> None:
+        for name, path in variables.items():
+            kind = self.type_of(path)
+            value = anything(kind, self.fresh(name))
+            if not isinstance(value, reals.Real) and value.size() < TIME_BITS:
+                self._rooms[name] = z3.BitVec(self.fresh(name), TIME_BITS)
+                value = z3.Extract(value.size() - 1, 0, self._rooms[name])
+            self[path] = value
+
+    def _loop(self, node: t.For | t.While | t.Repeat) -> Any:
+        if not isinstance(node, t.While):
+            raise UnsupportedError("a loop that is no WHILE")
+        loop, told = next(self._loops), f"the loop of line {node.at.line}"
+        variables = self._variables(node.body)
+        first = self._values(variables)
+        n = z3.ZeroExt(TIME_BITS - 10, z3.BitVec(self.fresh("rounds"), 10))
+        zero = z3.BitVecVal(0, TIME_BITS)
+        self._ask(f"{told} begins", z3.And(_fit(first), loop.keeps(first, first, zero)))
+        self._anything(variables)
+        now = self.last = self._values(variables)
+        kept = z3.And(_fit(now), loop.keeps(first, now, n))
+        goes_on = self.expressions.exact(node.condition)
+        ended = self.snapshot()
+        self._guards.append(z3.And(kept, goes_on))
+        self._statements(node.body)
+        self._guards.pop()
+        again, fits = self._after_a_round(variables, now)
+        claim = z3.And(fits, _fit(again), loop.keeps(first, again, n + 1))
+        round_from = (*self._reached(), _fit(first), kept, goes_on)
+        known = self._ends if loop.gives else self.assumptions
+        self.goals.append(Goal(f"{told} goes on", (*known, *round_from), claim))
+        self.restore(ended)
+        if loop.gives:
+            given = loop.gives(first, now)
+            self.goals.append(Goal(f"{told} gives", (_fit(first), kept), given))
+            kept = z3.And(_fit(now), given)
+        reached = both(*self._reached())
+        self._ends = [z3.Implies(reached, z3.And(_fit(now), negated(goes_on)))]
+        self.assume(z3.Implies(reached, z3.And(kept, negated(goes_on))))
+        return self._statements(())
+
+    def _after_a_round(
+        self, variables: Mapping[str, Path], before: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], Any]:
+        """The variables after a round, with room; integers change by a constant."""
+        after, fits = {}, []
+        for name, path in variables.items():
+            value = self[path]
+            after[name] = pattern_of(value) if isinstance(value, reals.Real) else value
+            if name in self._rooms:
+                step = z3.simplify(value - z3.Extract(value.size() - 1, 0, before[name]))
+                after[name] = before[name] + step.as_signed_long()
+                fits.append(value == z3.Extract(value.size() - 1, 0, after[name]))
+        return after, z3.And(fits)
+
+
+def _fit(values: Mapping[str, Any]) -> Any:
+    """All durations have 64 bits, which their sums cannot leave."""
+    limit = 1 << 63
+    durations = [values[name] for name in values if name == "Rest" and values[name].size() > 32]
+    return z3.And([z3.And(value >= -limit, value < limit) for value in durations])
+
+
+_HOUR, _MINUTE, _SECOND, _MS = 3_600_000_000_000, 60_000_000_000, 1_000_000_000, 1_000_000
+
+
+def _counts(step: int, most: int, count: str) -> _Loop:
+    """A loop that takes `step` ns off Rest and counts them in ms, `most` times at most."""
+    by = step // _MS
+
+    def keeps(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
+        return z3.And(
+            z3.ULE(n, most),
+            now["Rest"] == first["Rest"] - n * step,
+            now[count] == first[count] + n * by,
+            z3.Or(n == 0, now["Rest"] >= 0),
+        )
+
+    def gives(first: Mapping[str, Any], now: Mapping[str, Any]) -> Any:
+        same = z3.And(now["Rest"] == first["Rest"], now[count] == first[count])
+        counted = now[count] - first[count]
+        return z3.And(
+            now["Rest"] + now[count] * _MS == first["Rest"] + first[count] * _MS,
+            z3.If(first["Rest"] < 0, same, now["Rest"] >= 0),
+            counted >= 0,
+            z3.Or(counted <= (most - 1) * by, counted == most * by),
+        )
+
+    return _Loop(keeps, gives)
+
+
+def _milliseconds(library: Library) -> Iterator[Goal]:
+    """All TIME values of 64 bits."""
+    steps = (
+        (_HOUR, LONGEST_MS * _MS // _HOUR),
+        (_MINUTE, 60),
+        (_SECOND, 60),
+        (100 * _MS, 10),
+        (10 * _MS, 10),
+        (_MS, 10),
+    )
+    machine = _Cut(library, [_counts(step, most, "Count") for step, most in steps])
+    value = z3.BitVec("value", TIME_BITS)
+    machine.assume(z3.And(value >= -(1 << 63), value < 1 << 63))
+    result = machine.call_function("FC_RCXMILLISECONDS", [value])
+    yield from machine.goals
+    rest, count = machine.last["Rest"], machine.last["Count"]
+    longest = z3.And(count == LONGEST_MS, value >= LONGEST_MS * _MS, rest == 0)
+    below = value < LONGEST_MS * _MS
+    facts = {
+        "nothing is lost": z3.If(below, value == rest + count * _MS, longest),
+        "the rest is short": z3.And(rest < _MS, rest >= -(1 << 63)),
+        "below 0 nothing is counted": z3.If(value < 0, count == 0, rest >= 0),
+        "the count fits": z3.And(count >= 0, count < LONGEST_MS + 3_700_000),
+    }
+    for name, fact in facts.items():
+        yield Goal(f"all loops: {name}", tuple(machine.assumptions), fact)
+    left = z3.And(list(facts.values()))
+    wide = z3.BitVec("result", TIME_BITS)
+    rounded = z3.If(rest + rest >= _MS, count + 1, count)
+    fits = z3.SignExt(TIME_BITS - 32, result) == rounded
+    yield Goal("the result is rounded", (left,), fits)
+    yield Goal(
+        "the result is the nearest number of milliseconds",
+        (left, wide == rounded),
+        nearest_milliseconds(value, wide),
+        {"value": value, "result": wide},
+    )
+
+
+_PARTS: dict[str, Callable[[Library], Iterator[Goal]]] = {
+    "FC_RCXMILLISECONDS": _milliseconds,
+}
+
+PROPERTIES = (
+    Property(
+        "functions",
+        "FC_RcxMilliseconds gives the nearest number of milliseconds for every TIME, 0 below 0 and"
+        " 20 days from there on.",
+        "docs/blocks/functions.md",
+        (),
+        lambda library, part: _PARTS[part](library),
+        lambda _: tuple(_PARTS),
+        lambda part: (part,),
+    ),
+)

@@ -1,0 +1,221 @@
+"""What a block may do to RCX_REF between FB_ReadArea and FB_WriteArea, whatever its pins hold.
+
+`guarantee` is reflexive and transitive: it holds of any number of calls of any blocks in any order.
+The inductions over FB_ReadArea and FB_WriteArea lean on it; FB_ReadArea keeps `reading`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import z3
+
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.property import Goal, Property
+
+__all__ = [
+    "COMMAND_RUN",
+    "INNER",
+    "PROPERTIES",
+    "READERS",
+    "REQUESTS",
+    "WRITERS",
+    "between",
+    "guarantee",
+    "is_connected",
+]
+
+INNER: Path = (*ROBOT, "INNER")
+READERS = ("FB_READAREA", "FB_READAREAWORDS")
+WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
+#: Place of PHASE_COMMAND_RUN in RCX_PHASE.
+COMMAND_RUN = 3
+#: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
+#: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
+_SERVO_ON, _SEQUENCE, _START, _INCREMENTAL = 1 << 1, 1 << 8, 1 << 10, 1 << 12
+_PROGRAM_RESET, _ALARM_RESET, _ABSOLUTE = 1 << 13, 1 << 14, 1 << 15
+REQUESTS = {
+    "FB_SERVOON": _SERVO_ON,
+    "FB_SERVOONFROMEMERGENCYSTOP": _SERVO_ON | _ALARM_RESET,
+    "FB_POWERUP": _SERVO_ON | _ALARM_RESET | _PROGRAM_RESET | _START,
+    "FB_ALARMRESET": _ALARM_RESET,
+    "FB_AUTOSTART": _START,
+    "FB_PROGRAMCONTINUE": _START,
+    "FB_PROGRAMRESET": _PROGRAM_RESET,
+    "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
+    "FB_SEQUENCECONTROL": _SEQUENCE,
+}
+_ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
+#: What blocks write freely: the turns (a property of their own) and the holds (see below).
+_FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP")
+#: Flags of a scan: they come, and only FB_WriteArea takes them away.
+_RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
+#: What FB_ReadArea writes.
+_READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
+_READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
+#: Blocks that end a hold, on a rising edge.
+_RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
+
+Memory = Mapping[Path, Value]
+
+
+def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: int) -> Any:
+    """What holds of one scalar of RCX_REF before and after; None: anything."""
+    was, now = machine.term(path, before), machine.term(path, after)
+    name = path[2] if path[1] == "INNER" else ""
+    if name in _FREE or (name == "GENERAL" and path[3] > 0):
+        return None
+    if name in _RISING:
+        return z3.Implies(was, now)
+    if name == "REQUEST":
+        return z3.And(was & ~now == 0, now & ~was & ~z3.BitVecVal(request, 16) == 0)
+    if was.eq(now):
+        return None
+    if name in ("CODE", "DATA"):
+        runs = machine.term((*INNER, "PHASE"), before) == COMMAND_RUN
+        return z3.Implies(runs, z3.Not(written(was, now)))
+    return was == now
+
+
+def written(was: Any, now: Any) -> Any:
+    """When a value was written, as far as its term shows: the new value itself does not matter.
+
+    It saves the solver the arithmetic, of REAL most of all.
+    """
+    if now.eq(was):
+        return z3.BoolVal(False)
+    if z3.is_app_of(now, z3.Z3_OP_ITE):
+        condition, yes, no = now.children()
+        return z3.If(condition, written(was, yes), written(was, no))
+    return was != now if z3.is_const(now) else z3.BoolVal(True)
+
+
+def guarantee(machine: Machine, before: Memory, after: Memory, request: int = _ANY) -> Any:
+    """The relation: blocks leave alone what FB_ReadArea and FB_WriteArea own.
+
+    Code and Data are theirs to write, but never while a command is out; requests and the flags of
+    the scan only come; General[1] is not written, the words 2 to 15 are the program's.
+    """
+    found = [_leaf(machine, path, before, after, request) for path in before if path[:1] == ROBOT]
+    return z3.And(*[claim for claim in found if claim is not None])
+
+
+def reading(machine: Machine, before: Memory, after: Memory) -> Any:
+    """What FB_ReadArea does: it writes what it has read, and nothing else."""
+    return z3.And(
+        *[
+            machine.term(path, before) == machine.term(path, after)
+            for path in before
+            if path[:1] == ROBOT
+            and path[1] not in _READ
+            and not (path[1] == "INNER" and path[2] in _READ_INNER)
+        ]
+    )
+
+
+def is_connected(library: Library, name: str, path: Path) -> bool:
+    """A block has a VAR_IN_OUT of this name."""
+    return path in [(symbol.name.upper(),) for symbol in library.pou(name).section("VAR_IN_OUT")]
+
+
+def between(library: Library) -> list[str]:
+    """The blocks that users call between FB_ReadArea and FB_WriteArea and that have a Robot."""
+    return [
+        name
+        for name in library.blocks
+        if name not in (*READERS, *WRITERS) and is_connected(library, name, ROBOT)
+    ]
+
+
+def _lemmas(library: Library) -> Iterator[Goal]:
+    """Reflexive and transitive: whatever one call keeps, any number of them does."""
+    machine = library.machine()
+    kind = library.pou("FB_STATUS").symbols["ROBOT"].type
+    memories = []
+    for _ in range(3):
+        machine.havoc(ROBOT, kind)
+        memories.append(machine.snapshot())
+    first, second, third = memories
+    yield Goal("no call at all", tuple(machine.assumptions), guarantee(machine, first, first))
+    both = (guarantee(machine, first, second), guarantee(machine, second, third))
+    yield Goal("two calls", (*machine.assumptions, *both), guarantee(machine, first, third))
+
+
+def _releases(step: Step, name: str) -> Iterator[Goal]:
+    """A hold ends only in the block that is meant to end it, on a rising edge."""
+    assumed = list(step.machine.assumptions)
+    if name == "FB_POWERUP":
+        # It starts FB_ServoOnFromEmergencyStop only where there is no hold; kept, see below.
+        at_work = _servo_started(step.machine, step.before)
+        yield Goal(
+            f"{name}: what it says of the block inside is kept",
+            (*assumed, at_work),
+            _servo_started(step.machine, step.machine.snapshot()),
+        )
+        assumed.append(at_work)
+    for hold, owner in _RELEASES.items():
+        was, now = step.was((*INNER, hold)), step.now((*INNER, hold))
+        kept = z3.Implies(was, now)
+        if name == owner:
+            starts = z3.And(step.now((*BLOCK, "EXECUTE")), z3.Not(step.was((*BLOCK, "BUSY"))))
+            kept = z3.Or(starts, kept)
+        if not was.eq(now):
+            yield Goal(f"{name}: {hold} is not released", tuple(assumed), kept)
+
+
+def _servo_started(machine: Machine, memory: Memory) -> Any:
+    """FB_PowerUp in a stage of FB_ServoOnFromEmergencyStop: that one has seen its edge."""
+    stage = machine.term((*BLOCK, "STAGE"), memory)
+    members = machine.type_of((*BLOCK, "STAGE")).members  # type: ignore[union-attr]
+    places = {member.upper(): place for place, member in enumerate(members)}
+    inside = [
+        stage == places[f"POWER_UP_{name}"]
+        for name in ("EMERGENCY_RELEASE", "ALARM_RESET", "MP_READY", "SERVO_ON")
+    ]
+    busy, same, scan, last, edge, execute, seen = (
+        machine.term((*BLOCK, *path), memory)
+        for path in (
+            ("BUSY",),
+            ("JOB", "BUSY"),
+            ("SEEN",),
+            ("JOB", "SEEN"),
+            ("EDGE", "seen"),
+            ("JOB", "WASEXECUTE"),
+            ("SERVOON", "EDGE", "seen"),
+        )
+    )
+    agree = (busy == same, scan == last, edge == execute)
+    return z3.And(*agree, z3.Implies(z3.And(busy, z3.Or(*inside)), seen))
+
+
+def _goals(library: Library, part: str) -> Iterator[Goal]:
+    if part == "any number of calls":
+        yield from _lemmas(library)
+        return
+    step = library.step(part)
+    machine, after = step.machine, step.machine.snapshot()
+    if part in READERS:
+        claim = reading(machine, step.before, after)
+        yield Goal(f"{part}: only what it has read", tuple(machine.assumptions), claim)
+        return
+    claim = guarantee(machine, step.before, after, REQUESTS.get(part, 0))
+    yield Goal(f"{part}: one call", tuple(machine.assumptions), claim)
+    yield from _releases(step, part)
+
+
+PROPERTIES = (
+    Property(
+        "guarantee",
+        "Between FB_ReadArea and FB_WriteArea no block changes what those two own, touches a"
+        " command that is out, requests an input that is not its own, or ends a hold of another"
+        " block; any number of calls in any order neither.",
+        "chapter 5, 1 and 3; guide chapter 2",
+        ("inner", "between"),
+        _goals,
+        lambda library: ("any number of calls", *READERS, *between(library)),
+        lambda part: ("FB_STATUS",) if part == "any number of calls" else (part,),
+    ),
+)

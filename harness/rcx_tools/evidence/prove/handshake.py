@@ -1,0 +1,258 @@
+"""The handshake of remote commands on the wire (guide chapters 1 and 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import z3
+
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.area import (
+    DEDICATED,
+    accepted,
+    at_the_start,
+    legal_image,
+    offset,
+    word,
+)
+from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, WRITERS
+from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.restart import jobs_of, shows
+
+__all__ = ["PROPERTIES"]
+
+Memory = Mapping[Path, Value]
+
+#: Remote status (guide chapter 1, 1.2).
+READY, RUNNING, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
+#: Answers of FB_ReadArea to the end statuses (docs/errors.md: 16#8020, abnormal end).
+_ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
+#: All that it answers: those, nothing yet, not connected, not ready, command lost.
+_ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
+#: Current position in pulses and in mm, and the bit of n + 2 that asks for it all the time (guide
+#: 4.7.4): it has no end status, the status reset ends it.
+_POSITIONS, _CONTINUOUS = (0x0505, 0x0506), 0x0001
+_HEAD: Path = (*BLOCK, "MAKEHEAD")
+#: FB_WriteArea's copy of what is on the wire (property `bytes`).
+_CODE: Path = (*_HEAD, "CODE")
+_RECOVERY: Path = (*_HEAD, "HANDSHAKE", "RECOVERY")
+_COMMAND_DATA = 2
+
+
+def _words(step_or_memory: Any, machine: Machine, root: Path) -> list[Any]:
+    return [machine.term((*root, place), step_or_memory) for place in range(15)]
+
+
+def _same(one: list[Any], other: list[Any]) -> Any:
+    return z3.And(*[left == right for left, right in zip(one, other, strict=True)])
+
+
+def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
+    """What is true between two calls of FB_WriteArea.
+
+    `answered`: since the code went out, a status other than 16#0000 has been read.
+    """
+
+    def get(*path: Any) -> Any:
+        return machine.term(path, memory)
+
+    phase, code = get(*INNER, "PHASE"), get(*_CODE)
+    runs = phase == COMMAND_RUN
+    wire, data = (
+        _words(memory, machine, (*_HEAD, "WORDS")),
+        _words(memory, machine, (*INNER, "DATA")),
+    )
+    expired, clock = get(*_RECOVERY, "Q"), get(*_RECOVERY, "phase")
+    return [
+        z3.And(
+            z3.ULE(clock, 2), expired == (clock == 2), get(*_RECOVERY, "before") == (clock != 0)
+        ),
+        z3.Implies(z3.Not(runs), code == 0),
+        z3.Implies(runs, code == get(*INNER, "CODE")),
+        z3.Implies(runs, _same(wire, data)),
+        z3.Implies(runs, z3.And(expired, z3.Not(get(*_HEAD, "HANDSHAKE", "LOST")))),
+        z3.Implies(z3.And(runs, get(*INNER, "RUNNING")), answered),
+    ]
+
+
+def _continuous(step: Step) -> Any:
+    """The command that is out is a continuous output of positions."""
+    code = step.was(_CODE) & 0x0FFF
+    asked = step.was((*_HEAD, "WORDS", 0)) & _CONTINUOUS != 0
+    return z3.And(z3.Or(*[code == number for number in _POSITIONS]), asked)
+
+
+def _write_area(library: Library, name: str) -> Iterator[Goal]:
+    """Induction over the calls of FB_WriteArea; blocks and FB_ReadArea keep what `_holds` says.
+
+    They leave Phase and Running alone, and Code and Data while a command is out: property
+    `guarantee`. MakeHead is FB_WriteArea's own.
+    """
+    start = at_the_start(library, name)
+    claim = z3.And(*_holds(start, None, z3.BoolVal(False)))
+    yield Goal(f"{name}: it holds at the start", tuple(start.assumptions), claim)
+    step = library.step(name)
+    machine = step.machine
+    answered = z3.Bool("answered")
+    assumed = (*machine.assumptions, *_holds(machine, step.before, answered))
+    status = step.was((*ROBOT, "STATUS"))
+    was, now = step.was(_CODE), step.now(_CODE)
+    data = [_words(memory, machine, (*_HEAD, "WORDS")) for memory in (step.before, None)]
+    up = z3.And(step.was((*ROBOT, "CONNECTED")), step.was((*ROBOT, "SO", "SO01_CPUOK")))
+    goes = z3.And(was == 0, now != 0)
+    out = was != 0
+    show = {"status": status, "code before": was, "code": now}
+
+    yield Goal(
+        f"{name}: the data are on the wire one scan before the code",
+        assumed,
+        z3.Implies(goes, _same(*data)),
+        show,
+    )
+    yield Goal(
+        f"{name}: a code goes out at the ready status only",
+        assumed,
+        z3.Implies(goes, z3.And(status == READY, up)),
+        show,
+    )
+    ended = z3.Or(status == NORMAL_END, status == ABNORMAL_END)
+    fell = z3.And(status == READY, answered)
+    stopped = z3.And(_continuous(step), status == RUNNING)
+    kept = z3.And(now == was, _same(*data))
+    yield Goal(
+        f"{name}: code and data are held until an end",
+        assumed,
+        z3.Implies(out, z3.Or(kept, ended, z3.Not(up), fell, stopped)),
+        show,
+    )
+    yield Goal(
+        f"{name}: 16#0000 between two codes",
+        assumed,
+        z3.Implies(out, z3.Or(now == was, now == 0)),
+        show,
+    )
+    over = z3.And(accepted(step), out, z3.Or(ended, z3.Not(up), fell))
+    yield Goal(
+        f"{name}: an end, a loss or a status that fell back ends it at once",
+        (*assumed, z3.Implies(fell, step.was((*INNER, "RUNNING")))),
+        z3.Implies(over, now == 0),
+        show,
+    )
+    phases = [call((*INNER, "PHASE")) == COMMAND_RUN for call in (step.was, step.now)]
+    since = z3.And(*phases, z3.Or(answered, status != READY))
+    for number, claim in enumerate(_holds(machine, None, since), 1):
+        more = z3.Implies(accepted(step), claim)
+        other = z3.Implies(z3.Not(accepted(step)), z3.And(*_holds(machine, None, answered)))
+        yield Goal(f"{name}: what holds is kept ({number})", assumed, z3.And(more, other), show)
+
+
+def _read_area(library: Library, name: str) -> Iterator[Goal]:
+    """What FB_ReadArea takes over in a scan, and what it says of it to the blocks."""
+    step = library.step(name)
+    machine = step.machine
+    taken = z3.And(step.now((*ROBOT, "CONNECTED")), z3.Not(step.was((*INNER, "INSCAN"))))
+    assumed = (*machine.assumptions, legal_image(machine), taken)
+    start = offset(machine, "M")
+    status, answer = step.now((*ROBOT, "STATUS")), step.now((*INNER, "ANSWER"))
+    yield Goal(f"{name}: the status of this scan", assumed, status == word(machine, start))
+    for number in range(1, 16):
+        response = step.now((*ROBOT, "RESPONSE", number - 1))
+        claim = response == word(machine, start + 2 * number)
+        yield Goal(f"{name}: word {number} of the response of this scan", assumed, claim)
+    ready = z3.Extract(1, 1, word(machine, start + DEDICATED)) == 1
+    yield Goal(
+        f"{name}: CPU_OK of this scan", assumed, step.now((*ROBOT, "SO", "SO01_CPUOK")) == ready
+    )
+    known = z3.Or(*[answer == told for told in _ANSWERS])
+    yield Goal(f"{name}: nothing else is answered", assumed, known)
+    for end, told in _ENDS.items():
+        claim = (answer == told) == z3.And(ready, status == end)
+        yield Goal(f"{name}: the end status 16#{end:04X} is told", assumed, claim)
+
+
+def _taken(library: Library, name: str) -> Iterator[Goal]:
+    """A command block that has its turn ends in the scan of the end status, and not before it."""
+    step = library.step(name)
+    machine = step.machine
+    job = (*BLOCK, "JOB")
+    busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
+    agree = shows(machine, step.before, BLOCK, job)  # kept: property `restart`
+    known = z3.Or(*[answer == told for told in _ANSWERS])
+    assumed = (*machine.assumptions, *agree, known)
+    done, error = step.now((*BLOCK, "DONE")), step.now((*BLOCK, "ERROR"))
+    runs = step.was((*INNER, "PHASE")) == COMMAND_RUN
+    began = z3.And(busy, done)
+    yield Goal(
+        f"{name}: Done comes in the scan of the end status only",
+        assumed,
+        z3.Implies(began, z3.And(answer == _ENDS[NORMAL_END], runs)),
+    )
+    out = z3.And(
+        busy,
+        runs,
+        step.was((*job, "ACTIVE")),
+        step.was((*job, "ARMED")),
+        step.was((*job, "TICKET")) == step.was((*INNER, "COMMAND", "SERVING")),
+        step.was((*job, "SEEN")) + 1 == step.was((*INNER, "SCAN")),
+    )
+    ends = z3.Or(*[answer == told for told in _ENDS.values()])
+    yield Goal(
+        f"{name}: it ends in the scan of the end status",
+        assumed,
+        z3.Implies(
+            z3.And(out, ends), z3.And(z3.Not(step.now((*BLOCK, "BUSY"))), z3.Or(done, error))
+        ),
+    )
+    failed = z3.And(busy, error, step.now((*BLOCK, "ERRORID")) == _ENDS[ABNORMAL_END])
+    alarm = [
+        step.now((*BLOCK, pin)) == step.was((*ROBOT, "RESPONSE", place))
+        for place, pin in enumerate(("ALARMGROUP", "ALARMCATEGORY"))
+    ]
+    yield Goal(
+        f"{name}: the alarm is what was read in this scan",
+        assumed,
+        z3.Implies(failed, z3.And(*alarm)),
+    )
+    if name == "FB_REMOTECOMMAND":
+        response = [
+            _words(None, machine, root) for root in ((*BLOCK, "RESPONSE"), (*ROBOT, "RESPONSE"))
+        ]
+        claim = z3.Implies(z3.Or(began, failed), _same(*response))
+        yield Goal(f"{name}: the response is what was read in this scan", assumed, claim)
+
+
+def _commands(library: Library) -> list[str]:
+    """The blocks that run a remote command."""
+    return [name for name in jobs_of(library) if "ALARMGROUP" in library.pou(name).symbols]
+
+
+def _goals(library: Library, part: str) -> Iterator[Goal]:
+    yield from (_write_area if part in WRITERS else _read_area)(library, part)
+
+
+PROPERTIES = (
+    Property(
+        "handshake",
+        "The data are on the wire one scan before the code, which goes out at the status 16#0000"
+        " only; both stay unchanged until 16#0200 or 16#4000, or until the link or CPU_OK is lost,"
+        " the status falls back, or a continuous output is ended; 16#0000 is between two codes.",
+        "guide chapters 1 and 2, 4.7.4",
+        ("inner", "between", "area"),
+        _goals,
+        lambda _: WRITERS,
+        lambda part: (part,),
+    ),
+    Property(
+        "response",
+        "FB_ReadArea takes status and response of one scan together, and a command block takes its"
+        " response in the scan of the end status.",
+        "guide chapters 1 and 2",
+        ("inner", "between", "area"),
+        lambda library, part: (_read_area if part in READERS else _taken)(library, part),
+        lambda library: (*READERS, *_commands(library)),
+        lambda part: (part,),
+    ),
+)

@@ -1,0 +1,331 @@
+"""What holds of a block between its calls: guessed from templates, kept if it is inductive."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+from pathlib import Path as File
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.engine.types import BlockType, EnumType
+from rcx_harness.verify.prove.logic import UnsupportedError
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value, concrete
+from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+
+__all__ = [
+    "ABNORMAL",
+    "PINS",
+    "Memory",
+    "View",
+    "alarms",
+    "assumed",
+    "at_start",
+    "call",
+    "exclusive",
+    "invariant",
+    "linked",
+    "without_floats",
+]
+
+#: The pins that the contract is about.
+PINS = ("DONE", "BUSY", "ACTIVE", "ERROR", "ERRORID", "VALID", "ALARMGROUP", "ALARMCATEGORY")
+#: Abnormal end: the controller's alarm stands in the response.
+ABNORMAL = 0x8020
+
+Memory = Mapping[Path, Value]
+
+
+@dataclass(frozen=True)
+class View:
+    """The pins of a block in one state of the memory, as terms."""
+
+    machine: Machine
+    memory: Memory
+    path: Path = BLOCK
+
+    def __contains__(self, pin: str) -> bool:
+        return (*self.path, pin) in self.memory
+
+    def __getitem__(self, pin: str) -> Any:
+        return self.machine.term((*self.path, pin), self.memory)
+
+    def bit(self, pin: str) -> Any:
+        """A pin that is FALSE where there is none."""
+        return self[pin] if pin in self else z3.BoolVal(False)
+
+    @property
+    def shown(self) -> Any:
+        """Busy, Done or Error."""
+        return z3.Or(self["BUSY"], self["DONE"], self["ERROR"])
+
+    def same(self, other: View, pins: Iterable[str]) -> Any:
+        """These pins have the same values in both."""
+        return z3.And([self[pin] == other[pin] for pin in pins])
+
+
+def exclusive(view: View, pins: Iterable[str]) -> Any:
+    """At most one of these pins, those that there are, is true."""
+    there = [view[pin] for pin in pins if pin in view]
+    return z3.And([z3.Not(z3.And(one, other)) for one, other in combinations(there, 2)])
+
+
+def _instances(kind: BlockType, path: Path = BLOCK) -> Iterator[tuple[Path, BlockType]]:
+    """The block and all that are inside of it."""
+    yield path, kind
+    for variable in kind.variables:
+        if variable.section == "VAR" and isinstance(variable.type, BlockType):
+            yield from _instances(variable.type, (*path, variable.name.upper()))
+
+
+def _guesses(
+    library: Library, block: str, machine: Machine, memory: Memory, saw: Any
+) -> dict[str, Any]:
+    """By name: what may hold in this state; `saw` is the Execute of the last call."""
+    kind = library.pou(block).block
+    assert kind is not None
+    views = {path: View(machine, memory, path) for path, _ in _instances(kind)}
+    whole = views[BLOCK]
+    guesses: dict[str, Any] = {}
+    for path, view in views.items():
+        told = ".".join(path)
+        guesses |= {f"{told}: {name}": guess for name, guess in _of_one(view).items()}
+        if path != BLOCK:
+            found = _of_two(view, views[path[:-1]])
+            guesses |= {f"{told} in its owner: {name}": guess for name, guess in found.items()}
+            if "SEEN" in view and "SEEN" in whole:
+                guesses[f"{told}: seen in one scan"] = z3.Implies(
+                    view["BUSY"], view["SEEN"] == whole["SEEN"]
+                )
+    if "EXECUTE" in whole:
+        guesses["an Execute that was seen is answered"] = z3.Implies(saw, whole.shown)
+    if "ENABLE" in whole:
+        for symbol in library.pou(block).section("VAR"):
+            if getattr(symbol.type, "name", "") == "BOOL":
+                flag = whole[symbol.name.upper()]
+                guesses[f"Error with {symbol.name}"] = z3.Implies(whole["ERROR"], flag)
+                guesses[f"Error without {symbol.name}"] = z3.Not(z3.And(whole["ERROR"], flag))
+    edges = [
+        (path, view[pin])
+        for path, view in views.items()
+        for pin in ("WASEXECUTE", "seen")
+        if pin in view
+    ]
+    for path, edge in edges:
+        guesses[f"{path} has the last Execute"] = edge == saw
+    for (one, first), (other, second) in combinations(edges, 2):
+        if one[:-1] == other[:-1]:
+            guesses[f"{one} and {other} have the same Execute"] = first == second
+    return guesses
+
+
+def _of_one(view: View) -> dict[str, Any]:
+    """What may hold of an instance alone."""
+    guesses: dict[str, Any] = {}
+    if "ERROR" in view:
+        guesses["one end at most"] = exclusive(view, ("DONE", "BUSY", "VALID", "ERROR"))
+        guesses["Error exactly with ErrorID"] = view["ERROR"] == (view["ERRORID"] != 0)
+    if "ACTIVE" in view:
+        guesses["Active only with Busy"] = z3.Implies(view["ACTIVE"], view["BUSY"])
+    for pin in ("ACTIVE", "ARMED"):
+        if pin in view and "BUSY" in view:
+            guesses[f"{pin} from the first call on"] = z3.Implies(view["BUSY"], view[pin])
+    if "WASEXECUTE" in view:
+        guesses["Execute is answered"] = z3.Implies(view["WASEXECUTE"], view.shown)
+    if "FAILURE" in view and "ERRORID" in view:
+        guesses["Failure is ErrorID"] = view["FAILURE"] == view["ERRORID"]
+    if "BUSY" in view and "STAGE" in view:
+        for stage in range(_stages(view)):
+            guesses[f"not Busy in stage {stage}"] = z3.Implies(view["BUSY"], view["STAGE"] != stage)
+    return guesses | alarms(view)
+
+
+def alarms(now: View) -> dict[str, Any]:
+    """The alarm's words are 0 but after an abnormal end."""
+    return {
+        f"{pin} only of an abnormal end": z3.Implies(now[pin] != 0, now["ERRORID"] == ABNORMAL)
+        for pin in ("ALARMGROUP", "ALARMCATEGORY")
+        if pin in now
+    }
+
+
+def _of_two(inner: View, outer: View) -> dict[str, Any]:
+    """What may hold between an instance and one that it is inside of."""
+    guesses = {
+        f"equal {pin}": inner[pin] == outer[pin] for pin in PINS if pin in inner and pin in outer
+    }
+    if "BUSY" not in inner or "ERROR" not in outer:
+        return guesses
+    busy = inner["BUSY"]
+    if "BUSY" in outer:
+        guesses["Busy together"] = z3.Implies(busy, outer["BUSY"])
+    guesses["Busy without Error outside"] = z3.Implies(busy, z3.Not(outer["ERROR"]))
+    if "BUSY" in outer:
+        guesses["no Error inside Busy"] = z3.Not(z3.And(inner["ERROR"], outer["BUSY"]))
+    if "STAGE" in outer:
+        if "STAGE" in inner:
+            guesses["in one stage"] = z3.Implies(busy, inner["STAGE"] == outer["STAGE"])
+        for stage in range(_stages(outer)):
+            here = outer["STAGE"] == stage
+            guesses[f"Busy outside of stage {stage}"] = z3.Not(z3.And(busy, here))
+            guesses[f"Done outside of stage {stage}"] = z3.Not(z3.And(inner["DONE"], here))
+    return guesses
+
+
+def _stages(view: View) -> int:
+    kind = view.machine.type_of((*view.path, "STAGE"))
+    return len(kind.members) if isinstance(kind, EnumType) else 0
+
+
+def inductive(
+    assumed: Iterable[Any], before: Mapping[str, Any], after: Mapping[str, Any]
+) -> list[str]:
+    """The guesses that hold again after a step whenever all of them held before it."""
+    solver = z3.SolverFor("QF_AUFBVFP")
+    solver.set("timeout", 20_000)
+    solver.add(*assumed)
+    holds = {name: z3.Bool(f"guess {name}") for name in before}
+    solver.add(*[z3.Implies(holds[name], before[name]) for name in before])
+    kept = list(before)
+    while kept:
+        solver.push()
+        solver.add(z3.Not(z3.And([after[name] for name in kept])))
+        found = solver.check([holds[name] for name in kept])
+        model = solver.model() if found == z3.sat else None
+        solver.pop()
+        if found == z3.unsat:
+            return kept
+        if model is None:
+            return []
+        kept = [n for n in kept if z3.is_true(model.eval(after[n], model_completion=True))]
+    return kept
+
+
+def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
+    """A block that was never called."""
+    machine = library.machine()
+    pou = library.pou(block)
+    assert pou.block is not None
+    machine.create(BLOCK, pou.block)
+    return machine, machine.snapshot()
+
+
+def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[Any], list[Any]]:
+    """What holds before and after a call, and at the start.
+
+    Args:
+        library: The library.
+        block: The block that was called.
+        step: Its call.
+        saw: The Execute of the call before, a variable of the solver.
+    """
+    machine, after_call = step.machine, step.machine.snapshot()
+    execute = (*BLOCK, "EXECUTE")
+    saw_now = machine.term(execute) if execute in machine else saw
+    first, initial = at_start(library, block)
+    start = _guesses(library, block, first, initial, z3.BoolVal(False))
+    before = {
+        name: guess
+        for name, guess in _guesses(library, block, machine, step.before, saw).items()
+        if z3.is_true(z3.simplify(start[name]))
+    }
+    after = _guesses(library, block, machine, after_call, saw_now)
+    kept = inductive(assumed(step), before, after)
+    return [before[name] for name in kept], [after[name] for name in kept]
+
+
+def assumed(step: Step) -> tuple[Any, ...]:
+    """What holds before a call of any block between FB_ReadArea and FB_WriteArea."""
+    linked_up = [linked(step.machine, step.before)] if (*ROBOT, "CONNECTED") in step.before else []
+    return (*step.machine.assumptions, *linked_up)
+
+
+def linked(machine: Machine, memory: Memory) -> Any:
+    """What FB_ReadArea says and no other block alters: without CPU_OK the answer is an error."""
+    answer = machine.term((*ROBOT, "INNER", "ANSWER"), memory)
+    cpu_ok = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
+    return z3.Or(cpu_ok, answer == 0x8001, answer == 0x8002)
+
+
+def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:
+    """Scalars of the block and those inside of it that no call writes, by the looks of it."""
+    kind = library.pou(block).block
+    assert kind is not None
+    for path, inner in _instances(kind):
+        if inner.name in BLOCKS:
+            continue
+        pou = library.pou(inner.name.upper())
+        for symbol in pou.section("VAR"):
+            if not isinstance(symbol.type, BlockType) and not re.search(
+                rf"^\s*{symbol.name}\b[^:;]*:=", _source(pou.file), re.IGNORECASE | re.MULTILINE
+            ):
+                for leaf in machine.leaves(symbol.type):
+                    yield (*path, symbol.name.upper(), *leaf.suffix)
+
+
+@lru_cache(maxsize=64)
+def _source(file: str) -> str:
+    return File(file).read_text(encoding="utf-8")
+
+
+def call(
+    library: Library, block: str, machine: Machine | None = None, like: Memory | None = None
+) -> Step:
+    """One call from any state, like `Library.step`.
+
+    Variables that no call writes have their initial values.
+
+    Args:
+        library: The library.
+        block: The block.
+        machine: A machine that goes on.
+        like: Another state, whose inputs and connected variables are those of this one, too.
+    """
+    machine = machine or library.machine()
+    pou = library.pou(block)
+    assert pou.block is not None
+    _, initial = at_start(library, block)
+    machine.havoc(BLOCK, pou.block)
+    fixed = [path for path in _unwritten(library, block, machine) if concrete(initial[path])]
+    for path in fixed:
+        machine[path] = initial[path]
+    in_outs = {}
+    for symbol in pou.section("VAR_IN_OUT"):
+        in_outs[symbol.name.upper()] = (symbol.name.upper(),)
+        machine.havoc((symbol.name.upper(),), symbol.type)
+    inputs = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
+    for path, value in (like or {}).items():
+        if path[0] != BLOCK[0] or path[1] in inputs:
+            machine[path] = value
+    before = machine.snapshot()
+    machine.call_block(BLOCK, pou.block.name, in_outs)
+    if any(machine[path] is not initial[path] for path in fixed):
+        raise UnsupportedError(f"{block} writes a variable in a way that was not seen")
+    return Step(machine, before, BLOCK)
+
+
+def without_floats(term: Any) -> Any:
+    """The term with any value for each result of floating-point arithmetic.
+
+    What is proved of it holds of the term: nothing is known of these values but that a result is
+    equal to itself.
+    """
+    if isinstance(term, bool):
+        return term
+    swaps, seen, waiting = [], set(), [term]
+    while waiting:
+        node = waiting.pop()
+        if node.get_id() in seen:
+            continue
+        seen.add(node.get_id())
+        if not z3.is_fp(node) and any(z3.is_fp(child) for child in node.children()):
+            swaps.append((node, z3.FreshConst(node.sort(), "result")))
+        else:
+            waiting += node.children()
+    return z3.substitute(term, swaps) if swaps else term

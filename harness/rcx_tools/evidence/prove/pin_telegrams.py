@@ -1,0 +1,259 @@
+"""The telegram that the pins of a command block say, as terms over these pins.
+
+Which pin is what on the wire is not taken from the tables of the library but from the second
+reading of the guide that the tests have, tests/spec/second_reading/pins.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import z3
+
+from rcx_harness.verify.prove import reals
+from rcx_harness.verify.prove.logic import UnsupportedError
+from rcx_harness.verify.prove.machine import Machine
+from rcx_harness.verify.prove.reals import Real
+from rcx_harness.verify.prove.texts import Text
+from rcx_tools.evidence.prove.legality import CODE_BITS
+from rcx_tools.evidence.results import ROOT
+
+if TYPE_CHECKING:
+    from pin_reading import PinRow, Pins
+    from second_reading import Place
+
+__all__ = [
+    "ROUNDED",
+    "WORDS",
+    "Expected",
+    "bounds",
+    "char_code",
+    "nearest",
+    "pattern_of",
+    "reading_of",
+    "times",
+]
+
+#: Words n+2 to n+30.
+WORDS = range(15)
+_SPACE = 0x20
+#: Of a condition in the reading that names one number, all those that are meant (guide 4.4.1).
+_SPANS = {("Variable1", "0"): (0, 31), ("Variable1", "256"): (256, 287)}
+#: (factor, lowest and highest REAL, what they become); both signs where there is no lowest.
+ROUNDED = (
+    (1000, None, 8191.999, 8_191_999),
+    (100, 0.009, 100.0, 10_000),
+    (1, 1.0, 100.0, 100),
+    (1, 1.0, 1000.0, 1000),
+)
+
+
+class _Call(Protocol):
+    """What is known of the call of a block."""
+
+    def pin(self, name: str, place: int = 0) -> Any:
+        """A pin, or an element of it: a term, or a text."""
+
+    def member(self, name: str, member: str) -> Any:
+        """A pin is this member of its enumeration."""
+
+
+def reading_of(block: str) -> Pins:
+    """What the pins of a block are by the guide; its name in upper case."""
+    folder = str(ROOT / "tests/support")
+    if folder not in sys.path:
+        sys.path.append(folder)
+    from pin_reading import every_block
+
+    return {name.upper(): pins for name, pins in every_block().items()}[block]
+
+
+# --- REAL ---
+
+
+def times(pattern: Any, factor: int) -> Real:
+    """A REAL times a factor, as the engines calculate it."""
+    number = Real(pattern)
+    if factor == 1:
+        return number
+    return reals.arithmetic("*", number, reals.constant(float(factor), "REAL", wide=True), "REAL")
+
+
+def nearest(pattern: Any, factor: int) -> Any:
+    """The product as a REAL, and the whole number nearest to it, halves to the even one."""
+    return reals.to_integer(reals.settled(times(pattern, factor), "REAL"), 32, signed=True)
+
+
+def pattern_of(number: float) -> int:
+    """The 32 bits of the REAL that is nearest."""
+    return int(struct.unpack("<I", struct.pack("<f", number))[0])
+
+
+def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, Any]]:
+    """Within which limits of a REAL the nearest number has which: name, premise, conclusion."""
+    for scale, low, high, most in ROUNDED:
+        if scale != factor:
+            continue
+        if low is None:
+            inside = z3.ULE(pattern & 0x7FFF_FFFF, pattern_of(high))
+            found = z3.And(number >= -most, number <= most)
+        else:
+            inside = z3.And(z3.UGE(pattern, pattern_of(low)), z3.ULE(pattern, pattern_of(high)))
+            found = z3.And(number >= 1, number <= most)
+        yield f"{low or -high} to {high}, times {scale}, rounded", inside, found
+
+
+def _bits(pattern: Any) -> Any:
+    """The pattern that is sent: -0.0 as 0.0."""
+    return z3.If(pattern == 0x8000_0000, z3.BitVecVal(0, 32), pattern)
+
+
+# --- texts ---
+
+
+def _character(text: Text, place: int) -> Any:
+    """The character at a place from 0 on; behind the end a space."""
+    within = z3.UGT(text.size, place)
+    return z3.If(within, text.char(place), z3.BitVecVal(_SPACE, 8))
+
+
+def char_code(machine: Machine, arguments: list[Any]) -> Any:
+    """FC_RcxCharCode for the first sixteen places: 0 for what no telegram carries."""
+    text, position = arguments
+    if not 1 <= position <= 16:
+        raise UnsupportedError(f"FC_RcxCharCode at place {position}")
+    code = _character(text, position - 1)
+    carried = z3.And(z3.UGE(code, 0x20), z3.ULE(code, 0x7E))
+    return z3.ZeroExt(8, z3.If(carried, code, z3.BitVecVal(0, 8)))
+
+
+@dataclass(frozen=True)
+class Expected:
+    """The telegram that the pins of a call say, by the second reading."""
+
+    call: _Call
+    reading: Pins
+
+    def code(self) -> Any:
+        """Word n."""
+        code = z3.BitVecVal(0, 16)
+        chosen = self.reading.select[0]
+        for member, number in self.reading.codes.items():
+            here = self.call.member(chosen, member) if chosen else z3.BoolVal(True)
+            code = z3.If(here, z3.BitVecVal(number, 16), code)
+        if self.reading.robot:
+            code |= self.call.pin("RobotNumber") << CODE_BITS
+        return code
+
+    def data(self) -> list[Any]:
+        """Words n+2 to n+30."""
+        words: list[Any] = [z3.BitVecVal(0, 16) for _ in WORDS]
+        for part in self.reading.fixed:
+            _write(words, part, z3.BitVecVal(1, part.width), z3.BoolVal(True))
+        for row in self.reading.inputs:
+            counts = self.counts(row)
+            for number, part in enumerate(row.places):
+                _write(words, part, self._value(row, number), counts)
+            if row.flag:
+                _write(words, row.flag, z3.BitVecVal(1, 1), z3.And(counts, self._pin(row) != 0))
+        return words
+
+    def counts(self, row: PinRow) -> Any:
+        """The condition of a row."""
+        if row.where is None:
+            return z3.BoolVal(True)
+        name, wanted = row.where
+        if row.where in _SPANS:
+            low, high = _SPANS[row.where]
+            return z3.And(self.call.pin(name) >= low, self.call.pin(name) <= high)
+        if wanted in ("TRUE", "FALSE"):
+            return self.call.pin(name) == (wanted == "TRUE")
+        return self.call.member(name, wanted)
+
+    def scaled(self) -> Iterator[tuple[PinRow, Any]]:
+        """The REAL pins that are multiplied, with their elements' patterns."""
+        for row in self.reading.inputs:
+            if row.scale:
+                for number in range(len(row.places)):
+                    yield row, self._pin(row, number)
+
+    def fits(self) -> Iterator[Any]:
+        """A REAL that counts is a number and within its limits, a text is not too long."""
+        for row, pattern in self.scaled():
+            limits = bounds(pattern, nearest(pattern, row.scale), row.scale)
+            yield z3.Implies(self.counts(row), z3.Or([inside for _, inside, _ in limits]))
+        for row in self.reading.inputs:
+            if row.how == "real":
+                finite = self._pin(row) & 0x7F80_0000 != 0x7F80_0000
+                yield z3.Implies(self.counts(row), finite)
+            if row.how == "text":
+                yield z3.Implies(self.counts(row), z3.ULE(self._pin(row).size, len(row.places)))
+
+    def keys(self) -> Iterator[Any]:
+        """What the telegram has to tell: the command, the robot, and each pin where it counts."""
+        if self.reading.select[0]:
+            yield self.call.pin(self.reading.select[0])
+        if self.reading.robot:
+            yield self.call.pin("RobotNumber")
+        for row in self.reading.inputs:
+            flags = bool(row.members) and len(row.places) > 1
+            for number in range(1 if flags else len(row.places)):
+                raw = row.scale or row.how in ("real", "text")
+                key = self._value(row, number) if raw else self._pin(row, number)
+                key = z3.If(key, z3.BitVecVal(1, 1), z3.BitVecVal(0, 1)) if z3.is_bool(key) else key
+                yield z3.If(self.counts(row), key, z3.BitVecVal(0, key.size()))
+
+    def _pin(self, row: PinRow, number: int = 0) -> Any:
+        return self.call.pin(row.pin, number)
+
+    def _value(self, row: PinRow, number: int) -> Any:
+        """What stands at one of the places of a row."""
+        width, pin = row.places[number].width, self._pin(row, number)
+        if row.members:
+            value = z3.BitVecVal(0, width)
+            flags = len(row.places) > 1
+            for one in row.members:
+                wire = int(one.value == number + 1) if flags else one.value
+                value = z3.If(self.call.member(row.pin, one.name), z3.BitVecVal(wire, width), value)
+            return value
+        if row.how == "text":
+            return _character(pin, number)
+        if row.how == "bool":
+            return z3.If(pin, z3.BitVecVal(1, width), z3.BitVecVal(0, width))
+        if row.how == "real":
+            return _bits(pin)
+        if row.scale:
+            return _cut(nearest(pin, row.scale), width)
+        if row.how == "bit":
+            return _table(pin, {k: 1 << k - 1 for k in range(1, width + 1)}, width)
+        if row.how == "bcd":
+            return _table(pin, {k: int(str(k), 16) for k in range(100)}, width)
+        return _cut(pin, width)
+
+
+def _cut(term: Any, width: int) -> Any:
+    size = term.size()
+    return z3.SignExt(width - size, term) if size < width else z3.Extract(width - 1, 0, term)
+
+
+def _table(term: Any, rows: dict[int, int], width: int) -> Any:
+    value = z3.BitVecVal(0, width)
+    for number, one in rows.items():
+        value = z3.If(term == number, z3.BitVecVal(one, width), value)
+    return value
+
+
+def _write(words: list[Any], part: Place, value: Any, counts: Any) -> None:
+    """Put a value where the section has it; the place is 0 until then."""
+    first = part.at // 2 - 1
+    value = z3.If(counts, value, z3.BitVecVal(0, part.width))
+    for number in range(first, first + (part.width + 15) // 16):
+        if part.width > 16:
+            low = 16 * (number - first)
+            words[number] |= z3.Extract(low + 15, low, value)
+        else:
+            words[number] |= z3.ZeroExt(16 - part.width, value) << part.low

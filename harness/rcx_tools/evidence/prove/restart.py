@@ -1,0 +1,386 @@
+"""Nothing but a new edge starts anything again (chapter 1, 5; chapter 5, 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import z3
+
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
+from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS, between
+from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.property import Goal, Property
+
+__all__ = ["PROPERTIES", "answers", "jobs_of", "shows"]
+
+Memory = Mapping[Path, Value]
+
+_NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
+#: SI(01); SI(12), SI(14) and SI(17): no start without SI(00), these three not without SI(06)
+#: either (chapter 5, 3.1 and 3.2).
+_SERVO, _MOVES = 0x0002, 0x9400
+#: Where the job is that is not at JOB.
+_PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
+#: Blocks with a pin Enable instead of Execute.
+_LEVELS = ("FB_SEQUENCECONTROL", "FB_JOG", "FB_CONTINUOUSPOSITION")
+#: FB_PowerUp waits for the link and for CPU_OK itself, before it has asked for anything.
+_COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
+_STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
+
+
+def answers(machine: Machine, memory: Memory | None = None) -> Any:
+    """What FB_ReadArea leaves in Answer where the link or CPU_OK is lost."""
+    connected = machine.term((*ROBOT, "CONNECTED"), memory)
+    ready = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
+    answer = machine.term((*INNER, "ANSWER"), memory)
+    return z3.And(
+        (answer == _NOT_CONNECTED) == z3.Not(connected),
+        (answer == _NOT_READY) == z3.And(connected, z3.Not(ready)),
+        z3.Implies(ready, connected),
+    )
+
+
+def jobs_of(library: Library) -> list[str]:
+    """The blocks with a pin Execute and a job of their own, or one inside."""
+    return [
+        name
+        for name in between(library)
+        if name not in _LEVELS and {"EXECUTE", "BUSY"} <= set(library.pou(name).symbols)
+    ]
+
+
+def _job(name: str) -> Path:
+    return (*BLOCK, *_PLACES.get(name, ("JOB",)))
+
+
+def _agrees(machine: Machine, memory: Memory, name: str) -> Any:
+    """What is true of a block between two calls."""
+    job = _job(name)
+    claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
+    if name in _PLACES:
+        seen = machine.term((*BLOCK, "WASEXECUTE"), memory)
+        claims.append(seen == machine.term((*job, "WASEXECUTE"), memory))
+    if name in _COMPOSITES:
+        claims += _nested(machine, memory, name, BLOCK)
+    return z3.And(*claims)
+
+
+#: Stages of the blocks that work through others, in their order, with the block that does the work.
+_CHARTS: dict[str, dict[str, str]] = {
+    "FB_SERVOONFROMEMERGENCYSTOP": {
+        "EMERGENCY_RELEASE": "",
+        "ALARM_RESET": "RESET",
+        "MP_READY": "",
+        "SERVO_ON": "SERVO",
+    },
+    "FB_POWERUP": {
+        "CONNECTION": "",
+        "CPU_OK": "",
+        "CELL_SAFE": "",
+        "EMERGENCY_RELEASE": "SERVOON",
+        "ALARM_RESET": "SERVOON",
+        "MP_READY": "SERVOON",
+        "SERVO_ON": "SERVOON",
+        "STOP_RELEASE": "",
+        "AUTO_MODE": "",
+        "PROGRAM_RESET": "RESET",
+        "PROGRAM_START": "START",
+    },
+}
+
+
+def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> Any:
+    """A block shows one of these members of RCX_POWER_UP."""
+    kind = machine.type_of((*at, "STAGE"))
+    members = [member.upper() for member in getattr(kind, "members", ())]
+    stage = machine.term((*at, "STAGE"), memory)
+    return z3.Or(*[stage == members.index(f"POWER_UP_{name}") for name in names])
+
+
+def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
+    """In each stage the block that does its work is busy, and no other one is."""
+
+    def get(*path: Any) -> Any:
+        return machine.term((*at, *path), memory)
+
+    busy, chart = get("BUSY"), _CHARTS[name]
+    yield get("SEEN") == get("JOB", "SEEN")
+    yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
+    yield z3.Implies(busy, _stage(machine, memory, at, chart))
+    turn = z3.And(
+        get("JOB", "ACTIVE"),
+        get("JOB", "ARMED"),
+        get("JOB", "TICKET") == get("OWN", "SERVING"),
+        get("OWN", "NEXTTICKET") == get("OWN", "SERVING") + 1,
+    )
+    yield z3.Implies(busy, turn)
+    for block in dict.fromkeys(filter(None, chart.values())):
+        own = [stage for stage, worker in chart.items() if worker == block]
+        stages = list(chart)
+        earlier = stages[: stages.index(own[0])]
+        yield from shows(machine, memory, (*at, block), (*at, block, "JOB"))
+        number = get(block, "ERRORID")
+        yield z3.Or(number == 0, z3.Extract(15, 15, number) == 1)
+        works = z3.And(busy, _stage(machine, memory, at, own))
+        begun, seen = get(block, "BUSY"), get(block, "JOB", "WASEXECUTE")
+        yield works == begun
+        yield z3.Implies(works, z3.And(seen, get(block, "JOB", "SEEN") == get("SEEN")))
+        yield z3.Implies(z3.And(busy, _stage(machine, memory, at, earlier)), z3.Not(seen))
+    if name == "FB_POWERUP":
+        yield from _nested(machine, memory, "FB_SERVOONFROMEMERGENCYSTOP", (*at, "SERVOON"))
+        yield z3.Implies(get("SERVOON", "BUSY"), get("STAGE") == get("SERVOON", "STAGE"))
+
+
+def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
+    """A block shows what its job does, and an edge that was seen shows somewhere."""
+    pins = ("BUSY", "DONE", "ERROR", "ERRORID")
+    shown, inner = ([machine.term((*path, pin), memory) for pin in pins] for path in (block, job))
+    yield from (one == other for one, other in zip(shown, inner, strict=True))
+    busy, done, error, number = inner
+    yield z3.Implies(machine.term((*job, "WASEXECUTE"), memory), z3.Or(busy, done, error))
+    yield error == (number != 0)
+    yield z3.Not(z3.And(busy, z3.Or(done, error)))
+
+
+def _asks(step: Step) -> Any:
+    """A request is made in this call."""
+    inputs = step.now((*INNER, "REQUEST")) & ~step.was((*INNER, "REQUEST"))
+    command = z3.And(step.now((*INNER, "CODEREQUEST")), z3.Not(step.was((*INNER, "CODEREQUEST"))))
+    return z3.Or(inputs != 0, command)
+
+
+def _jobs(library: Library, name: str) -> Iterator[Goal]:
+    start = at_the_start(library, name)
+    yield Goal(f"{name}: it holds at the start", (), _agrees(start, start.snapshot(), name))
+    step = library.step(name)
+    machine, after = step.machine, step.machine.snapshot()
+    assumed = (*machine.assumptions, answers(machine), _agrees(machine, step.before, name))
+    was, now = step.was((*BLOCK, "BUSY")), step.now((*BLOCK, "BUSY"))
+    job = _job(name)
+    execute, seen = step.now((*BLOCK, "EXECUTE")), step.was((*job, "WASEXECUTE"))
+    yield Goal(f"{name}: what holds is kept", assumed, _agrees(machine, after, name))
+    yield Goal(f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute)
+    begins = z3.And(now, z3.Not(was))
+    edge = z3.And(execute, z3.Not(seen))
+    yield Goal(f"{name}: busy from an edge only", assumed, z3.Implies(begins, edge))
+    asks = _asks(step)
+    yield Goal(f"{name}: requests while busy only", assumed, z3.Implies(asks, now))
+    ends = z3.And(z3.Not(now), step.now((*BLOCK, "ERROR")), z3.Not(asks))
+    connected = step.was((*ROBOT, "CONNECTED"))
+    waits = z3.BoolVal(False)
+    if name == "FB_POWERUP":
+        waits = _stage(machine, step.before, BLOCK, ("CONNECTION",))
+    lost = z3.And(was, z3.Not(connected), z3.Not(waits))
+    yield Goal(f"{name}: a lost link ends it", assumed, z3.Implies(lost, ends))
+    yield Goal(
+        f"{name}: it asks for nothing without a link",
+        assumed,
+        z3.Implies(z3.Not(connected), z3.Not(asks)),
+    )
+    skipped = z3.And(was, step.was((*INNER, "SCAN")) != step.was((*job, "SEEN")) + 1)
+    yield Goal(f"{name}: a scan without a call ends it", assumed, z3.Implies(skipped, ends))
+    if name not in _COMPOSITES:
+        yield from _troubles(step, name, assumed, ends)
+
+
+def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Iterator[Goal]:
+    """Losses of the controller, and what must not be asked for in them."""
+    ready = step.was((*ROBOT, "SO", "SO01_CPUOK"))
+    was, job = step.was((*BLOCK, "BUSY")), _job(name)
+    if name not in REQUESTS and name not in _STOPPERS:
+        lost = z3.And(was, z3.Not(ready))
+        yield Goal(f"{name}: a lost CPU_OK ends it", assumed, z3.Implies(lost, ends))
+        return
+    new = step.now((*INNER, "REQUEST")) & ~step.was((*INNER, "REQUEST"))
+    fresh = new & ~_applied(step)
+    safe = z3.And(
+        z3.Not(step.was((*ROBOT, "SO", "SO00_EMERGENCYSTOP"))),
+        step.was((*ROBOT, "EMERGENCYSTOPOK")),
+        ready,
+    )
+    starts = REQUESTS.get(name, 0) & (_SERVO | _MOVES)
+    if starts:
+        claim = z3.Implies(fresh & starts != 0, safe)
+        if starts & _MOVES:
+            claim = z3.Implies(fresh & starts != 0, z3.And(safe, step.was((*ROBOT, "STOPOK"))))
+        yield Goal(f"{name}: no start in an emergency stop", assumed, claim)
+        out = z3.And(
+            was,
+            step.was((*job, "ACTIVE")),
+            step.was((*job, "ARMED")),
+            _on_wire(step, name),
+            z3.Not(safe),
+        )
+        yield Goal(f"{name}: an emergency stop ends what is out", assumed, z3.Implies(out, ends))
+
+
+#: The bits of RCX_REF.SI by their places in bytes n + 32, n + 33 (chapter 5, 1).
+_SI = {
+    0: "SI00_EMERGENCYSTOP",
+    1: "SI01_SERVOON",
+    6: "SI06_STOP",
+    8: "SI10_SEQUENCECONTROL",
+    10: "SI12_AUTOSTART",
+    12: "SI14_RETURNTOORIGININCR",
+    13: "SI15_PROGRAMRESET",
+    14: "SI16_ALARMRESET",
+    15: "SI17_RETURNTOORIGINABS",
+}
+
+
+def _applied(step: Step, now: bool = False) -> Any:
+    """RCX_REF.SI as two bytes."""
+    value = z3.BitVecVal(0, 16)
+    for bit, name in _SI.items():
+        flag = (step.now if now else step.was)((*ROBOT, "SI", name))
+        value |= z3.If(flag, z3.BitVecVal(1 << bit, 16), z3.BitVecVal(0, 16))
+    return value
+
+
+def _on_wire(step: Step, name: str) -> Any:
+    """The input of a block is ON; of FB_ReturnToOrigin the one that was chosen at the start."""
+    own = z3.BitVecVal(REQUESTS[name], 16)
+    if name == "FB_RETURNTOORIGIN":
+        chosen = step.was((*BLOCK, "CHOSEN")) == 1
+        own = z3.If(chosen, z3.BitVecVal(1 << 15, 16), z3.BitVecVal(1 << 12, 16))
+    return _applied(step) & own != 0
+
+
+def _levels(library: Library, name: str) -> Iterator[Goal]:
+    """A block with Enable: an error stays until Enable falls, and with one nothing is asked for."""
+    step = library.step(name)
+    machine = step.machine
+    assumed = [*machine.assumptions, answers(machine)]
+    enable, asks = step.now((*BLOCK, "ENABLE")), _asks(step)
+    failed, fails = step.was((*BLOCK, "ERRORID")) != 0, step.now((*BLOCK, "ERRORID")) != 0
+    works = z3.BoolVal(True)
+    if name != "FB_SEQUENCECONTROL":
+        assumed.append(_failure(machine, step.before))
+        start = at_the_start(library, name)
+        yield Goal(f"{name}: it holds at the start", (), _failure(start, start.snapshot()))
+        yield Goal(
+            f"{name}: what holds is kept", tuple(assumed), _failure(machine, machine.snapshot())
+        )
+        works = step.was((*BLOCK, "JOB", "BUSY"))
+    lost = z3.Not(step.was((*ROBOT, "SO", "SO01_CPUOK")))
+    yield Goal(
+        f"{name}: an error stays until Enable falls",
+        tuple(assumed),
+        z3.Implies(z3.And(enable, failed), z3.And(fails, z3.Not(asks))),
+    )
+    yield Goal(
+        f"{name}: a lost link or CPU_OK is an error",
+        tuple(assumed),
+        z3.Implies(z3.And(enable, works, lost), z3.And(fails, z3.Not(asks))),
+    )
+    may = enable
+    if name == "FB_JOG":
+        may = z3.Or(enable, step.was((*BLOCK, "OUT")))  # it stops: its code is out already
+    yield Goal(f"{name}: nothing without Enable", tuple(assumed), z3.Implies(asks, may))
+    yield Goal(f"{name}: nothing without a link", tuple(assumed), z3.Implies(asks, z3.Not(lost)))
+
+
+def _failure(machine: Machine, memory: Memory) -> Any:
+    """ErrorID shows the failure; with one no job is at work, and a jog is locked."""
+    shown = machine.term((*BLOCK, "ERRORID"), memory)
+    failure = machine.term((*BLOCK, "FAILURE"), memory)
+    idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))
+    if (*BLOCK, "LOCKED") in memory:
+        idle = z3.And(idle, machine.term((*BLOCK, "LOCKED"), memory))
+    return z3.And(shown == failure, z3.Implies(failure != 0, idle))
+
+
+def _write_area(library: Library, name: str) -> Iterator[Goal]:
+    step = library.step(name)
+    assumed = tuple(step.machine.assumptions)
+    was, now = step.was((*INNER, "APPLIED")), step.now((*INNER, "APPLIED"))
+    rises = now & ~was & ~z3.BitVecVal(STOPS, 16)
+    connected = step.was((*ROBOT, "CONNECTED"))
+    request = step.was((*INNER, "REQUEST"))
+    yield Goal(
+        f"{name}: an input rises where it is requested in this scan, with a link",
+        assumed,
+        z3.Implies(rises != 0, z3.And(rises & ~request == 0, connected, accepted(step))),
+    )
+    yield Goal(
+        f"{name}: SI(01), SI(12), SI(14), SI(17) rise with SI(00) ON, the last three with SI(06)",
+        assumed,
+        z3.And(
+            z3.Implies(rises & (_SERVO | _MOVES) != 0, z3.Extract(0, 0, was) == 1),
+            z3.Implies(rises & _MOVES != 0, z3.Extract(6, 6, was) == 1),
+        ),
+    )
+    nothing = z3.And(step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST"))))
+    yield Goal(f"{name}: requests end with the scan", assumed, z3.Implies(accepted(step), nothing))
+    code = (*BLOCK, "MAKEHEAD", "CODE")
+    goes = z3.And(step.was(code) == 0, step.now(code) != 0)
+    ready = z3.And(connected, step.was((*ROBOT, "SO", "SO01_CPUOK")))
+    asked = step.was((*INNER, "CODEREQUEST"))
+    runs = step.was((*INNER, "PHASE")) == 3
+    yield Goal(
+        f"{name}: a code goes out where it is requested in this scan, with link and CPU_OK",
+        (*assumed, z3.Implies(runs, step.was(code) == step.was((*INNER, "CODE")))),
+        z3.Implies(goes, z3.And(asked, ready, accepted(step))),
+    )
+    yield Goal(
+        f"{name}: RCX_REF.SI shows what is applied",
+        assumed,
+        z3.Implies(accepted(step), _applied(step, now=True) == now & _applied_mask()),
+    )
+    kept = [(*ROBOT, "CONNECTED"), (*ROBOT, "SO", "SO01_CPUOK"), (*INNER, "ANSWER")]
+    yield Goal(
+        f"{name}: it leaves alone what FB_ReadArea has found",
+        assumed,
+        z3.And(*[step.was(path) == step.now(path) for path in kept]),
+    )
+
+
+def _applied_mask() -> Any:
+    return z3.BitVecVal(sum(1 << bit for bit in _SI), 16)
+
+
+def _read_area(library: Library, name: str) -> Iterator[Goal]:
+    step = library.step(name)
+    machine = step.machine
+    first = z3.Not(step.was((*INNER, "INSCAN")))
+    yield Goal(
+        f"{name}: a lost link or CPU_OK is told to all blocks",
+        (*machine.assumptions, z3.Or(first, answers(machine, step.before))),
+        answers(machine),
+    )
+    yield Goal(
+        f"{name}: no link without its pin",
+        tuple(machine.assumptions),
+        z3.Implies(
+            z3.Not(step.now((*BLOCK, "CONNECTED"))), z3.Not(step.now((*ROBOT, "CONNECTED")))
+        ),
+    )
+
+
+def _goals(library: Library, part: str) -> Iterator[Goal]:
+    if part in WRITERS:
+        yield from _write_area(library, part)
+    elif part in READERS:
+        yield from _read_area(library, part)
+    elif part in _LEVELS:
+        yield from _levels(library, part)
+    else:
+        yield from _jobs(library, part)
+
+
+PROPERTIES = (
+    Property(
+        "restart",
+        "After a lost link no dedicated input but SI(00) and SI(06) rises and no command goes out"
+        " without a new edge of Execute or Enable; after a lost CPU_OK no command; in an emergency"
+        " stop no servo-on, start or return-to-origin begins, and what is out ends.",
+        "chapter 1, 5; chapter 5, 3",
+        ("inner", "between"),
+        _goals,
+        lambda library: (*WRITERS, *READERS, *_LEVELS, *jobs_of(library)),
+        lambda part: (part,),
+    ),
+)

@@ -1,0 +1,194 @@
+"""Nothing that would stop a PLC: no index outside of its array, no division by zero and so on."""
+
+from __future__ import annotations
+
+import math
+import operator
+import struct
+from collections.abc import Callable, Iterator
+from ctypes import c_float
+from functools import partial
+from pathlib import Path as File
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.types import ArrayType
+from rcx_harness.verify.prove import reals
+from rcx_harness.verify.prove.machine import Machine
+from rcx_tools.evidence.prove.invariants import Memory, assumed, call, without_floats
+from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
+from rcx_tools.evidence.prove.property import Goal, Property
+
+__all__ = ["PROPERTIES", "exactly"]
+
+_COMPARES = {z3.Z3_OP_FPA_GE: ">=", z3.Z3_OP_FPA_LE: "<="}
+
+
+# --- comparisons of what was scaled and rounded ---
+
+
+def _number(pattern: int) -> float:
+    return float(struct.unpack("<f", struct.pack("<I", pattern))[0])
+
+
+def _ordered(key: int) -> int:
+    """The patterns of all numbers in their order, from -infinity (0) on."""
+    return 0xFF80_0000 - key if key <= 0x7F80_0000 else key - 0x7F80_0001
+
+
+def _first(grown: Callable[[float], bool]) -> int:
+    """The first in this order that has grown enough; all after it have, too."""
+    low, high = 0, 2 * 0x7F80_0000 + 2
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if grown(_number(_ordered(middle))) else (middle + 1, high)
+    return low
+
+
+def _grown(term: Any) -> tuple[Any, Callable[[float], float]] | None:
+    """A pattern and what is made of its number, where that never falls when the number grows."""
+    kind, arguments = term.decl().kind(), term.children()
+    if kind == z3.Z3_OP_FPA_TO_FP and z3.is_bv(arguments[-1]):
+        pattern = arguments[-1]
+        if pattern.decl().kind() == z3.Z3_OP_FPA_TO_IEEE_BV:
+            return _grown(pattern.arg(0))
+        return (pattern, float) if term.sort() == z3.Float32() else None
+    make: Callable[[float], float]
+    if kind == z3.Z3_OP_FPA_ROUND_TO_INTEGRAL:
+        make = _whole
+    elif kind == z3.Z3_OP_FPA_TO_FP and len(arguments) == 2 and z3.is_fp(arguments[1]):
+        make = _single if term.sort() == z3.Float32() else float
+    elif kind == z3.Z3_OP_FPA_MUL and (factor := _constant(arguments[2])) > 0:
+        make = partial(operator.mul, factor)
+    else:
+        return None
+    inner = _grown(arguments[1])
+    if inner is None:
+        return None
+    pattern, first = inner
+    return pattern, lambda number: make(first(number))
+
+
+def _whole(number: float) -> float:
+    return number if math.isinf(number) else float(round(number))
+
+
+def _single(number: float) -> float:
+    return float(c_float(number).value)
+
+
+def _constant(term: Any) -> float:
+    """A literal in double precision; 0 for anything else."""
+    bits = z3.simplify(z3.fpToIEEEBV(term))
+    if not z3.is_bv_value(bits) or term.sort() != z3.Float64():
+        return 0.0
+    return float(struct.unpack("<d", struct.pack("<Q", bits.as_long()))[0])
+
+
+def exactly(term: Any) -> Any:
+    """The term with comparisons of scaled and rounded numbers as comparisons of their patterns.
+
+    A product with a positive constant and its roundings never fall where the number grows: what
+    is compared with a limit has one number at which the answer changes, found by bisection.
+    """
+    if isinstance(term, bool):
+        return z3.BoolVal(term)
+    swaps, seen, waiting = [], set(), [term]
+    while waiting:
+        node = waiting.pop()
+        if node.get_id() in seen:
+            continue
+        seen.add(node.get_id())
+        op = _COMPARES.get(node.decl().kind())
+        grown = _grown(node.arg(0)) if op else None
+        if op and grown:
+            swaps.append((node, _compared(op, *grown, _constant(node.arg(1)))))
+        else:
+            waiting += node.children()
+    return z3.substitute(term, swaps) if swaps else term
+
+
+def _compared(op: str, pattern: Any, make: Callable[[float], float], limit: float) -> Any:
+    if op == ">=":
+        first = _first(lambda number: make(number) >= limit)
+        return reals.compare(">=", reals.Real(pattern), reals.Real(_number(_ordered(first))))
+    first = _first(lambda number: make(number) > limit)
+    return reals.compare("<", reals.Real(pattern), reals.Real(_number(_ordered(first))))
+
+
+# --- goals ---
+
+
+def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
+    """Pins that say how large an array is are not above it."""
+    machine = step.machine
+    for symbol in library.pou(block).section("VAR_IN_OUT"):
+        if symbol.name.upper() == IMAGE[0] and isinstance(symbol.type, ArrayType):
+            ((low, high),) = symbol.type.bounds
+            unit = 2 if getattr(symbol.type.element, "name", "") == "WORD" else 1
+            size = machine.term((*BLOCK, "IMAGESIZE"), step.before)
+            yield size <= (high - low + 1) * unit
+
+
+#: Where the blocks of the log have it.
+_LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
+
+
+def _log_keeps(library: Library, block: str, step: Step, memory: Memory) -> Any:
+    """The newest entry is in the log, and there are not more than LogSize says."""
+    term, log = step.machine.term, _LOGS[block]
+    ring = next(s for s in library.pou("FB_EVENTLOG").section("VAR") if s.name == "Ring").type
+    assert isinstance(ring, ArrayType)
+    ((_, last),) = ring.bounds
+    newest, count = term((*log, "NEWEST"), memory), term((*log, "COUNT"), memory)
+    size = term((*BLOCK, "LOGSIZE"), step.before)
+    return z3.And(size <= last + 1, newest >= 0, newest <= last, z3.Or(count <= 0, count <= size))
+
+
+def _goals(library: Library, block: str) -> Iterator[Goal]:
+    step = call(library, block)
+    known = (*assumed(step), *_limits(library, block, step))
+    if block in _LOGS:
+        known = (*known, _log_keeps(library, block, step, step.before))
+        kept = _log_keeps(library, block, step, step.machine.snapshot())
+        yield Goal(f"{block}: the log keeps its places", known, kept)
+    yield from _impossible(block, step.machine, known)
+
+
+def _impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[Goal]:
+    """A goal for all indices, all shifts ...; each conversion has its own."""
+    places: dict[str, list[Any]] = {}
+    for one in machine.obligations:
+        told = f"{File(one.file).name}:{one.line}"
+        group = f"{one.kind} {told}" if one.kind == "conversion" else one.kind
+        places.setdefault(group, []).append((told, without_floats(exactly(one.when))))
+    for group, found in places.items():
+        claim = z3.Not(z3.Or([when for _, when in found]))
+        yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
+
+
+#: Summed up where it is called; and what is only proved for the calls that there are.
+_ELSEWHERE = ("FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
+
+
+def _parts(library: Library) -> list[str]:
+    return [
+        name
+        for name, pou in library.project.pous.items()
+        if pou.kind == "FUNCTION_BLOCK" and name not in _ELSEWHERE
+    ]
+
+
+PROPERTIES = (
+    Property(
+        "safety",
+        "No index leaves its array, nothing is divided by zero, no REAL is converted that an"
+        " integer cannot hold, no shift, text or time is out of range, whatever the pins hold.",
+        "docs/architecture.md",
+        ("inner", "clock", "area", "log"),
+        _goals,
+        _parts,
+        lambda part: (part,),
+    ),
+)

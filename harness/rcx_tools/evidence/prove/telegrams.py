@@ -1,0 +1,248 @@
+"""The telegrams of the command blocks: legal ones only, and those that the pins say.
+
+Of every command block but FB_RemoteCommand, by induction over its calls: what it holds while its
+job is busy is put together when the job starts, from the pins of that call; it stays as it is; and
+only that is ever requested. Which pin is what on the wire is not taken from the tables of the
+library but from the second reading of the guide that the tests have (pin_telegrams.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path as File
+from typing import Any
+
+import z3
+
+from rcx_harness.verify.prove.texts import anything
+from rcx_tools.evidence.prove.command_calls import Call
+from rcx_tools.evidence.prove.legality import legal
+from rcx_tools.evidence.prove.library import BLOCK, Library
+from rcx_tools.evidence.prove.pin_telegrams import (
+    ROUNDED,
+    WORDS,
+    Expected,
+    bounds,
+    char_code,
+    nearest,
+    pattern_of,
+    reading_of,
+    times,
+)
+from rcx_tools.evidence.prove.property import Goal, Property
+
+__all__ = ["PROPERTIES"]
+
+#: The part that proves what the others take for granted of REAL_TO_DINT and of characters.
+_LEMMAS = "REAL_TO_DINT and FC_RcxCharCode"
+
+
+def _blocks(library: Library) -> list[str]:
+    files = {name: File(library.pou(name).file) for name in library.blocks}
+    return [
+        name
+        for name, file in files.items()
+        if library.folder / "command" in file.parents and name != "FB_REMOTECOMMAND"
+    ]
+
+
+class _Block:
+    """Both calls of a block, and the goals about them."""
+
+    def __init__(self, library: Library, block: str) -> None:
+        self.name = block
+        self._library = library
+        self._start = Call(library, block, busy=False)
+        self._busy = Call(library, block, busy=True)
+        self._reading = reading_of(block)
+        self._expected = Expected(self._start, self._reading)
+        self._data = self._expected.data()
+        self._unused = [k for k in WORDS if z3.is_bv_value(self._data[k])]
+        self._rounded: list[tuple[Any, Any]] = []
+        self._lemmas: list[Any] = []
+        for row, pattern in self._expected.scaled():
+            number = z3.BitVec(f"{pattern} times {row.scale}", 32)
+            self._rounded.append((nearest(pattern, row.scale), number))
+            for _, inside, found in bounds(pattern, number, row.scale):
+                self._lemmas.append(z3.Implies(inside, found))
+
+    def _assumed(self, call: Call) -> tuple[Any, ...]:
+        before = call.between(call.step.before, self._unused)
+        return (*call.machine.assumptions, before, call.turn)
+
+    def _goal(self, call: Call, name: str, claim: Any, **show: Any) -> Goal:
+        """A goal without floating point: what REAL_TO_DINT gives is a number within its bounds."""
+        assumed = self._plain(z3.And(*self._assumed(call), *self._lemmas))
+        shown = {name: self._plain(term) for name, term in show.items()}
+        return Goal(f"{self.name}: {name}", (assumed,), self._plain(claim), shown)
+
+    def _plain(self, term: Any) -> Any:
+        return z3.substitute(term, *self._rounded) if self._rounded else term
+
+    def held(self) -> Iterator[Goal]:
+        """What a job holds stays, and nothing else is requested."""
+        first = self._library.machine()
+        pou = self._library.pou(self.name)
+        assert pou.block is not None
+        first.create(BLOCK, pou.block)
+        begin = self._start.between(first.snapshot(), self._unused)
+        idle = z3.Not(first.term((*BLOCK, "JOB", "BUSY")))
+        yield Goal(f"{self.name}: it begins idle", (), z3.And(begin, idle))
+        for call, when in ((self._start, "no job was busy"), (self._busy, "a job was busy")):
+            show = {"code": call.now.code, "refused": call.now.refused}
+            name = f"only what is held and not refused is requested; {when}"
+            yield self._goal(call, name, call.requested, **show)
+            after = call.between(call.machine.snapshot(), self._unused)
+            yield self._goal(call, f"what holds between the calls is kept; {when}", after)
+        now, was = self._busy.now, self._busy.was
+        stays = z3.Implies(now.busy, now.same(was))
+        yield self._goal(self._busy, "what is held stays while the job is busy", stays)
+
+    def legal(self) -> Iterator[Goal]:
+        """What a job begins with is legal, unless it is refused."""
+        now = self._start.now
+        edge = self._start.edge
+        yield self._goal(self._start, "a job begins at an edge", z3.Implies(now.ready, edge))
+        codes = sorted(set(self._reading.codes.values()))
+        claim = z3.Implies(z3.And(edge, now.ready), legal(now.code, now.data, codes))
+        yield self._goal(self._start, "a telegram is legal", claim, **_shown(now.code, now.data))
+
+    def pins(self) -> Iterator[Goal]:
+        """It is what the pins say, and different pins make different telegrams."""
+        now, expected = self._start.now, self._expected
+        code = expected.code()
+        same = [now.code == code, *map(_equal, now.data, self._data)]
+        claim = z3.Implies(now.ready, z3.And(same))
+        show = _shown(now.code, now.data) | _shown(code, self._data, " by the pins")
+        yield self._goal(self._start, "a telegram is what the pins say", claim, **show)
+        fits = list(expected.fits())
+        if fits:
+            claim = z3.Implies(now.ready, z3.And(fits))
+            yield self._goal(self._start, "a REAL is a number, and nothing is cut off", claim)
+        keys = list(expected.keys())
+        if keys:
+            yield self._told_apart(keys, code)
+
+    def _told_apart(self, keys: list[Any], code: Any) -> Goal:
+        """Two calls with the same telegram have the same pins, where these count."""
+        terms = [
+            self._plain(z3.And(*self._assumed(self._start), self._start.now.ready)),
+            self._plain(code),
+            *map(self._plain, self._data),
+            *map(self._plain, keys),
+        ]
+        other = [(one, z3.Const(f"{one}'", one.sort())) for one in _constants(terms)]
+        (one, *left), (two, *right) = terms, [z3.substitute(term, *other) for term in terms]
+        words = 1 + len(WORDS)
+        assumed = [one, two, *map(_equal, left[:words], right[:words])]
+        claim = z3.And(list(map(_equal, left[words:], right[words:])))
+        name = f"{self.name}: different pins make different telegrams"
+        return Goal(name, tuple(assumed), claim)
+
+
+def _equal(one: Any, other: Any) -> Any:
+    return one == other
+
+
+def _shown(code: Any, data: Iterable[Any], more: str = "") -> dict[str, Any]:
+    return {f"n+{2 * k}{more}": word for k, word in enumerate((code, *data))}
+
+
+def _constants(terms: Iterable[Any]) -> list[Any]:
+    """What is no number in the terms: variables of the solver."""
+    seen: set[int] = set()
+    found, waiting = [], list(terms)
+    while waiting:
+        term = waiting.pop()
+        if term.get_id() in seen:
+            continue
+        seen.add(term.get_id())
+        if z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED:
+            found.append(term)
+        waiting += term.children()
+    return found
+
+
+def _lemma_goals(library: Library) -> Iterator[Goal]:
+    pattern = z3.BitVec("pattern", 32)
+    for factor in dict.fromkeys(row[0] for row in ROUNDED):
+        for name, inside, found in bounds(pattern, nearest(pattern, factor), factor):
+            yield Goal(name, (inside,), found)
+    for position in range(1, 17):
+        machine = library.machine(summaries=False)
+        text = anything("text")
+        body = machine.call_function("FC_RCXCHARCODE", [text, position])
+        claim = body == char_code(machine, [text, position])
+        yield Goal(f"FC_RcxCharCode {position}", (z3.ULE(text.size, text.most),), claim)
+
+
+def _legal_goals(library: Library, part: str) -> Iterator[Goal]:
+    if part == _LEMMAS:
+        yield from _lemma_goals(library)
+        return
+    block = _Block(library, part)
+    yield from block.held()
+    yield from block.legal()
+
+
+def _exact_goals() -> Iterator[Goal]:
+    """Of a REAL that is nearest to a number of 0.001 mm or 0.01 %, that number is sent.
+
+    It is less than a quarter away: half the distance of REALs is 0.000244 below 8192.
+    """
+    double = z3.Float64()
+    pattern, number = z3.BitVec("pattern", 32), z3.BitVec("number", 32)
+    middle, quarter = z3.fpSignedToFP(z3.RNE(), number, double), z3.FPVal(0.25, double)
+    for factor, limit in ((1000, 8191.999), (100, 100.0)):
+        product = times(pattern, factor).value
+        assumed = (
+            z3.ULE(pattern & 0x7FFF_FFFF, pattern_of(limit)),
+            z3.And(number >= -round(limit * factor), number <= round(limit * factor)),
+            z3.fpLT(z3.fpSub(z3.RNE(), middle, quarter), product),
+            z3.fpLT(product, z3.fpAdd(z3.RNE(), middle, quarter)),
+        )
+        yield Goal(f"exact, times {factor}", assumed, nearest(pattern, factor) == number)
+
+
+def _pins_goals(library: Library, part: str) -> Iterator[Goal]:
+    if part == _LEMMAS:
+        yield from _lemma_goals(library)
+        yield from _exact_goals()
+        return
+    block = _Block(library, part)
+    yield from block.held()
+    yield from block.pins()
+
+
+def _parts(library: Library) -> list[str]:
+    return [_LEMMAS, *_blocks(library)]
+
+
+def _rests_on(part: str) -> tuple[str, ...]:
+    return ("FC_RCXCHARCODE",) if part == _LEMMAS else (part,)
+
+
+PROPERTIES = (
+    Property(
+        "telegram-legal",
+        "Every command block but FB_RemoteCommand, whatever its pins hold, requests only telegrams"
+        " that the guide calls legal; where an input is refused it requests nothing.",
+        "remote command guide 4.2 to 4.9",
+        ("inner", "turn"),
+        _legal_goals,
+        _parts,
+        _rests_on,
+    ),
+    Property(
+        "telegram-pins",
+        "Every command block but FB_RemoteCommand requests the telegram that its pins said when its"
+        " job began; a number given in whole 0.001 mm or 0.01 % arrives as it is. Pins that differ"
+        " where they count make different telegrams, but for REALs that round to the same step,"
+        " spaces at the end of a text, and -0.0.",
+        "remote command guide 4.2 to 4.9",
+        ("inner", "turn"),
+        _pins_goals,
+        _parts,
+        _rests_on,
+    ),
+)

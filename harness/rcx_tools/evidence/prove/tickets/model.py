@@ -1,0 +1,345 @@
+"""What holds of a channel, of each job on it and of each two jobs, between any two calls.
+
+Beside the program stand counts that never wrap: of the scans, of the tickets that were taken and of
+the turns that have begun. The proof is by induction over the calls: whoever is called, what holds
+of the channel, of any job and of any two jobs is kept. It names no number of jobs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import z3
+
+from rcx_harness.verify.prove.machine import Alternatives, Machine, Path
+from rcx_harness.verify.prove.values import TIME_BITS
+from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.summaries import SUMMARIES
+
+__all__ = [
+    "Channel",
+    "Clockless",
+    "Job",
+    "Places",
+    "Scene",
+    "after_call",
+    "after_read",
+    "after_write",
+    "assumed",
+    "jobs",
+    "machine",
+]
+
+_WIDE = 48
+#: Tickets that live are at most so far apart, as FC_RcxTickets says.
+FARTHEST = 32767
+
+
+def low(wide: Any) -> Any:
+    """A count as the PLC has it, modulo 65536."""
+    return z3.Extract(15, 0, wide)
+
+
+def until(first: Any, last: Any) -> Any:
+    """How many tickets there are from one up to another, as a wide number."""
+    return z3.ZeroExt(_WIDE - 16, last - first)
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A channel at a moment.
+
+    Attributes:
+        tickets: Taken so far.
+        turns: The ticket whose turn it is, as a wide number.
+        scan: Number of the scan.
+        inside: FB_ReadArea has been called, FB_WriteArea not yet.
+        unseen: Nobody who has a ticket was called since the last FB_WriteArea.
+        written: The area is legal: FB_WriteArea does its part.
+        next, serving, lowest, orphan, number: What the PLC has.
+        remote: It is the one of the remote commands.
+    """
+
+    tickets: Any
+    turns: Any
+    scan: Any
+    inside: Any
+    unseen: Any
+    written: Any
+    next: Any
+    serving: Any
+    lowest: Any
+    orphan: Any
+    number: Any
+    remote: bool
+
+    def holds(self) -> dict[str, Any]:
+        """What is true of it between any two calls."""
+        waiting = self.tickets - self.turns
+        return {
+            "the counts of the PLC are those beside it": z3.And(
+                self.next == low(self.tickets),
+                self.serving == low(self.turns),
+                self.number == low(self.scan),
+            ),
+            "at most 32767 tickets have been taken from the turn on": z3.And(
+                self.turns >= 1 << 16,
+                self.turns <= self.tickets,
+                waiting <= FARTHEST,
+            ),
+            "Lowest is no ticket before the turn, and none that is not taken yet": z3.Implies(
+                self.written, z3.ULE(until(self.serving, self.lowest), waiting)
+            ),
+            "where nobody was seen, Lowest is NextTicket": z3.And(
+                z3.Implies(z3.And(self.written, self.unseen), self.lowest == self.next),
+                z3.Implies(z3.Not(self.inside), z3.Or(self.unseen, z3.Not(self.written))),
+            ),
+            "an orphan holds a turn of the remote commands": z3.Implies(
+                self.orphan,
+                z3.And(
+                    z3.BoolVal(self.remote),
+                    self.turns < self.tickets,
+                    z3.Implies(self.written, self.lowest != self.serving),
+                ),
+            ),
+        }
+
+    def counted(self) -> Any:
+        """The wide counts do not end: they begin somewhere, and are below 2^46."""
+        return z3.And(
+            self.tickets < 1 << 46,
+            self.scan >= 1 << 16,
+            self.scan < 1 << 46,
+        )
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job at a moment.
+
+    Attributes:
+        ticket: The last one that it had, or one that had been passed, as a wide number.
+        waits: It has taken that ticket, and has not ended.
+        seen: Number of the scan of the last call, as a wide number.
+        busy, active, mine, last, error: Busy, Active, Ticket, Seen and ErrorID.
+    """
+
+    ticket: Any
+    waits: Any
+    seen: Any
+    busy: Any
+    active: Any
+    mine: Any
+    last: Any
+    error: Any
+
+    def lives(self, channel: Channel) -> Any:
+        """It is busy, and neither this scan nor the last one has gone by without a call."""
+        early = z3.And(channel.inside, self.seen == channel.scan - 1)
+        return z3.And(self.busy, z3.Or(self.seen == channel.scan, early))
+
+    def holds(self, channel: Channel) -> dict[str, Any]:
+        """What is true of it between any two calls."""
+        lives = self.lives(channel)
+        return {
+            "a job that is active is busy, one that is busy has no error": z3.And(
+                z3.Implies(self.active, self.busy),
+                z3.Implies(self.busy, z3.And(self.error == 0, self.last == low(self.seen))),
+                self.seen <= channel.scan,
+                self.seen >= 0,
+            ),
+            "its ticket is one that was taken, and not passed": z3.Implies(
+                lives,
+                z3.And(
+                    self.mine == low(self.ticket),
+                    self.ticket >= 0,
+                    self.ticket < channel.tickets,
+                    self.waits == (self.ticket >= channel.turns),
+                ),
+            ),
+            "it is active at its own turn only, and its turn has no orphan": z3.And(
+                z3.Implies(
+                    z3.And(lives, self.active), z3.And(self.waits, self.ticket == channel.turns)
+                ),
+                z3.Implies(
+                    z3.And(lives, self.waits, self.ticket == channel.turns),
+                    z3.Not(channel.orphan),
+                ),
+            ),
+            "Lowest is at most its ticket once it was seen, and another before": z3.Implies(
+                z3.And(lives, self.waits, channel.written, channel.inside),
+                z3.And(
+                    z3.Implies(
+                        self.seen == channel.scan,
+                        z3.ULE(until(channel.serving, channel.lowest), self.ticket - channel.turns),
+                    ),
+                    z3.Implies(self.seen == channel.scan - 1, channel.lowest != self.mine),
+                ),
+            ),
+        }
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A channel and jobs on it, at a moment."""
+
+    channel: Channel
+    jobs: tuple[Job, ...]
+
+    def holds(self) -> dict[str, Any]:
+        """The invariant: of the channel, of each job, of each two."""
+        claims = {f"channel: {name}": claim for name, claim in self.channel.holds().items()}
+        for number, job in enumerate(self.jobs, 1):
+            claims |= {
+                f"job {number}: {name}": claim for name, claim in job.holds(self.channel).items()
+            }
+            for other_number, other in enumerate(self.jobs[: number - 1], 1):
+                claims[f"jobs {other_number} and {number}: they have different tickets"] = (
+                    different(self.channel, other, job)
+                )
+        return claims
+
+
+def different(channel: Channel, one: Job, other: Job) -> Any:
+    """Two jobs that wait have tickets that differ, for the PLC too."""
+    both = z3.And(one.lives(channel), one.waits, other.lives(channel), other.waits)
+    return z3.Implies(both, z3.And(one.ticket != other.ticket, one.mine != other.mine))
+
+
+class Clockless(Machine):
+    """A machine for which the time since the last scan is any: FB_RcxScanTime is not run."""
+
+    def call_block(
+        self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
+    ) -> None:
+        """As `Machine.call_block`."""
+        if block.upper() == "FB_RCXSCANTIME":
+            kind = self.project.pous["FB_RCXSCANTIME"].block
+            assert kind is not None
+            self.havoc(instance, kind)
+        else:
+            super().call_block(instance, block, in_outs)
+
+
+def machine(library: Library) -> Machine:
+    """A machine at any moment, for blocks of which nothing is asked that is about time."""
+    made = Clockless(library.project, SUMMARIES)
+    made.now = z3.BitVec("now", TIME_BITS)
+    made.assume(z3.And(made.now >= 0, made.now < 1 << 62))
+    return made
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a channel and jobs are in a machine."""
+
+    machine: Machine
+    channel: Path
+    jobs: tuple[Path, ...]
+
+    def scene(self, channel: Channel, jobs: tuple[Job, ...]) -> Scene:
+        """The scene as it is now; what stands beside the program is given."""
+
+        def at(path: Path, *names: str) -> list[Any]:
+            return [self.machine.term((*path, name)) for name in names]
+
+        after, serving, lowest, orphan = at(
+            self.channel, "NEXTTICKET", "SERVING", "LOWEST", "ORPHAN"
+        )
+        found = []
+        for path, job in zip(self.jobs, jobs, strict=True):
+            busy, active, mine, last, error = at(
+                path, "BUSY", "ACTIVE", "TICKET", "SEEN", "ERRORID"
+            )
+            found.append(replace(job, busy=busy, active=active, mine=mine, last=last, error=error))
+        return Scene(
+            replace(channel, next=after, serving=serving, lowest=lowest, orphan=orphan),
+            tuple(found),
+        )
+
+    def any(self, remote: bool, number: Any, inside: Any) -> Scene:
+        """The scene with any counts beside it."""
+        nothing, no = z3.BitVecVal(0, 16), z3.BoolVal(False)
+        wide = {name: z3.BitVec(name, _WIDE) for name in ("tickets", "turns", "scan")}
+        logic = {name: z3.Bool(name) for name in ("unseen", "written")}
+        plc = dict.fromkeys(("next", "serving", "lowest"), nothing)
+        channel = Channel(
+            **wide, **logic, **plc, orphan=no, number=number, inside=inside, remote=remote
+        )
+        rest = {"busy": no, "active": no, "mine": nothing, "last": nothing, "error": nothing}
+        jobs = tuple(
+            Job(
+                ticket=z3.BitVec(f"ticket of {index}", _WIDE),
+                waits=z3.Bool(f"{index} waits"),
+                seen=z3.BitVec(f"scan of the last call of {index}", _WIDE),
+                **rest,
+            )
+            for index in range(1, len(self.jobs) + 1)
+        )
+        return self.scene(channel, jobs)
+
+
+def jobs(machine: Machine, library: Library, count: int) -> tuple[Path, ...]:
+    """Jobs anywhere in their work."""
+    kind = library.pou("FB_RCXJOB").block
+    assert kind is not None
+    paths = tuple((f"JOB{number}",) for number in range(1, count + 1))
+    for path in paths:
+        machine.havoc(path, kind)
+    return paths
+
+
+def assumed(before: Scene) -> list[Any]:
+    """What is assumed where the first job is called: `calls`, `missed`, `waiters`."""
+    channel, job = before.channel, before.jobs[0]
+    between = channel.scan - job.seen
+    return [
+        channel.inside,
+        z3.Implies(z3.And(job.busy, low(between) == 1), between == 1),
+        z3.Implies(
+            z3.And(job.lives(channel), z3.Not(job.waits)),
+            channel.turns - job.ticket <= FARTHEST + 1,
+        ),
+    ]
+
+
+def after_call(places: Places, before: Scene) -> Scene:
+    """The scene after a call of its first job, which is done."""
+    was, job = before.channel, before.jobs[0]
+    after = places.scene(was, before.jobs)
+    took = after.channel.next != was.next
+    waits = z3.And(after.jobs[0].busy, z3.Or(took, z3.And(job.busy, job.waits)))
+    passed = z3.If(job.busy, job.ticket, was.turns - 1)
+    channel = replace(
+        after.channel,
+        tickets=was.tickets + z3.If(took, z3.BitVecVal(1, _WIDE), z3.BitVecVal(0, _WIDE)),
+        turns=was.turns + until(was.serving, after.channel.serving),
+        unseen=z3.And(was.unseen, z3.Not(waits)),
+    )
+    ticket = z3.If(took, was.tickets, passed)
+    caller = replace(after.jobs[0], ticket=ticket, waits=waits, seen=was.scan)
+    return Scene(channel, (caller, *after.jobs[1:]))
+
+
+def after_write(places: Places, before: Scene) -> Scene:
+    """The scene after a call of FB_WriteArea, which is done."""
+    was = before.channel
+    after = places.scene(was, before.jobs)
+    channel = replace(
+        after.channel,
+        turns=was.turns + until(was.serving, after.channel.serving),
+        unseen=z3.Or(was.unseen, z3.And(was.written, was.inside)),
+        inside=z3.BoolVal(False),
+    )
+    return Scene(channel, after.jobs)
+
+
+def after_read(places: Places, before: Scene, number: Any) -> Scene:
+    """The scene after a call of FB_ReadArea, which is done."""
+    was = before.channel
+    after = places.scene(was, before.jobs)
+    one = z3.If(was.inside, z3.BitVecVal(0, _WIDE), z3.BitVecVal(1, _WIDE))
+    channel = replace(after.channel, scan=was.scan + one, number=number, inside=z3.BoolVal(True))
+    return Scene(channel, after.jobs)

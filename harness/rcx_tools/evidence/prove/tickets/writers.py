@@ -1,0 +1,159 @@
+"""Who writes what the turns rest on, and what each block hands to its job: read from the tree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.syntax import Position
+from rcx_harness.engine.types import BlockType, StructType
+from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.property import Goal
+
+__all__ = ["goals"]
+
+_ROBOT = "ROBOT.INNER."
+#: What the turns rest on in RCX_REF, and the POUs that write it.
+OWNERS = {
+    "COMMAND": {"FB_RCXHANDSHAKE"},
+    "SEQUENCE": {"FB_RCXDEDICATEDINPUTS"},
+    "SCAN": {"FB_RCXTAKEHEAD"},
+    "ELAPSED": {"FB_RCXTAKEHEAD"},
+    "ANSWER": {"FB_RCXTAKEHEAD"},
+    "INSCAN": {"FB_RCXTAKEHEAD", "FB_WRITEAREA", "FB_WRITEAREAWORDS"},
+    "PHASE": {"FB_RCXHANDSHAKE"},
+    "RUNNING": {"FB_RCXHANDSHAKE"},
+}
+#: What a job gets on a channel of a robot; None: the pin is not given, and stays as it begins.
+_PINS: dict[str, dict[str, str | None]] = {
+    "COMMAND": {
+        "SCAN": "ROBOT.INNER.SCAN",
+        "ELAPSED": "ROBOT.INNER.ELAPSED",
+        "ANSWER": "ROBOT.INNER.ANSWER",
+        "REMOTE": "1",
+        "APPLIED": "(ROBOT.INNER.PHASE = 3)",
+    },
+    "SEQUENCE": {"SCAN": "ROBOT.INNER.SCAN", "ELAPSED": "ROBOT.INNER.ELAPSED", "REMOTE": None},
+}
+#: Blocks to which a channel of a robot may be handed.
+_TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
+
+
+def _statements(body: tuple[t.Statement, ...]) -> Iterator[t.Statement]:
+    for statement in body:
+        yield statement
+        if isinstance(statement, (t.If, t.Case)):
+            for _, inner in statement.branches:
+                yield from _statements(inner)
+            yield from _statements(statement.otherwise)
+        elif isinstance(statement, (t.For, t.While, t.Repeat)):
+            yield from _statements(statement.body)
+
+
+def _text(node: Any) -> str:
+    """A variable by its path in upper case; as much of other expressions as is compared here."""
+    if isinstance(node, t.Use):
+        return node.symbol.name.upper()
+    if isinstance(node, t.Member):
+        return f"{_text(node.base)}.{node.name.upper()}"
+    if isinstance(node, t.Index):
+        return f"{_text(node.base)}[]"
+    if isinstance(node, t.Constant):
+        return str(int(node.value)) if isinstance(node.value, (bool, int)) else str(node.value)
+    if isinstance(node, t.Binary):
+        return f"({_text(node.left)} {node.op} {_text(node.right)})"
+    return type(node).__name__
+
+
+def _prefixes(variable: t.Variable) -> Iterator[t.Variable]:
+    """A variable and all that it is a part of."""
+    yield variable
+    if not isinstance(variable, t.Use):
+        yield from _prefixes(variable.base)
+
+
+def _root(variable: t.Variable) -> t.Symbol:
+    while not isinstance(variable, t.Use):
+        variable = variable.base
+    return variable.symbol
+
+
+def _named(variable: t.Variable, name: str) -> bool:
+    kind = variable.type
+    return isinstance(kind, (StructType, BlockType)) and kind.name.upper() == name
+
+
+def _written(pou: t.Pou) -> Iterator[tuple[t.Variable, Position]]:
+    for statement in _statements(pou.body):
+        if isinstance(statement, t.Assign):
+            yield statement.target, statement.at
+        elif isinstance(statement, t.For):
+            yield statement.counter, statement.at
+        elif isinstance(statement, t.CallBlock):
+            for _, target in statement.outputs:
+                yield target, statement.at
+
+
+def _bad_writes(name: str, pou: t.Pou) -> Iterator[str]:
+    """What a POU writes that is another's."""
+    inputs = {"LONGEST", "EXECUTE", "HOLDER", "TROUBLE"}
+    for target, at in _written(pou):
+        text = _text(target)
+        for field, owners in OWNERS.items():
+            inside = f"{text}.".startswith(f"{_ROBOT}{field}.")
+            whole = f"{_ROBOT}{field}.".startswith(f"{text}.") and text != f"{_ROBOT}{field}"
+            if (inside or whole) and name not in owners:
+                yield f"{pou.name} line {at.line} writes {text}"
+        if name != "FB_RCXJOB" and text.startswith("CHANNEL."):
+            yield f"{pou.name} line {at.line} writes {text}"
+        for part in _prefixes(target):
+            of_job = isinstance(part, t.Member) and _named(part.base, "FB_RCXJOB")
+            if of_job and _text(part).rpartition(".")[2] not in inputs:
+                yield f"{pou.name} line {at.line} writes {text}"
+
+
+def _bad_calls(pou: t.Pou) -> Iterator[str]:
+    """What a POU hands over that is not right."""
+    for statement in _statements(pou.body):
+        if not isinstance(statement, t.CallBlock):
+            continue
+        where = f"{pou.name} line {statement.at.line}"
+        callee = statement.block.name.upper()
+        for pin, variable in statement.in_outs:
+            text = _text(variable)
+            if _named(variable, "RCX_REF") and (pin.upper(), text) != ("ROBOT", "ROBOT"):
+                yield f"{where} hands over {text} as {pin}"
+            if not _named(variable, "RCX_CHANNEL"):
+                continue
+            if callee not in _TAKERS:
+                yield f"{where} hands {text} to {statement.block.name}"
+            if callee == "FB_RCXJOB" and _root(variable).section != "VAR":
+                yield from _bad_pins(where, text, statement)
+        if callee == "FB_RCXJOB" and _root(statement.instance).section != "VAR":
+            yield f"{where} calls a job that is not its own"
+
+
+def _bad_pins(where: str, channel: str, call: t.CallBlock) -> Iterator[str]:
+    given = {pin.upper(): _text(value) for pin, value in call.inputs}
+    wanted = _PINS.get(channel.removeprefix(_ROBOT))
+    if wanted is None:
+        yield f"{where} takes a ticket on {channel}"
+        return
+    for pin, value in wanted.items():
+        if given.get(pin) != value:
+            yield f"{where} gives {pin} := {given.get(pin)}, not {value}"
+
+
+def goals(library: Library, part: str) -> Iterator[Goal]:
+    """Two: who writes, and what is handed over."""
+    writes: list[str] = []
+    calls: list[str] = []
+    for name, pou in library.project.pous.items():
+        writes += _bad_writes(name, pou)
+        calls += _bad_calls(pou)
+    for told, found in (
+        ("a channel, the number of the scan, the phase and a job's work have one writer", writes),
+        ("each job gets its channel, the scan and the answer as they are", calls),
+    ):
+        yield Goal(told, (), not found, dict.fromkeys(found, 1))

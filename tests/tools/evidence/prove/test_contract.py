@@ -1,0 +1,31 @@
+"""The contract of the blocks' pins, proved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from proving import library, statuses
+from rcx_tools.evidence.prove.contract import PROPERTIES
+
+(_CONTRACT,) = PROPERTIES
+
+
+@pytest.mark.parametrize("block", ["FB_ReadMessage", "FB_Jog", "FB_ReadPort", "FB_WriteBit"])
+def test_a_block_keeps_the_contract_of_its_pins(block: str, tmp_path: Path) -> None:
+    """Source: docs/architecture.md, the contract of every block."""
+    assert statuses(_CONTRACT, library(tmp_path, block), block.upper()) == {"proved"}
+
+
+@pytest.mark.parametrize(
+    ("bug", "block"),
+    [
+        ("done-beside-error", "FB_RcxJob"),
+        ("message-not-cleared", "FB_ReadMessage"),
+        ("jog-forgets-that-it-is-locked", "FB_Jog"),
+    ],
+)
+def test_a_broken_contract_is_not_proved(bug: str, block: str, tmp_path: Path) -> None:
+    broken = library(tmp_path, block, bug=bug, bugs="contract")
+    assert "refuted" in statuses(_CONTRACT, broken, block.upper())

@@ -1,0 +1,365 @@
+"""What the terms of a small program give is what the built-in engine gives, in every variable.
+
+The expected values are the engine's, which stands against matiec in tests/engine/agreement.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_tools.evidence.prove.agreement import Subject, agree
+
+_NUMBERS = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"]
+_BITS = ["BYTE", "WORD", "DWORD", "LWORD"]
+
+
+def _block(variables: str, body: str, types: str = "") -> str:
+    return f"{types}\nFUNCTION_BLOCK FB_TRIED\n{variables}\n{body}\nEND_FUNCTION_BLOCK\n"
+
+
+def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
+    """The block of the source agrees, and in some scan it goes on."""
+    file = tmp_path / "tried.st"
+    file.write_text(source, encoding="utf-8")
+    subject = Subject.of([file])
+    outcome = agree(subject, "FB_TRIED", scans)
+    assert outcome.disagreement == ""
+    assert outcome.scans > outcome.faults
+
+
+def _operations(kind: str) -> str:
+    """Every operation of an integer type."""
+    lines = [
+        "R[0] := A + B;",
+        "R[1] := A - B;",
+        "R[2] := A * B;",
+        "R[3] := A MOD B;",
+        "R[4] := MAX(A, B, C);",
+        "R[5] := MIN(A, B, C);",
+        "R[6] := LIMIT(A, B, C);",
+        "R[7] := SEL(A > B, A, C);",
+        "R[8] := ABS(A);",
+        "R[9] := ADD(A, B, C);",
+        "R[10] := MUL(A, B, C);",
+        "R[11] := (A + B - C) * (A - 1);",
+        "IF B <> 0 THEN R[12] := A / B; END_IF;",
+        "IF B <> 0 AND A / 3 > 0 THEN R[13] := DIV(A, B); END_IF;",
+        "IF A > B OR A = C THEN R[14] := SUB(A, C); ELSE R[14] := MOD(A, C); END_IF;",
+        "R[15] := MOVE(A);",
+        "Q[0] := A < B; Q[1] := A <= B; Q[2] := A = B; Q[3] := A <> B;",
+        "Q[4] := GT(A, B, C); Q[5] := GE(A, B); Q[6] := NE(A, B); Q[7] := LT(A, B, C);",
+    ]
+    if kind in ("SINT", "INT", "DINT", "LINT"):
+        lines.append("R[16] := -A;")
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("kind", _NUMBERS)
+def test_arithmetic_of_every_integer_type_wraps_as_on_the_engine(tmp_path: Path, kind: str) -> None:
+    variables = (
+        f"VAR_INPUT A, B, C : {kind}; END_VAR\n"
+        f"VAR R : ARRAY [0..16] OF {kind}; Q : ARRAY [0..7] OF BOOL; END_VAR"
+    )
+    _agrees(tmp_path, _block(variables, _operations(kind)), 150)
+
+
+@pytest.mark.parametrize("kind", _BITS)
+def test_bit_strings_are_joined_and_shifted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
+    """Also by more than their width; by less than 0 stops both."""
+    variables = (
+        f"VAR_INPUT A, B : {kind}; N : INT; END_VAR\nVAR R : ARRAY [0..12] OF {kind}; END_VAR"
+    )
+    body = """
+      R[0] := A AND B; R[1] := A OR B; R[2] := A XOR B; R[3] := NOT A; R[4] := AND(A, B, R[0]);
+      R[5] := ROL(A, N); R[6] := ROR(A, N); R[7] := ROL(A, 3); R[8] := ROR(A, 70);
+      R[9] := SHL(A, 5); R[10] := SHR(A, 64);
+      R[11] := SHL(A, N); R[12] := SHR(B, N);
+    """
+    _agrees(tmp_path, _block(variables, body), 150)
+
+
+def test_booleans_are_joined_and_shifted_as_on_the_engine(tmp_path: Path) -> None:
+    variables = "VAR_INPUT A, B, C : BOOL; N : INT; END_VAR\nVAR R : ARRAY [0..11] OF BOOL; END_VAR"
+    body = """
+      R[0] := A AND B OR C; R[1] := A XOR B; R[2] := NOT (A OR B); R[3] := XOR(A, B, C);
+      R[4] := SHL(A, N); R[5] := SHR(A, N); R[6] := ROL(A, N); R[7] := ROR(A, N);
+      R[8] := A = B; R[9] := A < B; R[10] := SEL(A, B, C); R[11] := MUX(0, A, B);
+    """
+    _agrees(tmp_path, _block(variables, body))
+
+
+@pytest.mark.parametrize("kind", ["REAL", "LREAL"])
+def test_real_arithmetic_is_rounded_as_on_the_engine(tmp_path: Path, kind: str) -> None:
+    """A quotient by 0.0 and the root of a negative number stop both."""
+    variables = (
+        f"VAR_INPUT A, B, C : {kind}; END_VAR\n"
+        f"VAR R : ARRAY [0..15] OF {kind}; Q : ARRAY [0..8] OF BOOL; END_VAR"
+    )
+    body = f"""
+      R[0] := A + B; R[1] := A - B; R[2] := A * B; R[3] := -A; R[4] := ABS(A);
+      R[5] := A * 2.0; R[6] := A / 2.0; R[7] := A * 0.1 + B; R[8] := MAX(A, B); R[9] := MIN(A, B);
+      R[10] := LIMIT(A, B, C); R[11] := SEL(A > B, A, B); R[12] := ADD(A, B, C);
+      R[13] := A + {kind}#0.1; R[14] := ABS(-A) * 2.0 - B;
+      Q[0] := A < B; Q[1] := A <= B; Q[2] := A = B; Q[3] := A <> B; Q[4] := A > 0.1;
+      Q[5] := A >= 16777217.0; Q[6] := A = 0.1; Q[7] := A * 2.0 > B; Q[8] := A < -0.1;
+      IF B > 0.0 THEN R[15] := SQRT(B) / B; END_IF;
+      IF C = 0.5 THEN R[15] := A / B; ELSIF C = 1.5 THEN R[15] := SQRT(A); END_IF;
+    """
+    _agrees(tmp_path, _block(variables, body), 200)
+
+
+@pytest.mark.parametrize("kind", [*_NUMBERS, *_BITS])
+def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
+    """A REAL out of range is left open: a conversion that must not happen."""
+    others = [one for one in ("SINT", "UINT", "DINT", "ULINT", "WORD", "LWORD") if one != kind]
+    both_ways = " ".join(f"To_{name} : {name}; Of_{name} : {kind};" for name in others)
+    variables = f"""
+      VAR_INPUT A : {kind}; R : REAL; L : LREAL; F : BOOL; END_VAR
+      VAR {both_ways} END_VAR
+      VAR As_REAL : REAL; As_LREAL : LREAL; As_BOOL : BOOL; Near : {kind}; END_VAR
+    """
+    body = [
+        f"To_{name} := {kind}_TO_{name}(A); Of_{name} := {name}_TO_{kind}(To_{name});"
+        for name in others
+    ]
+    body += [
+        f"As_REAL := {kind}_TO_REAL(A); As_LREAL := {kind}_TO_LREAL(A);",
+        f"As_BOOL := {kind}_TO_BOOL(A);",
+        f"Near := BOOL_TO_{kind}(F);",
+        f"IF R >= 0.0 AND R < 127.0 THEN Near := REAL_TO_{kind}(R); END_IF;",
+        f"IF L >= -3.0 AND L < 127.0 AND F THEN Near := LREAL_TO_{kind}(L); END_IF;",
+    ]
+    _agrees(tmp_path, _block(variables, "\n".join(body)), 120)
+
+
+def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
+    """Sums, products with whole numbers and REALs, quotients, conversions in seconds."""
+    variables = """
+      VAR_INPUT A, B : TIME; N : INT; U : UDINT; R : REAL; L : LREAL; END_VAR
+      VAR T : ARRAY [0..12] OF TIME; I : INT; D : DINT; W : ULINT; F : REAL; G : LREAL; END_VAR
+      VAR Q : ARRAY [0..3] OF BOOL; END_VAR
+    """
+    body = """
+      T[0] := A + B; T[1] := A - B; T[2] := A * N; T[3] := T#0s - A; T[4] := MAX(A, B);
+      T[5] := LIMIT(T#0s, A, T#10s); T[6] := INT_TO_TIME(N); T[7] := UDINT_TO_TIME(U);
+      T[8] := DINT_TO_TIME(D);
+      I := TIME_TO_INT(A); D := TIME_TO_DINT(B); W := TIME_TO_ULINT(A);
+      IF N <> 0 THEN T[9] := A / N; END_IF;
+      IF A < T#1h AND A > T#0s THEN F := TIME_TO_REAL(A); G := TIME_TO_LREAL(A); END_IF;
+      IF R > -1000.0 AND R < 1000.0 AND A < T#1h AND A > T#-1h THEN
+        T[10] := A * R; T[11] := REAL_TO_TIME(R);
+        IF ABS(R) > 0.001 THEN T[12] := A / R; END_IF;
+      END_IF;
+      Q[0] := A < B; Q[1] := A = B; Q[2] := A >= T#100ms; Q[3] := TIME_TO_BOOL(A);
+    """
+    _agrees(tmp_path, _block(variables, body), 200)
+
+
+def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> None:
+    """Also by counts that 16 bits do not hold; below 0 stops both."""
+    variables = """
+      VAR_INPUT A, B : STRING; N, P : INT; D : DINT; END_VAR
+      VAR R : ARRAY [0..5] OF STRING; S : STRING; Q : ARRAY [0..5] OF BOOL; I : INT; END_VAR
+    """
+    body = """
+      Q[0] := A = B; Q[1] := A <> B; Q[2] := A < B; Q[3] := A <= B; Q[4] := A > 'M'; Q[5] := A >= B;
+      S := LEFT(A, 6);
+      I := LEN(A) + FIND(A, 'a') + FIND(S, LEFT(B, 1));
+      R[0] := RIGHT('known', 2); R[1] := CONCAT(S, '-', LEFT(B, 4)); R[2] := MID(A, 2, 3);
+      IF N >= 0 AND P >= 1 THEN R[3] := MID(S, N, P); END_IF;
+      IF D >= 0 THEN R[4] := LEFT(A, D); END_IF;
+      IF P = 17 THEN R[5] := MID(S, 1, N); END_IF;
+    """
+    _agrees(tmp_path, _block(variables, body), 60)
+
+
+def test_statements_are_left_where_they_are_left_on_the_engine(tmp_path: Path) -> None:
+    """EXIT and RETURN in loops in branches, CASE with ranges, steps below 0 or not constant."""
+    variables = """
+      VAR_INPUT A, B, Pace : INT; Mode : USINT; END_VAR
+      VAR i, k, Sum, Rounds, Last, First1, Last1 : INT; END_VAR
+    """
+    body = """
+      Sum := 0; Rounds := 0; Last := 0;
+      First1 := LIMIT(0, A, 2); Last1 := LIMIT(0, B, 2);
+      FOR i := First1 TO Last1 DO
+        Sum := Sum + i;
+        IF Sum > 2 THEN EXIT; END_IF;
+        Rounds := Rounds + 1;
+      END_FOR;
+      FOR i := 2 TO First1 BY -2 DO
+        k := 0;
+        WHILE k < i DO
+          k := k + 1;
+          IF k = B THEN EXIT; END_IF;
+          IF k + i = Pace THEN RETURN; END_IF;
+        END_WHILE;
+        Sum := Sum + k;
+      END_FOR;
+      IF Pace = 1 OR Pace = -1 OR Pace = 2 THEN
+        FOR k := 1 TO Last1 BY Pace DO
+          IF k < -1 THEN EXIT; END_IF;
+          Sum := Sum + 10;
+        END_FOR;
+      END_IF;
+      k := 0;
+      REPEAT
+        k := k + 1;
+        CASE Mode OF
+          0: EXIT;
+          1, 2: Sum := Sum + 1;
+          3..9, 12: IF k > 1 THEN Last := 7; RETURN; END_IF;
+          10..11, 13..20: Sum := -1;
+        ELSE
+          Last := k;
+        END_CASE;
+      UNTIL k >= First1 END_REPEAT;
+      Last := Last + 1;
+    """
+    _agrees(tmp_path, _block(variables, body), 200)
+
+
+def test_functions_return_as_on_the_engine(tmp_path: Path) -> None:
+    """RETURN in a loop in a function, a result that is not assigned, defaults, calls in calls."""
+    functions = """
+FUNCTION FIRST_OF : INT
+  VAR_INPUT Wanted : INT; Start : INT := 3; END_VAR
+  VAR k : INT; END_VAR
+  FOR k := Start TO 5 DO
+    IF k + k > Wanted THEN FIRST_OF := k; RETURN; END_IF;
+    IF k = 4 THEN EXIT; END_IF;
+  END_FOR;
+END_FUNCTION
+FUNCTION PAIRED : INT
+  VAR_INPUT One : INT; Other : INT; END_VAR
+  PAIRED := FIRST_OF(Wanted := One) * 1000;
+  PAIRED := PAIRED + FIRST_OF(Wanted := Other, Start := MAX(FIRST_OF(Wanted := One), 2));
+END_FUNCTION
+"""
+    variables = "VAR_INPUT A, B : INT; END_VAR\nVAR R : INT; END_VAR"
+    _agrees(tmp_path, _block(variables, "R := PAIRED(A, B);", functions))
+
+
+_TYPES = """
+TYPE
+  COLOUR : (RED, GREEN, BLUE);
+  PART : STRUCT Size : INT; Hue : COLOUR; Marks : ARRAY [1..3] OF BYTE; END_STRUCT;
+  PARTS : ARRAY [-1..2] OF PART;
+  GRID : ARRAY [0..2, 1..3] OF INT;
+  LONG_BYTES : ARRAY [0..99] OF BYTE;
+END_TYPE
+FUNCTION_BLOCK COUNTER
+  VAR_INPUT Plus : INT; END_VAR
+  VAR_OUTPUT Total : INT; END_VAR
+  VAR_IN_OUT Shared : INT; Whole : PART; END_VAR
+  VAR_TEMP Twice : INT; END_VAR
+  Twice := Twice + Plus * 2;
+  Total := Total + Twice;
+  Shared := Shared + Total;
+  Whole.Size := Whole.Size + 1;
+  IF Shared > 1000 THEN RETURN; END_IF;
+  Whole.Hue := GREEN;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK RAISER
+  VAR_IN_OUT One : BYTE; Place : INT; END_VAR
+  One := One XOR BYTE#16#FF;
+  Place := Place + 1;
+END_FUNCTION_BLOCK
+"""
+
+
+def test_structures_arrays_and_blocks_are_addressed_as_on_the_engine(tmp_path: Path) -> None:
+    """Variable indices, also of long arrays and of what a VAR_IN_OUT is connected to.
+
+    Outside of the array both stop.
+    """
+    variables = """
+      VAR_INPUT I, K : INT; W : LINT; Tint : COLOUR; END_VAR
+      VAR
+        P : PARTS; G : GRID; L, M : LONG_BYTES; C1, C2 : COUNTER; R : RAISER;
+        N : ARRAY [0..4] OF INT; Total : INT; Byte1 : BYTE; Place : INT;
+      END_VAR
+      VAR_IN_OUT Outside : PARTS; END_VAR
+    """
+    body = """
+      P[0].Size := P[1].Size + 1;
+      IF I >= -1 AND I <= 2 THEN
+        P[I].Size := K;
+        P[I].Marks[2] := BYTE#16#12;
+        P[0] := P[I];
+        Outside[I].Hue := Tint;
+        Outside[2] := P[I];
+      END_IF;
+      IF I >= 1 AND I <= 3 AND K >= 0 AND K <= 2 THEN
+        G[K, I] := G[2 - K, 4 - I] + 1;
+        C1(Plus := K, Shared := N[K], Whole := P[K - 1], Total => Total);
+        C2(Plus := I, Shared := N[K + I - 1], Whole := Outside[1]);
+      END_IF;
+      IF K >= 0 AND K < 100 THEN
+        Byte1 := L[K];
+        L[K] := INT_TO_BYTE(I);
+        Place := K;
+        R(One := L[Place], Place := Place);
+        M := L;
+      END_IF;
+      IF Tint = BLUE THEN
+        CASE Tint OF RED: Total := 1; GREEN, BLUE: Total := 2; END_CASE;
+        L[W] := L[W] OR BYTE#1;
+        P[K] := P[1];
+      END_IF;
+    """
+    _agrees(tmp_path, _block(variables, body, _TYPES), 200)
+
+
+@pytest.mark.parametrize("suffix", ["", "_DINT", "_LINT", "_UDINT", "_ULINT"])
+def test_counters_count_as_on_the_engine(tmp_path: Path, suffix: str) -> None:
+    kind = suffix.strip("_") or "INT"
+    variables = f"""
+      VAR_INPUT Up, Down, Reset, Load : BOOL; Preset : {kind}; END_VAR
+      VAR A : CTU{suffix}; B : CTD{suffix}; C : CTUD{suffix}; N : {kind}; END_VAR
+    """
+    body = """
+      A(CU := Up, R := Reset, PV := Preset); B(CD := Down, LD := Load, PV := Preset);
+      C(CU := Up, CD := Down, R := Reset, LD := Load, PV := Preset, CV => N);
+    """
+    _agrees(tmp_path, _block(variables, body), 150)
+
+
+def test_timers_triggers_and_bistables_run_as_on_the_engine(tmp_path: Path) -> None:
+    variables = """
+      VAR_INPUT In1, In2 : BOOL; Preset : TIME; END_VAR
+      VAR A : TON; B : TOF; C : TP; D : R_TRIG; E : F_TRIG; F : SR; G : RS; Q : BOOL; END_VAR
+    """
+    body = """
+      A(IN := In1, PT := Preset); B(IN := In2, PT := Preset); C(IN := In1, PT := Preset, Q => Q);
+      D(CLK := In1); E(CLK := In2); F(S1 := In1, R := In2);
+      IF Q THEN G(S := In1, R1 := In2); A(IN := In2); END_IF;
+    """
+    _agrees(tmp_path, _block(variables, body), 300)
+
+
+def test_what_is_not_looked_at_stops_nothing(tmp_path: Path) -> None:
+    """The right side of AND and OR, and the ELSIF after a branch that is taken."""
+    variables = "VAR_INPUT A, B, I : INT; END_VAR\nVAR N : ARRAY [0..3] OF INT; Q : BOOL; END_VAR"
+    body = """
+      Q := B <> 0 AND A / B > 1;
+      Q := B = 0 OR A / B > 1 OR Q;
+      IF I < 0 OR I > 3 THEN Q := FALSE; ELSIF N[I] = A THEN Q := TRUE; END_IF;
+      WHILE I >= 0 AND I <= 3 AND N[I] > 0 DO N[I] := 0; END_WHILE;
+    """
+    _agrees(tmp_path, _block(variables, body), 150)
+
+
+def test_what_is_known_is_worked_out_as_by_the_engine(tmp_path: Path) -> None:
+    """Standard functions that have no terms, where all of their arguments are known."""
+    variables = "VAR S : ARRAY [0..8] OF STRING; R : REAL; L : LREAL; I : INT; END_VAR"
+    body = """
+      S[0] := RIGHT('robot', 2); S[1] := INSERT('robot', 'XY', 2); S[2] := DELETE('robot', 2, 3);
+      S[3] := REPLACE('robot', 'Z', 2, 1); S[4] := INT_TO_STRING(-12); S[5] := REAL_TO_STRING(0.5);
+      S[6] := TIME_TO_STRING(T#1s500ms); S[7] := BOOL_TO_STRING(TRUE);
+      S[8] := WORD_TO_STRING(WORD#18);
+      R := SIN(REAL#0.5); L := EXP(LREAL#1.0); I := STRING_TO_INT('16#1F');
+    """
+    _agrees(tmp_path, _block(variables, body), 10)
