@@ -37,6 +37,8 @@ _SCANS = 400
 #: Scans of the first search, by which what shows soon is shown at the period asked for.
 _FIRST = 6
 _SHOWN = 8
+#: What stops no engine: no run can show it, so that it is proved or unknown.
+_STOPS_NOTHING = ("conversion", "time")
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
 _CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME has 64 bits."
@@ -278,20 +280,24 @@ class _Work:
     def _left(self, key: Key) -> float:
         return self.settings.limit_s - self._spent.get(key, 0.0)
 
+    def _sought(self) -> list[Key]:
+        """What a run can show to be broken."""
+        return [key for key in self.open if key[0] not in _STOPS_NOTHING]
+
     def _deeper(self, going: Search, scans: int, end: float) -> None:
-        while going.scans < scans and time.monotonic() < end and self.open:
+        while going.scans < scans and time.monotonic() < end and self._sought():
             begin = time.monotonic()
             before = going.machine.snapshot()
             number = going.scans
-            names = ", ".join(one.name for one in list(self.open.values())[:3])
+            names = ", ".join(self.open[key].name for key in self._sought()[:3])
             self.settings.tell(
                 f"runs of {number + 1} scans of {going.scan_us / 1000:g} ms: {names}"
             )
             going.scan()
             found = self.watch.broken(going.machine, before)
-            for key in list(self.open):
+            for key in self._sought():
                 broken = found.get(key, False)
-                if broken is False or key[0] == "time" or time.monotonic() > end:
+                if broken is False or time.monotonic() > end:
                     continue
                 first = self.watch.alone(key, broken, going.machine)
                 try:
