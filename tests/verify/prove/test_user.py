@@ -17,7 +17,7 @@ HEAD = """PROGRAM Cell
     ReadArea  : FB_ReadArea;
     WriteArea : FB_WriteArea;
     Servo     : FB_ServoOn;
-    Gripper, Conveyor : BOOL;
+    Gripper, Conveyor : BOOL; Speed : REAL;
     Stage, Given : INT;
     Table     : ARRAY [0..3] OF INT;
   END_VAR
@@ -112,6 +112,29 @@ def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path
     areas = [one for one in Path(found.stimulus).read_text().splitlines() if one[:4] == "area"]
     last = bytes.fromhex(areas[-1].split('"')[1])
     assert last[32] & 0b100
+
+
+@pytest.mark.parametrize(
+    ("statement", "kind", "status"),
+    [
+        ("Stage := WORD_TO_INT(SHL(WORD#1, {}));", "shift", "refuted"),
+        ("Stage := LEN(LEFT('robot', {}));", "text", "refuted"),
+        ("Speed := SQRT(INT_TO_REAL({}));", "argument", "refuted"),
+        ("Stage := MUX({}, 1, 2);", "index", "refuted"),
+        ("Stage := REAL_TO_INT(INT_TO_REAL({}) * 32769.0);", "conversion", "unknown"),
+        ("Stage := TRUNC(INT_TO_REAL({}) * 32769.0);", "conversion", "unknown"),
+    ],
+)
+@pytest.mark.parametrize("number", ["Given", "Stage"])
+def test_what_a_function_cannot_do_is_named_alike_for_known_and_open_arguments(
+    tmp_path: Path, statement: str, kind: str, status: str, number: str
+) -> None:
+    """`Given` may be anything, `Stage` is -1; no engine stops where a number does not fit."""
+    body = f"  Servo(Robot := Robot, Execute := Start);\n  Stage := -1; {statement.format(number)}"
+    found = proved(tmp_path, body, limit_s=2.0)
+    wrong = {name: one.status for name, one in found.items() if one.status != "proved"}
+    assert wrong == {f"{kind} Cell.st:15": status}
+    assert "TRANSLATION" not in found[f"{kind} Cell.st:15"].note
 
 
 def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:

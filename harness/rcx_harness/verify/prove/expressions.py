@@ -239,7 +239,11 @@ class Expressions:
         name, kind = node.name, node.type
         arguments = [self.exact(item) for item in node.arguments]
         types = [item.type for item in node.arguments]
-        if name not in _OWN and all(values.concrete(value) for value in arguments):
+        # The engine says nothing of a number that does not fit what it is converted to.
+        cut = name == "TRUNC" or (
+            "_TO_" in name and _name(types[0]) in ANY_REAL and _name(kind) != "STRING"
+        )
+        if not cut and name not in _OWN and all(values.concrete(value) for value in arguments):
             return self._as_the_engine(node, arguments)
         if "_TO_" in name:
             return self._conversion(node, arguments[0])
@@ -279,7 +283,7 @@ class Expressions:
         try:
             return values.constant(node.type, eval(code, dict(NAMES)))
         except (ArithmeticError, ValueError, ProgramError):
-            self._machine.oblige("argument", True)
+            self._machine.oblige(_refusal(node.name), True)
             return values.constant(node.type, "" if _name(node.type) == "STRING" else 0)
 
     def _folded(self, op: str, arguments: list[Value], kind: Type) -> Value:
@@ -456,6 +460,17 @@ _MOMENTS = ("TIME", *ANY_DATE)
 _SECOND = 1_000_000_000
 #: What is folded here: the engine's code for these has no need to be asked.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
+
+
+def _refusal(name: str) -> str:
+    """What must not happen in a function: the same whether its arguments are known or not."""
+    if name in ("SHL", "SHR"):
+        return "shift"
+    if name in ("DIV", "MOD"):
+        return "division"
+    if name in ("LEFT", "RIGHT", "MID", "INSERT", "DELETE", "REPLACE"):
+        return "text"
+    return "conversion" if "_TO_" in name else "argument"
 
 
 def _plain(value: Value) -> Any:

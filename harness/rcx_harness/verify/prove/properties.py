@@ -33,6 +33,7 @@ _TITLES = {
     "index": "the index is inside of the array",
     "division": "nothing is divided by 0",
     "conversion": "the value fits what it is converted to",
+    "argument": "the function takes its arguments",
     "shift": "nothing is shifted by a number below 0",
     "text": "lengths and positions in texts are legal",
     "time": "no duration leaves its range",

@@ -15,6 +15,7 @@ from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.prove.assertions import Copies, with_assertions
 from rcx_harness.verify.prove.invariants import Candidate, candidates, kept
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError
@@ -36,6 +37,8 @@ _SCANS = 400
 #: Scans of the first search, by which what shows soon is shown at the period asked for.
 _FIRST = 6
 _SHOWN = 8
+#: What stops no engine: no run can show it, so that it is proved or unknown.
+_STOPS_NOTHING = ("conversion", "time")
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
 _CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME has 64 bits."
@@ -277,20 +280,24 @@ class _Work:
     def _left(self, key: Key) -> float:
         return self.settings.limit_s - self._spent.get(key, 0.0)
 
+    def _sought(self) -> list[Key]:
+        """What a run can show to be broken."""
+        return [key for key in self.open if key[0] not in _STOPS_NOTHING]
+
     def _deeper(self, going: Search, scans: int, end: float) -> None:
-        while going.scans < scans and time.monotonic() < end and self.open:
+        while going.scans < scans and time.monotonic() < end and self._sought():
             begin = time.monotonic()
             before = going.machine.snapshot()
             number = going.scans
-            names = ", ".join(one.name for one in list(self.open.values())[:3])
+            names = ", ".join(self.open[key].name for key in self._sought()[:3])
             self.settings.tell(
                 f"runs of {number + 1} scans of {going.scan_us / 1000:g} ms: {names}"
             )
             going.scan()
             found = self.watch.broken(going.machine, before)
-            for key in list(self.open):
+            for key in self._sought():
                 broken = found.get(key, False)
-                if broken is False or key[0] == "time" or time.monotonic() > end:
+                if broken is False or time.monotonic() > end:
                     continue
                 first = self.watch.alone(key, broken, going.machine)
                 try:
@@ -348,10 +355,12 @@ class _Work:
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]
         words += ["--engine builtin", f"--stimulus {stimulus}"]
-        for area in self.around.areas:
-            words += [f"--m {area.m}"] if area.m else []
-            words += [f"--n {area.n}"] if area.n else []
-        words += [f"--size {self.around.areas[0].size}"] if self.around.areas[0].size != 48 else []
+        areas = self.around.areas
+        if len(areas) > 1 or areas[0].m or areas[0].n:
+            words += [f"--m {area.m} --n {area.n}" for area in areas]
+        if len(areas) > 1:
+            words += [f"--robot robot{area.controller}.toml" for area in areas]
+        words += [f"--size {areas[0].size}"] if areas[0].size != SIZE else []
         return " ".join(words)
 
 
