@@ -323,6 +323,12 @@ def _given(
 # --- functions with long loops: in a block a symbol, which the engine's own function stands for ---
 
 
+def _long(subject: Subject) -> list[str]:
+    """Those that are there; a block that has a summary is compared as it is."""
+    pous = subject.project.pous
+    return [name for name in SUMMARIES if name in pous and pous[name].kind == "FUNCTION"]
+
+
 def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
     """Types of the only argument of a function, and of its result."""
     pou = subject.project.pous[name]
@@ -333,7 +339,7 @@ def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
 
 def _symbols(subject: Subject) -> dict[str, Callable[[Machine, list[Any]], Any]]:
     """What stands for a call of each of them: a symbol of the solver."""
-    return {name: _symbol(subject, name) for name in SUMMARIES if name in subject.project.pous}
+    return {name: _symbol(subject, name) for name in _long(subject)}
 
 
 def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
@@ -351,7 +357,7 @@ def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
 
 def _bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
     """What the symbols are evaluated by: the engine's functions."""
-    return {name: _body(subject, name) for name in SUMMARIES if name in subject.project.pous}
+    return {name: _body(subject, name) for name in _long(subject)}
 
 
 def _body(subject: Subject, name: str) -> Callable[[int], int]:
@@ -442,7 +448,7 @@ class _Comparison:
         self.problem = ""
         pins = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
         self._pins = [path[0] == "B" and path[1] in pins for path, _ in self._leaves]
-        self._long = pou.name.upper() in SUMMARIES
+        self._long = pou.name.upper() in _long(subject)
 
     def _draw(self, share_pins: float, share: float) -> None:
         states = self._states
