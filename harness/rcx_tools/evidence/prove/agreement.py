@@ -1,9 +1,11 @@
-"""`python -m rcx_tools.evidence.prove.agreement`: the translation against the built-in engine.
+"""`python -m rcx_tools.evidence.prove.agreement`: the translation against an engine.
 
 A block is translated once, from any state. Its terms are then evaluated for random states and
 pins, several calls of an instance in a row, and each variable afterwards, or the fault that stops
 the program, is compared with what the engine makes of the same state. The functions with long
 loops (`SUMMARIES`) are translated anew for each value, and in a block they are the engine's.
+With `--engine matiec` the same with matiec (`agreement_matiec`): a scan that the translation says
+is stopped, or left open, is not run there.
 """
 
 from __future__ import annotations
@@ -11,7 +13,6 @@ from __future__ import annotations
 import os
 import struct
 import sys
-import tempfile
 import time
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
@@ -23,15 +24,19 @@ from typing import Any
 import z3
 from rich.console import Console
 
-from rcx_harness.engine.builtin.compile import Module
-from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.values import array_length
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
 from rcx_harness.verify.prove import reals, texts, values
 from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_tools.evidence.prove.agreement_builtin import (
+    BuiltinEngine,
+    Subject,
+    double,
+    shown,
+    single,
+)
+from rcx_tools.evidence.prove.agreement_matiec import Bench, MatiecEngine, missing
 from rcx_tools.evidence.prove.evaluate import REST, program
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.states import States
@@ -39,10 +44,22 @@ from rcx_tools.evidence.prove.summaries import SUMMARIES
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.evidence.workers import results
 
-__all__ = ["SCANS", "Outcome", "Subject", "agree", "compare", "main"]
+__all__ = [
+    "MATIEC_SCANS",
+    "SCANS",
+    "Outcome",
+    "Subject",
+    "agree",
+    "compare",
+    "compare_matiec",
+    "main",
+    "missing",
+]
 
 #: Random scans of every block and function.
 SCANS = 600
+#: The same on matiec.
+MATIEC_SCANS = 100
 #: Calls of an instance in a row.
 _RUN = 8
 #: Scans of each block from a state that is known when it is translated.
@@ -51,15 +68,6 @@ _KNOWN = 3
 #: mean something else on each.
 _OPEN = ("conversion", "time")
 _B: Path = ("B",)
-_BENCH = """\
-PROGRAM AGREEMENT_BENCH
-  VAR
-    Idle : BOOL;
-{}
-  END_VAR
-  Idle := FALSE;
-END_PROGRAM
-"""
 
 
 @dataclass(frozen=True)
@@ -84,152 +92,14 @@ class Outcome:
     disagreement: str
 
 
-@dataclass(frozen=True)
-class Subject:
-    """Sources to compare, with a PROGRAM that has a variable of each type of a VAR_IN_OUT.
-
-    Attributes:
-        project: What is translated.
-        module: The same, compiled by the built-in engine.
-        holders: The variable of that PROGRAM for each type by its name in upper case.
-    """
-
-    project: Project
-    module: Module
-    holders: Mapping[str, str]
-
-    @classmethod
-    def of(cls, files: Sequence[File]) -> Subject:
-        """The sources of these files."""
-        plain = checked(files)
-        kinds = {
-            symbol.type.name.upper()
-            for pou in plain.pous.values()
-            for symbol in pou.section("VAR_IN_OUT")
-        }
-        holders = {kind: f"V{number}" for number, kind in enumerate(sorted(kinds))}
-        lines = [f"    {name} : {kind};" for kind, name in holders.items()]
-        with tempfile.TemporaryDirectory() as folder:
-            bench = File(folder) / "bench.st"
-            bench.write_text(_BENCH.format("\n".join(lines)))
-            project = checked([*files, bench])
-        return cls(project, Module(project), holders)
-
-
 @lru_cache(maxsize=2)
 def _subject(folder: str) -> Subject:
     return Subject.of(sorted(File(folder).rglob("*.st")))
 
 
-class _Engine:
-    """A block, or a function with its arguments and result, on the built-in engine."""
-
-    def __init__(self, subject: Subject, pou: t.Pou, leaves: Sequence[tuple[Path, Type]]) -> None:
-        names = subject.module.names
-        bench_globals = names["b_globals"]()
-        self._globals = bench_globals
-        self._body = names[f"f_{pou.name.upper()}"]
-        self._leaves = leaves
-        self._function = pou.kind == "FUNCTION"
-        roots: dict[str, Any] = {}
-        if self._function:
-            roots["B"] = {}
-            self._inputs = [symbol.name.upper() for symbol in pou.section("VAR_INPUT")]
-            self._result = pou.name.upper()
-        else:
-            roots["B"] = names[f"b_{pou.name.upper()}"](bench_globals)
-            bench = names["b_AGREEMENT_BENCH"](bench_globals)
-            for symbol in pou.section("VAR_IN_OUT"):
-                holder = subject.holders[symbol.type.name.upper()]
-                roots[symbol.name.upper()] = getattr(bench, holder)
-            self._in_outs = [roots[symbol.name.upper()] for symbol in pou.section("VAR_IN_OUT")]
-        self._roots = roots
-        codes = [_place(path, function=self._function) for path, _ in leaves]
-        scope: dict[str, Any] = {
-            **roots,
-            "REST": REST,
-            "single": _single,
-            "double": _double,
-        }
-        shown = [_shown(code, kind) for code, (_, kind) in zip(codes, leaves, strict=True)]
-        self.read: Callable[[], list[Any]] = eval(f"lambda: [{', '.join(shown)}]", scope)
-        self._write: list[Callable[[Any], None]] = []
-        for code, (_, kind) in zip(codes, leaves, strict=True):
-            slot = f"{code}[:]" if isinstance(kind, ArrayType) else code
-            self._write.append(_setter(slot, scope))
-        self._initial = [] if self._function else [eval(_kept(code), scope) for code in codes]
-
-    def write(self, place: int, value: Any) -> None:
-        """Set a leaf."""
-        self._write[place](value)
-
-    def reset(self) -> None:
-        """Bring back the initial state."""
-        for place, value in enumerate(self._initial):
-            self._write[place](value)
-
-    def call(self, now: int) -> bool:
-        """Call it; whether it was not stopped."""
-        self._globals.now = now
-        try:
-            if self._function:
-                held = self._roots["B"]
-                held[self._result] = self._body(*[held[name] for name in self._inputs])
-            else:
-                self._body(self._roots["B"], *self._in_outs)
-        except (ArithmeticError, ValueError, ProgramError):
-            return False
-        return True
-
-
-def _setter(slot: str, scope: dict[str, Any]) -> Callable[[Any], None]:
-    names = dict(scope)
-    exec(f"def write(value): {slot} = value", names)
-    found: Callable[[Any], None] = names["write"]
-    return found
-
-
-def _place(path: Path, *, function: bool) -> str:
-    """Python for a leaf of the engine's memory."""
-    if function:
-        return f"B[{path[1]!r}]"
-    return str(path[0]) + "".join(
-        f"[{step}]" if isinstance(step, int) else f".{step}" for step in path[1:]
-    )
-
-
-def _kept(code: str) -> str:
-    return f"{code}[:] if isinstance({code}, list) else {code}"
-
-
-def _shown(code: str, kind: Type) -> str:
-    """Python for what the engine holds as `evaluate` has it."""
-    if isinstance(kind, ArrayType):
-        mask = (1 << values.bits(kind.element)) - 1
-        return f"{{**{{i: x & {mask} for i, x in enumerate({code})}}, REST: 0}}"
-    name = kind.name if isinstance(kind, ElementaryType) else ""
-    if name == "REAL":
-        return f"single({code})"
-    if name == "LREAL":
-        return f"double({code})"
-    if name == "STRING":
-        return code
-    width = values.bits(kind)
-    return f"{code} & {(1 << width) - 1}" if width else f"bool({code})"
-
-
-def _single(value: float) -> Any:
-    if value != value:
-        return 0x7FC0_0000
-    try:
-        raw = struct.pack("<f", value)
-    except OverflowError:
-        return value
-    return int.from_bytes(raw, "little") if struct.unpack("<f", raw)[0] == value else value
-
-
-def _double(value: float) -> int:
-    return 0x7FF8 << 48 if value != value else int.from_bytes(struct.pack("<d", value), "little")
+@lru_cache(maxsize=2)
+def _bench(folder: str) -> Bench:
+    return Bench.of(sorted(File(folder).rglob("*.st")), _subject(folder).project)
 
 
 class _Translation:
@@ -274,7 +144,7 @@ def _parts(kind: Type, value: Any) -> list[Any]:
         return [value.size, *(value.char(place) for place in range(value.most))]
     if isinstance(value, reals.Real):
         if value.known:
-            return [_double(value.value) if kind == _LREAL else _single(value.value)]
+            return [double(value.value) if kind == _LREAL else single(value.value)]
         return [z3.fpToIEEEBV(value.value) if kind == _LREAL else value.value]
     if isinstance(value, int) and not isinstance(value, bool):
         return [value & (1 << values.bits(kind)) - 1]
@@ -322,8 +192,11 @@ def _given(
 
 # --- functions with long loops: in a block a symbol, which the engine's own function stands for ---
 
-#: A block that has a summary elsewhere is translated here.
-_LONG = tuple(name for name in SUMMARIES if name.startswith("FC_"))
+
+def _long(subject: Subject) -> list[str]:
+    """Those that are there; a block that has a summary is compared as it is."""
+    pous = subject.project.pous
+    return [name for name in SUMMARIES if name in pous and pous[name].kind == "FUNCTION"]
 
 
 def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
@@ -336,7 +209,7 @@ def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
 
 def _symbols(subject: Subject) -> dict[str, Callable[[Machine, list[Any]], Any]]:
     """What stands for a call of each of them: a symbol of the solver."""
-    return {name: _symbol(subject, name) for name in _LONG if name in subject.project.pous}
+    return {name: _symbol(subject, name) for name in _long(subject)}
 
 
 def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
@@ -354,17 +227,17 @@ def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
 
 def _bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
     """What the symbols are evaluated by: the engine's functions."""
-    return {name: _body(subject, name) for name in _LONG if name in subject.project.pous}
+    return {name: _body(subject, name) for name in _long(subject)}
 
 
 def _body(subject: Subject, name: str) -> Callable[[int], int]:
     source, target = _argument(subject, name)
     body = subject.module.names[f"f_{name}"]
-    show: Callable[[Any], int] = eval(f"lambda value: {_shown('value', target)}", dict(_SHOWN))
+    show: Callable[[Any], int] = eval(f"lambda value: {shown('value', target)}", dict(_SHOWN))
     return lambda raw: show(body(_held(source, raw)))
 
 
-_SHOWN = {"single": _single, "double": _double, "REST": REST}
+_SHOWN = {"single": single, "double": double, "REST": REST}
 
 
 def _width(kind: Type) -> int:
@@ -435,17 +308,19 @@ def _from_known(
 class _Comparison:
     """A POU on both sides, from one random state to the next."""
 
-    def __init__(self, subject: Subject, pou: t.Pou, seed: int) -> None:
+    def __init__(self, subject: Subject, pou: t.Pou, seed: int, bench: Bench | None) -> None:
         self._subject, self._pou = subject, pou
         self._states = States(f"{seed} {pou.name.upper()}")
         self._leaves = _leaves(Machine(subject.project), pou)
-        self._engine = _Engine(subject, pou, self._leaves)
+        self._engine: BuiltinEngine | MatiecEngine = BuiltinEngine(subject, pou, self._leaves)
+        if bench is not None:
+            self._engine = MatiecEngine(bench, pou, self._leaves)
         self._held: list[Any] = [None] * len(self._leaves)
         self.scans = self.faults = self.known = self.open = 0
         self.problem = ""
         pins = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
         self._pins = [path[0] == "B" and path[1] in pins for path, _ in self._leaves]
-        self._long = pou.name.upper() in _LONG
+        self._long = pou.name.upper() in _long(subject)
 
     def _draw(self, share_pins: float, share: float) -> None:
         states = self._states
@@ -458,6 +333,7 @@ class _Comparison:
         states = self._states
         states.begin()
         if self._pou.kind == "FUNCTION":
+            self._engine.reset()
             self._draw(1.0, 1.0)
             return
         self._engine.reset()
@@ -480,7 +356,7 @@ class _Comparison:
 
     def _scan(self, translation: _Translation | None) -> bool:
         """One scan; whether the instance can go on."""
-        now = self._states.now
+        now = self._states.now // self._engine.step * self._engine.step
         before = self._engine.read()
         ways = [] if translation is None else [("", translation)]
         if translation is None or self.known < _KNOWN:
@@ -489,7 +365,11 @@ class _Comparison:
             known = _from_known(self._subject, self._pou, self._leaves, held, now)
             ways.append((" (known)", known))
         told = [(how, *way.run(before, now)) for how, way in ways]
+        if not self._engine.checks and any(stops or open_ for _, _, stops, open_ in told):
+            self.open += 1
+            return False
         goes_on = self._engine.call(now)
+        self._engine.follow(told[0][1])
         got = self._engine.read()
         for how, after, stops, open_ in told:
             if not stops and open_:
@@ -518,7 +398,7 @@ class _Comparison:
 
 
 def _python(kind: Type, raw: Any) -> Any:
-    """What the engine holds, of what `_shown` gave."""
+    """What the engine holds, of what `shown` gave."""
     if isinstance(kind, ArrayType):
         return [_held(kind.element, raw[place]) for place in range(len(raw) - 1)]
     if kind == _LREAL:
@@ -532,11 +412,16 @@ def _told(path: Path) -> str:
     return ".".join(str(part) for part in path)
 
 
-def agree(subject: Subject, name: str, scans: int = SCANS, seed: int = 1) -> Outcome:
-    """Compare a block or function with the built-in engine; the same seed gives the same scans."""
+def agree(
+    subject: Subject, name: str, scans: int = SCANS, seed: int = 1, bench: Bench | None = None
+) -> Outcome:
+    """Compare a block or function with the built-in engine, or with matiec on its bench.
+
+    The same seed gives the same scans.
+    """
     begin = time.process_time()
     pou = subject.project.pous[name]
-    comparison = _Comparison(subject, pou, seed)
+    comparison = _Comparison(subject, pou, seed, bench)
     comparison.run(scans)
     told = f"{pou.name}, seed {seed}, {comparison.problem}" if comparison.problem else ""
     return Outcome(
@@ -556,13 +441,20 @@ def compare(job: tuple[str, str, int, int]) -> Outcome:
     return agree(_subject(folder), name, scans, seed)
 
 
+def compare_matiec(job: tuple[str, str, int, int]) -> Outcome:
+    """The same with matiec; only where `missing` gives nothing."""
+    folder, name, scans, seed = job
+    return agree(_subject(folder), name, scans, seed, _bench(folder))
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Compare; 0 where all agree, 1 where something does not, 2 on bad input."""
     parser = ArgumentParser(prog="python -m rcx_tools.evidence.prove.agreement")
     parser.add_argument("pous", nargs="*", help="blocks and functions (default: all)")
     parser.add_argument("--lib", default=str(ROOT / "plc/lib"), help="another copy of plc/lib")
-    parser.add_argument("--scans", type=int, default=SCANS)
+    parser.add_argument("--scans", type=int)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--engine", choices=("builtin", "matiec"), default="builtin")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     console = Console(highlight=False)
@@ -571,12 +463,19 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     known = Library(File(options.lib)).pous
     wanted = [name.upper() for name in options.pous] or known
-    missing = [name for name in wanted if name not in known]
-    if missing:
-        console.print(f"there is no block or function {', '.join(missing)} in {options.lib}")
+    unknown = [name for name in wanted if name not in known]
+    if unknown:
+        console.print(f"there is no block or function {', '.join(unknown)} in {options.lib}")
         return 2
-    work = [(options.lib, name, options.scans, options.seed) for name in wanted]
-    found = list(results(compare, work, options.jobs))
+    run, scans = compare, options.scans or SCANS
+    if options.engine == "matiec":
+        if reason := missing():
+            console.print(f"skipped: {reason}", markup=False)
+            return 0
+        _bench(options.lib)  # compiled once, for all jobs
+        run, scans = compare_matiec, options.scans or MATIEC_SCANS
+    work = [(options.lib, name, scans, options.seed) for name in wanted]
+    found = list(results(run, work, options.jobs))
     for one in found:
         if one.disagreement:
             console.print(one.disagreement, markup=False)

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 import z3
 
+from rcx_harness.engine.needed import needed
 from rcx_harness.verify.prove import standard
 from rcx_tools.evidence.prove.agreement import SCANS, Subject, agree
+from rcx_tools.evidence.prove.agreement_matiec import Bench, missing
 from rcx_tools.evidence.prove.evaluate import program
 from rcx_tools.evidence.results import ROOT
 
@@ -40,6 +42,27 @@ def test_the_same_seed_gives_the_same_scans(library: Subject) -> None:
     assert (one.scans, one.faults, one.open) == (other.scans, other.faults, other.open)
 
 
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> tuple[Subject, Bench]:
+    """A few sources on matiec."""
+    if reason := missing():
+        pytest.skip(reason)
+    files = [
+        path
+        for name in ("FC_RcxTickets", "FB_ServoOn", "FB_EmergencyStop")
+        for path in (ROOT / "plc/lib").rglob(f"{name}.st")
+    ]
+    files = needed(files, sorted((ROOT / "plc/lib").rglob("*.st"))) + files
+    subject = Subject.of(files)
+    return subject, Bench.of(files, subject.project)
+
+
+@pytest.mark.parametrize("name", ["FC_RCXTICKETS", "FB_SERVOON", "FB_EMERGENCYSTOP"])
+def test_the_translation_agrees_with_matiec(bench: tuple[Subject, Bench], name: str) -> None:
+    outcome = agree(bench[0], name, 20, bench=bench[1])
+    assert (outcome.disagreement, outcome.scans) == ("", 20)
+
+
 def _tried(tmp_path: Path, body: str) -> Subject:
     file = tmp_path / "tried.st"
     file.write_text(
@@ -59,6 +82,21 @@ def test_a_wrong_translation_is_found(tmp_path: Path, monkeypatch: pytest.Monkey
     )
     told = agree(subject, "FB_TRIED", 50).disagreement
     assert told.startswith("FB_TRIED, seed 1, scan ")
+    assert told.endswith("B.T.Q is True, on the engine False")
+
+
+def test_a_wrong_translation_is_found_on_matiec(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if reason := missing():
+        pytest.skip(reason)
+    subject = _tried(tmp_path, "T(CLK := A > 3);")
+    on_matiec = Bench.of([tmp_path / "tried.st"], subject.project)
+    assert agree(subject, "FB_TRIED", 50, bench=on_matiec).disagreement == ""
+    monkeypatch.setattr(
+        standard, "run", lambda machine, path, _: machine.store([(True, (*path, "Q"))], None, True)
+    )
+    told = agree(subject, "FB_TRIED", 50, bench=on_matiec).disagreement
     assert told.endswith("B.T.Q is True, on the engine False")
 
 

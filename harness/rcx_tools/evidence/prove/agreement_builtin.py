@@ -1,0 +1,188 @@
+"""The blocks and functions of some sources on the built-in engine, for `agreement`."""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any
+
+from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.runtime import ProgramError
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.load import checked
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.types import ArrayType, ElementaryType, Type
+from rcx_harness.verify.prove import values
+from rcx_harness.verify.prove.machine import Path
+from rcx_tools.evidence.prove.evaluate import REST
+
+__all__ = ["BuiltinEngine", "Subject", "double", "shown", "single"]
+
+_BENCH = """\
+PROGRAM AGREEMENT_BENCH
+  VAR
+    Idle : BOOL;
+{}
+  END_VAR
+  Idle := FALSE;
+END_PROGRAM
+"""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Sources to compare, with a PROGRAM that has a variable of each type of a VAR_IN_OUT.
+
+    Attributes:
+        project: What is translated.
+        module: The same, compiled by the built-in engine.
+        holders: The variable of that PROGRAM for each type by its name in upper case.
+    """
+
+    project: Project
+    module: Module
+    holders: Mapping[str, str]
+
+    @classmethod
+    def of(cls, files: Sequence[File]) -> Subject:
+        """The sources of these files."""
+        plain = checked(files)
+        kinds = {
+            symbol.type.name.upper()
+            for pou in plain.pous.values()
+            for symbol in pou.section("VAR_IN_OUT")
+        }
+        holders = {kind: f"V{number}" for number, kind in enumerate(sorted(kinds))}
+        lines = [f"    {name} : {kind};" for kind, name in holders.items()]
+        with tempfile.TemporaryDirectory() as folder:
+            bench = File(folder) / "bench.st"
+            bench.write_text(_BENCH.format("\n".join(lines)))
+            project = checked([*files, bench])
+        return cls(project, Module(project), holders)
+
+
+class BuiltinEngine:
+    """A block, or a function with its arguments and result, on the built-in engine.
+
+    Attributes:
+        step: Nanoseconds of its clock.
+        checks: Whether it stops at a fault by itself.
+    """
+
+    step = 1
+    checks = True
+
+    def __init__(self, subject: Subject, pou: t.Pou, leaves: Sequence[tuple[Path, Type]]) -> None:
+        names = subject.module.names
+        bench_globals = names["b_globals"]()
+        self._globals = bench_globals
+        self._body = names[f"f_{pou.name.upper()}"]
+        self._leaves = leaves
+        self._function = pou.kind == "FUNCTION"
+        roots: dict[str, Any] = {}
+        if self._function:
+            roots["B"] = {}
+            self._inputs = [symbol.name.upper() for symbol in pou.section("VAR_INPUT")]
+            self._result = pou.name.upper()
+        else:
+            roots["B"] = names[f"b_{pou.name.upper()}"](bench_globals)
+            bench = names["b_AGREEMENT_BENCH"](bench_globals)
+            for symbol in pou.section("VAR_IN_OUT"):
+                holder = subject.holders[symbol.type.name.upper()]
+                roots[symbol.name.upper()] = getattr(bench, holder)
+            self._in_outs = [roots[symbol.name.upper()] for symbol in pou.section("VAR_IN_OUT")]
+        self._roots = roots
+        codes = [_place(path, function=self._function) for path, _ in leaves]
+        scope: dict[str, Any] = {
+            **roots,
+            "REST": REST,
+            "single": single,
+            "double": double,
+        }
+        values_of = [shown(code, kind) for code, (_, kind) in zip(codes, leaves, strict=True)]
+        self.read: Callable[[], list[Any]] = eval(f"lambda: [{', '.join(values_of)}]", scope)
+        self._write: list[Callable[[Any], None]] = []
+        for code, (_, kind) in zip(codes, leaves, strict=True):
+            slot = f"{code}[:]" if isinstance(kind, ArrayType) else code
+            self._write.append(_setter(slot, scope))
+        self._initial = [] if self._function else [eval(_kept(code), scope) for code in codes]
+
+    def write(self, place: int, value: Any) -> None:
+        """Set a leaf."""
+        self._write[place](value)
+
+    def reset(self) -> None:
+        """Bring back the initial state."""
+        for place, value in enumerate(self._initial):
+            self._write[place](value)
+
+    def call(self, now: int) -> bool:
+        """Call it; whether it was not stopped."""
+        self._globals.now = now
+        try:
+            if self._function:
+                held = self._roots["B"]
+                held[self._result] = self._body(*[held[name] for name in self._inputs])
+            else:
+                self._body(self._roots["B"], *self._in_outs)
+        except (ArithmeticError, ValueError, ProgramError):
+            return False
+        return True
+
+    def follow(self, after: Sequence[Any]) -> None:
+        """All is read from the engine."""
+
+
+def _setter(slot: str, scope: dict[str, Any]) -> Callable[[Any], None]:
+    names = dict(scope)
+    exec(f"def write(value): {slot} = value", names)
+    found: Callable[[Any], None] = names["write"]
+    return found
+
+
+def _place(path: Path, *, function: bool) -> str:
+    """Python for a leaf of the engine's memory."""
+    if function:
+        return f"B[{path[1]!r}]"
+    return str(path[0]) + "".join(
+        f"[{step}]" if isinstance(step, int) else f".{step}" for step in path[1:]
+    )
+
+
+def _kept(code: str) -> str:
+    return f"{code}[:] if isinstance({code}, list) else {code}"
+
+
+def shown(code: str, kind: Type) -> str:
+    """Python for what the engine holds as `evaluate` has it."""
+    if isinstance(kind, ArrayType):
+        mask = (1 << values.bits(kind.element)) - 1
+        return f"{{**{{i: x & {mask} for i, x in enumerate({code})}}, REST: 0}}"
+    name = kind.name if isinstance(kind, ElementaryType) else ""
+    if name == "REAL":
+        return f"single({code})"
+    if name == "LREAL":
+        return f"double({code})"
+    if name == "STRING":
+        return code
+    width = values.bits(kind)
+    return f"{code} & {(1 << width) - 1}" if width else f"bool({code})"
+
+
+def single(value: float) -> Any:
+    """The pattern of a REAL; the number itself where it is none."""
+    if value != value:
+        return 0x7FC0_0000
+    try:
+        raw = struct.pack("<f", value)
+    except OverflowError:
+        return value
+    return int.from_bytes(raw, "little") if struct.unpack("<f", raw)[0] == value else value
+
+
+def double(value: float) -> int:
+    """The pattern of an LREAL."""
+    return 0x7FF8 << 48 if value != value else int.from_bytes(struct.pack("<d", value), "little")

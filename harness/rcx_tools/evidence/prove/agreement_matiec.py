@@ -1,0 +1,231 @@
+"""The blocks and functions of some sources on matiec, for `agreement`: all of them in one PROGRAM.
+
+Each variable that a program can reach is set and read. What a standard block keeps besides its
+pins cannot be set: it begins as it is at the start, and goes on as the translation says.
+"""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path as File
+from typing import Any
+
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.values import nest
+from rcx_harness.engine.load import MISSING, build, find_c_compiler, find_matiec
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    StructType,
+    Type,
+)
+from rcx_harness.verify.prove import values
+from rcx_harness.verify.prove.machine import Path
+from rcx_tools.evidence.prove.evaluate import REST
+
+__all__ = ["Bench", "MatiecEngine", "missing"]
+
+_US = timedelta(microseconds=1)
+#: Microseconds that a TIME of 64 bits of nanoseconds holds.
+_LONGEST = (1 << 63) // 1000 - 1
+
+
+def missing() -> str:
+    """Why there is no matiec to compare with; empty where there is one."""
+    if find_matiec() is None:
+        return MISSING
+    return "" if find_c_compiler() else "matiec found, but no C compiler: set CC or PATH"
+
+
+#: Arguments that count how far is shifted: C leaves 32 and more open, so they are taken modulo 32.
+_SHIFTS = {"FC_RCXBITMASK": "DIGIT"}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A PROGRAM that calls one block or function in each scan, compiled by matiec.
+
+    Attributes:
+        program: It, as it is at the start in `start`; `Main.Which` is what it calls, from 1.
+        numbers: The numbers by name.
+        holders: The variable for each type of a VAR_IN_OUT.
+    """
+
+    program: Program
+    start: object
+    numbers: dict[str, int]
+    holders: dict[str, str]
+
+    @classmethod
+    def of(cls, files: Sequence[File], project: Project) -> Bench:
+        """One for the sources of these files, which are those of the project."""
+        own = {file.resolve() for file in files}
+        pous = [pou for pou in project.pous.values() if File(pou.file).resolve() in own]
+        numbers = {pou.name.upper(): number for number, pou in enumerate(pous, 1)}
+        kinds = sorted(
+            {symbol.type.name.upper() for pou in pous for symbol in pou.section("VAR_IN_OUT")}
+        )
+        holders = {kind: f"V{number}" for number, kind in enumerate(kinds)}
+        declared = ["Which : INT;", *(f"{name} : {kind};" for kind, name in holders.items())]
+        calls: list[str] = []
+        for number, pou in enumerate(pous, 1):
+            if pou.kind == "FUNCTION":
+                assert pou.result is not None
+                inputs = pou.section("VAR_INPUT")
+                names = [f"A{number}_{symbol.name}" for symbol in inputs]
+                declared += [
+                    f"{name} : {_name(symbol.type)};"
+                    for name, symbol in zip(names, inputs, strict=True)
+                ]
+                declared.append(f"R{number} : {_name(pou.result.type)};")
+                calls.append(f"{number}: R{number} := {pou.name}({', '.join(names)});")
+            else:
+                declared.append(f"B{number} : {pou.name};")
+                given = [
+                    f"{symbol.name} := {holders[symbol.type.name.upper()]}"
+                    for symbol in pou.section("VAR_IN_OUT")
+                ]
+                calls.append(f"{number}: B{number}({', '.join(given)});")
+        lines = ["PROGRAM MATIEC_BENCH", "VAR", *declared, "END_VAR", "CASE Which OF"]
+        lines += [*calls, "END_CASE;", "END_PROGRAM"]
+        with tempfile.TemporaryDirectory() as folder:
+            bench = File(folder) / "bench.st"
+            bench.write_text("\n".join(lines))
+            program = build([*files, bench], "matiec").program
+        return cls(program, program.snapshot(), numbers, holders)
+
+
+def _name(kind: Type) -> str:
+    assert not isinstance(kind, ArrayType)
+    return kind.name
+
+
+class MatiecEngine:
+    """A block, or a function with its arguments and result, on matiec.
+
+    Attributes:
+        step: Nanoseconds of its clock.
+        checks: Whether it stops at a fault by itself.
+    """
+
+    step = 1000
+    checks = False
+
+    def __init__(self, bench: Bench, pou: t.Pou, leaves: Sequence[tuple[Path, Type]]) -> None:
+        self._bench = bench
+        self._number = bench.numbers[pou.name.upper()]
+        self._kinds = [kind for _, kind in leaves]
+        shifts = _SHIFTS.get(pou.name.upper())
+        self._shifts = [path[-1] == shifts for path, _ in leaves]
+        roots = {"B": (f"Main.B{self._number}", pou.block)}
+        for symbol in pou.section("VAR_IN_OUT"):
+            holder = bench.holders[symbol.type.name.upper()]
+            roots[symbol.name.upper()] = (f"Main.{holder}", symbol.type)  # type: ignore[assignment]
+        self._paths: list[str] = []
+        for path, _ in leaves:
+            if pou.kind == "FUNCTION":
+                result = path[1] == pou.name.upper()
+                at = f"R{self._number}" if result else f"A{self._number}_{path[1]}"
+                self._paths.append(f"Main.{at}")
+            elif str(path[-1]).islower():
+                self._paths.append("")
+            else:
+                root, kind = roots[str(path[0])]
+                assert kind is not None
+                self._paths.append(_place(root, kind, path[1:]))
+        self._open = [place for place, path in enumerate(self._paths) if path]
+        self._reader = bench.program.reader([self._paths[place] for place in self._open])
+        self._shows = [_shown(self._kinds[place]) for place in self._open]
+        self._begin = [False if getattr(kind, "name", "") == "BOOL" else 0 for kind in self._kinds]
+        self._held = list(self._begin)
+
+    def read(self) -> list[Any]:
+        """The leaves as `evaluate` has them."""
+        found = list(self._held)
+        for place, show, value in zip(self._open, self._shows, self._reader(), strict=True):
+            found[place] = show(value)
+        return found
+
+    def write(self, place: int, value: Any) -> None:
+        """Set a leaf that can be set."""
+        if self._shifts[place]:
+            value %= 32
+        if self._paths[place]:
+            self._bench.program.write(self._paths[place], _given(self._kinds[place], value))
+
+    def reset(self) -> None:
+        """Bring back the initial state."""
+        self._bench.program.restore(self._bench.start)
+        self._bench.program.write("Main.Which", self._number)
+        self._held = list(self._begin)
+
+    def call(self, now: int) -> bool:
+        """Call it."""
+        self._bench.program.scan(now // self.step)
+        return True
+
+    def follow(self, after: Sequence[Any]) -> None:
+        """Take over what cannot be read."""
+        self._held = list(after)
+
+
+def _place(text: str, kind: Type, steps: Path) -> str:
+    """The path of a leaf as `Program` takes it."""
+    for step in steps:
+        if isinstance(kind, ArrayType):
+            index, rest = [], int(step)
+            for low, high in reversed(kind.bounds):
+                rest, here = divmod(rest, high - low + 1)
+                index.append(str(low + here))
+            text, kind = f"{text}[{','.join(reversed(index))}]", kind.element
+        else:
+            assert isinstance(kind, (StructType, BlockType))
+            parts = (
+                dict(kind.fields)
+                if isinstance(kind, StructType)
+                else {one.name: one.type for one in kind.variables}
+            )
+            name = next(name for name in parts if name.upper() == step)
+            text, kind = f"{text}.{name}", parts[name]
+    return text
+
+
+def _shown(kind: Type) -> Callable[[Any], Any]:
+    """What makes of a value that is read what `evaluate` has."""
+    if isinstance(kind, ArrayType):
+        mask, flat = (1 << values.bits(kind.element)) - 1, len(kind.bounds) == 1
+        assert flat, "an array of one dimension"
+        return lambda found: {**{i: x & mask for i, x in enumerate(found)}, REST: 0}
+    mask = (1 << values.bits(kind)) - 1
+    if isinstance(kind, EnumType):
+        return lambda found: (kind.members.index(found) if isinstance(found, str) else found) & mask
+    name = kind.name if isinstance(kind, ElementaryType) else ""
+    if name == "TIME":
+        return lambda found: found // _US * 1000 & mask
+    if name in ("REAL", "LREAL"):
+        form, nan = ("<f", 0x7FC0_0000) if name == "REAL" else ("<d", 0x7FF8 << 48)
+        return lambda found: (
+            int.from_bytes(struct.pack(form, found), "little") if found == found else nan
+        )
+    if name in ("BOOL", "STRING"):
+        return lambda found: found
+    return lambda found: found & mask
+
+
+def _given(kind: Type, value: Any) -> Any:
+    """A value as `Program.write` takes it; of a TIME whole microseconds."""
+    if isinstance(kind, EnumType):
+        return kind.members[value]
+    if isinstance(kind, ArrayType):
+        return nest(kind, value)
+    if isinstance(kind, ElementaryType) and kind.name == "TIME":
+        return min(max(value // 1000, -_LONGEST), _LONGEST) * _US
+    return value
