@@ -46,7 +46,7 @@ def missing() -> str:
 
 
 #: Arguments that count how far is shifted: C leaves 32 and more open, so they are taken modulo 32.
-_SHIFTS = {"FC_RCXBITMASK": "DIGIT"}
+_SHIFTS = {"FC_RCXBITMASK": "DIGIT", "FC_RCXBYTEWITHBIT": "DIGIT"}
 
 
 @dataclass(frozen=True)
