@@ -45,7 +45,8 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "FB_ReadPoint",
                 _JOB,
                 "  IF Busy AND Seen = Scan THEN\n",
-                "  Busy := Busy AND (WasExecute OR NOT Execute);\n  IF Busy AND Seen = Scan THEN\n",
+                "  Busy := Busy AND (WasExecute OR NOT Execute);\n  Active := Active AND Busy;\n"
+                "  IF Busy AND Seen = Scan THEN\n",
                 "2 telegrams for one rising edge",
             ),
             (
