@@ -57,6 +57,8 @@ _PATIENCE_S = 1000.0
 #: Of all tests that run a function, or one that uses a value, so much time's worth more: of those
 #: that run little else, and of the quickest [s].
 _NEAREST_S, _QUICKEST_S = 25.0, 6.0
+#: So often its own time a test takes while its functions are noted, about.
+_TRACED = 2.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
 #: Tests of a table that have no name in them, and of a module in which no function has run.
@@ -278,7 +280,7 @@ class HarnessRun:
         around = ""
         if _is_table(mutant.file):
             around = digest(self._root, (self._root / "harness/rcx_tools/library").glob("*.py"))
-        seconds = sum(baseline.seconds[node] for node in tests)
+        seconds = sum(baseline.seconds[node] for node in tests) / _TRACED
         return Task(mutant, tuple(tests), seconds, f"{mutant.identity}{around}")
 
     def _mutants(self, kind: Kind, file: Path) -> list[Mutant]:
