@@ -13,8 +13,8 @@ from rcx_harness.verify.prove.values import TIME_BITS
 __all__ = ["ANY", "EXACT", "literals", "one_of"]
 
 _MILLISECONDS = "FC_RCXMILLISECONDS"
-#: It counts hours as long as there are fewer than 20 days, and then less than one more.
-_LONGEST_MS = 1_728_000_000 + 3_600_000
+#: 20 days.
+_LONGEST_MS = 1_728_000_000
 #: More durations than these are not tried one by one.
 _MOST = 32
 

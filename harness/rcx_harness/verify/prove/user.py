@@ -42,7 +42,7 @@ _STOPS_NOTHING = ("conversion", "time")
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
 _CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME has 64 bits."
-_COUNT = "FC_RcxMilliseconds gives 0 to 481 h, in ms (make prove)."
+_COUNT = "FC_RcxMilliseconds gives 0 to 480 h, in ms (make prove)."
 _LIBRARY = (
     "A call of the library's blocks may do anything to its instance, its Robot and its Image."
 )

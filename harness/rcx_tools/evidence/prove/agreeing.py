@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_tools.evidence.prove import agreement
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
@@ -37,14 +38,21 @@ def comparisons(library: Library) -> Iterator[Comparison]:
 
 def compare(job: Comparison) -> dict[str, Any]:
     """Run the random scans of a POU."""
-    found = asdict(agreement.compare((job.folder, job.pou, agreement.SCANS, 1)))
+    try:
+        found = asdict(agreement.compare((job.folder, job.pou, agreement.SCANS, 1)))
+    except UnsupportedError as error:
+        return _failed(job, str(error))
     return {"key": job.key, "good": not found["disagreement"], "block": job.block, **found}
 
 
 def died(job: Comparison) -> dict[str, Any]:
     """The outcome of a POU whose process has ended by itself."""
+    return _failed(job, DIED)
+
+
+def _failed(job: Comparison, why: str) -> dict[str, Any]:
     outcome = {"key": job.key, "good": False, "block": job.block, "pou": job.pou, "scans": 0}
-    return {**outcome, "disagreement": f"{job.pou}: {DIED}"}
+    return {**outcome, "disagreement": f"{job.pou}: {why}"}
 
 
 def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
     "turn": "A job that keeps its turn from scan to scan has the ticket that is served"
-    " (of the library: property tickets).",
+    " (of the library itself: turn-once).",
     "calls": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words). A"
     " block instance belongs to one robot and is called between the two; none of core/ is called.",
     "missed": "No block is Busy and left uncalled for an exact multiple of 65,536 scans: the number"

@@ -17,6 +17,8 @@ from typing import Any
 
 import z3
 
+from rcx_harness.verify.prove.logic import UnsupportedError
+
 __all__ = ["REST", "Program", "program"]
 
 #: The key of an array's value for the places that it does not name.
@@ -124,7 +126,7 @@ class _Writer:
             return _VECTOR[kind](term, a)
         if kind in _FLOAT:
             return _FLOAT[kind](term, a)
-        raise NotImplementedError(f"{term.decl()} ({kind})")
+        raise UnsupportedError(f"the term {term.decl()} of the solver ({kind})")
 
     def _variable(self, term: Any, a: list[str]) -> str:
         name = term.decl().name()

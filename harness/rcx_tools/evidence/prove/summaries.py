@@ -18,8 +18,6 @@ from rcx_harness.verify.prove.machine import Machine
 __all__ = [
     "LONGEST_MS",
     "SUMMARIES",
-    "bits_of",
-    "is_number",
     "nearest_milliseconds",
     "pattern_of",
 ]
@@ -59,12 +57,12 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
     return result
 
 
-def bits_of(pattern: Any) -> Any:
+def _bits_of(pattern: Any) -> Any:
     """What FC_RcxRealBits gives for a number with this pattern: 0 for -0.0, else the pattern."""
     return z3.If(pattern & 0x7FFF_FFFF == 0, z3.BitVecVal(0, 32), pattern)
 
 
-def is_number(pattern: Any) -> Any:
+def _is_number(pattern: Any) -> Any:
     """Not NaN."""
     return z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
 
@@ -74,7 +72,7 @@ def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
     (number,) = arguments
     pattern = pattern_of(number)
     anything = z3.BitVec(machine.fresh("real_bits"), 32)
-    return z3.If(is_number(pattern), bits_of(pattern), anything)
+    return z3.If(_is_number(pattern), _bits_of(pattern), anything)
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
