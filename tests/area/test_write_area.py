@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import timedelta
 from random import Random
 from typing import Any
 
@@ -121,6 +122,15 @@ def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, nam
 @pytest.fixture(scope="module")
 def head() -> Alone:
     return Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
+
+
+def test_times_beyond_all_measure_leave_no_time_of_32_bits(head: Alone) -> None:
+    """8 days of each count: the spacing, and Margin once more, stay below 2^31 ms (24.8 days)."""
+    head.restart()
+    head["Block.Interval"] = head["Block.Margin"] = "T#24d"
+    head.scan(0)
+    assert head["Block.Spacing"] == timedelta(days=16)
+    assert head["Block.Extra"] == timedelta(days=8)
 
 
 _CODES = (0x0001, 0x0020, 0x0021, 0x1022, 0x3020, 0x0501, 0x0023, 0x001F)

@@ -70,6 +70,18 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
 
 
 @_BOTH
+def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
+    """A DINT, which some PLCs have for it, ends at 2^31 - 1 ms: the time stays below it."""
+    block = Channels()
+    block[f"Robot.Inner.{channel}.NextTicket"] = 1
+    block.scan(2)
+    block[f"Block.{channel}Channel.Turn.Held"] = 2_147_390_000
+    block.scan(3, after_ms=65_000)
+    assert block[channel]["Stuck"]
+    assert block[channel]["Held"] == 2_147_390_000 + 65_000
+
+
+@_BOTH
 def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None:
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 2
