@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.cell.build import source_files
-from rcx_harness.cli.options import Lib, Sources, counted, duration_us
+from rcx_harness.cell.build import SourceFiles, source_files
+from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
 
@@ -24,6 +24,8 @@ __all__ = ["prove"]
 
 #: Columns where it is no terminal that is printed to.
 _WIDE = 200
+#: What is no reason for the exit code 1.
+_GOOD = ("proved", "noted")
 #: How every file that this command has written begins.
 _BEGINNING = '{"inputs": '
 
@@ -31,6 +33,7 @@ _BEGINNING = '{"inputs": '
 def prove(
     files: Sources,
     lib: Lib = None,
+    replace: Replace = None,
     limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
     scan: Annotated[
         str, typer.Option(help="Period of the PLC in the runs that are found.")
@@ -38,19 +41,25 @@ def prove(
     out: Annotated[
         Path, typer.Option(help="Folder for the stimulus files and charts of these runs.")
     ] = Path("out/prove"),
+    overflow: Annotated[
+        bool, typer.Option("--overflow", help="Arithmetic has to stay in its type, too.")
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write what was found out (JSON).")
     ] = None,
 ) -> None:
     """Prove a program: in every run, with every answer of the robot and every input.
 
-    Exit code: 0 if all is proved, 1 if anything is refuted or unknown, 2 on bad input.
+    Arithmetic that may leave its type is noted.
+
+    Exit code: 0 if all is proved or noted, 1 if anything is refuted or unknown, 2 on bad input.
     """
     limit_us, scan_us = duration_us("--limit", limit), duration_us("--scan", scan)
     for option, value in (("--limit", limit_us), ("--scan", scan_us)):
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
-    _check_json(json_file, files, lib)
+    replaced = replacements(replace)
+    _check_json(json_file, source_files(list(files), lib, replaced))
     try:
         from rcx_harness.verify.prove.user import Settings
         from rcx_harness.verify.prove.user import prove as prove_program
@@ -67,7 +76,7 @@ def prove(
             if not console.is_terminal:
                 print(text, file=sys.stderr, flush=True)
 
-        settings = Settings(scan_us, limit_us / 1e6, out, lib, tell)
+        settings = Settings(scan_us, limit_us / 1e6, out, lib, replaced, overflow, tell)
         results, inputs = prove_program(files, settings)
     _print(results, inputs)
     if json_file is not None:
@@ -75,15 +84,15 @@ def prove(
         text = f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n'
         replace_files({json_file: text.encode()})
         print(f"written: {json_file}")
-    if any(one.status != "proved" for one in results):
+    if any(one.status not in _GOOD for one in results):
         raise typer.Exit(1)
 
 
-def _check_json(file: Path | None, files: list[Path], lib: Path | None) -> None:
+def _check_json(file: Path | None, sources: SourceFiles) -> None:
     """Nothing of the user's is written over."""
     if file is None or not file.exists():
         return
-    read = {one.resolve() for one in source_files(list(files), lib).all}
+    read = {one.resolve() for one in sources.all}
     if (
         file.is_dir()
         or file.resolve() in read
@@ -99,7 +108,7 @@ def _check_json(file: Path | None, files: list[Path], lib: Path | None) -> None:
 def _print(results: list[Result], inputs: list[str]) -> None:
     print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}, and the robot")
     table = Table("status", "s", "where", "what", box=None, pad_edge=False)
-    colours = {"proved": "green", "refuted": "red", "unknown": "yellow"}
+    colours = {"proved": "green", "refuted": "red", "unknown": "yellow", "noted": "cyan"}
     for one in results:
         status = f"[{colours[one.status]}]{one.status}[/]"
         table.add_row(status, f"{one.seconds:.1f}", _escaped(one.at), _escaped(one.says))
@@ -115,7 +124,7 @@ def _print(results: list[Result], inputs: list[str]) -> None:
     count = {status: sum(one.status == status for one in results) for status in colours}
     print(
         f"{counted(len(results), 'property').replace('propertys', 'properties')}: "
-        + ", ".join(f"{number} {status}" for status, number in count.items())
+        + ", ".join(f"{number} {one}" for one, number in count.items() if number or one != "noted")
         + ("; unknown is not proved" if count["unknown"] else "")
     )
 

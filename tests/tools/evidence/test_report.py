@@ -205,3 +205,33 @@ def test_the_state_depends_on_names_and_contents(tmp_path: Path) -> None:
     (tmp_path / "lib/notes.tmp").write_text("z", encoding="utf-8")
     assert len({first, second, third}) == 3
     assert checks.digest(("lib",), tmp_path) == third
+
+
+def test_each_property_has_a_row_with_what_it_rests_on() -> None:
+    """From a small out/prove.json: a plain sentence, assumptions, goals and seconds."""
+    (prove,) = [check for check in CHECKS if check.name == "prove"]
+    item: dict[str, Any] = {
+        "name": "turn",
+        "says": "Turns are once.",
+        "section": "guide 4",
+        "status": "unknown",
+    }
+    item |= {"assumes": ["inner", "calls"], "uses": ["functions"], "goals": 1200, "seconds": 3.5}
+    agreed = {"scans": 110_400, "blocks": 156, "least_of_a_block": 600, "disagreements": []}
+    figures = {
+        "properties": [item],
+        "assumptions": {"inner": "No program writes."},
+        "agreement": {**agreed, "matiec": {"says": "not compared on matiec (none)"}},
+        "seeded": {"tried": 2, "as_expected": 2, "refuted": 1},
+    }
+    rows = {name: tell(figures) for name, tell in prove.rows}
+    assert rows["scans in which translation and engine agree"] == (
+        "110,400 of 156 blocks, at least 600 of each; not compared on matiec (none); differences 0"
+    )
+    (heads, lines), (_, taken) = (table(figures) for table in prove.tables)
+    told = dict(zip(heads, *lines, strict=True))
+    assert told["Property"] == "`turn` **unknown**"
+    assert told["What is proved"] == "Turns are once."
+    assert (told["Assumes"], told["Uses"]) == ("inner, calls", "`functions`")
+    assert (told["Goals"], told["Solver [s]"]) == ("1,200", "3.5")
+    assert taken == [["inner", "No program writes."]]

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_tools.evidence.prove.agreement import Subject, agree
+from rcx_tools.evidence.prove.agreement.bench import Subject
+from rcx_tools.evidence.prove.agreement.comparing import agree
 
 _REFUSED = {
     "R := SIN(R);": "the standard function SIN",
@@ -20,7 +21,7 @@ _REFUSED = {
     "I := FIND(S, S);": "FIND of a text",
     "S := INT_TO_STRING(I);": "INT_TO_STRING",
     "I := STRING_TO_INT(S);": "STRING_TO_INT",
-    "D := DT_TO_DATE(M);": "a DT that is not constant",
+    "D := DT_TO_DATE(M);": "the conversion DT_TO_DATE of no constant",
     "I := 0; WHILE I < 5000 DO I := I + 1; END_WHILE;": "a loop of more than 4096 rounds",
 }
 

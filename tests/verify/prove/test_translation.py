@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_tools.evidence.prove.agreement import Subject, agree
+from rcx_tools.evidence.prove.agreement.bench import Subject
+from rcx_tools.evidence.prove.agreement.comparing import agree
 
 _NUMBERS = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"]
 _BITS = ["BYTE", "WORD", "DWORD", "LWORD"]

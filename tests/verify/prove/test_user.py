@@ -29,10 +29,13 @@ END_PROGRAM
 """
 
 
-def proved(folder: Path, body: str, limit_s: float = 20.0) -> dict[str, Result]:
+def proved(
+    folder: Path, body: str, limit_s: float = 20.0, *, overflow: bool = False
+) -> dict[str, Result]:
     file = folder / "Cell.st"
     file.write_text(HEAD + body + TAIL)
-    results, _ = prove([file], Settings(limit_s=limit_s, out=folder / "out"))
+    settings = Settings(limit_s=limit_s, out=folder / "out", overflow=overflow)
+    results, _ = prove([file], settings)
     return {one.name: one for one in results}
 
 
@@ -135,6 +138,29 @@ def test_what_a_function_cannot_do_is_named_alike_for_known_and_open_arguments(
     wrong = {name: one.status for name, one in found.items() if one.status != "proved"}
     assert wrong == {f"{kind} Cell.st:15": status}
     assert "TRANSLATION" not in found[f"{kind} Cell.st:15"].note
+
+
+@pytest.mark.parametrize(("asked", "status"), [(False, "noted"), (True, "unknown")])
+def test_arithmetic_that_may_leave_its_type_is_noted_or_asked_for(
+    tmp_path: Path, asked: bool, status: str
+) -> None:
+    """Stage counts for ever, and Given may be -32768: line 15, and line 17."""
+    body = (
+        "  Servo(Robot := Robot, Execute := Start);\n"
+        "  Stage := Stage + 1;\n"
+        "  IF Given < 100 AND Given > -100 THEN Table[0] := 2 * Given; END_IF;\n"
+        "  Table[1] := ABS(Given);\n"
+    )
+    found = proved(tmp_path, body, limit_s=3.0, overflow=asked)
+    assert {name: one for name, one in statuses(found).items() if "overflow" in name} == {
+        "overflow Cell.st:15": status,
+        "overflow Cell.st:16": "proved",
+        "overflow Cell.st:17": status,
+    }
+    assert found["overflow Cell.st:15"].says == "arithmetic stays in its type: Stage + 1"
+    assert "from a state that no run may come to: MAIN.STAGE = 32767" in (
+        found["overflow Cell.st:15"].note
+    )
 
 
 def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from rcx_harness.engine.source import Extract, origin, source_text
 from rcx_harness.errors import InputError
 
 __all__ = ["STOPS", "Assertion", "Copies", "with_assertions"]
@@ -67,17 +68,18 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         copy = folder / str(number) / file.name
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
+        lines = getattr(file, "lines", None)
+        if lines is not None:  # taken out of a project: each line is where it was there
+            changed = zip(lines, text.splitlines(), strict=True)
+            copy = Extract.make(copy, tuple(replace(old, text=new) for old, new in changed))
         copies.append(copy)
-        found += [Assertion(str(copy), line, said) for line, said in assertions]
+        found += [Assertion(str(copy), origin(file, line, 1)[0], said) for line, said in assertions]
     originals = {str(copy): str(file) for copy, file in zip(copies, files, strict=True)}
     return Copies(tuple(copies), tuple(found), originals)
 
 
 def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError):
-        raise InputError("cannot be read as a text in UTF-8", file=file) from None
+    text = source_text(file)
     assertions = []
     heads: set[int] = set()
     pieces: list[str] = []

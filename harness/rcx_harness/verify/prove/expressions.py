@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from itertools import pairwise
 from typing import Any, Protocol
@@ -15,18 +16,23 @@ from rcx_harness.engine.builtin.storage import is_scalar
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.scalars import (
-    ANY_DATE,
+    ANY_CHARS,
+    ANY_DURATION,
     ANY_INT,
     ANY_REAL,
     ELEMENTARY,
     INT_RANGE,
+    MOMENTS,
     SIGNED,
+    STRING_MAX,
     WIDTH,
+    string_length,
 )
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
-from rcx_harness.verify.prove import reals, texts, values
+from rcx_harness.verify.prove import overflow, reals, texts, values
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
 from rcx_harness.verify.prove.memory import Alternatives, Leaf
+from rcx_harness.verify.prove.overflow import Span, resized
 from rcx_harness.verify.prove.values import TIME_BITS, Value
 
 __all__ = ["Expressions"]
@@ -59,6 +65,8 @@ class _Machine(Protocol):
     ) -> None: ...
 
     def oblige(self, kind: str, bad: Bool) -> None: ...
+
+    def computes(self, node: t.Expression, leaves: Callable[[Span], Bool]) -> None: ...
 
     def under(self, condition: Bool) -> AbstractContextManager[None]: ...
 
@@ -108,12 +116,12 @@ class Expressions:
                 self._machine.oblige("index", not low <= index <= high)
                 index = min(max(index, low), high)
             else:
-                wide = _resized(index, expression.type, TIME_BITS)
+                wide = resized(index, expression.type, TIME_BITS)
                 inside = both(
                     values.compare(">=", wide, low, _TIME), values.compare("<=", wide, high, _TIME)
                 )
                 self._machine.oblige("index", negated(inside))
-                index = _resized(index, expression.type, 32)
+                index = resized(index, expression.type, 32)
             index = values.combine("-", index, low, _DINT)
             position = values.combine("*", position, high - low + 1, _DINT)
             position = values.combine("+", position, index, _DINT)
@@ -164,6 +172,7 @@ class Expressions:
             return self._binary(node)
         if isinstance(node, t.CallFunction):
             return self._call(node)
+        assert isinstance(node, t.Standard)
         return self._standard(node)
 
     def _call(self, node: t.CallFunction) -> Any:
@@ -181,6 +190,7 @@ class Expressions:
             return reals.negative(self.value(node.operand))
         value = self.exact(node.operand)
         if node.op == "-":
+            self._machine.computes(node, lambda time: overflow.negation(value, node.type, time))
             return values.negate(value, node.type)
         if _name(node.type) == "BOOL":
             return negated(value)
@@ -204,11 +214,11 @@ class Expressions:
         if name in ANY_REAL:
             return self._real(op, self.value(node.left), self.value(node.right), name)
         left, right = self.exact(node.left), self.exact(node.right)
-        if name == "TIME" and op in ("*", "/"):
+        if name in ANY_DURATION and op in ("*", "/"):
             if _name(node.right.type) in ANY_REAL:
-                return self._scaled(op, left, right)
-            right = _resized(right, node.right.type, TIME_BITS)
-        return self._combined(op, left, right, node.type)
+                return self._scaled(node, left, right)
+            right = resized(right, node.right.type, TIME_BITS)
+        return self._combined(op, left, right, node)
 
     def _real(self, op: str, left: reals.Real, right: reals.Real, name: str) -> reals.Real:
         if op == "/":
@@ -216,18 +226,26 @@ class Expressions:
             self._machine.oblige("division", zero)
         return reals.arithmetic(op, left, right, name)
 
-    def _scaled(self, op: str, time: Value, factor: reals.Real) -> Value:
+    def _scaled(self, node: t.Binary, time: Value, factor: reals.Real) -> Value:
         """A TIME times or by a REAL, cut towards zero."""
         number = reals.from_integer(time, "LREAL", signed=True)
-        return self._cut(self._real(op, number, reals.widened(factor), "LREAL"), TIME_BITS, _TIME)
+        exact = self._real(node.op, number, reals.widened(factor), "LREAL")
+        result = self._cut(exact, TIME_BITS, _TIME)
+        self._machine.computes(node, lambda time: overflow.outside(result, _TIME, time))
+        return result
 
     def _cut(self, number: reals.Real, width: int, kind: Type) -> Value:
         """A number cut towards zero."""
-        signed = kind == _TIME or _name(kind) in SIGNED
+        signed = _name(kind) in MOMENTS or _name(kind) in SIGNED
         self._machine.oblige("conversion", negated(reals.fits(number, width, signed=signed)))
         return reals.cut(number, width, signed=signed)
 
-    def _combined(self, op: str, left: Value, right: Value, kind: Type) -> Value:
+    def _combined(self, op: str, left: Value, right: Value, node: t.Expression) -> Value:
+        kind = _TIME if isinstance(node, t.Standard) and "_TO_" in node.name else node.type
+        if op not in ("AND", "OR", "XOR"):
+            self._machine.computes(
+                node, lambda time: overflow.arithmetic(op, left, right, kind, time)
+            )
         if op == "/":
             self._machine.oblige("division", values.compare("=", right, 0, kind))
         result = values.combine(op, left, right, kind)
@@ -244,6 +262,7 @@ class Expressions:
             "_TO_" in name and _name(types[0]) in ANY_REAL and _name(kind) != "STRING"
         )
         if not cut and name not in _OWN and all(values.concrete(value) for value in arguments):
+            self._known(node, arguments)
             return self._as_the_engine(node, arguments)
         if "_TO_" in name:
             return self._conversion(node, arguments[0])
@@ -251,22 +270,26 @@ class Expressions:
             pairs = pairwise(arguments)
             return both(*(values.compare(_CHAINS[name], a, b, types[0]) for a, b in pairs))
         if name in ("AND", "OR", "XOR"):
-            return self._folded(name, arguments, kind)
+            return self._folded(name, arguments, node)
         if name in _JOINS:
-            return self._folded(_JOINS[name], arguments, kind)
+            return self._folded(_JOINS[name], arguments, node)
         if name in ("SHL", "SHR", "ROL", "ROR"):
             return self._shift(node, *arguments)
         if name == "MOVE":
             return arguments[0]
         if name == "SEL":
             return values.choose(arguments[0], arguments[2], arguments[1], kind)
+        if name in ("CONCAT_DATE_TOD", "CONCAT_DATE_LTOD"):
+            return self._combined("+", arguments[0], arguments[1], node)
         if name in ("MAX", "MIN", "LIMIT"):
             return self._bounded(name, arguments, kind)
         if name == "ABS":
-            return self._absolute(arguments[0], kind)
+            return self._absolute(arguments[0], node)
         if name == "MUX":
             return self._mux(arguments, types[0], kind)
         if name in ("LEN", "LEFT", "MID", "CONCAT", "FIND"):
+            if isinstance(kind, ElementaryType) and (kind.length or 0) > STRING_MAX:
+                raise UnsupportedError(f"{name} of texts longer than {STRING_MAX} characters")
             return self._text(name, arguments, types, kind)
         if name == "TRUNC":
             return self._cut(arguments[0], values.bits(kind), kind)
@@ -275,6 +298,24 @@ class Expressions:
             self._machine.oblige("argument", below)
             return reals.root(arguments[0], _name(kind))
         raise UnsupportedError(f"the standard function {name}")
+
+    def _known(self, node: t.Standard, arguments: list[Value]) -> None:
+        """Note what leaves its type with known arguments."""
+        source, kind = node.arguments[0].type, node.type
+        if not is_known(arguments[0]):
+            return
+        if node.name in _JOINS:
+            op, left, right = _JOINS[node.name], *arguments
+            self._machine.computes(
+                node, lambda time: overflow.arithmetic(op, left, right, kind, time)
+            )
+        elif node.name == "ABS" and _name(kind) in SIGNED:
+            self._machine.computes(node, lambda time: overflow.negation(arguments[0], kind, time))
+        elif "_TO_" in node.name:
+            number = arguments[0]
+            if _name(source) in MOMENTS:
+                number = values.combine("/", number, _unit(_name(source)), _TIME)
+            self._machine.computes(node, lambda _: overflow.conversion(number, source, kind))
 
     def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
         """The result for known arguments, by the code of the built-in engine."""
@@ -286,8 +327,8 @@ class Expressions:
             self._machine.oblige(_refusal(node.name), True)
             return values.constant(node.type, "" if _name(node.type) == "STRING" else 0)
 
-    def _folded(self, op: str, arguments: list[Value], kind: Type) -> Value:
-        result = arguments[0]
+    def _folded(self, op: str, arguments: list[Value], node: t.Standard) -> Value:
+        result, kind = arguments[0], node.type
         for argument in arguments[1:]:
             if _name(kind) == "BOOL":
                 result = _logic(op, result, argument)
@@ -295,7 +336,7 @@ class Expressions:
                 name = _name(kind)
                 result = reals.settled(self._real(op, result, argument, name), name)
             else:
-                result = self._combined(op, result, argument, kind)
+                result = self._combined(op, result, argument, node)
         return result
 
     def _bounded(self, name: str, arguments: list[Value], kind: Type) -> Value:
@@ -314,13 +355,15 @@ class Expressions:
             result = (larger if name == "MAX" else smaller)(result, argument)
         return result
 
-    def _absolute(self, value: Value, kind: Type) -> Value:
+    def _absolute(self, value: Value, node: t.Standard) -> Value:
+        kind = node.type
         if isinstance(value, reals.Real):
             return reals.absolute(value)
-        if is_known(value):
-            return values.wrapped(kind, abs(value))
         if _name(kind) not in SIGNED:
             return value
+        self._machine.computes(node, lambda time: overflow.negation(value, kind, time))
+        if is_known(value):
+            return values.wrapped(kind, abs(value))
         return z3.If(value < 0, -value, value)
 
     def _mux(self, arguments: list[Value], selector: Type, kind: Type) -> Value:
@@ -351,7 +394,7 @@ class Expressions:
         if not is_known(count):
             self._machine.oblige("shift", values.compare("<", count, 0, node.arguments[1].type))
             wide = max(width, values.bits(node.arguments[1].type))
-            amount = _resized(count, node.arguments[1].type, wide)
+            amount = resized(count, node.arguments[1].type, wide)
             term = (
                 z3.ZeroExt(wide - width, values.scalar(kind, value))
                 if wide > width
@@ -384,7 +427,7 @@ class Expressions:
             return result
         if name == "FIND":
             place = texts.find(*arguments)
-            return _resized(place, ElementaryType("UINT"), values.bits(kind))
+            return resized(place, ElementaryType("UINT"), values.bits(kind))
         for count, counted in zip(arguments[1:], types[1:], strict=True):
             machine.oblige("text", values.compare("<", count, 0, counted))
         if name == "LEFT":
@@ -395,16 +438,18 @@ class Expressions:
     def _conversion(self, node: t.Standard, value: Value) -> Value:
         source, target = node.name.split("_TO_")
         from_, to = node.arguments[0].type, node.type
-        if "STRING" in (source, target):
+        if source in ANY_CHARS and target in ANY_CHARS and "W" not in (source[0], target[0]):
+            return self._text_cut(value, to)
+        if source in ANY_CHARS or target in ANY_CHARS:
             raise UnsupportedError(f"the conversion {node.name} of a value that is not constant")
         if target == "BOOL":
             if isinstance(value, reals.Real):
                 return reals.compare("<>", value, reals.constant(0.0, source))
             return values.compare("<>", value, 0, from_)
-        if target in _MOMENTS:
-            return self._to_moment(source, value, from_)
-        if source in _MOMENTS:
-            return self._from_moment(value, to)
+        if target in MOMENTS:
+            return self._to_moment(source, target, value, node)
+        if source in MOMENTS:
+            return self._from_moment(value, source, node)
         if source == "BOOL":
             if target in ANY_REAL:
                 one, zero = reals.constant(1.0, target), reals.constant(0.0, target)
@@ -422,44 +467,67 @@ class Expressions:
             self._machine.oblige("conversion", negated(reals.in_range(value, least, high)))
             return reals.to_integer(value, WIDTH[target], signed=target in SIGNED)
         if source in ANY_INT or source in _BITS:
+            self._machine.computes(node, lambda _: overflow.conversion(value, from_, to))
             if is_known(value):
                 return values.wrapped(to, value)
-            return _resized(value, from_, values.bits(to))
+            return resized(value, from_, values.bits(to))
         raise UnsupportedError(f"the conversion {node.name}")
 
-    def _to_moment(self, source: str, value: Value, kind: Type) -> Value:
-        """Numbers and durations convert in seconds; of a DT its day or time of day is taken."""
+    def _text_cut(self, value: texts.Text, to: Type) -> Value:
+        """A text or character as another STRING or a CHAR has it."""
+        assert isinstance(to, ElementaryType)
+        if to.name == "STRING":
+            most = string_length(to)
+            return texts.left(value, most) if value.most > most else value
+        if value.most > 1 or not is_known(value.size) or value.size != 1:
+            raise UnsupportedError("the conversion STRING_TO_CHAR of a value that is not constant")
+        return value
+
+    def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
+        """Numbers convert in seconds, L types in ns; of a DT its day or time of day is taken."""
+        unit = _unit(target)
+        if source in MOMENTS:
+            same = source.removeprefix("L") == target.removeprefix("L")
+            if same or target in ("DT", "LDT", *ANY_DURATION):
+                return value
+            raise UnsupportedError(f"the conversion {source}_TO_{target} of no constant")
         if source == "BOOL":
-            return values.choose(value, _SECOND, 0, _TIME)
+            return values.choose(value, unit, 0, _TIME)
         if source in ANY_REAL:
-            second = reals.constant(float(_SECOND), "LREAL")
+            second = reals.constant(float(unit), "LREAL")
             whole = reals.arithmetic("*", reals.widened(value), second, "LREAL")
             return self._cut(whole, TIME_BITS, _TIME)
-        if source == "DT":
-            raise UnsupportedError("the conversion of a DT that is not constant")
         if is_known(value):
-            return value * _SECOND
-        return self._combined("*", _resized(value, kind, TIME_BITS), _SECOND, _TIME)
+            return value * unit
+        wide = resized(value, node.arguments[0].type, TIME_BITS)
+        return self._combined("*", wide, unit, node)
 
-    def _from_moment(self, value: Value, to: Type) -> Value:
+    def _from_moment(self, value: Value, source: str, node: t.Standard) -> Value:
+        to, unit = node.type, _unit(source)
         if _name(to) not in ANY_REAL:
-            return _resized(values.combine("/", value, _SECOND, _TIME), _TIME, values.bits(to))
+            whole = values.combine("/", value, unit, _TIME)
+            self._machine.computes(node, lambda _: overflow.conversion(whole, _TIME, to))
+            return resized(whole, _TIME, values.bits(to))
         # Up to here a double holds every nanosecond, so that it is rounded once.
         exact = 1 << 53
         inside = both(
             values.compare(">=", value, -exact, _TIME), values.compare("<=", value, exact, _TIME)
         )
         self._machine.oblige("time", negated(inside))
-        second = reals.constant(float(_SECOND), "LREAL")
+        second = reals.constant(float(unit), "LREAL")
         number = reals.from_integer(value, "LREAL", signed=True)
         return reals.settled(reals.arithmetic("/", number, second, "LREAL"), _name(to))
 
 
 _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
-_MOMENTS = ("TIME", *ANY_DATE)
-_SECOND = 1_000_000_000
+
 #: What is folded here: the engine's code for these has no need to be asked.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
+
+
+def _unit(moment: str) -> int:
+    """Nanoseconds of what a moment is as a number."""
+    return 1 if moment.startswith("L") else 1_000_000_000
 
 
 def _refusal(name: str) -> str:
@@ -485,20 +553,6 @@ def _code(value: Any) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return f"float({str(value)!r})"
     return f"({value!r})" if isinstance(value, (int, float)) and value < 0 else repr(value)
-
-
-def _resized(value: Value, kind: Type, width: int) -> Value:
-    """An integer brought to another width: sign or zeros in front, or cut."""
-    if is_known(value):
-        return value
-    size = value.size()
-    if size == width:
-        return value
-    if size > width:
-        return z3.Extract(width - 1, 0, value)
-    signed = _name(kind) in SIGNED or _name(kind) in _MOMENTS
-    extend = z3.SignExt if signed else z3.ZeroExt
-    return extend(width - size, value)
 
 
 def _logic(op: str, left: Bool, right: Bool) -> Bool:

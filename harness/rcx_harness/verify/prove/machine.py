@@ -29,6 +29,7 @@ from rcx_harness.verify.prove import standard, values
 from rcx_harness.verify.prove.expressions import Expressions
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError, both, either, negated
 from rcx_harness.verify.prove.memory import Alternatives, Memory, Path, leaves
+from rcx_harness.verify.prove.overflow import Operation, Span
 from rcx_harness.verify.prove.values import Value
 
 __all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
@@ -82,6 +83,7 @@ class Machine(Memory):
         now: The PLC's time in nanoseconds.
         obligations: What must not happen, of all that was run.
         calls: The calls of blocks, of all that was run.
+        operations: Arithmetic that may leave its type, of all that was run.
     """
 
     def __init__(
@@ -93,6 +95,7 @@ class Machine(Memory):
         self.now: Value = 0
         self.obligations: list[Obligation] = []
         self.calls: list[Call] = []
+        self.operations: list[Operation] = []
         self.summaries = dict(summaries or {})
         self._guards: list[Bool] = []
         self._frames: list[_Frame] = []
@@ -111,6 +114,11 @@ class Machine(Memory):
         when = both(*self._guards, bad)
         if when is not False:
             self.obligations.append(Obligation(kind, *self._at, when))
+
+    def computes(self, node: t.Expression, leaves: Callable[[Span], Bool]) -> None:
+        """Note arithmetic, which may leave its type."""
+        pou, guards = self.frame.pou.name, tuple(self._guards)
+        self.operations.append(Operation(node, pou, *self._at, guards, leaves))
 
     @contextmanager
     def under(self, condition: Bool) -> Iterator[None]:
@@ -196,6 +204,7 @@ class Machine(Memory):
         """Where a variable of the POU that runs is."""
         name = symbol.name.upper()
         if symbol.section == "VAR_EXTERNAL":
+            name = symbol.source or name
             symbol = self.project.global_symbols[name]
             return [(True, ("", address_slot(symbol.address) if symbol.address else name))]
         if symbol.address is not None:

@@ -15,7 +15,7 @@ from rcx_harness.verify.prove.assertions import STOPS, Copies
 from rcx_harness.verify.prove.logic import Bool, both, either, negated
 from rcx_harness.verify.prove.machine import Obligation, Path
 from rcx_harness.verify.prove.program import ProgramMachine
-from rcx_harness.verify.prove.tree import calls_of, root_of, statements, targets
+from rcx_harness.verify.prove.tree import calls_of, root_of, statements, targets, text_of
 from rcx_harness.watch.calls_source import AREAS
 
 __all__ = ["ONCE", "STEADY", "Key", "Watch", "inner_written", "title"]
@@ -37,6 +37,7 @@ _TITLES = {
     "shift": "nothing is shifted by a number below 0",
     "text": "lengths and positions in texts are legal",
     "time": "no duration leaves its range",
+    "overflow": "arithmetic stays in its type",
 }
 
 
@@ -95,6 +96,20 @@ class Watch:
             if one.file in self.copies.originals:
                 key = self._key(one)
                 found[key] = either(found.get(key, False), one.when)
+        return found
+
+    def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
+        """Arithmetic of the user's own, line by line: its text, and when it leaves its type."""
+        found: dict[Key, tuple[str, Bool]] = {}
+        for one in machine.operations:
+            when = one.when() if one.file in self.copies.originals else False
+            if when is not False:
+                key: Key = ("overflow", one.file, one.line)
+                told, before = found.get(key, ("", False))
+                text = text_of(one.node)
+                known = told.split("; ") if told else []
+                both_told = told if text in known else "; ".join([*known, text])
+                found[key] = both_told, either(before, when)
         return found
 
     @property

@@ -11,12 +11,13 @@ from typing import Any
 from rcx_harness.cell.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.engine.frontend.values import scalar_to_python
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, EnumType, StructType
+from rcx_harness.engine.types import ArrayType, BlockType, EnumType, StructType
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
 from rcx_harness.robot import RobotConfig, Violation
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.machine import Path as Place
 from rcx_harness.verify.prove.search import Run
 from rcx_harness.verify.prove.surroundings import Surroundings, path_of
@@ -60,7 +61,7 @@ def _hex(content: bytes) -> str:
 
 
 def _toml(value: Any, kind: Any) -> str:
-    if kind == ElementaryType("TIME"):
+    if values.is_duration(kind):
         return f'"{value // 1000}us"'
     if isinstance(kind, EnumType):
         return json.dumps(kind.members[value])

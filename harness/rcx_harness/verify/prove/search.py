@@ -109,7 +109,7 @@ class Search:
             if _is_number(kind) and not isinstance(value, (bool, int)) and value.num_args():
                 name = z3.Const(f"{'.'.join(map(str, path))}@{number}", value.sort())
                 self.names.append(name == value)
-                durations = literals(value) if kind == ElementaryType("TIME") else None
+                durations = literals(value) if values.is_duration(kind) else None
                 value = one_of(name, durations) if durations else name
             memory[path] = value
         self.machine.restore(memory)
@@ -221,8 +221,7 @@ def signed(kind: Type, raw: int) -> Any:
     if kind == ElementaryType("BOOL"):
         return bool(raw)
     width = values.bits(kind)
-    name = getattr(kind, "name", "")
-    if name == "TIME":
+    if values.is_duration(kind):
         return raw - (1 << width) if raw >> width - 1 else raw
     return raw if isinstance(kind, EnumType) else values.wrapped(kind, raw)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,7 +36,7 @@ def ask(
     assumed: Iterable[Any],
     claim: Any,
     limit_s: float,
-    show: Mapping[str, Any] | None = None,
+    show: Mapping[str, Any] | Callable[[], Mapping[str, Any]] | None = None,
 ) -> Answer:
     """Whether `claim` holds wherever all of `assumed` does.
 
@@ -44,7 +44,7 @@ def ask(
         assumed: Boolean terms.
         claim: A Boolean term.
         limit_s: Seconds of the solver after which it is unknown.
-        show: Terms whose values are of use where the claim does not hold.
+        show: Terms whose values are of use where the claim does not hold; or what finds them then.
     """
     begin = time.monotonic()
     solver = z3.SolverFor("QF_AUFBVFP")
@@ -59,7 +59,8 @@ def ask(
     if found == z3.unknown:
         return Answer(UNKNOWN, seconds, reason=solver.reason_unknown())
     model = solver.model()
-    values = {name: _told(model, term) for name, term in (show or {}).items()}
+    shown = show() if callable(show) else show or {}
+    values = {name: _told(model, term) for name, term in shown.items()}
     return Answer(REFUTED, seconds, values)
 
 

@@ -26,7 +26,7 @@ _MEMORY: dict[str, tuple[tuple[str, str], ...]] = {
 
 
 def _kind(name: str) -> str:
-    return name.split("_")[0] if name.startswith("CT") else name
+    return name if name.endswith("_TRIG") else name.removeprefix("L").partition("_")[0]
 
 
 def memory(name: str) -> tuple[tuple[str, str], ...]:

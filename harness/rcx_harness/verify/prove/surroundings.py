@@ -14,7 +14,7 @@ from rcx_harness.engine.builtin.storage import address_slot, is_scalar, stored
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.paths import resolve
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.scalars import WIDTH
+from rcx_harness.engine.frontend.scalars import ANY_DURATION, WIDTH
 from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, Type
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.prove import reals, values
@@ -53,7 +53,7 @@ class Input:
         if isinstance(self.type, EnumType):
             return True
         name = self.type.name if isinstance(self.type, ElementaryType) else ""
-        return name in ("BOOL", "TIME") or name in WIDTH
+        return name == "BOOL" or name in ANY_DURATION or name in WIDTH
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ class Surroundings:
         for one in self.inputs:
             if one.searched:
                 value = values.anything(one.type, f"{one.name}.{number}")
-                if one.type == ElementaryType("TIME") and not everything:  # as a file writes it
+                if values.is_duration(one.type) and not everything:  # as a file writes it
                     whole = z3.BitVec(f"{one.name}.{number}", 32)
                     value = z3.ZeroExt(values.TIME_BITS - 32, whole) * 1_000_000
                 inputs[one.name] = value
@@ -233,6 +233,7 @@ class Surroundings:
         machine.calls.clear()
         machine.own.clear()
         machine.obligations.clear()
+        machine.operations.clear()
         for run in self.project.schedule:
             if number % run.every == 0:
                 kind = self.project.instances[run.instance]

@@ -66,9 +66,10 @@ def constant(value: str) -> Text:
     return Text(len(codes), len(codes), codes.__getitem__)
 
 
-def anything(name: str) -> Text:
-    """Any text of up to 126 characters."""
-    return Text(z3.BitVec(f"{name}.len", 16), STRING_MAX, lambda i: z3.BitVec(f"{name}[{i}]", 8))
+def anything(name: str, most: int = STRING_MAX, *, exact: bool = False) -> Text:
+    """Any text of up to so many characters, or of exactly so many."""
+    size = most if exact else z3.BitVec(f"{name}.len", 16)
+    return Text(size, most, lambda i: z3.BitVec(f"{name}[{i}]", 8))
 
 
 def legal(text: Text) -> Bool:

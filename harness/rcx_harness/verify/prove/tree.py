@@ -1,4 +1,4 @@
-"""Looks into the checked tree: all statements of a body, and what they write."""
+"""Looks into the checked tree: all statements of a body, what they write, and how it reads."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ArrayType
+from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType
 
-__all__ = ["calls_of", "constants", "root_of", "statements", "targets", "written"]
+__all__ = ["calls_of", "constants", "root_of", "statements", "targets", "text_of", "written"]
 
 #: Parts of a statement or expression without numbers of the program.
 _NO_CODE = ("at", "type", "block", "symbol")
@@ -89,3 +89,40 @@ def constants(project: Project, files: Container[str]) -> set[int]:
             elif isinstance(one, int):
                 found.add(int(one))
     return found | {number - 1 for number in found}
+
+
+def text_of(node: t.Expression) -> str:
+    """An expression as Structured Text: literals without their types, a TIME in ms."""
+    if isinstance(node, t.Constant):
+        return _literal(node)
+    if isinstance(node, t.Use):
+        return node.symbol.name
+    if isinstance(node, t.Member):
+        return f"{text_of(node.base)}.{node.name}"
+    if isinstance(node, t.Index):
+        return f"{text_of(node.base)}[{', '.join(map(text_of, node.indices))}]"
+    if isinstance(node, t.Unary):
+        return f"{'-' if node.op == '-' else 'NOT '}{_operand(node.operand)}"
+    if isinstance(node, t.Binary):
+        return f"{_operand(node.left)} {node.op} {_operand(node.right)}"
+    if isinstance(node, t.CallFunction):
+        given = [text_of(one) for one in node.arguments if one is not None]
+        return f"{node.function}({', '.join(given)})"
+    assert isinstance(node, t.Standard)  # the others are refused by their names
+    return f"{node.name}({', '.join(map(text_of, node.arguments))})"
+
+
+def _operand(node: t.Expression) -> str:
+    inside = isinstance(node, t.Binary) or (
+        isinstance(node, t.Constant) and str(node.value)[0] == "-"
+    )
+    return f"({text_of(node)})" if inside else text_of(node)
+
+
+def _literal(node: t.Constant) -> str:
+    if isinstance(node.type, EnumType):
+        return node.type.members[int(node.value)]
+    name = node.type.name if isinstance(node.type, ElementaryType) else ""
+    if name == "TIME":
+        return f"T#{int(node.value) / 1_000_000:g}ms"
+    return str(node.value).upper() if name == "BOOL" else repr(node.value)

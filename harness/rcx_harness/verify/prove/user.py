@@ -12,6 +12,7 @@ from typing import Any
 import z3
 
 from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
+from rcx_harness.engine.frontend.constructs import TRANSLATED, refuse
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.errors import InputError
@@ -28,7 +29,10 @@ from rcx_harness.verify.prove.solve import PROVED, REFUTED, UNKNOWN
 from rcx_harness.verify.prove.surroundings import Surroundings
 from rcx_harness.verify.prove.values import TIME_BITS
 
-__all__ = ["Result", "Settings", "prove"]
+__all__ = ["NOTED", "Result", "Settings", "prove"]
+
+#: It may be so, which is no fault by itself.
+NOTED = "noted"
 
 #: Scans this long come soon to what takes a robot's time [us].
 _LONG_US = 300_000
@@ -38,7 +42,7 @@ _SCANS = 400
 _FIRST = 6
 _SHOWN = 8
 #: What stops no engine: no run can show it, so that it is proved or unknown.
-_STOPS_NOTHING = ("conversion", "time")
+_STOPS_NOTHING = ("conversion", "time", "overflow")
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
 _CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME has 64 bits."
@@ -57,6 +61,7 @@ class Settings:
         limit_s: Seconds for each property.
         out: Where stimulus files and charts go.
         lib: Folder of the library.
+        overflow: Arithmetic that may leave its type is a property like the others.
         tell: Is told how far it is.
     """
 
@@ -64,6 +69,8 @@ class Settings:
     limit_s: float = 60.0
     out: Path = Path("out/prove")
     lib: Path | None = None
+    replace: Mapping[str, Path] = field(default_factory=dict)
+    overflow: bool = False
     tell: Callable[[str], None] = lambda _: None
 
 
@@ -75,7 +82,8 @@ class Result:
         name: Its kind and place.
         says: What is claimed.
         at: File and line, if it has a place.
-        status: `proved`, `refuted` or `unknown`.
+        status: `proved`, `refuted` or `unknown`; `noted` of arithmetic that may leave its type,
+            where that is not asked for.
         seconds: How long it took.
         assumes: What is taken for granted.
         stimulus: The run that breaks it.
@@ -100,12 +108,13 @@ def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str
     Raises:
         InputError: an error in the sources, or a program that no cell could run.
     """
-    sources = source_files(list(files), settings.lib)
+    sources = source_files(list(files), settings.lib, settings.replace)
     own, library = sources.users
     with TemporaryDirectory() as folder:
         copies = with_assertions(own, Path(folder))
         try:
             project = load([*copies.files, *library])
+            refuse(project.uses, "rcx prove", TRANSLATED)
         except InputError as error:
             raise _told_of_original(blame_lib(error, settings.lib), copies) from None
         work = _Work(files, sources, copies, project, settings)
@@ -153,6 +162,7 @@ class _Work:
             pou.file for pou in self.project.pous.values() if pou.file not in own
         )
         self._spent: dict[Key, float] = {}
+        self._operations: dict[Key, str] = {}
         self._searches: dict[int, Search] = {}
 
     def results(self) -> list[Result]:
@@ -164,6 +174,8 @@ class _Work:
             self._note("programs of several intervals are only searched for runs that break it")
         else:
             self._try(lambda: self._induction(outline=True))
+        if not self.settings.overflow:
+            self._only_note()
         short, long = self.settings.scan_us, max(self.settings.scan_us, _LONG_US)
         self._try(lambda: self._search(short, _FIRST, 0.3))
         if not several:
@@ -172,6 +184,12 @@ class _Work:
         self._try(lambda: self._search(short, _SCANS, 1))
         every = {**self.done, **self.open}
         return [inner, *(every[key] for key in sorted(every))]
+
+    def _only_note(self) -> None:
+        """What is left of arithmetic is told, and not looked into any further."""
+        for key in [key for key in self.open if key[0] == "overflow"]:
+            seconds = self._spent.get(key, 0.0)
+            self.done[key] = replace(self.open.pop(key), status=NOTED, seconds=seconds)
 
     def _try(self, way: Callable[[], None]) -> None:
         """One way to decide what is open yet."""
@@ -225,7 +243,10 @@ class _Work:
         self.around.give(machine, 0, everything=True)
         # A number that every program runs in: what runs more rarely runs in it, too.
         self.around.scan(machine, 0)
+        wraps = self.watch.wraps(machine)
+        self._operations |= {key: text for key, (text, _) in wraps.items()}
         broken = self.watch.broken(machine, before)
+        broken |= {key: when for key, (_, when) in wraps.items()}
         return _Step(machine, before, machine.snapshot(), broken)
 
     def _decide(self, key: Key, step: _Step, held: list[Candidate], *, outline: bool) -> None:
@@ -258,9 +279,10 @@ class _Work:
     def _named(self, key: Key) -> Result:
         kind, file, line = key
         at = f"{self.copies.original(file)}:{line}" if file else ""
-        return Result(
-            f"{kind} {Path(file).name}:{line}" if file else kind, title(key, self.copies), at
-        )
+        says = title(key, self.copies)
+        if key in self._operations:
+            says += f": {self._operations[key]}"
+        return Result(f"{kind} {Path(file).name}:{line}" if file else kind, says, at)
 
     def _note(self, text: str) -> None:
         for key, one in self.open.items():

@@ -16,15 +16,27 @@ import z3
 
 from rcx_harness.engine.frontend.scalars import (
     ANY_DATE,
+    ANY_DURATION,
     ANY_REAL,
     INT_RANGE,
+    MOMENTS,
     SIGNED,
     WIDTH,
     Scalar,
+    string_length,
 )
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.verify.prove import reals, texts
-from rcx_harness.verify.prove.logic import Bool, both, either, equal, is_known, negated, truth
+from rcx_harness.verify.prove.logic import (
+    Bool,
+    UnsupportedError,
+    both,
+    either,
+    equal,
+    is_known,
+    negated,
+    truth,
+)
 
 __all__ = [
     "ENUM_BITS",
@@ -37,6 +49,7 @@ __all__ = [
     "compare",
     "concrete",
     "constant",
+    "is_duration",
     "legal",
     "negate",
     "scalar",
@@ -55,23 +68,40 @@ def bits(kind: Type) -> int:
     if isinstance(kind, EnumType):
         return ENUM_BITS
     name = _name(kind)
-    return TIME_BITS if name == "TIME" or name in ANY_DATE else WIDTH.get(name, 0)
+    return TIME_BITS if name in MOMENTS else WIDTH.get(name, 0)
 
 
 def _name(kind: Type) -> str:
     return kind.name if isinstance(kind, ElementaryType) else ""
 
 
+def is_duration(kind: Type) -> bool:
+    """Whether it is TIME or LTIME."""
+    return _name(kind) in ANY_DURATION
+
+
 def _signed(kind: Type) -> bool:
     name = _name(kind)
-    return name in SIGNED or name == "TIME" or name in ANY_DATE
+    return name in SIGNED or name in MOMENTS
+
+
+def _is_text(kind: Type) -> bool:
+    """Whether it is a STRING or CHAR.
+
+    Raises:
+        UnsupportedError: it is a WSTRING or WCHAR.
+    """
+    name = _name(kind)
+    if name in ("WSTRING", "WCHAR"):
+        raise UnsupportedError(f"a {name}")
+    return name in ("STRING", "CHAR")
 
 
 def constant(kind: Type, value: Scalar) -> Value:
     """The value that a literal or an initial value gives."""
     if _name(kind) in ANY_REAL:
         return reals.constant(float(value), _name(kind))
-    if _name(kind) == "STRING":
+    if _is_text(kind):
         return texts.constant(str(value))
     return bool(value) if _name(kind) == "BOOL" else int(value)
 
@@ -82,8 +112,9 @@ def anything(kind: Type, name: str) -> Value:
         return z3.Bool(name)
     if _name(kind) in ANY_REAL:
         return reals.anything(name, _name(kind))
-    if _name(kind) == "STRING":
-        return texts.anything(name)
+    if _is_text(kind):
+        assert isinstance(kind, ElementaryType)
+        return texts.anything(name, string_length(kind), exact=kind.name == "CHAR")
     return z3.BitVec(name, bits(kind))
 
 
@@ -96,7 +127,7 @@ def legal(kind: Type, value: Value) -> Bool:
     if bits(kind) == TIME_BITS:
         low = 0 if _name(kind) in ANY_DATE else -(1 << 63)
         return truth(z3.And(value >= low, value < 1 << 63))
-    return texts.legal(value) if _name(kind) == "STRING" else True
+    return texts.legal(value) if _is_text(kind) else True
 
 
 def scalar(kind: Type, value: Value) -> z3.ExprRef:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ from rich.console import Console
 
 from rcx_harness.errors import InputError
 from rcx_tools.evidence.mutants.judging import progress_bar
-from rcx_tools.evidence.prove import agreeing, report, seeded
+from rcx_tools.evidence.prove import report, seeded
+from rcx_tools.evidence.prove.agreement import jobs as agreeing
 from rcx_tools.evidence.prove.jobs import died, jobs, run
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
@@ -65,8 +67,23 @@ class _Runner:
         self._workers = options.jobs
         self._console = console
 
-    def of(self, title: str, run: Run[Any], work: list[Any], died: Run[Any]) -> dict[str, Any]:
-        """Outcomes by key; one that is `good` is taken from earlier runs, with its files."""
+    def of(
+        self,
+        title: str,
+        run: Run[Any],
+        work: list[Any],
+        died: Run[Any],
+        prepare: Callable[[], None] = lambda: None,
+    ) -> dict[str, Any]:
+        """Outcomes by key; one that is `good` is taken from earlier runs, with its files.
+
+        Args:
+            title: For people.
+            run: Runs a job.
+            work: The jobs.
+            died: The outcome of a job whose process has died.
+            prepare: What is to be done before any job is run.
+        """
         found = {
             job.key: known
             for job in work
@@ -74,6 +91,8 @@ class _Runner:
             and all(Path(file).exists() for file in (known.get("run") or {}).get("files", ()))
         }
         missing: list[HasKey] = [job for job in work if job.key not in found]
+        if missing:
+            prepare()
         with progress_bar(self._console) as progress:
             bar = progress.add_task(title, total=len(work), completed=len(found), told="")
             for outcome in outcomes(run, missing, self._workers, died):
@@ -82,11 +101,6 @@ class _Runner:
                     self._known.add(outcome)
                 found[outcome["key"]] = outcome
         return found
-
-    def took(self, key: str) -> float:
-        """How long something took that is known [s]; 0 of anything else."""
-        known = self._known.get(key)
-        return float(known["seconds"]) if known else 0.0
 
 
 def _prove(options: Namespace, console: Console) -> int:
@@ -103,13 +117,15 @@ def _prove(options: Namespace, console: Console) -> int:
     bugs = []
     if options.bug or own:
         copies = (options.out / "prove" / "seeded").resolve()
-        given = options.bug, options.limit, copies, seeded.BUGS, runner.took
-        bugs = seeded.tasks(library, *given)
+        bugs = seeded.tasks(library, options.bug, options.limit, copies, seeded.BUGS)
     told: dict[str, Any] = {"library": str(folder)} if options.lib else {}
     told |= {"properties": entries, "assumptions": report.taken_for_granted(entries)}
     if own:
         compared = list(agreeing.comparisons(library))
-        agreed = runner.of("agreement", agreeing.compare, compared, agreeing.died)
+        agreed = runner.of(
+            *("agreement", agreeing.compare, compared, agreeing.died),
+            lambda: agreeing.prepare(str(folder)),
+        )
         told["agreement"] = agreeing.summary(agreed.values())
     if bugs:
         judged = runner.of("seeded bugs", seeded.judge, bugs, seeded.died)

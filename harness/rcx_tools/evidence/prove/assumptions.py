@@ -8,10 +8,6 @@ __all__ = ["ASSUMPTIONS"]
 ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
-    "turn": "A job that keeps its turn from scan to scan has the ticket that is served"
-    " (of the library itself: turn-once).",
-    "real-bits": "FC_RcxRealBits gives the IEEE 754 pattern of each REAL (of -0.0 that of 0.0): its"
-    " loops are not translated for any argument; tests/command/test_reals.py tries it.",
     "calls": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words). A"
     " block instance belongs to one robot and is called between the two; none of core/ is called.",
     "missed": "No block is Busy and left uncalled for an exact multiple of 65,536 scans: the number"

@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from datetime import timedelta
+from pathlib import Path
+from typing import Any
 
 from rcx_harness.engine.base import Program
 from rcx_harness.spec import commands
 from rcx_harness.spec.wire import DEDICATED_AT, SIZE
 from rcx_harness.watch.contract import ContractMonitor
 from rcx_harness.watch.wire import WireMonitor, word
-from rcx_tools.evidence.prove.client import Client, Moment
+from rcx_tools.evidence.prove.client import IMAGE_BYTES, Client
+from rcx_tools.evidence.prove.environment import Moment
 from rcx_tools.evidence.prove.library import Library
 
-__all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "STOPS", "Judges"]
+__all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "RESULT", "STOPS", "About", "Judges"]
 
 #: Kinds of findings: the program cannot go on; a channel is not free in a quiet environment;
-#: another telegram, another area, other outputs of blocks than with the library as it is, which
-#: is proved.
-STOPS, HANG, PINS, BYTES, SHOWN = "stops", "hang", "pins", "bytes", "shown"
-DIFFERS = (PINS, BYTES, SHOWN)
+#: another telegram, another area, other outputs of blocks, other results of functions than with
+#: the library as it is, which is proved.
+STOPS, HANG, PINS, BYTES, SHOWN, RESULT = "stops", "hang", "pins", "bytes", "shown", "result"
+DIFFERS = (PINS, BYTES, SHOWN, RESULT)
 _HELD = ("command held", "data before code", "ready before code")
 _TURNS = ("both", "order", HANG, SHOWN)
 
 #: Of each property: the kinds of findings that refute it.
 CLAIMS: Mapping[str, tuple[str, ...]] = {
     "interval": ("interval",),
-    "stop-inputs": ("levels",),
+    "stop-inputs": ("levels", BYTES),
     "restart": ("restart", "start against stop", BYTES),
     "handshake": _HELD,
     "response": ("owned", SHOWN),
@@ -35,7 +39,8 @@ CLAIMS: Mapping[str, tuple[str, ...]] = {
     "reserved": ("reserved", BYTES),
     "contract": ("contract", SHOWN),
     "safety": (STOPS, SHOWN),
-    "functions": (SHOWN,),
+    "functions": (RESULT,),
+    "overflow": (STOPS, SHOWN, BYTES),
     "telegram-legal": ("telegram",),
     "telegram-pins": (PINS,),
     **dict.fromkeys(
@@ -50,37 +55,59 @@ QUIET = 120
 Findings = Iterator[tuple[str, str]]
 
 
+@dataclass(frozen=True)
+class About:
+    """What a run is about.
+
+    Attributes:
+        library: Where the blocks of the client are.
+        client: What it is.
+        blocks: The numbers of those that are called, from 1 on.
+        steady: Instances that are called once in every scan.
+        n: Where the output area is in its image.
+        kinds: Of what is to be looked for.
+    """
+
+    library: Library
+    client: Client
+    blocks: tuple[int, ...]
+    steady: set[str]
+    n: int
+    kinds: frozenset[str]
+
+    def pins(self, section: str) -> Iterator[str]:
+        """The inputs or outputs of the blocks that are called."""
+        for number in self.blocks:
+            block = self.client.blocks[number - 1]
+            for symbol in self.library.pou(block.upper()).section(section):
+                yield f"Main.B{number}.{symbol.name}"
+
+
 class Judges:
-    """All of them, on one program in a run from its start.
+    """All that judge some kinds of findings, on one program in a run from its start.
 
     Args:
         program: The client, compiled.
-        library: Where its blocks are.
-        client: What it is.
-        steady: Instances that are called once in every scan.
+        about: What the run is about.
 
     Attributes:
         written: The area as it was written in the last scan.
     """
 
-    def __init__(
-        self, program: Program, library: Library, client: Client, steady: set[str]
-    ) -> None:
+    def __init__(self, program: Program, about: About) -> None:
         self.written = bytes(SIZE)
-        self._program = program
+        self._program, self._about = program, about
+        kinds = about.kinds
+        self._whole = bytes(IMAGE_BYTES)
         self._wire = WireMonitor(SIZE)
-        self._contract = ContractMonitor(program, steady)
         pins = ("EmergencyStopOk", "StopOk", "Interval", "Margin")
         self._pins = program.reader([f"Main.WriteArea.{name}" for name in pins])
         owned = ("Connected", "Status", "Response")
         self._owned = program.reader([f"Main.Robot.{name}" for name in owned])
-        outputs = [
-            f"Main.B{number}.{symbol.name}"
-            for number, block in enumerate(client.blocks, 1)
-            for symbol in library.pou(block.upper()).section("VAR_OUTPUT")
-        ]
-        self._look = program.reader(outputs)
-        edges = [path for path in _scalars(library, client) if path.endswith(("Execute", "Enable"))]
+        self._look = program.reader(list(about.pins("VAR_OUTPUT")) if SHOWN in kinds else [])
+        functions = range(1, len(about.client.functions) + 1)
+        self._results = program.reader([f"Main.F{number}" for number in functions])
+        edges = [p for p in about.pins("VAR_INPUT") if p.endswith(("Execute", "Enable"))]
         self._edges = program.reader(edges)
         self._asked: tuple[object, ...] = (False,) * len(edges)
         self._was_lost = False
@@ -90,51 +117,64 @@ class Judges:
             for part in ("Serving", "NextTicket")
         ]
         self._channels = program.reader([f"Main.Robot.Inner.{part}" for part in parts])
-        self._jobs = _Jobs(program, library, client)
-        sends = all("RemoteCommand" not in block for block in client.blocks)
-        self._legal = commands() if sends else {}
-        self._general = any(block.startswith("FB_Write") for block in client.blocks)
+        called = [about.client.blocks[number - 1] for number in about.blocks]
+        self._legal = commands() if "FB_RemoteCommand" not in called else {}
+        self._general = any(block.startswith("FB_Write") for block in called)
         self._changed_us: int | None = None
-        self._outputs: list[bytes] = []
-        self._shown: list[tuple[object, ...]] = []
-        self._telegrams: list[tuple[int, bytes]] = []
+        self._telegrams: list[bytes] = []
+        self._seen: dict[str, object] = {}
+        self._checks = list(self._chosen(kinds))
+
+    def _chosen(self, kinds: Collection[str]) -> Iterator[Callable[[Moment, bytes], Findings]]:
+        """The checks that can find something of these kinds."""
+        if {"telegram", PINS} & set(kinds):
+            yield self._telegram
+        named = {
+            "outside": self._outside,
+            "interval": self._interval,
+            "levels": self._levels,
+            "owned": self._owner,
+            "restart": self._restart,
+            HANG: self._hang,
+        }
+        yield from (check for kind, check in named.items() if kind in kinds)
+        if {"both", "order"} & set(kinds):
+            yield _Jobs(self._program, self._about).scan
+        if {*_HELD, "interval", "reserved", "start against stop"} & set(kinds):
+            yield self._monitored
+        if "contract" in kinds:
+            monitor = ContractMonitor(self._program, self._about.steady)
+            yield lambda moment, _: (
+                (one.rule, one.text) for one in monitor.scan(moment.t_us, moment.number)
+            )
 
     def scan(self, moment: Moment) -> list[tuple[str, str]]:
         """What a scan breaks: the kind of it, and what it is."""
-        si = self._program.read_bytes("Main.OutputArea")
-        found = [
-            *self._outside(si),
-            *self._interval(moment, si),
-            *self._levels(moment, si),
-            *self._telegram(moment, si),
-            *self._owner(moment),
-            *self._restart(moment, si),
-            *self._jobs.scan(),
-            *self._hang(moment),
-        ]
-        at, number, so = moment.t_us, moment.number, moment.area
-        monitors = self._wire.scan(at, number, so, si[:SIZE], moment.connected)
-        found += [(one.rule, one.text) for one in monitors + self._contract.scan(at, number)]
-        self.written = si[:SIZE]
-        self._outputs.append(si)
-        self._shown.append(self._look())
-        return found
+        self._whole = self._program.read_bytes("Main.OutputArea")
+        si = self._whole[self._about.n : self._about.n + SIZE]
+        found = [one for check in self._checks for one in check(moment, si)]
+        self.written = si
+        self._seen = {
+            BYTES: self._whole,
+            SHOWN: self._look(),
+            RESULT: self._results(),
+        }
+        return [one for one in found if one[0] in self._about.kinds]
 
-    def differs(self, other: Judges, kinds: Collection[str]) -> int | None:
-        """The number of the scan in which something else went out than in the other run."""
-        if PINS in kinds:
-            for one, two in zip(self._telegrams, other._telegrams, strict=False):
-                if one[1] != two[1]:
-                    return max(one[0], two[0])
-        pairs: list[Iterator[tuple[object, object]]] = []
-        if BYTES in kinds:
-            pairs.append(zip(self._outputs, other._outputs, strict=False))
-        if SHOWN in kinds:
-            pairs.append(zip(self._shown, other._shown, strict=False))
-        for number, seen in enumerate(zip(*pairs, strict=False)):
-            if any(left != right for left, right in seen):
-                return number
-        return None
+    def differs(self, other: Judges) -> bool:
+        """Whether the last scan was not as in the other run."""
+        kinds = self._about.kinds
+        if PINS in kinds and any(
+            one != two for one, two in zip(self._telegrams, other._telegrams, strict=False)
+        ):
+            return True
+        pairs = [(self._seen[k], other._seen[k]) for k in (BYTES, SHOWN, RESULT) if k in kinds]
+        return any(one != two and repr(one) != repr(two) for one, two in pairs)  # NaN is no other
+
+    def _monitored(self, moment: Moment, si: bytes) -> Findings:
+        at = moment.t_us, moment.number
+        for one in self._wire.scan(*at, moment.area, si, moment.connected):
+            yield one.rule, one.text
 
     def _interval(self, moment: Moment, si: bytes) -> Findings:
         """Chapter 5, 3, caution; with what Interval and Margin ask for besides."""
@@ -160,15 +200,16 @@ class Judges:
             if si[DEDICATED_AT] & bit and not (allowed and moment.connected):
                 yield "levels", f"bit {bit:#x} is ON without its pin, or without the link"
 
-    def _outside(self, si: bytes) -> Findings:
-        if any(si[34:]) and not self._general:
-            yield "outside", "bytes beyond n + 33 were written"
+    def _outside(self, _: Moment, si: bytes) -> Findings:
+        n = self._about.n
+        if (any(self._whole[:n]) or any(self._whole[n + 34 :])) and not self._general:
+            yield "outside", "bytes before n or beyond n + 33 were written"
 
     def _telegram(self, moment: Moment, si: bytes) -> Findings:
         code = word(si, 0)
         if not code or code == word(self.written, 0):
             return
-        self._telegrams.append((moment.number, si[:DEDICATED_AT]))
+        self._telegrams.append(si[:DEDICATED_AT])
         words = [word(si, at) for at in range(0, DEDICATED_AT, 2)]
         if self._legal:
             command = self._legal.get(code & 0x0FFF)
@@ -176,7 +217,7 @@ class Judges:
             if why:
                 yield "telegram", f"{code:#06x} went out: {why}"
 
-    def _owner(self, moment: Moment) -> Findings:
+    def _owner(self, moment: Moment, _: bytes) -> Findings:
         """What FB_ReadArea owns is as it was read."""
         area = moment.area if moment.connected else bytes(SIZE)
         words = [word(area, at) for at in range(0, DEDICATED_AT, 2)]
@@ -194,7 +235,7 @@ class Judges:
             if rising or (word(si, 0) and not word(self.written, 0)):
                 yield "restart", "something starts after a lost link without a new edge"
 
-    def _hang(self, moment: Moment) -> Findings:
+    def _hang(self, moment: Moment, _: bytes) -> Findings:
         if moment.quiet == QUIET:
             command, last, sequence, latest = self._channels()
             if command != last:
@@ -203,35 +244,31 @@ class Judges:
                 yield HANG, f"the sequence channel still serves {sequence}"
 
 
-def _scalars(library: Library, client: Client) -> Iterator[str]:
-    """The inputs of the blocks."""
-    for number, block in enumerate(client.blocks, 1):
-        for symbol in library.pou(block.upper()).section("VAR_INPUT"):
-            yield f"Main.B{number}.{symbol.name}"
-
-
 class _Jobs:
     """Whose turn it is, by the pins: one at a time, first come, first served."""
 
-    def __init__(self, program: Program, library: Library, client: Client) -> None:
+    def __init__(self, program: Program, about: About) -> None:
         self._turns: dict[str, list[int]] = {}
         paths: list[str] = []
-        for number, block in enumerate(client.blocks, 1):
-            pou = library.pou(block.upper())
+        for number in about.blocks:
+            pou = about.library.pou(about.client.blocks[number - 1].upper())
             if "ACTIVE" in pou.symbols:
-                kind = "sequence" if "sequence" in pou.file else "command"
-                self._turns.setdefault(kind, []).append(len(paths) // 3)
-                call = "Main.Connected" if client.steady else f"Main.Call{number}"
-                paths += [f"Main.B{number}.Busy", f"Main.B{number}.Active", call]
+                kind = "sequence" if Path(pou.file).parent.name == "sequence" else "command"
+                self._turns.setdefault(kind, []).append(len(paths) // 4)
+                once = ("Connected", "Connected") if about.client.steady else ("Call", "Late")
+                calls = [f"Main.{name}{'' if about.client.steady else number}" for name in once]
+                paths += [f"Main.B{number}.Busy", f"Main.B{number}.Active", *calls]
         self._look = program.reader(paths)
         self._since: dict[int, int] = {}
         self._scans = 0
 
-    def scan(self) -> Findings:
+    def scan(self, *_: Any) -> Findings:
         """Judge a scan."""
         self._scans += 1
         seen = self._look()
-        pins = [seen[at : at + 3] for at in range(0, len(seen), 3)]
+        pins = [
+            (seen[at], seen[at + 1], seen[at + 2] or seen[at + 3]) for at in range(0, len(seen), 4)
+        ]
         for place, (busy, _, called) in enumerate(pins):
             if not busy:
                 self._since.pop(place, None)

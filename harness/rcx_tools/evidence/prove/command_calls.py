@@ -16,6 +16,7 @@ from rcx_harness.verify.prove.texts import Text
 from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.pin_telegrams import WORDS, char_code
+from rcx_tools.evidence.prove.tickets.model import keeps_turn
 
 __all__ = ["Call", "Held"]
 
@@ -100,11 +101,13 @@ class Call:
 
     @property
     def turn(self) -> Any:
-        """A job that has its turn, and was called in the last scan, has the ticket of the turn."""
+        """What the property `turn-once` proves of the job."""
         was, job, channel = self.step.was, (*BLOCK, "JOB"), (*ROBOT, "INNER", "COMMAND")
-        last = was((*job, "SEEN")) + 1 == was((*ROBOT, "INNER", "SCAN"))
         own = was((*job, "TICKET")) == was((*channel, "SERVING"))
-        return z3.Implies(z3.And(was((*job, "BUSY")), was((*job, "ACTIVE")), last), own)
+        number = was((*ROBOT, "INNER", "SCAN"))
+        return keeps_turn(
+            was((*job, "BUSY")), was((*job, "ACTIVE")), was((*job, "SEEN")), number, own
+        )
 
     @property
     def requested(self) -> Any:

@@ -21,6 +21,7 @@ from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.summaries import (
     LONGEST_MS,
+    bits_of,
     nearest_milliseconds,
     pattern_of,
 )
@@ -223,15 +224,138 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
     )
 
 
+# --- a REAL: its pattern is Size, what it has below the sign; an exponent steps it by _STEP ---
+
+_STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
+#: 2^23 and 2^24: from the one to below the other a REAL is its own mantissa.
+_WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
+#: Doublings of a denormal number that make its mantissa a whole number.
+_DOUBLINGS = 149
+
+
+def _doubled(size: Any, n: Any) -> Any:
+    """The pattern of a denormal number, or 0, after `n` doublings, at most 149; `n` has 32 bits.
+
+    While the mantissa has room below 2^24 it moves to the left, then the exponent is counted.
+    """
+    result = z3.BitVecVal(0, 32)
+    for high in range(23):
+        room = 23 - high
+        moved = z3.If(z3.ULE(n, room), size << n, (size << room) + (n - room) * _STEP)
+        result = z3.If(z3.Extract(high, high, size) == 1, moved, result)
+    return result
+
+
+def _narrow(n: Any) -> Any:
+    return z3.Extract(31, 0, n)
+
+
+def _halvings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
+    """FC_RcxRealBits halves what is 2^24 and more: infinity for ever, until Exponent ends it."""
+    infinite = first["Rest"] == _INFINITE
+    return z3.And(
+        z3.ULE(n, 105),
+        now["Exponent"] == first["Exponent"] + n,
+        now["Rest"] == z3.If(infinite, first["Rest"], first["Rest"] - _narrow(n) * _STEP),
+        z3.Or(n == 0, z3.UGE(first["Rest"], _WHOLE + _narrow(n) * _STEP)),
+    )
+
+
+def _doublings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
+    """FC_RcxRealBits doubles what is below 2^23, a denormal number until Exponent ends it."""
+    rest, steps = first["Rest"], _narrow(n)
+    return z3.And(
+        z3.ULE(n, _DOUBLINGS),
+        now["Exponent"] == first["Exponent"] - n,
+        now["Rest"] == z3.If(z3.ULT(rest, _STEP), _doubled(rest, steps), rest + steps * _STEP),
+        z3.Or(n == 0, z3.ULT(now["Rest"], _ABOVE)),
+    )
+
+
+def _real_bits(library: Library) -> Iterator[Goal]:
+    """All patterns of a REAL, infinities and NaN among them."""
+    machine = _Cut(library, [_Loop(_halvings), _Loop(_doublings)])
+    pattern = z3.BitVec("value", 32)
+    result = machine.call_function("FC_RCXREALBITS", [reals.Real(pattern)])
+    yield from machine.goals
+    claims = {
+        "of a number that is denormal or 0": z3.ULT(pattern & ~_SIGN, _STEP),
+        "of any other number": z3.And(
+            z3.UGE(pattern & ~_SIGN, _STEP), z3.ULT(pattern & ~_SIGN, _INFINITE)
+        ),
+        "of infinity": pattern & ~_SIGN == _INFINITE,
+    }
+    for name, among in claims.items():
+        yield Goal(
+            f"the pattern {name}",
+            (*machine.assumptions, among),
+            result == bits_of(pattern),
+            {"value": pattern, "result": result},
+        )
+
+
+def _bits_real(library: Library) -> Iterator[Goal]:
+    """All patterns, those that are no number among them."""
+    pattern = z3.BitVec("pattern", 32)
+    mantissa, exponent = pattern & _STEP - 1, z3.LShR(pattern, 23) & 0xFF
+    start = z3.If(exponent == 0, z3.BitVecVal(1, 32), exponent)
+    whole = z3.If(
+        exponent == 0, _doubled(mantissa, z3.BitVecVal(_DOUBLINGS, 32)), _WHOLE + mantissa
+    )
+
+    def doublings(_: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
+        return z3.And(
+            z3.Or(n == 0, z3.And(z3.ULE(exponent, 254), z3.ULE(150 + _narrow(n), exponent))),
+            now["Exponent"] == z3.ZeroExt(TIME_BITS - 32, start) - n,
+            now["Value"] == whole + _narrow(n) * _STEP,
+        )
+
+    def halvings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
+        steps = _narrow(n)
+        denormal = _doubled(mantissa, _DOUBLINGS - steps)
+        return z3.And(
+            z3.Or(n == 0, z3.ULE(start + steps, 150)),
+            first["Exponent"] == z3.If(z3.ULE(start, 150), z3.ZeroExt(TIME_BITS - 32, start), 150),
+            now["Exponent"] == first["Exponent"] + n,
+            z3.Implies(exponent == 0, now["Value"] == denormal),
+            z3.Implies(
+                z3.And(exponent != 0, z3.ULE(exponent, 150)),
+                now["Value"] == _WHOLE + mantissa - steps * _STEP,
+            ),
+            z3.Implies(z3.UGT(exponent, 150), now["Value"] == whole + (exponent - 150) * _STEP),
+        )
+
+    machine = _Cut(library, [_Loop(doublings), _Loop(halvings)])
+    result = pattern_of(machine.call_function("FC_RCXBITSREAL", [pattern]))
+    yield from machine.goals
+    size, sign = pattern & _SIGN - 1, pattern & _SIGN
+    largest = z3.If(size == _INFINITE, _INFINITE - 1 | sign, z3.BitVecVal(0, 32))
+    claims = {
+        "of a pattern of a number": (z3.ULT(size, _INFINITE), bits_of(pattern)),
+        "of infinity, and of no number": (z3.UGE(size, _INFINITE), largest),
+    }
+    for name, (among, claim) in claims.items():
+        yield Goal(
+            f"the REAL {name}",
+            (*machine.assumptions, among),
+            result == claim,
+            {"pattern": pattern, "result": result},
+        )
+
+
 _PARTS: dict[str, Callable[[Library], Iterator[Goal]]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
+    "FC_RCXREALBITS": _real_bits,
+    "FC_RCXBITSREAL": _bits_real,
 }
 
 PROPERTIES = (
     Property(
         "functions",
         "FC_RcxMilliseconds gives the nearest number of milliseconds for every TIME, 0 below 0 and"
-        " 20 days from there on.",
+        " 20 days from there on; FC_RcxRealBits the IEEE 754 pattern of every REAL that is a number"
+        " (of -0.0 that of 0.0); FC_RcxBitsReal the REAL of every pattern of a number, the largest"
+        " of its sign for infinity, 0.0 for what is no number.",
         "docs/blocks/functions.md",
         (),
         lambda library, part: _PARTS[part](library),

@@ -1,13 +1,16 @@
 """Runs from the start that show what a seeded bug does, found by trying, and replayed.
 
 A run counts when it breaks a claim of a property on the broken library, replayed from its
-stimulus as `rcx run` does it, and breaks nothing on the library as it is.
+stimulus as `rcx run` does it, and breaks nothing on the library as it is. Both run side by side:
+where no claim is broken, a run counts in which something else goes out than from the proved
+library, for those properties that say so (`claims.CLAIMS`).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -17,25 +20,32 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
+from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
 from rcx_harness.watch.calls_source import steady_instances
-from rcx_tools.evidence.prove.claims import DIFFERS, HANG, QUIET, STOPS, Judges
-from rcx_tools.evidence.prove.client import Client, Environment, Moment, numbers_in
+from rcx_tools.evidence.prove.claims import DIFFERS, HANG, QUIET, RESULT, STOPS, About, Judges
+from rcx_tools.evidence.prove.client import Client
+from rcx_tools.evidence.prove.environment import Environment, Hints, Moment, numbers_in
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["CLIENTS", "Found", "hunt"]
+__all__ = ["STANDING", "Found", "Hunted", "hunt"]
 
-#: Blocks of clients for what no block alone is about.
-CLIENTS = (
-    ("FB_ServoOn", "FB_AutoStart", "FB_SequenceControl"),
-    ("FB_ServoOn", "FB_AlarmReset", "FB_RemoteCommand"),
-    ("FB_RemoteCommand", "FB_ReadPositionPulses", "FB_ReadPositionPulses", "FB_Jog"),
-    ("FB_SequenceControl", "FB_ProgramReset", "FB_AutoStart", "FB_EmergencyStop", "FB_ProgramStop"),
+#: Blocks that a client has beside those that a bug is in: of both channels, and of every kind.
+STANDING = (
+    *("FB_ServoOn", "FB_ServoOn", "FB_AutoStart", "FB_SequenceControl", "FB_AlarmReset"),
+    *("FB_ProgramReset", "FB_EmergencyStop", "FB_ServoOnFromEmergencyStop", "FB_PowerUp"),
+    *("FB_ProgramStop", "FB_ProgramContinue"),
+    *("FB_RemoteCommand", "FB_RemoteCommand", "FB_ReadPositionPulses", "FB_ReadPositionPulses"),
+    "FB_Jog",
 )
 
 #: Runs that are tried, and scans of each before the environment becomes quiet.
-_RUNS, _SCANS = 50, 60
+_RUNS, _SCANS = 300, 80
+#: After a run that only differs so many more are tried for one that breaks a claim.
+_MORE = 12
+#: Of runs for which a quiet end matters every second one has it.
+_LONG = 2
 
 
 @dataclass(frozen=True)
@@ -48,120 +58,178 @@ class Found:
     breaks: str
 
 
+@dataclass(frozen=True)
+class Hunted:
+    """A bug that a run is looked for.
+
+    Attributes:
+        name: It is the seed.
+        file: What the bug has changed, in the library.
+        own: Blocks that it is in, or that its broken goals are about.
+        kinds: Kinds of claims, see `claims.CLAIMS`.
+        hints: Values of pins that break a goal.
+    """
+
+    name: str
+    file: str
+    own: tuple[str, ...]
+    kinds: frozenset[str]
+    hints: Hints
+
+
 def hunt(
-    name: str,
-    file: str,
-    blocks: Sequence[str],
-    kinds: Sequence[str],
-    folder: Path,
-    library: Path,
-    runs: int = _RUNS,
+    bug: Hunted, broken: Library, sound: Library, folder: Path, runs: int = _RUNS
 ) -> Found | None:
     """A run that breaks one of these kinds of claims; None where none was found.
 
     Args:
-        name: Of the bug; it is the seed.
-        file: What the bug has changed, in the library.
-        blocks: Those of the client.
-        kinds: See `claims.CLAIMS`.
-        folder: Where the copy with the bug is, in lib/; the run is left here.
-        library: The library as it is.
+        bug: What is looked for.
+        broken: The copy of the library with the bug.
+        sound: The library as it is.
+        folder: The run is left here.
         runs: How many are tried.
     """
-    steady = "contract" in kinds
-    client = Client(tuple(blocks), steady, "Words" in file)
-    source = folder / "client.st"
-    source.write_text(client.source(Library(folder / "lib")), encoding="utf-8")
-    hunter = _Hunter(client, source, folder / "lib", library, kinds)
-    numbers = sorted(numbers_in(folder / "lib" / file))
-    start = sum(name.encode())
-    for differs in (False, True) if set(kinds) & set(DIFFERS) else (False,):
-        for seed in range(start, start + runs):
-            moments = hunter.run(seed, numbers, differs=differs)
-            if moments is not None and (found := hunter.confirmed(moments, folder)):
-                return found
+    functions: tuple[str, ...] = ()
+    if RESULT in bug.kinds:
+        pous = (broken.pou(name) for name in sorted(broken.in_file(bug.file)))
+        functions = tuple(
+            pou.name for pou in pous if pou.kind == "FUNCTION" and not pou.section("VAR_IN_OUT")
+        )
+    words = "Words" in bug.file
+    own = tuple(block for block in bug.own for _ in range(2))[:6]
+    standing = (*STANDING, "FB_WriteWordInWords" if words else "FB_WriteWord")
+    clients = [Client((*own, *standing), words=words, functions=functions)]
+    if "contract" in bug.kinds:
+        clients.insert(0, Client(own or STANDING[2:4], True, words))
+    for client in clients:
+        hunter = _Hunter(client, bug, broken, sound, folder)
+        found = hunter.first(len(own), runs)
+        if found is not None:
+            return found
     return None
 
 
 class _Hunter:
     def __init__(
-        self, client: Client, source: Path, broken: Path, sound: Path, kinds: Sequence[str]
+        self, client: Client, bug: Hunted, broken: Library, sound: Library, folder: Path
     ) -> None:
-        self._client, self._source, self._kinds = client, source, kinds
-        self._folders = broken, sound
-        self._library = Library(broken)
-        self._steady = steady_instances([source], sorted(broken.rglob("*.st")))
-        self._broken = _built(source, broken)
-        self._start = self._broken.snapshot()
-        self._sound = _built(source, sound) if set(kinds) & set(DIFFERS) else None
-        self._sound_start = self._sound.snapshot() if self._sound else None
-
-    def _judges(self, program: Program) -> Judges:
-        return Judges(program, self._library, self._client, self._steady)
-
-    def run(self, seed: int, numbers: list[int], *, differs: bool) -> list[Moment] | None:
-        """Try one run; what happens in it up to a broken claim, or to a difference."""
-        self._broken.restore(self._start)
-        judges = self._judges(self._broken)
-        long = HANG in self._kinds
-        environment = Environment(self._library, self._client, seed, numbers, long=long)
-        moments: list[Moment] = []
-        for number in range(_SCANS + (QUIET if long else 0)):
-            moment = environment.before(number, judges.written, max(0, number - _SCANS + 1))
-            moments.append(moment)
-            found = _scan(self._broken, judges, moment)
-            if any(kind in self._kinds for kind, _ in found):
-                return moments
-            if any(kind == STOPS for kind, _ in found):
-                return None
-        if self._sound is None or not differs:
-            return None
-        self._sound.restore(self._sound_start)
-        other = self._judges(self._sound)
-        for moment in moments:
-            _scan(self._sound, other, moment)
-        last = judges.differs(other, self._kinds)
-        return None if last is None else moments[: last + 1]
-
-    def confirmed(self, moments: list[Moment], folder: Path) -> Found | None:
-        """Replay it from its file, on both copies of the library."""
-        file = folder / "stimulus.toml"
-        file.write_text("\n".join(_entries(moments)), encoding="utf-8")
-        scan_us = moments[1].t_us if len(moments) > 1 else 10_000
-        (broken, one), (sound, other) = (
-            self._replayed(lib, file, scan_us, moments) for lib in self._folders
+        self._client, self._bug, self._folder = client, bug, folder
+        self._libraries = broken, sound
+        self._source = folder / "client.st"
+        self._source.write_text(client.source(broken), encoding="utf-8")
+        changed = sound.folder / bug.file, broken.folder / bug.file
+        files = sorted(sound.folder.rglob("*.st"))
+        every = [changed[1] if file == changed[0] else file for file in files]
+        self._steady = steady_instances([self._source], every) if client.steady else set()
+        self._broken, self._sound = (
+            build([self._source, *needed([self._source], some)], "builtin").program
+            for some in (every, files)
         )
-        why = [text for kind, text in broken if kind in self._kinds]
-        if one.differs(other, self._kinds) is not None:
-            why.append("what goes out is not what the proved library sends")
-        if not why or any(kind in (*self._kinds, STOPS) for kind, _ in sound):
+        self._starts = self._broken.snapshot(), self._sound.snapshot()
+        self._numbers = sorted(numbers_in(changed[1]))
+
+    def first(self, own: int, runs: int) -> Found | None:
+        """The first run that breaks a claim; else the first one that differs, if that counts."""
+        start = sum(self._bug.name.encode())
+        differing: tuple[Found, list[Moment]] | None = None
+        more = _MORE
+        for seed in range(start, start + runs):
+            if differing is not None:
+                more -= 1
+                if not more:
+                    break
+            long = HANG in self._bug.kinds and seed % _LONG == 0
+            environment = Environment(
+                self._libraries[0],
+                self._client,
+                seed,
+                self._numbers,
+                self._bug.hints,
+                first=own,
+                long=long,
+            )
+            moments, claimed = self._run(environment, long=long)
+            if not moments or (differing is not None and not claimed):
+                continue
+            found = self._confirmed(moments, environment)
+            if found is not None and claimed:
+                return found
+            differing = (found, moments) if found is not None else differing
+        if differing is None:
             return None
-        told = [_short(path) for path in (self._source, self._folders[0], file)]
-        scan, whole = f"{scan_us / 1000:g}ms", f"{scan_us * len(moments) / 1000:g}ms"
+        self._leave(differing[1])
+        return differing[0]
+
+    def _leave(self, moments: list[Moment]) -> Path:
+        """Write a run to its file."""
+        file = self._folder / "stimulus.toml"
+        file.write_text("\n".join(_entries(moments)), encoding="utf-8")
+        return file
+
+    def _about(self, environment: Environment) -> About:
+        kinds = self._bug.kinds
+        blocks, n = environment.blocks, environment.n
+        return About(self._libraries[0], self._client, blocks, self._steady, n, kinds)
+
+    def _run(self, environment: Environment, *, long: bool) -> tuple[list[Moment], bool]:
+        """Try one run; what happens in it up to a broken claim, or to a difference."""
+        self._broken.restore(self._starts[0])
+        self._sound.restore(self._starts[1])
+        about = self._about(environment)
+        broken, sound = Judges(self._broken, about), Judges(self._sound, about)
+        compared = bool(self._bug.kinds & set(DIFFERS))
+        moments: list[Moment] = []
+        differing = 0
+        for number in range(_SCANS + (QUIET if long else 0)):
+            moment = environment.before(number, broken.written, max(0, number - _SCANS + 1))
+            moments.append(moment)
+            found = _scan(self._broken, broken, moment)
+            if _scan(self._sound, sound, moment):
+                break  # a claim that the library as it is does not keep, either
+            if any(kind in self._bug.kinds for kind, _ in found):
+                return moments, True
+            if found:
+                break
+            if compared and not differing and broken.differs(sound):
+                differing = len(moments)
+        return moments[:differing], False
+
+    def _confirmed(self, moments: list[Moment], environment: Environment) -> Found | None:
+        """Replay it from its file, on both copies of the library."""
+        file = self._leave(moments)
+        about = self._about(environment)
+        scan_us = environment.scan_us
+        (broken, one), (sound, other) = (
+            self._replayed(library.folder, file, scan_us, moments, about)
+            for library in self._libraries
+        )
+        why = [text for kind, text in broken if kind in self._bug.kinds]
+        if one is not None and other is not None and one.differs(other):
+            why.append("what goes out is not what the proved library sends")
+        if not why or sound:
+            return None
+        told = [_short(path) for path in (self._source, self._libraries[0].folder, file)]
+        scan, whole = f"{scan_us}us", f"{scan_us * len(moments)}us"
         command = "rcx run {} --lib {} --stimulus {}".format(*told)
         files = tuple(str(path) for path in (self._source, file))
         return Found(f"{command} --scan {scan} --for {whole}", files, len(moments), why[0])
 
     def _replayed(
-        self, lib: Path, file: Path, scan_us: int, moments: list[Moment]
-    ) -> tuple[list[tuple[str, str]], Judges]:
-        """What breaks in a cell, with all of its monitors."""
+        self, lib: Path, file: Path, scan_us: int, moments: list[Moment], about: About
+    ) -> tuple[list[tuple[str, str]], Judges | None]:
+        """What breaks in a cell; and the judges, but where it has stopped."""
         found: list[tuple[str, str]] = []
         scan = timedelta(microseconds=scan_us)
         with Cell.build(self._source, lib=lib, scan=scan, engine="builtin") as cell:
             Stimulus.load(file).schedule(cell)
-            judges = self._judges(cell.program)
+            judges = Judges(cell.program, about)
             for moment in moments:
                 try:
                     cell.scan(1)
                 except InputError as error:
-                    return [*found, (STOPS, str(error))], judges
+                    return [*found, (STOPS, str(error))], None
                 found += judges.scan(moment)
         return found, judges
-
-
-def _built(source: Path, library: Path) -> Program:
-    return build([source, *sorted(library.rglob("*.st"))], "builtin").program
 
 
 def _scan(program: Program, judges: Judges, moment: Moment) -> list[tuple[str, str]]:
@@ -195,14 +263,16 @@ def _entries(moments: list[Moment]) -> Iterator[str]:
             lines.append(f'area = "{moment.area.rstrip(bytes(1)).hex(" ") or "00"}"')
             lines.append(f"connected = {_told(moment.connected)}")
         if lines:
-            yield "\n".join(["[[at]]", f'time = "{moment.t_us / 1000:g}ms"', *lines, ""])
+            yield "\n".join(["[[at]]", f'time = "{moment.t_us}us"', *lines, ""])
 
 
 def _told(value: Any) -> str:
     if isinstance(value, timedelta):
-        return f'"{value // timedelta(milliseconds=1)}ms"'
+        return f'"{value // timedelta(microseconds=1)}us"'
     if isinstance(value, list):
         return f"[{', '.join(_told(one) for one in value)}]"
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{name} = {_told(one)}" for name, one in value.items()) + " }"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
     return json.dumps(value)

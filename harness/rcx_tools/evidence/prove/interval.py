@@ -26,12 +26,14 @@ _SPACING: Path = (*_HEAD, "SPACING")
 
 
 def _at_least(machine: Machine, memory: Mapping[Path, Value]) -> Any:
-    """max(100 ms, Interval) + max(0, Margin)."""
+    """max(100 ms, Interval) + max(0, Margin), of each 8 days at most."""
     interval = machine.term((*BLOCK, "INTERVAL"), memory)
     margin = machine.term((*BLOCK, "MARGIN"), memory)
     zero = milliseconds(0)
     longer = z3.If(interval > milliseconds(100), interval, milliseconds(100))
-    return longer + z3.If(margin > zero, margin, zero)
+    margin = z3.If(margin > zero, margin, zero)
+    most = milliseconds(8 * 86_400_000)
+    return z3.If(longer > most, most, longer) + z3.If(margin > most, most, margin)
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,8 @@ PROPERTIES = (
     Property(
         "interval",
         "Any two changes of dedicated inputs are at least max(100 ms, Interval) + max(0, Margin)"
-        " apart, each alone in its scan; only a switch-off of SI(00) or SI(06) goes out at once.",
+        " apart (8 days of each count), each alone in its scan; only a switch-off of SI(00) or"
+        " SI(06) goes out at once.",
         "chapter 5, 3",
         ("inner", "calls", "clock", "area"),
         _goals,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +23,14 @@ from rcx_tools.evidence.prove import (
     image,
     interval,
     levels,
+    overflow,
     restart,
     safety,
     telegrams,
     tickets,
 )
 from rcx_tools.evidence.prove.library import Library
-from rcx_tools.evidence.prove.property import Property
+from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import module_of, prover_state
 
@@ -59,11 +60,20 @@ PROPERTIES: tuple[Property, ...] = (
     *contract.PROPERTIES,
     *telegrams.PROPERTIES,
     *safety.PROPERTIES,
+    *overflow.PROPERTIES,
     *functions.PROPERTIES,
 )
 
 #: Real time after which a goal that the solver does not give up itself is given up [s].
 _HANGS = 120
+
+
+#: Terms of a goal, by name.
+Shown = Callable[[Goal], Mapping[str, Any]]
+
+
+def _no_more(_: Goal) -> Mapping[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -123,10 +133,10 @@ def run(job: Job) -> dict[str, Any]:
     return _judged(job, answers(job, library_at(job.folder)))
 
 
-def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
+def run_until_broken(job: Job, library: Library, also: Shown = _no_more) -> dict[str, Any]:
     """The same, up to the first goal that is not proved."""
     goals = []
-    for goal in answers(job, library):
+    for goal in answers(job, library, also):
         goals.append(goal)
         if goal["status"] != PROVED:
             break
@@ -143,15 +153,21 @@ def worst(statuses: Iterable[str]) -> str:
     return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
 
 
-def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
-    """What the solver says to each goal; what cannot be asked is unknown."""
+def answers(job: Job, library: Library, also: Shown = _no_more) -> Iterator[dict[str, Any]]:
+    """What the solver says to each goal; what cannot be asked is unknown.
+
+    Args:
+        job: The part that is asked about.
+        library: The copy that it is about.
+        also: What to show of a goal that does not hold, beside what it shows by itself.
+    """
     z3.set_param("smt.random_seed", 0)
     z3.set_param("sat.random_seed", 0)
     _watch(job.limit_s)
     try:
         for goal in property_of(job.property).goals(library, job.part):
             _watch(job.limit_s)
-            answer = ask(goal.assumed, goal.claim, job.limit_s, goal.show)
+            answer = ask(goal.assumed, goal.claim, job.limit_s, partial(_shown, goal, also))
             yield {"goal": goal.name, **asdict(answer)}
             _watch(job.limit_s)
     except KeyError as error:
@@ -160,6 +176,10 @@ def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
         yield _unknown(job, str(error) or type(error).__name__)
     finally:
         _watch(None)
+
+
+def _shown(goal: Goal, also: Shown) -> Mapping[str, Any]:
+    return {**goal.show, **also(goal)}
 
 
 def _watch(limit_s: float | None) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path as File
 from typing import Any
@@ -13,7 +13,9 @@ import z3
 
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.load import checked
+from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.syntax import Source
 from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, Value
@@ -62,9 +64,11 @@ class Library:
 
     Attributes:
         folder: Where it is.
+        like: Another copy; files that are the same there are not parsed again.
     """
 
     folder: File
+    like: File | None = None
 
     @cached_property
     def project(self) -> Project:
@@ -77,7 +81,14 @@ class Library:
         if not sources:
             there = "holds no .st file" if self.folder.is_dir() else "is no folder"
             raise InputError(f"{self.folder} {there}", hint="name a copy of plc/lib")
-        return checked(sources)
+        return checked(sources, self._parsed)
+
+    def _parsed(self, file: File) -> Source:
+        if self.like is not None:
+            twin = self.like / file.relative_to(self.folder)
+            if twin.is_file() and twin.read_bytes() == file.read_bytes():
+                return replace(parse(twin), file=file)
+        return parse(file)
 
     def complete(self, original: File) -> None:
         """See that it has all of the blocks and functions of another copy.

@@ -35,6 +35,8 @@ class Property:
         assumes: Names of entries of `assumptions.ASSUMPTIONS`.
         goals: The goals of a part of the library; all of them have to be proved.
         parts: Names of parts that are independent jobs (blocks, or parts of an induction).
+        uses: Names of properties of which it takes for granted what they prove; what they assume
+            it assumes, too.
         rests_on: POUs whose sources, with all that they use, a part depends on; None for all.
     """
 
@@ -45,3 +47,4 @@ class Property:
     goals: Callable[[Library, str], Iterator[Goal]]
     parts: Callable[[Library], Iterable[str]] = lambda _: ("",)
     rests_on: Callable[[str], Iterable[str]] | None = None
+    uses: tuple[str, ...] = ()

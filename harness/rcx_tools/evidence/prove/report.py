@@ -14,6 +14,7 @@ from rich.table import Table
 from rcx_harness.verify.prove.solve import PROVED
 from rcx_tools.evidence.prove.assumptions import ASSUMPTIONS
 from rcx_tools.evidence.prove.jobs import Job, property_of, worst
+from rcx_tools.evidence.prove.property import Property
 
 __all__ = ["is_good", "properties", "show", "taken_for_granted", "write"]
 
@@ -39,12 +40,19 @@ def _entry(name: str, parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "section": item.section,
         "status": worst(part["status"] for part in parts),
         "seconds": round(sum(part["seconds"] for part in parts), 1),
-        "assumes": list(item.assumes),
+        "assumes": _assumes(item),
+        "uses": list(item.uses),
         "parts": len(parts),
         "goals": len(goals),
         "slowest": [[_told(goal), round(goal["seconds"], 1)] for goal in slowest],
         "not_proved": [goal for goal in goals if goal["status"] != PROVED],
     }
+
+
+def _assumes(item: Property) -> list[str]:
+    """What it takes for granted, and what those that it uses do."""
+    used = (name for other in item.uses for name in _assumes(property_of(other)))
+    return list(dict.fromkeys([*item.assumes, *used]))
 
 
 def _told(goal: Mapping[str, Any]) -> str:
@@ -98,7 +106,8 @@ def _agreed(report: Mapping[str, Any]) -> Iterator[str]:
         one = report["agreement"]
         yield (
             f"translation and engine: {one['scans']:,} scans of {one['blocks']} blocks, at least"
-            f" {one['least_of_a_block']} of each; disagreements: {len(one['disagreements'])}"
+            f" {one['least_of_a_block']} of each; {one['matiec']['says']};"
+            f" disagreements: {len(one['disagreements'])}"
         )
         yield from one["disagreements"]
 

@@ -15,12 +15,12 @@ import z3
 
 from rcx_harness.engine.types import ArrayType
 from rcx_harness.verify.prove import reals
-from rcx_harness.verify.prove.machine import Machine
+from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.invariants import Memory, assumed, call, without_floats
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 
-__all__ = ["PROPERTIES", "exactly"]
+__all__ = ["PROPERTIES", "exactly", "log_keeps"]
 
 _COMPARES = {
     z3.Z3_OP_FPA_GE: ">=",
@@ -140,23 +140,26 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
 _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
-def _log_keeps(library: Library, block: str, step: Step, memory: Memory) -> Any:
+def log_keeps(machine: Machine, log: Path, memory: Memory, size: Any) -> Any:
     """The newest entry is in the log, and there are not more than LogSize says."""
-    term, log = step.machine.term, _LOGS[block]
-    ring = next(s for s in library.pou("FB_EVENTLOG").section("VAR") if s.name == "Ring").type
+    ring = machine.project.pous["FB_EVENTLOG"].symbols["RING"].type
     assert isinstance(ring, ArrayType)
     ((_, last),) = ring.bounds
-    newest, count = term((*log, "NEWEST"), memory), term((*log, "COUNT"), memory)
-    size = term((*BLOCK, "LOGSIZE"), step.before)
+    newest, count = (machine.term((*log, name), memory) for name in ("NEWEST", "COUNT"))
     return z3.And(size <= last + 1, newest >= 0, newest <= last, z3.Or(count <= 0, count <= size))
+
+
+def _log_keeps(block: str, step: Step, memory: Memory) -> Any:
+    size = step.machine.term((*BLOCK, "LOGSIZE"), step.before)
+    return log_keeps(step.machine, _LOGS[block], memory, size)
 
 
 def _goals(library: Library, block: str) -> Iterator[Goal]:
     step = call(library, block)
     known = (*assumed(step), *_limits(library, block, step))
     if block in _LOGS:
-        known = (*known, _log_keeps(library, block, step, step.before))
-        kept = _log_keeps(library, block, step, step.machine.snapshot())
+        known = (*known, _log_keeps(block, step, step.before))
+        kept = _log_keeps(block, step, step.machine.snapshot())
         yield Goal(f"{block}: the log keeps its places", known, kept)
     yield from _impossible(block, step.machine, known)
 

@@ -5,43 +5,79 @@ from __future__ import annotations
 import hashlib
 import shutil
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+import z3
 
 from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.prove.solve import PROVED
 from rcx_tools.evidence.prove.claims import CLAIMS
-from rcx_tools.evidence.prove.hunting import CLIENTS, Found, hunt
+from rcx_tools.evidence.prove.environment import Hints
+from rcx_tools.evidence.prove.hunting import Found, Hunted, hunt
 from rcx_tools.evidence.prove.jobs import (
     PROPERTIES,
     Job,
     jobs,
+    library_at,
     property_of,
     rests_on,
     run_until_broken,
 )
-from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.library import BLOCK, Library
+from rcx_tools.evidence.prove.property import Goal
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.evidence.store import digest
 
-__all__ = ["BUGS", "Bug", "Task", "bugs", "chosen", "died", "judge", "summary", "tasks"]
+__all__ = [
+    "BUGS",
+    "SLOW",
+    "Bug",
+    "Task",
+    "bugs",
+    "chosen",
+    "constants",
+    "died",
+    "judge",
+    "pins",
+    "summary",
+    "tasks",
+]
 
 #: The tables.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
 _KEYS = ("name", "file", "old", "new", "breaks")
 #: What the report says of each.
 _ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
-#: Of a property that stays proved so many of the parts that a bug touches are asked for, the
-#: quickest ones, as long as they take no longer than this with the library as it is [s].
-_STAYS, _STAYS_S = 2, 1.5
+#: Of a property that stays proved so many of the parts that a bug touches are asked for: those of
+#: the file that it changes, then those that rest on the least text.
+_STAYS = 2
+#: Parts that are never asked for that, since each takes seconds; () is all of them.
+SLOW: Mapping[str, tuple[str, ...]] = {
+    "interval": (),
+    "handshake": (),
+    "bytes": ("FB_WRITEAREA", "FB_WRITEAREAWORDS"),
+    "turn-once": tuple(
+        f"{channel} {block}"
+        for channel in ("COMMAND", "SEQUENCE")
+        for block in ("FB_RCXJOB", "FB_WRITEAREA", "FB_WRITEAREAWORDS")
+    ),
+    "restart": ("FB_SERVOONFROMEMERGENCYSTOP", "FB_STEPPROGRAM"),
+    "telegram-legal": ("REAL_TO_DINT and FC_RcxCharCode",),
+    "telegram-pins": ("REAL_TO_DINT and FC_RcxCharCode", "FB_RESETSELECTEDPROGRAM"),
+    "safety": ("FB_COMMANDRECORDER", "FB_MOVEARCH", "FB_PALLETMOVEARCH"),
+    "contract": ("FB_COMMANDRECORDER", "FB_ENTRYTEXT"),
+}
 #: A goal that a bug breaks is given up after this time [s].
 _LIMIT_S = 20.0
+#: Begins the names of values of pins, beside those that a goal shows by itself.
+_PIN = "pin "
 #: What judges a bug, beside the proofs.
-_JUDGES = ("claims", "client", "hunting", "seeded")
+_JUDGES = ("claims", "client", "environment", "hunting", "seeded")
 
 
 @dataclass(frozen=True)
@@ -84,7 +120,7 @@ class Task:
 
     Attributes:
         parts: Those of the properties that it breaks, and some of the others.
-        left_out: The others of which none is among them, since each takes long.
+        left_out: The others of which none is among them, since each takes long (`SLOW`).
     """
 
     key: str
@@ -137,11 +173,11 @@ def tasks(
     limit_s: float,
     folder: Path,
     tables: Path,
-    took: Callable[[str], float] = lambda _: 0.0,
 ) -> list[Task]:
     """What is to be judged: all bugs, or those that are wanted.
 
-    `took` says how long a part takes with the library as it is, by the key of its job [s].
+    Of its parts those that rest on the least text come first: that is the same on every machine,
+    unlike the time that they take.
 
     Raises:
         InputError: there is no bug of a name, or one cannot be put in.
@@ -150,23 +186,23 @@ def tasks(
     used = {
         job: library.used(rests_on(library, property_of(job.property), job.part)) for job in every
     }
+    sizes = {name: Path(library.pou(name).file).stat().st_size for name in library.pous}
+    every.sort(key=lambda job: (sum(sizes[name] for name in used[job]), job.part))
     return [
         _task(
             library,
             bug,
             [job for job in every if used[job] & changed or not changed],
             folder,
-            took,
         )
         for bug in chosen(library, wanted, tables)
         for changed in [library.in_file(bug.file)]
     ]
 
 
-def _task(
-    library: Library, bug: Bug, parts: list[Job], folder: Path, took: Callable[[str], float]
-) -> Task:
-    parts.sort(key=lambda job: job.part.upper() not in library.in_file(bug.file))
+def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
+    changed = library.in_file(bug.file)
+    parts.sort(key=lambda job: job.part.upper() not in changed)
     names = library.state(library.named(bug.new))
     rests = "\n".join([_own_state(), repr(bug), names, *(job.key for job in parts)])
     key = hashlib.sha256(rests.encode()).hexdigest()[:16]
@@ -175,12 +211,21 @@ def _task(
     left_out = []
     for name in dict.fromkeys(job.property for job in parts if job.property not in bug.breaks):
         ours = [job for job in parts if job.property == name]
-        quick = [job for job in ours if took(job.key) <= _STAYS_S]
-        asked += sorted(quick, key=lambda job: took(job.key))[:_STAYS]
+        quick = [job for job in ours if not _is_slow(job)]
+        asked += list({_twin(job): job for job in reversed(quick)}.values())[: -_STAYS - 1 : -1]
         if not quick:
             left_out.append(name)
     folders = str(library.folder), where
     return Task(f"bug {bug.name}:{key}", bug, *folders, tuple(asked), tuple(left_out))
+
+
+def _twin(job: Job) -> str:
+    """The same of a block for bytes and of the one for words."""
+    return job.part.upper().removesuffix("WORDS").removesuffix("IN")
+
+
+def _is_slow(job: Job) -> bool:
+    return job.property in SLOW and (not SLOW[job.property] or job.part in SLOW[job.property])
 
 
 def _own_state() -> str:
@@ -196,12 +241,14 @@ def judge(task: Task) -> dict[str, Any]:
     shutil.rmtree(task.folder, ignore_errors=True)
     shutil.copytree(task.library, copy)
     task.bug.put_into(copy)
-    library = Library(copy)
+    sound = library_at(task.library)
+    library = Library(copy, sound.folder)
     try:
         library.project  # noqa: B018 - is it Structured Text at all
     except InputError as error:
         return _outcome(task, begin, {}, [f"it does not compile: {error}"])
     broken: dict[str, Any] = {}
+    hints: dict[tuple[str, ...], Any] = {}
     defects = []
     for item in sorted(PROPERTIES, key=lambda one: one.name not in task.bug.breaks):
         parts = [job for job in task.parts if job.property == item.name]
@@ -209,42 +256,68 @@ def judge(task: Task) -> dict[str, Any]:
         goal = _first_broken(parts, library)
         if goal is not None:
             broken[item.name] = goal
+            hints = dict(pins(goal)) | hints
         if expected and goal is None:
             defects.append(f"{item.name} is still proved")
         elif goal is not None and not expected:
             defects.append(f"{item.name} is not proved any more: {goal['part']} {goal['goal']}")
     outcome = _outcome(task, begin, broken, defects)
     if not defects:
-        run = _hunted(task, broken, library)
+        run = _hunted(task, broken, hints, library, sound)
         outcome |= {"run": None if run is None else asdict(run)}
     return outcome | {"seconds": round(time.monotonic() - begin, 1)}
 
 
-def _hunted(task: Task, broken: Mapping[str, Any], library: Library) -> Found | None:
+def _hunted(
+    task: Task, broken: Mapping[str, Any], hints: Hints, library: Library, sound: Library
+) -> Found | None:
     """A run from the start that breaks what the bug should break."""
-    names = {pou.upper(): pou for pou in (library.pou(name).name for name in library.blocks)}
-    near = {goal["part"] for goal in broken.values()} | library.in_file(task.bug.file)
-    own = [names[name] for name in sorted(near & set(names)) if "AREA" not in name]
-    kinds = [kind for name in task.bug.breaks for kind in CLAIMS.get(name, ())]
+    kinds = frozenset(kind for name in task.bug.breaks for kind in CLAIMS.get(name, ()))
     if not kinds:
         return None
-    for blocks in [own] if own else CLIENTS:
-        found = hunt(
-            task.bug.name, task.bug.file, blocks, kinds, Path(task.folder), Path(task.library)
-        )
-        if found is not None:
-            return found
-    return None
+    names = {pou.upper(): pou for pou in (library.pou(name).name for name in library.blocks)}
+    near = {goal["part"] for goal in broken.values()} | library.in_file(task.bug.file)
+    own = tuple(names[name] for name in sorted(near & set(names)) if "AREA" not in name)
+    bug = Hunted(task.bug.name, task.bug.file, own, kinds, hints)
+    return hunt(bug, library, sound, Path(task.folder))
 
 
 def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | None:
-    """The first goal that is not proved."""
+    """The first goal that is not proved; with the values of all pins that break it."""
     for job in parts:
-        outcome = run_until_broken(job, library)
+        outcome = run_until_broken(job, library, constants)
         if outcome["status"] != PROVED:
             goal: dict[str, Any] = outcome["goals"][-1] if outcome["goals"] else {"goal": "none"}
             return {"part": job.part, **goal}
     return None
+
+
+def constants(goal: Goal) -> dict[str, Any]:
+    """The values of the instance that a goal speaks of, by names that start with `_PIN`."""
+    seen: set[int] = set()
+    found: dict[str, Any] = {}
+    waiting = [term for term in (*goal.assumed, goal.claim) if not isinstance(term, bool)]
+    while waiting:
+        term = waiting.pop()
+        if term.get_id() in seen:
+            continue
+        seen.add(term.get_id())
+        if z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED:
+            scalar = z3.is_bool(term) or z3.is_bv(term)
+            if scalar and str(term).startswith(f"{BLOCK[0]}.") and not str(term).endswith("'"):
+                found[f"{_PIN}{term}"] = term
+        waiting += term.children()
+    return found
+
+
+def pins(goal: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Take the values of pins out of a broken goal: the place of each, and the value."""
+    values = goal.get("values", {})
+    for name in [name for name in values if name.startswith(_PIN)]:
+        path, _, number = name[len(_PIN) :].rpartition("!")
+        of_text = number.lstrip("0123456789").lstrip(".")  # len, or [3]
+        place = (*path.split(".")[1:], *filter(None, [of_text]))
+        yield place, values.pop(name)
 
 
 def died(task: Task) -> dict[str, Any]:

@@ -18,7 +18,12 @@ __all__ = ["module_of", "prover_state"]
 
 _HARNESS = ROOT / "harness"
 #: Tables and the grammar, and what is read of the tests: no import leads there.
-_DATA = ("spec", "harness/rcx_harness/engine/frontend", "tests/spec/second_reading")
+_DATA = (
+    "spec",
+    "harness/rcx_harness/engine/frontend",
+    "tests/spec/second_reading",
+    "tests/tools/evidence/wraps.toml",
+)
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,14 @@ from ctypes import c_float
 from random import Random
 from typing import Any
 
-from rcx_harness.engine.frontend.scalars import ANY_DATE, ANY_REAL, INT_RANGE, STRING_MAX
+from rcx_harness.engine.frontend.scalars import (
+    ANY_DATE,
+    ANY_REAL,
+    INT_RANGE,
+    MOMENTS,
+    STRING_MAX,
+    string_length,
+)
 from rcx_harness.engine.frontend.values import array_length
 from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, Type
 
@@ -67,8 +74,10 @@ class States:
         if kind.name in ANY_REAL:
             return self._real(kind.name)
         if kind.name == "STRING":
-            return self._text()
-        if kind.name == "TIME" or kind.name in ANY_DATE:
+            return self._text()[: string_length(kind)]
+        if kind.name == "CHAR":
+            return chr(self._whole(0, 255))
+        if kind.name in MOMENTS:
             time = self._time()
             return abs(time) if kind.name in ANY_DATE else time
         return self._whole(*INT_RANGE[kind.name])

@@ -1,7 +1,7 @@
 """What stands for a function or block with long loops: any result that it can give.
 
-`functions.py` proves that of FC_RcxMilliseconds of its body; that of FC_RcxRealBits is taken from
-its head and rests on its tests; the others take any value for granted.
+`functions.py` proves those of FC_RcxMilliseconds and FC_RcxRealBits of their bodies, for every
+argument; the others take any value for granted.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from rcx_harness.verify.prove.machine import Machine
 __all__ = [
     "LONGEST_MS",
     "SUMMARIES",
+    "bits_of",
     "nearest_milliseconds",
     "pattern_of",
 ]
@@ -57,7 +58,7 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
     return result
 
 
-def _bits_of(pattern: Any) -> Any:
+def bits_of(pattern: Any) -> Any:
     """What FC_RcxRealBits gives for a number with this pattern: 0 for -0.0, else the pattern."""
     return z3.If(pattern & 0x7FFF_FFFF == 0, z3.BitVecVal(0, 32), pattern)
 
@@ -72,7 +73,7 @@ def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
     (number,) = arguments
     pattern = pattern_of(number)
     anything = z3.BitVec(machine.fresh("real_bits"), 32)
-    return z3.If(_is_number(pattern), _bits_of(pattern), anything)
+    return z3.If(_is_number(pattern), bits_of(pattern), anything)
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:

@@ -228,10 +228,11 @@ PROPERTIES = (
         "Every command block but FB_RemoteCommand, whatever its pins hold, requests only telegrams"
         " that the guide calls legal; where an input is refused it requests nothing.",
         "remote command guide 4.2 to 4.9",
-        ("inner", "turn", "real-bits"),
+        ("inner",),
         _legal_goals,
         _parts,
         _rests_on,
+        ("turn-once", "functions"),
     ),
     Property(
         "telegram-pins",
@@ -240,9 +241,10 @@ PROPERTIES = (
         " where they count make different telegrams, but for REALs that round to the same step,"
         " spaces at the end of a text, and -0.0.",
         "remote command guide 4.2 to 4.9",
-        ("inner", "turn", "real-bits"),
+        ("inner",),
         _pins_goals,
         _parts,
         _rests_on,
+        ("turn-once", "functions"),
     ),
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from proving import library
 from rcx_harness.verify.prove.solve import ask
 from rcx_tools.evidence.prove.functions import PROPERTIES
@@ -31,3 +33,40 @@ def test_a_half_that_is_lost_is_not_proved(tmp_path: Path) -> None:
         goal for goal in _FUNCTIONS.goals(broken, _PART) if goal.name == "the result is rounded"
     ]
     assert ask(rounded.assumed, rounded.claim, 20.0).status == "refuted"
+
+
+@pytest.mark.parametrize("name", ["FC_RcxRealBits", "FC_RcxBitsReal"])
+def test_a_real_and_its_pattern_are_each_others(tmp_path: Path, name: str) -> None:
+    """The long one, that the second loop goes on, is left to `make prove`.
+
+    Source: IEEE 754; heads of both.
+    """
+    goals = list(_FUNCTIONS.goals(library(tmp_path, name), name.upper()))
+    ends = [goal for goal in goals if not goal.name.startswith("the loop")]
+    assert len(goals) == len(ends) + 4
+    assert {ask(goal.assumed, goal.claim, 20.0).status for goal in ends} == {"proved"}
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "goal"),
+    [
+        ("FC_RcxRealBits", "Exponent > 1 DO", "Exponent > 0 DO", "the loop of line 28 goes on"),
+        ("FC_RcxRealBits", "Rest >= 16777216.0", "Rest > 16777216.0", "of any other number"),
+        ("FC_RcxRealBits", "Exponent := 0;", "Exponent := 1;", "that is denormal or 0"),
+        ("FC_RcxRealBits", "Exponent < 255 THEN", "Exponent < 256 THEN", "of infinity"),
+        ("FC_RcxRealBits", "IF Value < 0.0", "IF Value < -1.0", "of any other number"),
+        ("FC_RcxBitsReal", "Exponent := 1;", "Exponent := 0;", "the loop of line 32 begins"),
+        ("FC_RcxBitsReal", "3.4028234663852886E38", "3.4028233E38", "of infinity"),
+        ("FC_RcxBitsReal", "Value := 0.0 - Value", "Value := Value", "of a pattern of a number"),
+    ],
+)
+def test_a_slip_in_a_pattern_is_not_proved(
+    tmp_path: Path, name: str, old: str, new: str, goal: str
+) -> None:
+    broken = library(tmp_path, name)
+    (file,) = tmp_path.rglob(f"{name}.st")
+    text = file.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    (asked,) = [one for one in _FUNCTIONS.goals(broken, name.upper()) if goal in one.name]
+    assert ask(asked.assumed, asked.claim, 20.0).status == "refuted"

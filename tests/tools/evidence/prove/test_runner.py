@@ -13,7 +13,8 @@ import pytest
 
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_tools.evidence.prove import __main__ as runner
-from rcx_tools.evidence.prove import agreeing, interval, jobs, seeded
+from rcx_tools.evidence.prove import interval, jobs, seeded
+from rcx_tools.evidence.prove.agreement import jobs as agreeing
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.running import DIED, outcomes
@@ -91,8 +92,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     names: list[str] = []
     real = jobs.answers
 
-    def noted(job: jobs.Job, library: Library) -> Iterator[dict[str, Any]]:
-        for answer in real(job, library):
+    def noted(job: jobs.Job, library: Library, *more: Any) -> Iterator[dict[str, Any]]:
+        for answer in real(job, library, *more):
             names.append(f"{job.property} {job.part}")
             yield answer
 

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.verify.prove.logic import UnsupportedError
+from rcx_harness.verify.prove.solve import ask
 from rcx_tools.evidence.prove import hunting, interval, jobs, seeded
+from rcx_tools.evidence.prove.claims import CLAIMS
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.results import ROOT
@@ -160,17 +163,103 @@ def test_every_seeded_bug_can_be_put_in_and_names_properties() -> None:
     assert rows
 
 
+def test_of_other_properties_the_parts_of_the_file_and_the_short_ones_are_asked(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It does not hang on how long something took: the same parts on every machine."""
+    calls = _A.replace("END_VAR\n  y := x;", "END_VAR\n  VAR a : FB_A; END_VAR\n  a(x := x);")
+    for name, more in (("FB_C", 40), ("FB_D", 4), ("FB_E", 4)):
+        text = calls.replace("BLOCK FB_A", f"BLOCK {name}").replace(
+            "z := x", "z := x" + " + 0" * more
+        )
+        (library / f"{name}.st").write_text(text, encoding="utf-8")
+    every = ("FB_C", "FB_D", "FB_E", "FB_A")
+    named = Property("all", "", "", (), _is("Z"), lambda _: every, _part)
+    properties = (_property("y", _is("Y"), "FB_A"), named)
+    for module in (interval, jobs, seeded):
+        monkeypatch.setattr(module, "PROPERTIES", properties)
+
+    def asked() -> tuple[list[str], tuple[str, ...]]:
+        (task,) = seeded.tasks(Library(library), [], 5.0, library.parent / "o", tables)
+        return [job.part for job in task.parts if job.property == "all"], task.left_out
+
+    tables = _table(library, _row())
+    assert asked() == (["FB_A", "FB_D"], ())
+    monkeypatch.setattr(seeded, "SLOW", {"all": ("FB_A",)})
+    assert asked() == (["FB_D", "FB_E"], ())
+    monkeypatch.setattr(seeded, "SLOW", {"all": ()})
+    assert asked() == ([], ("all",))
+
+
+def test_the_slow_parts_are_parts() -> None:
+    library = Library(_LIBRARY)
+    for name, parts in seeded.SLOW.items():
+        assert set(parts) <= set(jobs.property_of(name).parts(library))
+
+
+def _bug_in(folder: Path, name: str, changed: bool = True) -> hunting.Hunted:
+    """A copy of the library with a seeded bug of our own tables, and what is looked for."""
+    bug = next(bug for bug in seeded.bugs(seeded.BUGS) if bug.name == name)
+    shutil.copytree(_LIBRARY, folder / "lib")
+    if changed:
+        bug.put_into(folder / "lib")
+    kinds = frozenset(kind for item in bug.breaks for kind in CLAIMS[item])
+    return hunting.Hunted(bug.name, bug.file, (), kinds, {})
+
+
+def _hunted(folder: Path, bug: hunting.Hunted, runs: int) -> hunting.Found | None:
+    copy = Library(folder / "lib", _LIBRARY)
+    return hunting.hunt(bug, copy, Library(_LIBRARY), folder, runs)
+
+
 def test_a_run_from_the_start_shows_the_bug_and_is_replayed_from_its_stimulus(
     tmp_path: Path,
 ) -> None:
     """Source: manual chapter 5, 3, caution."""
-    bug = next(bug for bug in seeded.bugs(seeded.BUGS) if bug.name == "interval-not-waited-for")
-    shutil.copytree(_LIBRARY, tmp_path / "lib")
-    arguments = hunting.CLIENTS[0], ("interval",), tmp_path, _LIBRARY
-    assert hunting.hunt(bug.name, bug.file, *arguments, runs=2) is None
-    bug.put_into(tmp_path / "lib")
-    found = hunting.hunt(bug.name, bug.file, *arguments)
+    found = _hunted(tmp_path, _bug_in(tmp_path, "interval-not-waited-for"), 20)
     assert found is not None
     assert "after the last change" in found.breaks
     assert "--stimulus" in found.command
     assert all(Path(file).is_file() for file in found.files)
+
+
+def test_the_library_as_it_is_shows_nothing(tmp_path: Path) -> None:
+    assert _hunted(tmp_path, _bug_in(tmp_path, "interval-not-waited-for", False), 6) is None
+
+
+def test_a_bug_in_a_function_is_shown_by_calling_it(tmp_path: Path) -> None:
+    """499.5 us and more are a millisecond: only durations that are finer than that tell."""
+    found = _hunted(tmp_path, _bug_in(tmp_path, "half-a-millisecond-is-lost"), 40)
+    assert found is not None
+    assert "FC_RcxMilliseconds(Value := F1Value)" in Path(found.files[0]).read_text()
+
+
+def test_what_breaks_a_goal_is_tried_at_the_pins(tmp_path: Path) -> None:
+    """Guide 4.2: torque 1 to 100 %; 777 is in no list of numbers that are tried."""
+    bug = replace(_bug_in(tmp_path, "torque-up-to-1000"), own=("FB_SetMaxTorque",))
+    assert _hunted(tmp_path, replace(bug, hints={("TORQUE",): 777}), 60) is not None
+    assert 'Torque" = 777' in (tmp_path / "stimulus.toml").read_text()
+
+
+def test_a_broken_goal_names_the_pins_that_break_it() -> None:
+    step = Library(_LIBRARY).step("FB_SETMAXTORQUE")
+    torque = step.was((*BLOCK, "TORQUE"))
+    goal = Goal("no torque is 5", (*step.machine.assumptions,), torque != 5)
+    shown = seeded.constants(goal)
+    told = {"values": ask(goal.assumed, goal.claim, 5.0, shown).values}
+    assert dict(seeded.pins(told))["TORQUE",] == 5
+    assert told == {"values": {}}
+
+
+def test_a_copy_is_the_same_whether_its_files_are_parsed_or_taken_from_another(
+    tmp_path: Path,
+) -> None:
+    _bug_in(tmp_path, "interval-not-waited-for")
+    one, two = Library(tmp_path / "lib"), Library(tmp_path / "lib", _LIBRARY)
+    assert one.project.files == two.project.files
+    assert {name: pou.file for name, pou in one.project.pous.items()} == {
+        name: pou.file for name, pou in two.project.pous.items()
+    }
+    body = repr(two.pou("FB_RCXDEDICATEDINPUTS").body)
+    assert body == repr(one.pou("FB_RCXDEDICATEDINPUTS").body)
+    assert body != repr(Library(_LIBRARY).pou("FB_RCXDEDICATEDINPUTS").body)

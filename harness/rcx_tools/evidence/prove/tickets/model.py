@@ -208,6 +208,19 @@ def different(channel: Channel, one: Job, other: Job) -> Any:
     return z3.Implies(both, z3.And(one.ticket != other.ticket, one.mine != other.mine))
 
 
+def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
+    """A job that has its turn, and was called in the last scan, has the ticket that is served.
+
+    Args:
+        busy: Busy of the job.
+        active: Active of the job.
+        seen: Its Seen, 16 bits.
+        number: The number of this scan, 16 bits.
+        own: Its ticket is the one that is served.
+    """
+    return z3.Implies(z3.And(busy, active, seen + 1 == number), own)
+
+
 class Clockless(Machine):
     """A machine for which the time since the last scan is any: FB_RcxScanTime is not run."""
 

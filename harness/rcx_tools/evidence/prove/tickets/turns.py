@@ -200,6 +200,12 @@ def _once(library: Library, part: str) -> Iterator[Goal]:
             ),
             shown(step),
         )
+        was, job = step.before.channel, step.before.jobs[0]
+        own = job.mine == was.serving
+        yield step.goal(
+            f"{part}: who keeps his turn from scan to scan has the ticket that is served",
+            model.keeps_turn(job.busy, job.active, job.last, was.number, own),
+        )
         yield step.goal(
             f"{part}: a request is made in the own turn only",
             z3.Implies(
@@ -368,7 +374,8 @@ PROPERTIES = (
     Property(
         "turn-once",
         "Two blocks never have the same turn or tickets that the PLC cannot tell apart, however"
-        " many blocks there are.",
+        " many blocks there are; one that keeps its turn from scan to scan has the ticket that is"
+        " served.",
         "docs/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _once,

@@ -69,13 +69,14 @@ def _text(node: Any) -> str:
 def _prefixes(variable: t.Variable) -> Iterator[t.Variable]:
     """A variable and all that it is a part of."""
     yield variable
-    if not isinstance(variable, t.Use):
+    if isinstance(variable, (t.Member, t.Index)):
         yield from _prefixes(variable.base)
 
 
 def _root(variable: t.Variable) -> t.Symbol:
-    while not isinstance(variable, t.Use):
+    while isinstance(variable, (t.Member, t.Index)):
         variable = variable.base
+    assert isinstance(variable, t.Use)
     return variable.symbol
 
 

@@ -1,67 +1,20 @@
-"""The blocks and functions of some sources on the built-in engine, for `agreement`."""
+"""The blocks and functions of some sources on the built-in engine, for `comparing`."""
 
 from __future__ import annotations
 
 import struct
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path as File
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from rcx_harness.engine.builtin.compile import Module
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
 from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.machine import Path
+from rcx_tools.evidence.prove.agreement.bench import Subject
 from rcx_tools.evidence.prove.evaluate import REST
 
-__all__ = ["BuiltinEngine", "Subject", "double", "shown", "single"]
-
-_BENCH = """\
-PROGRAM AGREEMENT_BENCH
-  VAR
-    Idle : BOOL;
-{}
-  END_VAR
-  Idle := FALSE;
-END_PROGRAM
-"""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """Sources to compare, with a PROGRAM that has a variable of each type of a VAR_IN_OUT.
-
-    Attributes:
-        project: What is translated.
-        module: The same, compiled by the built-in engine.
-        holders: The variable of that PROGRAM for each type by its name in upper case.
-    """
-
-    project: Project
-    module: Module
-    holders: Mapping[str, str]
-
-    @classmethod
-    def of(cls, files: Sequence[File]) -> Subject:
-        """The sources of these files."""
-        plain = checked(files)
-        kinds = {
-            symbol.type.name.upper()
-            for pou in plain.pous.values()
-            for symbol in pou.section("VAR_IN_OUT")
-        }
-        holders = {kind: f"V{number}" for number, kind in enumerate(sorted(kinds))}
-        lines = [f"    {name} : {kind};" for kind, name in holders.items()]
-        with tempfile.TemporaryDirectory() as folder:
-            bench = File(folder) / "bench.st"
-            bench.write_text(_BENCH.format("\n".join(lines)))
-            project = checked([*files, bench])
-        return cls(project, Module(project), holders)
+__all__ = ["BuiltinEngine", "double", "shown", "single"]
 
 
 class BuiltinEngine:

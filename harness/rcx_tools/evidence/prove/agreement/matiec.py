@@ -1,4 +1,4 @@
-"""The blocks and functions of some sources on matiec, for `agreement`: all of them in one PROGRAM.
+"""The blocks and functions of some sources on matiec, for `comparing`.
 
 Each variable that a program can reach is set and read. What a standard block keeps besides its
 pins cannot be set: it begins as it is at the start, and goes on as the translation says.
@@ -7,18 +7,12 @@ pins cannot be set: it begins as it is at the start, and goes on as the translat
 from __future__ import annotations
 
 import struct
-import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from datetime import timedelta
-from pathlib import Path as File
 from typing import Any
 
-from rcx_harness.engine.base import Program
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.values import nest
-from rcx_harness.engine.load import MISSING, build, find_c_compiler, find_matiec
 from rcx_harness.engine.types import (
     ArrayType,
     BlockType,
@@ -29,83 +23,18 @@ from rcx_harness.engine.types import (
 )
 from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.machine import Path
+from rcx_tools.evidence.prove.agreement.bench import Subject
 from rcx_tools.evidence.prove.evaluate import REST
 
-__all__ = ["Bench", "MatiecEngine", "missing"]
+__all__ = ["MatiecEngine"]
 
 _US = timedelta(microseconds=1)
 #: Microseconds that a TIME of 64 bits of nanoseconds holds.
 _LONGEST = (1 << 63) // 1000 - 1
 
 
-def missing() -> str:
-    """Why there is no matiec to compare with; empty where there is one."""
-    if find_matiec() is None:
-        return MISSING
-    return "" if find_c_compiler() else "matiec found, but no C compiler: set CC or PATH"
-
-
 #: Arguments that count how far is shifted: C leaves 32 and more open, so they are taken modulo 32.
 _SHIFTS = {"FC_RCXBITMASK": "DIGIT", "FC_RCXBYTEWITHBIT": "DIGIT"}
-
-
-@dataclass(frozen=True)
-class Bench:
-    """A PROGRAM that calls one block or function in each scan, compiled by matiec.
-
-    Attributes:
-        program: It, as it is at the start in `start`; `Main.Which` is what it calls, from 1.
-        numbers: The numbers by name.
-        holders: The variable for each type of a VAR_IN_OUT.
-    """
-
-    program: Program
-    start: object
-    numbers: dict[str, int]
-    holders: dict[str, str]
-
-    @classmethod
-    def of(cls, files: Sequence[File], project: Project) -> Bench:
-        """One for the sources of these files, which are those of the project."""
-        own = {file.resolve() for file in files}
-        pous = [pou for pou in project.pous.values() if File(pou.file).resolve() in own]
-        numbers = {pou.name.upper(): number for number, pou in enumerate(pous, 1)}
-        kinds = sorted(
-            {symbol.type.name.upper() for pou in pous for symbol in pou.section("VAR_IN_OUT")}
-        )
-        holders = {kind: f"V{number}" for number, kind in enumerate(kinds)}
-        declared = ["Which : INT;", *(f"{name} : {kind};" for kind, name in holders.items())]
-        calls: list[str] = []
-        for number, pou in enumerate(pous, 1):
-            if pou.kind == "FUNCTION":
-                assert pou.result is not None
-                inputs = pou.section("VAR_INPUT")
-                names = [f"A{number}_{symbol.name}" for symbol in inputs]
-                declared += [
-                    f"{name} : {_name(symbol.type)};"
-                    for name, symbol in zip(names, inputs, strict=True)
-                ]
-                declared.append(f"R{number} : {_name(pou.result.type)};")
-                calls.append(f"{number}: R{number} := {pou.name}({', '.join(names)});")
-            else:
-                declared.append(f"B{number} : {pou.name};")
-                given = [
-                    f"{symbol.name} := {holders[symbol.type.name.upper()]}"
-                    for symbol in pou.section("VAR_IN_OUT")
-                ]
-                calls.append(f"{number}: B{number}({', '.join(given)});")
-        lines = ["PROGRAM MATIEC_BENCH", "VAR", *declared, "END_VAR", "CASE Which OF"]
-        lines += [*calls, "END_CASE;", "END_PROGRAM"]
-        with tempfile.TemporaryDirectory() as folder:
-            bench = File(folder) / "bench.st"
-            bench.write_text("\n".join(lines))
-            program = build([*files, bench], "matiec").program
-        return cls(program, program.snapshot(), numbers, holders)
-
-
-def _name(kind: Type) -> str:
-    assert not isinstance(kind, ArrayType)
-    return kind.name
 
 
 class MatiecEngine:
@@ -119,15 +48,16 @@ class MatiecEngine:
     step = 1000
     checks = False
 
-    def __init__(self, bench: Bench, pou: t.Pou, leaves: Sequence[tuple[Path, Type]]) -> None:
-        self._bench = bench
-        self._number = bench.numbers[pou.name.upper()]
+    def __init__(self, subject: Subject, pou: t.Pou, leaves: Sequence[tuple[Path, Type]]) -> None:
+        assert subject.compiled is not None
+        self._bench = subject.compiled
+        self._number = subject.numbers[pou.name.upper()]
         self._kinds = [kind for _, kind in leaves]
         shifts = _SHIFTS.get(pou.name.upper())
         self._shifts = [path[-1] == shifts for path, _ in leaves]
         roots = {"B": (f"Main.B{self._number}", pou.block)}
         for symbol in pou.section("VAR_IN_OUT"):
-            holder = bench.holders[symbol.type.name.upper()]
+            holder = subject.holders[symbol.type.name.upper()]
             roots[symbol.name.upper()] = (f"Main.{holder}", symbol.type)  # type: ignore[assignment]
         self._paths: list[str] = []
         for path, _ in leaves:
@@ -142,7 +72,7 @@ class MatiecEngine:
                 assert kind is not None
                 self._paths.append(_place(root, kind, path[1:]))
         self._open = [place for place, path in enumerate(self._paths) if path]
-        self._reader = bench.program.reader([self._paths[place] for place in self._open])
+        self._reader = self._bench.program.reader([self._paths[place] for place in self._open])
         self._shows = [_shown(self._kinds[place]) for place in self._open]
         self._begin = [False if getattr(kind, "name", "") == "BOOL" else 0 for kind in self._kinds]
         self._held = list(self._begin)

@@ -1,0 +1,1 @@
+"""The translation for the solver against the engines, on random scans."""

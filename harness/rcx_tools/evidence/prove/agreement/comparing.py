@@ -1,0 +1,265 @@
+"""A block or function against an engine, from one random state to the next.
+
+A block is translated once, from any state. Its terms are then evaluated for random states and
+pins, several calls of an instance in a row, and each variable afterwards, or the fault that stops
+the program, is compared with what the engine makes of the same state. The functions with long
+loops (`SUMMARIES`) are translated anew for each value. On matiec a scan that the translation says
+is stopped, or left open, is not run.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.types import ArrayType, Type
+from rcx_harness.verify.prove import values
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_tools.evidence.prove.agreement.bench import Engine, Subject
+from rcx_tools.evidence.prove.agreement.builtin import BuiltinEngine
+from rcx_tools.evidence.prove.agreement.matiec import MatiecEngine
+from rcx_tools.evidence.prove.agreement.terms import (
+    LREAL,
+    Translation,
+    bodies,
+    held,
+    long,
+    symbols,
+)
+from rcx_tools.evidence.prove.evaluate import REST
+from rcx_tools.evidence.prove.states import States
+
+__all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
+
+#: Random scans of every block and function.
+SCANS = 600
+#: The same on matiec.
+MATIEC_SCANS = 300
+#: The engines by name.
+ENGINES: dict[str, type[Engine]] = {"builtin": BuiltinEngine, "matiec": MatiecEngine}
+#: Calls of an instance in a row.
+_RUN = 8
+#: Scans of each block from a state that is known when it is translated.
+_KNOWN = 3
+_B: Path = ("B",)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came out for a POU.
+
+    Attributes:
+        pou: Its name.
+        scans: Scans that were compared, `faults` of which stopped the program on both sides.
+        known: Scans of those that ran on known values.
+        open: Scans besides, whose result the engines leave open.
+        seconds: Processor time.
+        disagreement: The first one; empty where there is none.
+    """
+
+    pou: str
+    scans: int
+    faults: int
+    known: int
+    open: int
+    seconds: float
+    disagreement: str
+
+
+def _leaves(machine: Machine, pou: t.Pou) -> list[tuple[Path, Type]]:
+    if pou.kind == "FUNCTION":
+        assert pou.result is not None
+        symbols = [*pou.section("VAR_INPUT"), pou.result]
+        return [(("B", symbol.name.upper()), symbol.type) for symbol in symbols]
+    assert pou.block is not None
+    found = [(_B + leaf.suffix, leaf.type) for leaf in machine.leaves(pou.block)]
+    for symbol in pou.section("VAR_IN_OUT"):
+        name = symbol.name.upper()
+        found += [((name, *leaf.suffix), leaf.type) for leaf in machine.leaves(symbol.type)]
+    return found
+
+
+def _call(machine: Machine, pou: t.Pou) -> None:
+    """Call it with the memory of the machine as it is."""
+    if pou.kind == "FUNCTION":
+        assert pou.result is not None
+        inputs = [machine["B", symbol.name.upper()] for symbol in pou.section("VAR_INPUT")]
+        machine["B", pou.name.upper()] = machine.call_function(pou.name.upper(), inputs)
+        return
+    in_outs = {symbol.name.upper(): (symbol.name.upper(),) for symbol in pou.section("VAR_IN_OUT")}
+    machine.call_block(_B, pou.name, in_outs)
+
+
+def _translated(subject: Subject, name: str) -> Translation | None:
+    """A POU from any state; None for one that is translated anew for each value."""
+    pou = subject.project.pous[name]
+    if name in long(subject):
+        return None
+    machine = Machine(subject.project, symbols(subject))
+    machine.now = z3.BitVec("now", values.TIME_BITS)
+    machine.assume(z3.And(machine.now >= 0, machine.now < 1 << 62))
+    leaves = _leaves(machine, pou)
+    for path, kind in leaves:
+        machine.havoc(path, kind)
+    start = machine.snapshot()
+    _call(machine, pou)
+    return Translation(machine, leaves, start, bodies(subject))
+
+
+def _from_known(
+    subject: Subject,
+    pou: t.Pou,
+    leaves: Sequence[tuple[Path, Type]],
+    given: Sequence[Any],
+    now: int,
+) -> Translation:
+    """The same from values that are known when it is translated."""
+    stand_ins = {} if pou.kind == "FUNCTION" else symbols(subject)
+    machine = Machine(subject.project, stand_ins)
+    machine.now = now
+    for (path, kind), value in zip(leaves, given, strict=True):
+        machine.create(path, kind, value)
+    _call(machine, pou)
+    return Translation(machine, leaves, None, bodies(subject))
+
+
+class _Comparison:
+    """A POU on both sides, from one random state to the next."""
+
+    def __init__(
+        self, subject: Subject, pou: t.Pou, seed: int, engine: str, term: Translation | None
+    ) -> None:
+        self._subject, self._pou = subject, pou
+        self._states = States(f"{seed} {pou.name.upper()}")
+        self._leaves = _leaves(Machine(subject.project), pou)
+        self._engine = ENGINES[engine](subject, pou, self._leaves)
+        self._translation = term
+        self._from_known = _KNOWN if self._engine.checks else 0
+        self._held: list[Any] = [None] * len(self._leaves)
+        self.scans = self.faults = self.known = self.open = 0
+        self.problem = ""
+        pins = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
+        self._pins = [path[0] == "B" and path[1] in pins for path, _ in self._leaves]
+
+    def _draw(self, share_pins: float, share: float) -> None:
+        states = self._states
+        for place, (path, kind) in enumerate(self._leaves):
+            if states.chance(share_pins if self._pins[place] else share):
+                self._held[place] = states.value(kind, str(path[-1]))
+                self._engine.write(place, self._held[place])
+
+    def _begin(self) -> None:
+        states = self._states
+        states.begin()
+        if self._pou.kind == "FUNCTION":
+            self._engine.reset()
+            self._draw(1.0, 1.0)
+            return
+        self._engine.reset()
+        self._draw(1.0, states.random.choice((0.0, 0.1, 0.5, 1.0)))
+
+    def run(self, scans: int) -> None:
+        """Compare so many scans, or until they disagree."""
+        left = 0
+        while self.scans < scans and not self.problem and self.open < scans:
+            if left == 0:
+                left = self._states.random.randint(1, _RUN)
+                self._begin()
+            else:
+                self._states.later()
+                self._draw(0.3, self._states.random.choice((0.0, 0.02, 0.1)))
+            left -= 1
+            if not self._scan():
+                left = 0
+        if self.scans < scans and not self.problem:
+            self.problem = f"only {self.scans} of {scans} scans could be compared"
+
+    def _scan(self) -> bool:
+        """One scan; whether the instance can go on."""
+        translation = self._translation
+        now = self._states.now // self._engine.step * self._engine.step
+        before = self._engine.read()
+        ways = [] if translation is None else [("", translation)]
+        if translation is None or self.known < self._from_known:
+            self.known += 1
+            given = [
+                _python(kind, raw) for (_, kind), raw in zip(self._leaves, before, strict=True)
+            ]
+            known = _from_known(self._subject, self._pou, self._leaves, given, now)
+            ways.append((" (known)", known))
+        told = [(how, *way.run(before, now)) for how, way in ways]
+        if not self._engine.checks and any(stops or open_ for _, _, stops, open_ in told):
+            self.open += 1
+            return False
+        goes_on = self._engine.call(now)
+        self._engine.follow(told[0][1])
+        got = self._engine.read()
+        for how, after, stops, open_ in told:
+            if not stops and open_:
+                self.open += 1
+                return goes_on
+            where = f"scan {self.scans}{how}"
+            if stops == goes_on:
+                says = "stops" if stops else "goes on"
+                self.problem = f"{where}: the translation {says}, the engine does not"
+            elif goes_on and after != got:
+                self.problem = f"{where}: {self._first(after, got)}"
+        self.scans += 1
+        self.faults += not goes_on
+        return goes_on
+
+    def _first(self, after: list[Any], got: list[Any]) -> str:
+        for (path, kind), one, other in zip(self._leaves, after, got, strict=True):
+            if isinstance(kind, ArrayType) and one != other:
+                for place in range(len(other) - 1):
+                    left = one.get(place, one[REST])
+                    if left != other[place]:
+                        return f"{_told((*path, place))} is {left}, on the engine {other[place]}"
+            elif one != other:
+                return f"{_told(path)} is {one!r}, on the engine {other!r}"
+        return ""
+
+
+def _python(kind: Type, raw: Any) -> Any:
+    """What the engine holds, of what `shown` gave."""
+    if isinstance(kind, ArrayType):
+        return [held(kind.element, raw[place]) for place in range(len(raw) - 1)]
+    if kind == LREAL:
+        return struct.unpack("<d", raw.to_bytes(8, "little"))[0]
+    if isinstance(raw, (bool, str)):
+        return raw
+    return held(kind, raw)
+
+
+def _told(path: Path) -> str:
+    return ".".join(str(part) for part in path)
+
+
+def agree(
+    subject: Subject, name: str, scans: int = SCANS, seed: int = 1, engine: str = "builtin"
+) -> Outcome:
+    """Compare a block or function with an engine; the same seed gives the same scans."""
+    return agreed(subject, name, {engine: scans}, seed)[engine]
+
+
+def agreed(
+    subject: Subject, name: str, scans: Mapping[str, int], seed: int = 1
+) -> dict[str, Outcome]:
+    """Compare it with each of these engines, translated once."""
+    begin = time.process_time()
+    pou, term, found = subject.project.pous[name], _translated(subject, name), {}
+    for engine, count in scans.items():
+        one = _Comparison(subject, pou, seed, engine, term)
+        one.run(count)
+        told = f"{pou.name}, {engine}, seed {seed}, {one.problem}" if one.problem else ""
+        end = time.process_time()
+        figures = (one.scans, one.faults, one.known, one.open, end - begin)
+        found[engine] = Outcome(pou.name, *figures, told)
+        begin = end
+    return found

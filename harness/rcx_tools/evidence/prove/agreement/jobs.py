@@ -1,0 +1,145 @@
+"""The comparison of translation and engines as jobs: a block or function each, kept while good."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.verify.prove.logic import UnsupportedError
+from rcx_tools.evidence.prove.agreement import comparing
+from rcx_tools.evidence.prove.agreement.bench import Subject, missing
+from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.running import DIED
+from rcx_tools.evidence.prove.sources import prover_state
+
+__all__ = [
+    "Comparison",
+    "compare",
+    "compared",
+    "comparisons",
+    "compiler_state",
+    "died",
+    "prepare",
+    "summary",
+]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A block or function of a copy of plc/lib, on the built-in engine and on matiec if found."""
+
+    folder: str
+    pou: str
+    block: bool
+    matiec: bool
+    key: str
+
+
+def comparisons(library: Library) -> Iterator[Comparison]:
+    """One of each POU.
+
+    Raises:
+        InputError: `RCX_MATIEC` or an `iec2c` on `PATH` leads to no complete matiec.
+    """
+    state = prover_state(comparing.__name__)
+    matiec = not missing()
+    for name in library.pous:
+        rests = f"{state} {library.state([name])} {comparing.SCANS} {compiler_state()}"
+        key = f"agreement {name}:{hashlib.sha256(rests.encode()).hexdigest()[:16]}"
+        block = library.pou(name).kind == "FUNCTION_BLOCK"
+        yield Comparison(str(library.folder), name, block, matiec, key)
+
+
+def compiler_state() -> str:
+    """The state of matiec and the name of the C compiler; empty where one is missing."""
+    matiec, compiler = find_matiec(), find_c_compiler()
+    if matiec is None or compiler is None:
+        return ""
+    return f"{matiec.fingerprint()} {compiler} {comparing.MATIEC_SCANS}"
+
+
+@lru_cache(maxsize=2)
+def _subject(folder: str, *, matiec: bool) -> Subject:
+    return Subject.of(sorted(Path(folder).rglob("*.st")), matiec=matiec)
+
+
+def prepare(folder: str) -> None:
+    """Compile all for matiec, where it is found: once, before several processes want it."""
+    if not missing():
+        _subject(folder, matiec=True)
+
+
+def compared(job: tuple[str, str, dict[str, int], int]) -> dict[str, comparing.Outcome]:
+    """Of a folder of sources, a POU, so many scans of each engine, and a seed: what came out."""
+    folder, name, scans, seed = job
+    return comparing.agreed(_subject(folder, matiec="matiec" in scans), name, scans, seed)
+
+
+def compare(job: Comparison) -> dict[str, Any]:
+    """Run the random scans of a POU."""
+    scans = {"builtin": comparing.SCANS}
+    if job.matiec:
+        scans["matiec"] = comparing.MATIEC_SCANS
+    try:
+        found = compared((job.folder, job.pou, scans, 1))
+    except UnsupportedError as error:
+        return _failed(job, str(error))
+    wrong = " ".join(one.disagreement for one in found.values() if one.disagreement)
+    engines = {name: asdict(one) for name, one in found.items()}
+    return _outcome(job, engines, wrong)
+
+
+def died(job: Comparison) -> dict[str, Any]:
+    """The outcome of a POU whose process has ended by itself."""
+    return _failed(job, DIED)
+
+
+def _failed(job: Comparison, why: str) -> dict[str, Any]:
+    return _outcome(job, {}, f"{job.pou}: {why}")
+
+
+def _outcome(job: Comparison, engines: Mapping[str, Any], wrong: str) -> dict[str, Any]:
+    return {
+        "key": job.key,
+        "good": not wrong,
+        "pou": job.pou,
+        "block": job.block,
+        "engines": engines,
+        "disagreement": wrong,
+    }
+
+
+def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """The figures; `matiec` has its own, or says why there are none."""
+    rows = sorted(found, key=lambda row: str(row["pou"]))
+    return {
+        **_scans(rows, "builtin"),
+        "matiec": _on_matiec(rows),
+        "blocks": sum(row["block"] for row in rows),
+        "functions": sum(not row["block"] for row in rows),
+        "disagreements": [row["disagreement"] for row in rows if row["disagreement"]],
+    }
+
+
+def _on_matiec(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """The figures of matiec, and in words; where it is missing only the words."""
+    why, matiec = missing(), find_matiec()
+    if why or matiec is None:
+        return {"says": f"not compared on matiec ({why})"}
+    compiler, figures = matiec.fingerprint()[:12], _scans(rows, "matiec")
+    scans, least = figures["scans"], figures["least_of_a_block"]
+    says = f"on matiec (compiler {compiler}) {scans:,} scans, at least {least} of each block"
+    return {**figures, "compiler": compiler, "says": says}
+
+
+def _scans(rows: Iterable[Mapping[str, Any]], engine: str) -> dict[str, Any]:
+    counts = [(row["engines"].get(engine, {"scans": 0})["scans"], row["block"]) for row in rows]
+    return {
+        "scans": sum(count for count, _ in counts),
+        "least_of_a_block": min((count for count, block in counts if block), default=0),
+    }

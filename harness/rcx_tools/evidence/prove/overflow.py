@@ -1,0 +1,243 @@
+"""No arithmetic leaves its type but where a table says that it is meant.
+
+Each POU is run alone, from any state and with any pins: what it calls may do anything to its
+instance and to what it is connected to. What is proved of it so holds wherever it is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path as File
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.errors import InputError
+from rcx_harness.spec import load_toml
+from rcx_harness.verify.prove.logic import both
+from rcx_harness.verify.prove.machine import Alternatives, Machine, Path
+from rcx_harness.verify.prove.overflow import Operation, Span
+from rcx_harness.verify.prove.tree import text_of
+from rcx_harness.verify.prove.values import TIME_BITS, anything, legal
+from rcx_tools.evidence.prove.library import BLOCK, Library, milliseconds
+from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.safety import log_keeps
+from rcx_tools.evidence.prove.summaries import SUMMARIES
+from rcx_tools.evidence.results import ROOT
+
+__all__ = ["PROPERTIES", "WRAPS", "Wrap", "wraps"]
+
+#: Where it is said which operations are meant to leave their type.
+WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
+_KEYS = ("file", "pou", "operation", "reason")
+#: What a TIME holds where it has 32 bits and counts milliseconds: the least of all PLCs.
+_LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
+#: What it gives says how far its callers count: it is run where it is called.
+_INSIDE = "FB_RCXSHAREDWORDS"
+#: Functions that are right for any arguments; their callers need not ask again.
+_ALONE = ("FC_RCXCHARCODE",)
+_CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
+
+
+@dataclass(frozen=True)
+class Wrap:
+    """An operation that is meant to leave its type: where it stands, its text, and why."""
+
+    file: str
+    pou: str
+    operation: str
+    reason: str
+
+
+@lru_cache(maxsize=4)
+def wraps(table: File) -> tuple[Wrap, ...]:
+    """The rows of the table.
+
+    Raises:
+        InputError: no TOML, a row that lacks something, or one that is there twice.
+    """
+    found: dict[tuple[str, str], Wrap] = {}
+    for number, row in enumerate(load_toml(table).get("wrap", []), 1):
+        if set(row) != set(_KEYS) or not all(row.values()):
+            hint = f"it needs {', '.join(_KEYS)}"
+            raise InputError(f"wrap {number} has {', '.join(row)}", file=table, hint=hint)
+        wrap = Wrap(**row)
+        key = wrap.pou, wrap.operation
+        if key in found:
+            raise InputError(f"a second row for {wrap.operation} of {wrap.pou}", file=table)
+        found[key] = wrap
+    return tuple(found.values())
+
+
+class _Alone(Machine):
+    """Runs the body of one block; what that calls may do anything to what it is given."""
+
+    def call_block(
+        self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
+    ) -> None:
+        """Run a block, or let it do anything."""
+        if not self._frames or block in BLOCKS or block.upper() == _INSIDE:
+            super().call_block(instance, block, in_outs)
+            return
+        pou = self.project.pous[block.upper()]
+        assert pou.block is not None
+        self.havoc(instance, pou.block)
+        for symbol in pou.section("VAR_IN_OUT"):
+            places = in_outs[symbol.name.upper()]
+            for _, path in places if isinstance(places, list) else [(True, places)]:
+                self.havoc(path, symbol.type)
+
+
+def _char_code(machine: Machine, arguments: list[Any]) -> Any:
+    return z3.BitVec(machine.fresh("code"), 16)
+
+
+def _machine(library: Library, name: str) -> Machine:
+    """A machine for one POU, at any moment of the PLC's life."""
+    summaries = {**SUMMARIES, "FC_RCXCHARCODE": _char_code}
+    summaries.pop(name, None)
+    machine = _Alone(library.project, summaries)
+    machine.now = z3.BitVec("now", TIME_BITS)
+    machine.assume(z3.And(machine.now >= 0, machine.now < 1 << 62))
+    return machine
+
+
+# --- what blocks keep, and need ---
+
+
+def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
+    """Less than a second is left; the clock has begun in the past, and shows 100 s at most.
+
+    That Rest is not below 0 is no claim of its own: all that is assigned to it is 0, or the result
+    of an operation on TIME, and none of those is below 0 (`_span`).
+    """
+
+    def term(*path: Any) -> Any:
+        return machine.term(path, memory)
+
+    rest, shown = term(*_REST), term(*_CLOCK, "ET")
+    start = term(*_CLOCK, "start")
+    return z3.And(
+        *(rest < milliseconds(1000), shown >= 0, shown <= milliseconds(100_000)),
+        *(start >= 0, start <= machine.now),
+    )
+
+
+def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
+    """As in `safety`; and entries are counted down only while there are some."""
+
+    def term(name: str) -> Any:
+        return machine.term((*BLOCK, name), memory)
+
+    counts_down = z3.And(term("ENDING"), z3.Not(term("FROZEN")))
+    return z3.And(
+        z3.Implies(counts_down, term("STILL") > 0),
+        log_keeps(machine, BLOCK, memory, term("LOGSIZE")),
+    )
+
+
+def _span(name: str) -> Span:
+    """What a result of TIME has to be in."""
+    low, high = _LEAST_TIME
+    return (0 if name == "FB_RCXSCANTIME" else low), high
+
+
+_KEEPS = {"FB_RCXSCANTIME": _scan_time_keeps, "FB_EVENTLOG": _log_keeps}
+
+
+# --- goals ---
+
+
+def _goals(library: Library, name: str) -> Iterator[Goal]:
+    pou = library.pou(name)
+    machine = _machine(library, name)
+    if pou.kind == "FUNCTION":
+        machine.call_function(name, list(_any_arguments(library, name, machine)))
+        known: tuple[Any, ...] = ()
+    else:
+        step = library.step(name, machine)
+        keeps = _KEEPS.get(name)
+        known = (keeps(machine, step.before),) if keeps else ()
+        if _REST in step.before:
+            known = (*known, step.was(_REST) >= 0)
+        if keeps:
+            kept = keeps(machine, machine.snapshot())
+            yield Goal(f"{name}: what it keeps", (*machine.assumptions, *known), kept)
+    known = (*machine.assumptions, *known)
+    own = machine.operations
+    meant = {wrap.operation: wrap for wrap in wraps(WRAPS) if wrap.pou == pou.name}
+    listed = {(wrap.pou, wrap.operation) for wrap in wraps(WRAPS)}
+    asked = [one for one in own if (one.pou, text_of(one.node)) not in listed]
+    yield _none_leaves(name, known, asked, _span(name))
+    for wrap in meant.values():
+        found = [one for one in own if (one.pou, text_of(one.node)) == (wrap.pou, wrap.operation)]
+        right = str(library.folder / wrap.file) == pou.file and _can(known, found)
+        text = f"{name}: {wrap.operation} of {wrap.file} leaves its type, as {WRAPS.name} says"
+        yield Goal(text, (), z3.BoolVal(right))
+
+
+def _any_arguments(library: Library, name: str, machine: Machine) -> Iterator[Any]:
+    for symbol in library.pou(name).section("VAR_INPUT"):
+        value = anything(symbol.type, machine.fresh(symbol.name))
+        machine.assume(legal(symbol.type, value))
+        yield value
+
+
+def _none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
+    places: dict[str, list[Any]] = {}
+    count = 0
+    for one in asked:
+        when = one.when(time)
+        if when is not False:
+            count += 1
+            told = f"{File(one.file).name}:{one.line}: {text_of(one.node)}"
+            places.setdefault(told, []).append(z3.BoolVal(True) if when is True else when)
+    show = {told: z3.Or(found) for told, found in places.items()}
+    return Goal(f"{name}: {count} operations", known, z3.Not(z3.Or(list(show.values()))), show)
+
+
+def _can(known: tuple[Any, ...], found: Iterable[Operation]) -> bool:
+    """Whether one of these operations can leave its type."""
+    solver = z3.SolverFor("QF_AUFBVFP")
+    solver.set("timeout", 10_000)
+    for one in found:
+        when = one.when(_LEAST_TIME)
+        if when is not False and solver.check(*known, both(when)) == z3.sat:
+            return True
+    return False
+
+
+def _parts(library: Library) -> list[str]:
+    """The blocks, and those functions that are looked at alone.
+
+    Raises:
+        InputError: a row of the table is about a POU that is not there.
+    """
+    rows = wraps(WRAPS)
+    for wrap in rows:
+        if wrap.pou.upper() not in library.project.pous:
+            raise InputError(f"a row is about {wrap.pou}, which is not there", file=WRAPS)
+    listed = {*_ALONE, *(wrap.pou.upper() for wrap in rows)}
+    return [
+        name
+        for name, pou in library.project.pous.items()
+        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name != _INSIDE)
+    ]
+
+
+PROPERTIES = (
+    Property(
+        "overflow",
+        "No integer arithmetic leaves its type, no narrower type loses bits, and no sum of TIME"
+        " leaves 32 bits of milliseconds, but where tests/tools/evidence/wraps.toml says that it"
+        " is meant.",
+        "docs/architecture.md",
+        ("inner", "clock", "log", "real-bits"),
+        _goals,
+        _parts,
+        lambda part: (part,),
+    ),
+)
