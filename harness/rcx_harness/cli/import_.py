@@ -1,0 +1,64 @@
+"""`rcx import`: the Structured Text of a project, one declaration per file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cell.build import named_files
+from rcx_harness.cli.options import counted
+from rcx_harness.engine.projects import is_project, read_project, st_texts
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+
+__all__ = ["import_"]
+
+
+def import_(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="PLCopen XML, a TwinCAT folder or .plcproj, .L5X, .scl.", metavar="FILES..."
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write into.")],
+    force: Annotated[
+        bool, typer.Option("--force", help="Write over files of the same names.")
+    ] = False,
+) -> None:
+    """Write the Structured Text of a project as .st files, one for each declaration.
+
+    Not needed to run it: `rcx run` and `rcx check` take the project itself.
+
+    Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment
+    where the body is to be written; 2 on bad input, and where a file exists.
+    """
+    named = named_files(files)
+    for file in named:
+        if not is_project(file):
+            raise InputError(
+                "is Structured Text already, or nothing that is read",
+                file=file,
+                hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
+            )
+    project = read_project(named)
+    texts = st_texts(project)
+    there = [out / name for name in texts if (out / name).exists()]
+    if there and not force:
+        others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
+        raise InputError(
+            f"is there already{others}; nothing was written",
+            file=there[0],
+            hint="name another folder, or write over them with --force",
+        )
+    replace_files({out / name: text.encode() for name, text in texts.items()})
+    for note in project.notes:
+        print(f"note: {note}")
+    foreign = [(unit, one) for unit in project.units for one in unit.piece.foreign()]
+    for unit, (name, body) in foreign:
+        print(f"not carried: {unit.file}:{body.at}: the body of {name} {body.says}")
+    print(f"written: {counted(len(texts), 'file')} in {out}")
+    if foreign:
+        raise typer.Exit(1)

@@ -1,0 +1,247 @@
+"""Which files are projects, and what of them becomes a source."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
+
+from rcx_harness.engine.projects import rockwell, siemens, twincat
+from rcx_harness.engine.projects.model import (
+    Foreign,
+    Lines,
+    Piece,
+    Project,
+    Unit,
+    declared_kind,
+    made,
+    without_comments,
+)
+from rcx_harness.engine.projects.plcopen import read_plcopen
+from rcx_harness.engine.projects.xml import read_xml
+from rcx_harness.engine.source import Extract, Line, source_text
+from rcx_harness.errors import InputError
+
+__all__ = ["Sources", "in_folder", "is_project", "project_sources", "read_project"]
+
+_XML, _L5X, _PLCPROJ, _TASK = ".xml", ".l5x", ".plcproj", ".tctto"
+#: Files of tools that hold programs, but cannot be read, and what to give instead.
+_CLOSED = {
+    ".project": "in CODESYS: Project > Export PLCopenXML",
+    ".library": "in CODESYS: Project > Export PLCopenXML",
+    ".acd": "in Studio 5000: save as .L5X",
+    ".l5k": "in Studio 5000: save as .L5X",
+    ".tsproj": "name the .plcproj of the PLC project",
+    ".sln": "name the .plcproj of the PLC project",
+    ".tnzip": "unpack it and name the .plcproj",
+    ".tpzip": "unpack it and name the .plcproj",
+    ".zap": "in TIA Portal: Generate source from blocks",
+    ".ap": "in TIA Portal: Generate source from blocks",
+    ".awl": "in TIA Portal: write the block in SCL",
+    ".smc2": "in Sysmac Studio: copy the bodies into .st files",
+    ".gx3": "in GX Works3: copy the bodies into .st files",
+}
+_WORD = re.compile(r"[^\W\d]\w*")
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What becomes of project files.
+
+    Attributes:
+        paths: The sources, in order: an `Extract` of each declaration, and files that replace.
+        declared: The names of all POUs, types and lists of variables, in upper case.
+        notes: What is not read, a line each.
+    """
+
+    paths: tuple[Path, ...] = ()
+    declared: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+
+
+def is_project(file: Path) -> bool:
+    """Is this file read as a project, and not as Structured Text?
+
+    Raises:
+        InputError: a closed format, with what to do.
+    """
+    suffix = file.suffix.lower()
+    hint = _CLOSED.get(re.sub(r"\d+$", "", suffix), "")
+    if hint:
+        raise InputError(f"{file.suffix} cannot be read", file=file, hint=hint)
+    return suffix in (_XML, _L5X, _PLCPROJ, _TASK, *siemens.SUFFIXES, *twincat.OBJECTS)
+
+
+def in_folder(files: Iterable[Path]) -> list[Path]:
+    """Of the files of a folder those that belong to a TwinCAT project: .plcproj, or objects."""
+    suffixes: dict[str, list[Path]] = {}
+    for file in files:
+        suffixes.setdefault(file.suffix.lower(), []).append(file)
+    projects = suffixes.get(_PLCPROJ, [])
+    if projects:
+        return sorted(projects)
+    return sorted(file for suffix in (*twincat.OBJECTS, _TASK) for file in suffixes.get(suffix, []))
+
+
+def read_project(files: Sequence[Path]) -> Project:
+    """Read project files.
+
+    Raises:
+        InputError: one cannot be read, or is not as its format wants it.
+    """
+    found = Project()
+    tasks = [file for file in files if file.suffix.lower() == _TASK]
+    for file in files:
+        if file not in tasks:
+            found = found.plus(_read(file))
+    found = found.plus(twincat.read_tasks(tasks))
+    return found.plus(siemens.started(found.units))
+
+
+def _read(file: Path) -> Project:
+    suffix = file.suffix.lower()
+    if suffix in twincat.OBJECTS:
+        return twincat.read_object(file)
+    if suffix == _PLCPROJ:
+        return twincat.read_plcproj(file)
+    if suffix in siemens.SUFFIXES:
+        return siemens.read_scl(file)
+    root = read_xml(file)
+    if root.name == "project":
+        return read_plcopen(root, file)
+    if root.name == "RSLogix5000Content":
+        return rockwell.read_l5x(root, file)
+    raise InputError(
+        f"is neither a PLCopen XML project nor an L5X, its root is <{root.name}>", file=file
+    )
+
+
+def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
+    """Make sources of project files.
+
+    Args:
+        files: The project files.
+        replaced: Files with Structured Text for POUs, by the POU's name (`Block.Method` for a
+            part of one): a body, or the whole declaration.
+
+    Raises:
+        InputError: as `read_project`; a body in another language that the rest needs and nothing
+            replaces; a replacement for what is not there.
+    """
+    project = read_project(files)
+    units, extra = _replaced(project.units, replaced)
+    needed, notes = _foreign(units)
+    if needed:
+        raise _refusal(needed)
+    unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
+    paths = [
+        *(
+            Extract.make(unit.file, unit.piece.lines(), unit.name)
+            for unit in units
+            if unit not in unread
+        ),
+        *extra,
+    ]
+    names = frozenset(unit.name.upper() for unit in project.units)
+    return Sources((*paths, *extra), names, (*project.notes, *notes))
+
+
+# --- bodies in other languages ----------------------------------------------------------------
+
+
+def _foreign(
+    units: Sequence[Unit],
+) -> tuple[list[tuple[Unit, str, Foreign]], list[str]]:
+    """Bodies in other languages that the rest mentions, and a line for each of the others."""
+    found = [(unit, name, body) for unit in units for name, body in unit.piece.foreign()]
+    if not found:
+        return [], []
+    words = {unit: _words(_readable(unit.piece)) for unit in units}
+    configured = any(unit.kind == "CONFIGURATION" for unit in units)
+    needed, notes = [], []
+    for unit, name, body in found:
+        last = name.rpartition(".")[2].upper()
+        own = name.upper() == unit.name.upper()
+        mentioned = any(last in words[one] for one in units if one is not unit or not own)
+        if mentioned or (own and unit.kind == "PROGRAM" and not configured):
+            needed.append((unit, name, body))
+        else:
+            notes.append(
+                f"{unit.file}:{body.at}: the body of {name} {body.says}; nothing mentions it"
+            )
+    return needed, notes
+
+
+def _readable(piece: Piece) -> Lines:
+    """What of a POU could mention another; not the head of a part that is not read."""
+    parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
+    lines = tuple(line for part in parts for line in _readable(part))
+    return (*piece.head, *lines, *(() if isinstance(piece.body, Foreign) else piece.body))
+
+
+def _words(lines: Lines) -> set[str]:
+    text = without_comments("\n".join(line.text for line in lines))
+    return {word.upper() for word in _WORD.findall(text)}
+
+
+def _refusal(needed: Sequence[tuple[Unit, str, Foreign]]) -> InputError:
+    unit, name, body = needed[0]
+    others = ", ".join(f"{one} ({kind.language})" for _, one, kind in needed[1:])
+    return InputError(
+        f"the body of {name} {body.says}" + (f"; neither is {others}" if others else ""),
+        file=unit.file,
+        line=body.at,
+        hint=f"write it in Structured Text: --replace {name}=file.st",
+    )
+
+
+# --- replacements -----------------------------------------------------------------------------
+
+
+def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list[Unit], list[Path]]:
+    """The units with the bodies of the user's, and whole files of the user's."""
+    found, whole = list(units), []
+    for name, file in replaced.items():
+        number = next((k for k, unit in enumerate(found) if _has(unit.piece, name)), None)
+        if number is None:
+            names = [one for unit in units for one in _names(unit.piece)]
+            near = get_close_matches(name.upper(), [one.upper() for one in names], 1)
+            meant = next((one for one in names if one.upper() in near), "")
+            raise InputError(
+                f"--replace {name}: there is no POU of this name in the project",
+                hint=f"did you mean {meant}?" if meant else "",
+            )
+        unit = found[number]
+        text = source_text(file).splitlines()
+        kind = declared_kind(Line(line, 1) for line in text)
+        if kind == unit.kind:
+            del found[number]
+            whole.append(file)
+        else:
+            found[number] = replace(unit, piece=_with_body(unit.piece, name, text), file=file)
+    return found, whole
+
+
+def _names(piece: Piece) -> list[str]:
+    return [piece.name, *(name for part in piece.parts for name in _names(part))]
+
+
+def _has(piece: Piece, name: str) -> bool:
+    return any(one.upper() == name.upper() for one in _names(piece))
+
+
+def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
+    """The piece with a body of another file; all else of it counts as line 1 of that file."""
+    own = piece.name.upper() == name.upper()
+    body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
+    if not isinstance(body, Foreign) and not own:
+        body = made(1, *(line.text for line in body))
+    return Piece(
+        piece.name,
+        made(1, *(line.text for line in piece.head)),
+        body,
+        made(1, *(line.text for line in piece.end)),
+        tuple(_with_body(part, name, text) for part in piece.parts),
+    )

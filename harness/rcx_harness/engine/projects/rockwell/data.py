@@ -1,0 +1,82 @@
+"""What tags of Logix are, and what they are in the standard's language.
+
+Elementary types keep their names. Arrays of SINT and INT are arrays of BYTE and WORD, as process
+images are; what is read of them is signed all the same. A string type is a STRING of its length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Types"]
+
+#: Whole numbers by rank: what is calculated with two of them is of the higher one's type, at
+#: least DINT.
+INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
+NUMBERS = (*INTEGERS, "REAL", "LREAL")
+STORED = {"SINT": "BYTE", "INT": "WORD"}
+
+
+@dataclass(frozen=True)
+class Data:
+    """The type of a tag: its name, and its dimensions.
+
+    `stored` of an element that is kept as a BYTE or WORD.
+    """
+
+    type: str
+    sizes: tuple[int, ...] = ()
+    stored: bool = False
+
+    @property
+    def element(self) -> Data:
+        """What an index of all dimensions gives."""
+        return Data(self.type, stored=self.type in STORED)
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """An Add-On Instruction: parameters in the order of a call, with their usage."""
+
+    parameters: tuple[tuple[str, str], ...]
+
+
+@dataclass
+class Types:
+    """The types of a project, names in upper case.
+
+    Attributes:
+        members: Members of structures, and parameters of instructions.
+        strings: Lengths of string types.
+        instructions: Add-On Instructions that are read.
+        protected: Those whose source is not in the file.
+        arrays: Named types for arrays, as they were needed.
+    """
+
+    members: dict[str, Mapping[str, Data]] = field(default_factory=dict)
+    strings: dict[str, int] = field(default_factory=lambda: {"STRING": 82})
+    instructions: dict[str, Instruction] = field(default_factory=dict)
+    protected: set[str] = field(default_factory=set)
+    arrays: dict[str, Data] = field(default_factory=dict)
+
+    def is_string(self, data: Data) -> bool:
+        """Is it a text?"""
+        return not data.sizes and data.type.upper() in self.strings
+
+    def is_simple(self, data: Data) -> bool:
+        """Is it one value?"""
+        return not data.sizes and (data.type == "BOOL" or data.type in NUMBERS)
+
+    def written(self, data: Data) -> str:
+        """The type as it is written in a declaration."""
+        if data.sizes:
+            name = "_".join(["L5X", data.type, *map(str, data.sizes)])
+            self.arrays[name] = data
+            return name
+        return data.type
+
+    def array(self, data: Data) -> str:
+        """The type of an array, in full."""
+        bounds = ", ".join(f"0..{size - 1}" for size in data.sizes)
+        return f"ARRAY [{bounds}] OF {STORED.get(data.type, data.type)}"

@@ -1,0 +1,195 @@
+"""Project files that cannot be read: one message each, with file and line, and exit code 2."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+from rcx_harness.engine.frontend import check
+from rcx_harness.engine.projects import project_sources
+from rcx_harness.engine.source import source_text
+
+_DATA = Path(__file__).parent / "data"
+_HEAD = '<?xml version="1.0"?>\n'
+_L5X = f"{_HEAD}<RSLogix5000Content><Controller>\n%s</Controller></RSLogix5000Content>"
+_PROGRAM = """\
+<Programs><Program Name="P" MainRoutineName="M"><Tags>
+<Tag Name="a" DataType="DINT"/></Tags><Routines><Routine Name="M" Type="ST"><STContent>
+<Line Number="0"><![CDATA[%s]]></Line>
+</STContent></Routine></Routines></Program></Programs>
+"""
+_PROTECTED = """\
+<AddOnInstructionDefinitions>
+<EncodedData EncodedType="AddOnInstructionDefinition" Name="Secret" EncryptionConfig="8"/>
+</AddOnInstructionDefinitions>
+"""
+_BOMB = """\
+<!DOCTYPE p [<!ENTITY a "aaaaaaaaaa">
+<!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>
+<project>&b;</project>"""
+_POU = """\
+<TcPlcObject><POU Name="P"><Declaration><![CDATA[%s]]></Declaration>
+<Implementation>%s</Implementation></POU></TcPlcObject>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("a.xml", "", "a.xml:1:1: is not well-formed XML: no element found"),
+        ("a.xml", f"{_HEAD}<project>\n<types>", "a.xml:3:8: is not well-formed XML: no element"),
+        ("a.xml", "PROGRAM P\nEND_PROGRAM\n", "a.xml:1:1: is not well-formed XML: syntax error"),
+        ("a.xml", _BOMB, "a.xml:1: a document type (DOCTYPE) is not read"),
+        (
+            "a.xml",
+            '<!DOCTYPE p [<!ENTITY x SYSTEM "file:///etc/passwd">]><project>&x;</project>',
+            "a.xml:1: a document type (DOCTYPE) is not read",
+        ),
+        ("a.xml", "<a>" * 201 + "</a>" * 201, "more than 200 elements inside each other"),
+        ("a.xml", "<html></html>", "neither a PLCopen XML project nor an L5X, its root is <html>"),
+        ("a.xml", "<project></project>", "a.xml: has no POU and no type"),
+        (
+            "a.xml",
+            f'{_HEAD}<project>\n<pou name="P" pouType="program"><body><FBD/></body></pou>'
+            "</project>",
+            "a.xml:3: the body of P is in Function Block Diagram (FBD) and is not read; "
+            "write it in Structured Text: --replace P=file.st",
+        ),
+        (
+            "a.xml",
+            f'{_HEAD}<project>\n<pou pouType="program"/></project>',
+            "a.xml:3: <pou> has no name",
+        ),
+        (
+            "a.xml",
+            f'{_HEAD}<project><pou name="P" pouType="program"/>\n<task name="T" interval="never">'
+            '<pouInstance name="P"/></task></project>',
+            "a.xml:3: the task T has the interval 'never'",
+        ),
+        ("a.TcPOU", "<TcPlcObject/>", "a.TcPOU: has no POU, DUT, GVL or Itf, only nothing"),
+        ("a.TcPOU", "<Other/>", "is no object of TwinCAT, its root is <Other>"),
+        ("a.TcPOU", _POU % ("", "<ST/>"), "a.TcPOU:1: P has no declaration"),
+        ("a.TcPOU", _POU % ("VAR END_VAR", "<ST/>"), "does not begin with PROGRAM, FUNCTION"),
+        (
+            "a.TcPOU",
+            _POU % ("PROGRAM P", "<SFC/>"),
+            "a.TcPOU:2: the body of P is in Sequential Function Chart (SFC)",
+        ),
+        (
+            "a.plcproj",
+            '<Project><ItemGroup>\n<Compile Include="A\\B.TcPOU"/></ItemGroup></Project>',
+            "a.plcproj:2: names A\\B.TcPOU, which is not there; copy the whole folder",
+        ),
+        ("a.plcproj", "<Project/>", "a.plcproj: names no POU, type or list of variables"),
+        ("a.L5X", _L5X % "", "a.L5X: has no data type, instruction or program"),
+        (
+            "a.L5X",
+            _L5X % (_PROTECTED + _PROGRAM % "Secret(a);"),
+            "a.L5X:8: the body of P is not read: the source of Secret is protected",
+        ),
+        (
+            "a.L5X",
+            _L5X % (_PROGRAM % "a [:=] 1;"),
+            "a.L5X:5: the body of P is not read: [:=] is not supported",
+        ),
+        (
+            "a.L5X",
+            _L5X % (_PROGRAM % "a := Local:1:I.Data;"),
+            "a.L5X:5: the body of P is not read: there is no tag Local:1:I in this file",
+        ),
+        (
+            "a.L5X",
+            _L5X % (_PROGRAM % "GSV(Module, a, b, a);"),
+            "a.L5X:5: the body of P is not read: the instruction GSV is not supported",
+        ),
+        ("a.scl", "// nothing\nFOO", "a.scl:2: 'FOO' is not expected here"),
+        ("a.scl", 'FUNCTION_BLOCK "A"\nBEGIN', "a.scl:1: this FUNCTION_BLOCK has no END_"),
+        ("a.scl", "TYPE END_TYPE", "a.scl:1: this TYPE has no name"),
+        ("a.project", "PK", "a.project: .project cannot be read; in CODESYS: Project > Export"),
+        ("a.zap17", "PK", "a.zap17: .zap17 cannot be read; in TIA Portal: Generate source"),
+        ("a.ACD", "PK", "a.ACD: .ACD cannot be read; in Studio 5000: save as .L5X"),
+    ],
+)
+def test_what_cannot_be_read_is_told_with_its_line(
+    name: str,
+    text: str,
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Source: docs/projects.md."""
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_text(text, encoding="utf-8")
+    assert main(["run", name, "--engine", "builtin"]) == 2
+    said = capsys.readouterr()
+    assert told in said.err
+    assert said.err.strip().count("\n") == 0
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "iso-8859-1"])
+def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path) -> None:
+    """A file that names UTF-16 and is UTF-8, as .NET writes it, is read, too."""
+    name = "utf-8" if encoding == "utf-8-sig" else encoding
+    text = (_DATA / "beremiz.xml").read_text(encoding="utf-8").replace("starts", "fängt")
+    file = tmp_path / "a.xml"
+    file.write_bytes(text.replace("'utf-8'", f"'{name}'").encode(encoding))
+    texts = [source_text(source) for source in project_sources([file], {}).paths]
+    assert any("fängt again" in one for one in texts)
+    file.write_bytes(text.replace("'utf-8'", "'utf-16'").encode())
+    assert texts == [source_text(source) for source in project_sources([file], {}).paths]
+    assert check(list(project_sources([file], {}).paths)) == []
+
+
+def test_two_pous_of_one_name_are_told_with_both_places(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/projects.md."""
+    for name in ("a", "b"):
+        text = _POU % ("PROGRAM P", "<ST>RETURN;</ST>")
+        (tmp_path / f"{name}.TcPOU").write_text(text, encoding="utf-8")
+    assert main(["check", str(tmp_path)]) == 2
+    assert "b.TcPOU:1:" in (said := capsys.readouterr().err)
+    assert "P is declared twice; it is also declared in a.TcPOU, line 1" in said
+    out = tmp_path / "out"
+    assert main(["import", str(tmp_path), "-o", str(out)]) == 2
+    assert "P is declared twice" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_name_never_leads_out_of_the_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/projects.md: what is written."""
+    text = '<project><pou name="../../evil" pouType="program"><body/></pou></project>'
+    (tmp_path / "a.xml").write_text(text, encoding="utf-8")
+    assert main(["import", str(tmp_path / "a.xml"), "-o", str(tmp_path / "x" / "y")]) == 2
+    assert "'../../evil' is no name for a file" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["a.xml"]
+
+
+def test_import_overwrites_nothing_unless_it_is_asked_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/projects.md: what is written."""
+    out = tmp_path / "out"
+    given = ["import", str(_DATA / "beremiz.xml"), "-o", str(out)]
+    assert main(given) == 0
+    (out / "ROWS.st").write_text("mine", encoding="utf-8")
+    assert main(given) == 2
+    assert "is there already, and 2 more files; nothing was written" in capsys.readouterr().err
+    assert (out / "ROWS.st").read_text(encoding="utf-8") == "mine"
+    assert main([*given, "--force"]) == 0
+    assert (out / "ROWS.st").read_text(encoding="utf-8").startswith("TYPE ROWS")
+
+
+def test_structured_text_is_nothing_to_import(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: rcx import --help."""
+    shutil.copy(_DATA / "lamp.st", tmp_path)
+    assert main(["import", str(tmp_path / "lamp.st"), "-o", str(tmp_path / "out")]) == 2
+    assert "lamp.st: is Structured Text already" in capsys.readouterr().err

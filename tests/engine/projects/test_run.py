@@ -1,0 +1,184 @@
+"""Projects of PLC tools run and are checked as they are; what replaces a body of theirs."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import pytest
+
+from example_runs import changes, recorded_trace
+from exported import EXPORTED
+from rcx_harness.cell import Cell
+from rcx_harness.cell.build import source_files
+from rcx_harness.cli.app import main
+from rcx_harness.engine.load import build
+from rcx_harness.engine.projects import project_sources
+from rcx_harness.export import export
+from rcx_harness.export.output import write
+from rcx_tools.docs.examples import Example
+
+_DATA = Path(__file__).parent / "data"
+
+#: Main calls Lamp, whose body is in ladder; nothing calls Spare.
+_LADDER = """\
+<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>
+<pou name="Main" pouType="program">
+<interface><localVars>
+<variable name="One"><type><derived name="Lamp"/></type></variable>
+<variable name="n"><type><INT/></type></variable>
+</localVars></interface>
+<body><ST><p>One(Lit := TRUE);
+n := %s;</p></ST></body>
+</pou>
+<pou name="Lamp" pouType="functionBlock">
+<interface><inputVars><variable name="Lit"><type><BOOL/></type></variable></inputVars>
+<outputVars><variable name="Q"><type><BOOL/></type></variable></outputVars></interface>
+<body><LD/></body>
+</pou>
+<pou name="Spare" pouType="functionBlock"><body><FBD/></body></pou>
+</pous></types></project>
+"""
+
+
+@pytest.fixture
+def ladder(tmp_path: Path) -> Path:
+    """A project with a body in ladder."""
+    file = tmp_path / "cell.xml"
+    file.write_text(_LADDER % "n + 1", encoding="utf-8")
+    return file
+
+
+def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
+    """Source: docs/projects.md."""
+    program = build(source_files(_DATA / "beremiz.xml").all, "builtin").program
+    assert program.tick_us == 50_000
+    program.scan(0)
+    program.scan(50_000)
+    assert program.read("Main.Row[1]") == 2
+
+
+def test_a_body_in_another_language_is_named(
+    ladder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Only where it is needed."""
+    assert main(["check", str(ladder)]) == 2
+    assert capsys.readouterr().err == (
+        f"rcx: {ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read; "
+        "write it in Structured Text: --replace Lamp=file.st\n"
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Q := Lit;",
+        "(* mine *)\n\nQ := Lit;\n",
+        "FUNCTION_BLOCK Lamp\n  VAR_INPUT\n    Lit : BOOL;\n  END_VAR\n  VAR_OUTPUT\n"
+        "    Q : BOOL;\n"
+        "  END_VAR\n  Q := Lit;\nEND_FUNCTION_BLOCK\n",
+    ],
+)
+def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
+    ladder: Path, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What nothing mentions is named, and left out."""
+    own = ladder.with_name("lamp.st")
+    own.write_text(text, encoding="utf-8")
+    program = build(source_files(ladder, None, {"lamp": own}).all, "builtin").program
+    program.scan(0)
+    assert program.read("Main.One.Q") is True
+    assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 0
+    assert (
+        f"note: {ladder}:15: the body of Spare is in Function Block Diagram (FBD) and is not"
+        in (capsys.readouterr().out)
+    )
+
+
+def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
+    ladder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With the line there, although the interface is the project's."""
+    own = ladder.with_name("lamp.st")
+    own.write_text("Q := Lit;\nQ := Nothing;\n", encoding="utf-8")
+    assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
+    assert f"{own}:2:6: Nothing is not declared" in capsys.readouterr().err
+
+
+def test_a_mistake_in_a_project_is_told_in_its_line(
+    ladder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/projects.md."""
+    ladder.write_text(_LADDER % "m", encoding="utf-8")
+    own = _DATA / "lamp.st"
+    assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {ladder}:8:6: m is not declared")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (["Lamb=lamp.st"], "--replace Lamb: there is no POU of this name in the project; did you"),
+        (["Lamp"], "--replace Lamp; write it as --replace POU=file.st"),
+        (["Lamp=nowhere.st"], "nowhere.st: --replace Lamp: no such file"),
+        (["Lamp=lamp.st", "LAMP=lamp.st"], "--replace LAMP is given twice"),
+    ],
+)
+def test_a_replacement_that_fits_nothing_is_refused(
+    given: list[str],
+    told: str,
+    ladder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Source: rcx check --help."""
+    monkeypatch.chdir(ladder.parent)
+    Path("lamp.st").write_text("Q := Lit;", encoding="utf-8")
+    options = [part for one in given for part in ("--replace", one)]
+    assert main(["check", "cell.xml", *options]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_replacement_needs_a_project(capsys: pytest.CaptureFixture[str]) -> None:
+    """Source: rcx check --help."""
+    own = str(_DATA / "lamp.st")
+    assert main(["check", own, "--replace", f"P={own}"]) == 2
+    assert "--replace is for projects of PLC tools" in capsys.readouterr().err
+
+
+def test_what_was_taken_out_of_a_file_is_a_value() -> None:
+    """It goes through processes and caches; the file itself is something else."""
+    paths = project_sources([_DATA / "beremiz.xml"], {}).paths
+    assert pickle.loads(pickle.dumps(paths)) == paths
+    assert len({*paths, _DATA / "beremiz.xml"}) == len(paths) + 1
+    assert all(path.resolve() == (_DATA / "beremiz.xml").resolve() for path in paths)
+
+
+@pytest.mark.parametrize("example", EXPORTED, ids=lambda one: one.name)
+def test_an_example_runs_from_its_plcopen_project_as_from_its_sources(
+    example: Example, tmp_path: Path
+) -> None:
+    """The library's blocks are in the project: none is taken from the library beside it."""
+    output = export("plcopen", program=[example.folder], only_needed=True)
+    (file,) = write(output, tmp_path / "cell.xml")
+    with example.build("builtin", program=[file]) as cell:
+        cell.run(example.duration)
+        made = list(changes(cell.trace.lines()))
+    assert made == recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]
+
+
+def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
+    """A PROGRAM of some tools has no variables that last: its data are in a block.
+
+    Source: docs/projects.md: where the areas are.
+    """
+    (tmp_path / "a.st").write_text(
+        "FUNCTION_BLOCK Station\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
+        "    Connected : BOOL;\n  END_VAR\n  OutputArea[3] := InputArea[0];\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM P\n  VAR\n    S : Station;\n  END_VAR\n  S();\nEND_PROGRAM\n",
+        encoding="utf-8",
+    )
+    with Cell.build(tmp_path / "a.st", engine="builtin") as cell:
+        cell.run("200ms")
+        assert cell["Main.S.Connected"] is True
+        assert cell.connected
