@@ -1,0 +1,1 @@
+"""STruC++ as an engine: found on the user's machine, never part of this project."""

@@ -1,0 +1,28 @@
+"""Compiles ST texts with matiec and with STruC++."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from both_engines import COMPILED
+from rcx_harness.engine.load import build
+from rcx_harness.engine.native.program import NativeProgram
+
+
+@pytest.fixture(params=COMPILED)
+def compiled(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., NativeProgram]:
+    """Gives a function that compiles the texts it is given, one file each."""
+
+    def compile_texts(*texts: str) -> NativeProgram:
+        files = []
+        for number, text in enumerate(texts):
+            files.append(tmp_path / f"source{number}.st")
+            files[-1].write_text(text)
+        program = build(files, request.param).program
+        assert isinstance(program, NativeProgram)
+        return program
+
+    return compile_texts
