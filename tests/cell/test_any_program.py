@@ -12,13 +12,13 @@ from random import Random
 
 import pytest
 
+from both_engines import COMPILED
 from plc_bench import BENCH, LIBRARY
 from rcx_harness.cell import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
 from rcx_harness.engine import build
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.engine.needed import needed
 from rcx_harness.robot import Controller, RobotConfig
 
@@ -94,15 +94,14 @@ def test_no_program_can_break_the_interval_or_the_handshake(program: Program, se
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_both_engines_give_the_same_trace(seed: int, tmp_path: Path) -> None:
-    if find_matiec() is None or find_c_compiler() is None:
-        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
-    for engine in ("matiec", "builtin"):
+@pytest.mark.parametrize("compiled", COMPILED)
+def test_engines_give_the_same_trace(compiled: str, seed: int, tmp_path: Path) -> None:
+    for engine in (compiled, "builtin"):
         random = Random(seed)
         program = build([BENCH, *needed([BENCH], LIBRARY)], engine).program
         with _cell(program, random, seed, tmp_path / engine) as cell:
             while cell.now_us < SECONDS * 1_000_000:
                 _flip(cell, random)
                 cell.scan()
-    matiec, builtin = ((tmp_path / engine).read_bytes() for engine in ("matiec", "builtin"))
-    assert matiec.partition(b"\n")[2] == builtin.partition(b"\n")[2]
+    one, two = ((tmp_path / engine).read_bytes() for engine in (compiled, "builtin"))
+    assert one.partition(b"\n")[2] == two.partition(b"\n")[2]

@@ -1,4 +1,4 @@
-"""Parts of a process image as bytes, and indices that are worked out, on both engines."""
+"""Parts of a process image as bytes, and indices that are worked out, on every engine."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from both_engines import ENGINES
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import MISSING, build, find_c_compiler, find_matiec
+from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
 
 _SOURCE = """PROGRAM Plant
@@ -25,10 +26,8 @@ END_PROGRAM
 """
 
 
-@pytest.fixture(params=["builtin", "matiec"])
+@pytest.fixture(params=ENGINES)
 def plant(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
-    if request.param == "matiec" and (find_matiec() is None or find_c_compiler() is None):
-        pytest.skip(MISSING)
     file = tmp_path / "Plant.st"
     file.write_text(_SOURCE, encoding="utf-8")
     return build([file], request.param).program

@@ -59,7 +59,7 @@ def test_a_mistake_in_the_sources_leaves_the_search_running(tmp_path: Path) -> N
     [
         ("rcx_harness.engine.load", "load", lambda file: build([file], "builtin")),
         ("rcx_harness.engine.builtin.compile", "compile", lambda file: build([file], "builtin")),
-        ("rcx_harness.engine.frontend.load", "parse", lambda file: check([file])),
+        ("rcx_harness.engine.frontend.load", "read_text", lambda file: check([file])),
     ],
 )
 def test_trees_are_built_without_the_search(

@@ -1,4 +1,4 @@
-"""`Program.reader` gives what `Program.read` gives, on both engines."""
+"""`Program.reader` gives what `Program.read` gives, on every engine."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import MISSING, build, find_c_compiler, find_matiec
+from both_engines import ENGINES
+from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
 
 _SOURCE = """TYPE
@@ -31,7 +32,7 @@ END_PROGRAM
 """
 
 
-@pytest.mark.parametrize("engine", ["builtin", "matiec"])
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
     "paths",
     [
@@ -43,8 +44,6 @@ END_PROGRAM
     ],
 )
 def test_a_reader_gives_what_read_gives(engine: str, paths: list[str], tmp_path: Path) -> None:
-    if engine == "matiec" and not (find_matiec() and find_c_compiler()):
-        pytest.skip(MISSING)
     source = tmp_path / "Plant.st"
     source.write_text(_SOURCE, encoding="utf-8")
     program = build([source], engine).program
@@ -73,21 +72,21 @@ PROGRAM Second
 END_PROGRAM
 CONFIGURATION Plant
   VAR_GLOBAL Total : DINT := 7; END_VAR
-  TASK Cycle(INTERVAL := T#10ms, PRIORITY := 0);
-  PROGRAM A WITH Cycle : First;
-  PROGRAM B WITH Cycle : Second;
+  RESOURCE Cpu ON Plc
+    TASK Cycle(INTERVAL := T#10ms, PRIORITY := 0);
+    PROGRAM A WITH Cycle : First;
+    PROGRAM B WITH Cycle : Second;
+  END_RESOURCE
 END_CONFIGURATION
 """
 
 
-@pytest.mark.parametrize("engine", ["builtin", "matiec"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_reader_takes_variables_of_several_programs(engine: str, tmp_path: Path) -> None:
     """In the order in which they are asked for, wherever they lie.
 
     Source: engine.base.Program.reader.
     """
-    if engine == "matiec" and not (find_matiec() and find_c_compiler()):
-        pytest.skip(MISSING)
     source = tmp_path / "Plant.st"
     source.write_text(_PLANT, encoding="utf-8")
     program = build([source], engine).program

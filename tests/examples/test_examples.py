@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from both_engines import ENGINES
 from example_runs import EXAMPLES, ROOT, changes, finished, recorded_trace
 from rcx_harness.cell import Cell
-from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 from rcx_harness.trace import Violation
 from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, examples, files
@@ -60,10 +60,8 @@ def test_a_lane_of_no_signal_is_refused(lane: str) -> None:
 
 
 @_each
-@pytest.mark.parametrize("engine", ["builtin", "matiec"])
+@pytest.mark.parametrize("engine", ENGINES)
 def test_the_trace_is_the_one_recorded_from_matiec(example: Example, engine: str) -> None:
-    if engine == "matiec" and (find_matiec() is None or find_c_compiler() is None):
-        pytest.skip("matiec not found: set RCX_MATIEC or PATH")
     recorded = recorded_trace(example).read_text(encoding="utf-8").splitlines()
     assert list(changes(finished(example.name, engine).cell.trace.lines())) == recorded[1:], (
         "record it anew if the library or the robot has changed: tests/examples/record_examples.py"

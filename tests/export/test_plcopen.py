@@ -202,7 +202,7 @@ def test_the_reader_refuses_what_is_not_as_the_schema_says(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("<project>", "no well-formed XML"),
+        ("<project>", "not well-formed XML"),
         ("<project />", "is not a project of PLCopen TC6 XML 2.01"),
         ('<project xmlns="http://www.plcopen.org/xml/tc6_0200" />', "is not a project of PLCopen"),
     ],

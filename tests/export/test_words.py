@@ -7,19 +7,27 @@ from collections.abc import Mapping
 from functools import cache
 from itertools import product
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
 
 from example_runs import EXAMPLES
 from rcx_harness.engine.base import Program
+from rcx_harness.engine.frontend import standard
 from rcx_harness.engine.frontend.scalars import ELEMENTARY
-from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS
 from rcx_harness.engine.load import build
+from rcx_harness.errors import InputError
 from rcx_harness.export import TARGETS, export
 from rcx_harness.export.parts import sources_of
 from rcx_harness.export.words import FOLDER, unwritten, words
 from rcx_tools.docs.examples import Example
+
+#: Those of the second edition; what came later is refused as no part of the portable subset.
+FUNCTIONS, BLOCKS = (
+    {key: one for key, one in every.items() if standard.reserved(key)}
+    for every in (dict[str, Any](standard.FUNCTIONS), dict[str, Any](standard.BLOCKS))
+)
 
 #: The list of each target.
 _LISTS = {
@@ -142,6 +150,18 @@ def test_each_standard_function_and_block_is_on_the_list_or_refused_by_name(
             assert body.strip(), key
             instances = {"One", *(one.name for one in found.blocks.values())}
             assert _called(body) <= _listed(target) | instances, key
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_what_came_after_the_second_edition_is_refused_by_name(target: str, tmp_path: Path) -> None:
+    """A function and a block of those, with file and line; nothing is written."""
+    texts = (
+        ("ATAN2", 5, _block("A", "", "x := ATAN2(x, x);")),
+        ("TON_TIME", 3, _block("B", "One : TON_TIME;", "One(IN := b);")),
+    )
+    for key, line, text in texts:
+        with pytest.raises(InputError, match=rf"All.st:{line}:\d+: .* edition \({key}\); use "):
+            _exported(target, tmp_path, text)
 
 
 @pytest.mark.parametrize("name", sorted(file.stem for file in FOLDER.glob("*.toml")))

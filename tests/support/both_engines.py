@@ -1,17 +1,20 @@
-"""Fixtures for tests that must hold on both engines."""
+"""The engines as parameters of tests that must hold on each of them."""
 
 from __future__ import annotations
 
 import pytest
 
-from rcx_harness.engine.load import MISSING, find_c_compiler, find_matiec
+from rcx_harness.engine.load import why_not
 
-__all__ = ["ENGINES"]
+__all__ = ["COMPILED", "ENGINES", "needs"]
 
-_READY = find_matiec() is not None and find_c_compiler() is not None
 
-#: The engines, as parameters of a test; without matiec its part is skipped.
-ENGINES = [
-    "builtin",
-    pytest.param("matiec", marks=pytest.mark.skipif(not _READY, reason=MISSING)),
-]
+def needs(engine: str) -> pytest.MarkDecorator:
+    """Skips a test where an engine is not installed."""
+    reason = why_not(engine)
+    return pytest.mark.skipif(bool(reason), reason=reason)
+
+
+#: The engines that are another's work; those that are not installed are skipped.
+COMPILED = [pytest.param(name, marks=needs(name)) for name in ("matiec", "strucpp")]
+ENGINES = ["builtin", *COMPILED]

@@ -225,11 +225,13 @@ class _Translation:
             if found is None:
                 raise self._error(f"there is no tag {node.text}", node.at)
             return node.text, found
+        assert not isinstance(node, s.This)
         base, data = self._variable(node.base)
         if isinstance(node, s.Index):
             if not data.size or len(node.indices) != 1:
                 raise self._error(f"{base} is no array", node.at)
             return f"{base}[{self._number(node.indices[0])}]", Data(data.type)
+        assert isinstance(node, s.Field)
         members = self._scope.members.get(data.type, {})
         member = members.get(node.name.key)
         if data.size or member is None:
@@ -258,6 +260,7 @@ class _Translation:
             return f"{node.op} ({text})" if node.op == "NOT" else f"(-{text})", kind
         if isinstance(node, s.Binary):
             return self._binary(node)
+        assert isinstance(node, s.Call)
         name = node.function.key
         if name == "TRUNC" and len(node.arguments) == 1:
             return f"TRUNC({self._real(node.arguments[0].value)})", _DINT

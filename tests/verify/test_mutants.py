@@ -289,6 +289,7 @@ def _run(house: Path) -> tuple[int, str, dict[str, object]]:
     done = subprocess.run(
         [*command, "--jobs", "2"], capture_output=True, text=True, check=False, cwd=house
     )
+    assert (house / "out/verification/mutants.json").is_file(), done.stdout + done.stderr
     report = json.loads((house / "out/verification/mutants.json").read_text("utf-8"))
     return done.returncode, done.stdout + done.stderr, report
 

@@ -12,9 +12,10 @@ from pathlib import Path
 from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
-from rcx_harness.engine.needed import needed
+from rcx_harness.engine.needed import declared_names, needed
+from rcx_harness.engine.projects import in_folder, is_project, project_sources
 from rcx_harness.errors import InputError
-from rcx_harness.output.exported import own_output
+from rcx_harness.output.exported import RECORD, own_output
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 from rcx_harness.spec.wire import check_size
@@ -32,6 +33,8 @@ __all__ = [
     "make_link",
     "make_members",
     "make_robot",
+    "named_files",
+    "not_declared",
     "several",
     "source_files",
     "st_files",
@@ -57,11 +60,21 @@ _WRITTEN = {
 
 @dataclass(frozen=True)
 class SourceFiles:
-    """The ST files of a program: the user's own and those of the library."""
+    """The sources of a program: the user's own and those of the library.
+
+    Attributes:
+        own: ST files, and what was taken out of project files.
+        lib: Those files of the library that they need.
+        folder: Of the library.
+        notes: What of a project is not read, a line each.
+        declared: Names that projects declare, in upper case: not taken from the library.
+    """
 
     own: tuple[Path, ...]
     lib: tuple[Path, ...]
     folder: Path
+    notes: tuple[str, ...] = ()
+    declared: frozenset[str] = frozenset()
 
     @property
     def all(self) -> list[Path]:
@@ -76,21 +89,33 @@ class SourceFiles:
         return [file for file in self.own if file not in named], [*named, *self.lib]
 
 
-def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
+def source_files(
+    program: Files,
+    lib: str | Path | None = None,
+    replace: Mapping[str, str | Path] | None = None,
+) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
 
     Args:
-        program: Files, or folders whose `.st` files are taken, see `st_files`.
+        program: Files, also of projects (`engine.projects`), or folders whose `.st` files are
+            taken, see `st_files`, or where there are none, whose TwinCAT project.
         lib: Folder of the library, searched with its subfolders; None for the one of this
-            package.
+            package. What a project declares itself is not taken from it.
+        replace: Files with Structured Text for POUs of a project, by name.
 
     Raises:
-        InputError: a file or folder that is missing, or a folder without `.st` files.
+        InputError: a file or folder that is missing, a folder without sources, or a project that
+            cannot be read.
     """
-    given = [program] if isinstance(program, (str, Path)) else list(program)
-    if not given:
-        raise InputError("no program is given")
-    own = [file for entry in given for file in _expand(Path(entry))]
+    named = named_files(program)
+    projects = [file for file in named if is_project(file)]
+    if replace and not projects:
+        raise InputError(
+            "--replace is for projects of PLC tools, and none is given",
+            hint="change the .st file itself",
+        )
+    made = project_sources(projects, {name: Path(file) for name, file in (replace or {}).items()})
+    own = [*(file for file in named if file not in projects), *made.paths]
     folder = default_lib() if lib is None else Path(lib)
     if not folder.is_dir():
         raise InputError(
@@ -99,7 +124,28 @@ def source_files(program: Files, lib: str | Path | None = None) -> SourceFiles:
         )
     taken = {file.resolve() for file in own}
     found = [file for file in st_files(folder) if file.resolve() not in taken]
-    return SourceFiles(tuple(dict.fromkeys(own)), tuple(needed(own, found)), folder)
+    found = not_declared(found, made.declared)
+    own = list(dict.fromkeys(own))
+    return SourceFiles(tuple(own), tuple(needed(own, found)), folder, made.notes, made.declared)
+
+
+def named_files(program: Files) -> list[Path]:
+    """The files that are named, and those of the folders that are.
+
+    Raises:
+        InputError: a file or folder that is missing, or a folder without sources.
+    """
+    given = [program] if isinstance(program, (str, Path)) else list(program)
+    if not given:
+        raise InputError("no program is given")
+    return list(dict.fromkeys(file for entry in given for file in _expand(Path(entry))))
+
+
+def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path]:
+    """Files of the library without those whose names a project declares itself."""
+    if not declared:
+        return list(library)
+    return [file for file in library if not declared_names(file) & declared]
 
 
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
@@ -122,14 +168,15 @@ def st_files(folder: Path) -> list[Path]:
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     left out; the folder itself may be in one. So is what `rcx export` has written.
     """
-
-    def own(file: Path) -> bool:
-        parts = file.relative_to(folder).parts
-        return not any(part.startswith(".") or part in _FOREIGN for part in parts)
-
-    found = sorted(file for file in folder.rglob("*.st") if own(file))
+    found = sorted(file for file in folder.rglob("*.st") if _is_users(file, folder))
     written = own_output(found)
     return [file for file in found if file not in written]
+
+
+def _is_users(file: Path, folder: Path) -> bool:
+    """Is this file below the folder one of the user's, and not of another tool?"""
+    parts = file.relative_to(folder).parts
+    return not any(part.startswith(".") or part in _FOREIGN for part in parts)
 
 
 def check_outputs(
@@ -284,7 +331,7 @@ def make_link(name: str, size: int, timing: Timing) -> Link:
 
 def _expand(path: Path) -> list[Path]:
     if path.is_dir():
-        found = st_files(path)
+        found = st_files(path) or _project_in(path)
         if not found:
             written = any(path.rglob("*.st"))
             hint = (
@@ -295,6 +342,14 @@ def _expand(path: Path) -> list[Path]:
     if not path.is_file():
         raise InputError("no such file", file=path)
     return [path]
+
+
+def _project_in(folder: Path) -> list[Path]:
+    """A TwinCAT project in a folder; one that `rcx export` has written only in its own folder."""
+    found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
+    written = own_output(found) if found else set()
+    whole = (folder / RECORD).is_file()
+    return [file for file in found if whole or file not in written]
 
 
 def default_lib() -> Path:

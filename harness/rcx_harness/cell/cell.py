@@ -53,7 +53,7 @@ class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fau
 
 
 class _ClosedProgram:
-    """In place of a cell's program after `close`: on matiec its memory is gone."""
+    """In place of a cell's program after `close`: a compiled one has no memory then."""
 
     def __getattr__(self, name: str) -> NoReturn:
         raise _closed()
@@ -169,14 +169,15 @@ class Cell:
         seed: int = 0,
         trace: str | Path | None = None,
         watch: Sequence[str] = (),
+        replace: Mapping[str, str | Path] | None = None,
     ) -> Cell:
         """Compile a program with the library and put it into a cell.
 
         Args:
-            program: One ST file or several; those of the library are added.
+            program: One ST file or project file, or several; those of the library are added.
             lib: Folder of the library, all `.st` below it; default: the library of this package.
             scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
-            engine: `"auto"`, `"matiec"` or `"builtin"`.
+            engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
             link: `"direct"` (in process), `"enip"` (EtherNet/IP on the loopback, in lock-step with
                 virtual time) or `"enip-realtime"` (its cyclic I/O, at the pace of the clock).
             size: Bytes of the PLC's areas, 48 or 256; default: the robot's.
@@ -192,11 +193,12 @@ class Cell:
             seed: Of everything that is drawn: phases, jitter, the controllers' delays.
             trace: File for the trace; that of an earlier run is written over.
             watch: Paths of variables that the trace shows in every scan.
+            replace: ST files for POUs of a project, by the POU's name.
 
         Raises:
             InputError: anything wrong with the sources or the arguments.
         """
-        files = source_files(program, lib)
+        files = source_files(program, lib, replace)
         check_outputs({"trace": trace}, files, *several(robot))
         built = build_program(files.all, engine)
         compiled = built.program
@@ -225,7 +227,7 @@ class Cell:
                 watch=watch,
                 steady=steady_instances(files.own, files.lib),
                 calls=call_plan(*files.users),
-                notice=built.notice,
+                notice="\n".join(filter(None, (*files.notes, built.notice))),
                 agenda=make_agenda(link),
             )
         except BaseException:

@@ -11,7 +11,7 @@ from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import check_size
 
-__all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image"]
+__all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image", "owner_of_areas"]
 
 _INPUT, _OUTPUT = "InputArea", "OutputArea"
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
@@ -95,7 +95,32 @@ def _arrays(program: Program) -> tuple[str, str] | None:
             for area in present:
                 _bytes_of_array(f"{name}.{area}", declared[area.lower()].type)
             return f"{name}.{_INPUT}", f"{name}.{_OUTPUT}"
-    return None
+    return _elsewhere(program)
+
+
+def owner_of_areas(program: Program) -> str:
+    """The block, structure or list that has both areas; empty where a program has, or none."""
+    found = _elsewhere(program)
+    return found[0].rpartition(".")[0] if found is not None else ""
+
+
+def _elsewhere(program: Program) -> tuple[str, str] | None:
+    """Both areas in one block, structure or list of variables, the outermost first.
+
+    Where a PROGRAM has no variables of its own that last, as in TIA Portal, or a tool's habit is
+    to have a global list for what is wired.
+    """
+    areas: dict[str, dict[str, str]] = {}
+    for path, kind in program.walk():
+        owner, _, name = path.rpartition(".")
+        for area in (_INPUT, _OUTPUT):
+            if name.lower() == area.lower() and isinstance(kind, ArrayType):
+                areas.setdefault(owner, {})[area] = path
+    pairs = [found for found in areas.values() if len(found) == 2]
+    if not pairs:
+        return None
+    first = min(pairs, key=lambda found: found[_INPUT].count("."))
+    return first[_INPUT], first[_OUTPUT]
 
 
 def _bytes_of_array(path: str, kind: Type) -> int:

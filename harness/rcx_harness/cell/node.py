@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rcx_harness.cell.clock import Agenda, Kind, Timing
-from rcx_harness.cell.image import Image
+from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
@@ -143,11 +143,19 @@ class Node:
 
 
 def _status_path(program: Program, number: int) -> str | None:
-    """`Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL."""
+    """`Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
+
+    Where none has, one beside the areas.
+    """
     wanted = "connected" if number == 1 else f"connected{number}"
     for name, kind in program.instances().items():
         assert isinstance(kind, BlockType)
         for variable in kind.variables:
             if variable.name.lower() == wanted and variable.type == ElementaryType("BOOL"):
                 return f"{name}.{variable.name}"
+    owner = owner_of_areas(program)
+    beside = f"{owner}.{wanted}".lower()
+    for path, type_ in program.walk() if owner else ():
+        if path.lower() == beside and type_ == ElementaryType("BOOL"):
+            return path
     return None

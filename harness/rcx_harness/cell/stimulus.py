@@ -253,7 +253,10 @@ def _try(entry: Entry, cell: Cell) -> None:
 
 
 def _typed(cell: Cell, path: str, value: Any) -> Any:
-    """TOML has no durations: a TIME is given as a text."""
-    if isinstance(value, str) and cell.program.type_of(path) == ElementaryType("TIME"):
+    """TOML has no durations: a TIME or LTIME is given as a text."""
+    if not isinstance(value, str):
+        return value
+    kind = cell.program.type_of(path)
+    if kind == ElementaryType("TIME") or (kind == ElementaryType("LTIME") and "#" not in value):
         return timedelta(microseconds=parse_us(value))
     return value

@@ -13,6 +13,7 @@ from rcx_harness.cli.bridge import bridge
 from rcx_harness.cli.check import check
 from rcx_harness.cli.codec import decode, encode
 from rcx_harness.cli.export import EPILOG, export
+from rcx_harness.cli.import_ import import_
 from rcx_harness.cli.new import new
 from rcx_harness.cli.prove import prove
 from rcx_harness.cli.run import EPILOG as RUN_EPILOG
@@ -57,6 +58,7 @@ app.command()(decode)
 app.command()(bridge)
 app.command()(eds)
 app.command(epilog=EPILOG)(export)
+app.command("import")(import_)
 app.command()(new)
 app.command()(prove)
 app.command()(scan)

@@ -8,14 +8,13 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
-from rcx_harness.cli.options import Lib, Sources, counted
-from rcx_harness.engine.frontend import check as check_sources
-from rcx_harness.engine.frontend import load
+from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
+from rcx_harness.engine.frontend import Project, analyse, load
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.syntax import Pou
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.engine.portability import LintFinding, lint
+from rcx_harness.engine.portability import LintFinding, lint, unportable
 from rcx_harness.watch.calls_source import call_findings
 
 __all__ = ["check"]
@@ -24,6 +23,7 @@ __all__ = ["check"]
 def check(
     files: Sources,
     lib: Lib = None,
+    replace: Replace = None,
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
     ] = False,
@@ -36,8 +36,10 @@ def check(
     broken, 2 on an error in the sources.
     """
     # With --lint each file is looked at by itself: folders with several programs go at once.
-    sources = source_files(files, lib)
-    errors = [] if lint_only else check_sources(sources.all)
+    sources = source_files(files, lib, replacements(replace))
+    for note in sources.notes:
+        print(f"note: {note}")
+    project, errors = (None, []) if lint_only else analyse(sources.all)
     for error in errors:
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:
@@ -47,6 +49,8 @@ def check(
     if not lint_only:
         called = call_findings(users, library)
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
+        findings += unportable(project.uses if project else (), library)
+        findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:
         print(finding)
     strict = sum(finding.strict for finding in findings)
@@ -57,14 +61,16 @@ def check(
         warnings = counted(len(findings) - strict, "warning")
         print(
             f"{files_read} checked with the library: no errors, {broken}, {warnings}"
-            f"{_compile(sources)}"
+            f"{_compile(sources, project)}"
         )
     if strict:
         raise typer.Exit(1)
 
 
-def _compile(sources: SourceFiles) -> str:
-    """Compile with matiec too, if there is something to run."""
+def _compile(sources: SourceFiles, project: Project | None) -> str:
+    """Compile with matiec too, if there is something to run that it knows."""
+    if project is not None and project.uses:
+        return "; not portable: it runs on the built-in engine only"
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return "; matiec not found, compiled by the front end only"

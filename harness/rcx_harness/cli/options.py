@@ -14,11 +14,19 @@ from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
-__all__ = ["Lib", "Sources", "check_ipv4", "check_port", "counted", "duration_us"]
-__all__ += ["interval_us", "with_options"]
+__all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "counted", "duration_us"]
+__all__ += ["interval_us", "replacements", "with_options"]
 
 #: What a command reads.
-Sources = Annotated[list[Path], typer.Argument(help="ST files, or folders of them.")]
+Sources = Annotated[
+    list[Path],
+    typer.Argument(help="ST files, projects (PLCopen XML, TwinCAT, L5X, SCL), or folders."),
+]
+#: Bodies of the user's.
+Replace = Annotated[
+    list[str] | None,
+    typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
+]
 #: The library it takes.
 Lib = Annotated[
     Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
@@ -42,6 +50,25 @@ def with_options(
         return with_values
 
     return made
+
+
+def replacements(given: list[str] | None) -> dict[str, Path]:
+    """What `--replace` says: files by the names of POUs.
+
+    Raises:
+        InputError: not of the form POU=file.st, one POU twice, or no such file.
+    """
+    found: dict[str, Path] = {}
+    for text in given or []:
+        name, is_, file = (part.strip() for part in text.partition("="))
+        if not (name and is_ and file):
+            raise InputError(f"--replace {text}", hint="write it as --replace POU=file.st")
+        if name.upper() in (one.upper() for one in found):
+            raise InputError(f"--replace {name} is given twice")
+        if not Path(file).is_file():
+            raise InputError(f"--replace {name}: no such file", file=file)
+        found[name] = Path(file)
+    return found
 
 
 def counted(number: int, what: str) -> str:

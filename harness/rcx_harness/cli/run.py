@@ -22,7 +22,15 @@ from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
 from rcx_harness.cell.clock import Duration
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
+from rcx_harness.cli.options import (
+    Lib,
+    Replace,
+    Sources,
+    counted,
+    duration_us,
+    replacements,
+    with_options,
+)
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
@@ -53,11 +61,12 @@ class RunOptions:
 
     files: Sources
     lib: Lib = None
+    replace: Replace = None
     scan: Annotated[
         str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
     ] = None
     duration: Annotated[str, typer.Option("--for", help="Virtual time to run.")] = "5s"
-    engine: Annotated[str, typer.Option(help="auto, matiec or builtin.")] = "auto"
+    engine: Annotated[str, typer.Option(help="auto, matiec, builtin or strucpp.")] = "auto"
     link: Annotated[str, typer.Option(help="direct, or enip: real EtherNet/IP.")] = "direct"
     realtime: Annotated[
         bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
@@ -117,6 +126,7 @@ class RunOptions:
         """
         arguments = inspect.signature(Cell.build).parameters
         given = {one.name: getattr(self, one.name) for one in fields(self)}
+        given |= {"replace": replacements(self.replace)}
         given |= {"link": self._link(), "timeout": self._timeout(), "phases": self._phases()}
         return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
 
@@ -175,7 +185,7 @@ def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
     end_us = duration_us("--for", options.duration)
     if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
-    files = source_files(list(options.files), options.lib)
+    files = source_files(list(options.files), options.lib, replacements(options.replace))
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
     late = stimulus.late(end_us) if stimulus is not None else ""

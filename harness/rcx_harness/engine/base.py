@@ -45,7 +45,7 @@ class Program(Protocol):
     """
 
     engine: str
-    """`"matiec"` or `"builtin"`."""
+    """`"matiec"`, `"builtin"` or `"strucpp"`."""
     tick_us: int | None
     """Greatest common divisor of the task intervals; None without a CONFIGURATION."""
 
@@ -96,7 +96,7 @@ class Program(Protocol):
         """The program instances by name, each with its BlockType."""
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Every variable below the program instances, parents before children.
+        """Every variable of the program instances and every global one, parents first.
 
         Arrays are given whole, not per element; the elements of structures and blocks are given.
         """

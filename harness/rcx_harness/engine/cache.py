@@ -63,7 +63,9 @@ def sources_key(paths: Sequence[Path]) -> str:
     digest = hashlib.sha256(_engine().encode())
     try:
         for path in paths:
-            digest.update(f"\0{path}\0".encode() + path.read_bytes())
+            lines = getattr(path, "lines", None)
+            content = path.read_bytes() if lines is None else repr(lines).encode()
+            digest.update(f"\0{path}\0".encode() + content)
     except OSError:
         return ""
     return digest.hexdigest()

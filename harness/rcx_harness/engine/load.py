@@ -12,8 +12,12 @@ from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.compiling import uncollected
 from rcx_harness.engine.frontend import Project
 from rcx_harness.engine.frontend import load as load_anew
-from rcx_harness.engine.matiec.build import MISSING, Matiec, find_c_compiler, find_matiec
+from rcx_harness.engine.frontend.constructs import refuse
+from rcx_harness.engine.matiec.build import MISSING, Matiec, find_matiec
 from rcx_harness.engine.matiec.program import MatiecProgram
+from rcx_harness.engine.native.toolchain import find_c_compiler, find_cxx_compiler
+from rcx_harness.engine.strucpp.build import MISSING_STRUCPP, find_strucpp
+from rcx_harness.engine.strucpp.program import StrucppProgram
 from rcx_harness.errors import InputError
 
 __all__ = [
@@ -23,12 +27,15 @@ __all__ = [
     "Matiec",
     "build",
     "find_c_compiler",
+    "find_cxx_compiler",
     "find_matiec",
+    "find_strucpp",
     "load",
+    "why_not",
 ]
 
 #: What `--engine` takes.
-ENGINES = ("auto", "matiec", "builtin")
+ENGINES = ("auto", "matiec", "builtin", "strucpp")
 
 
 @dataclass(frozen=True)
@@ -37,11 +44,15 @@ class Built:
 
     Attributes:
         program: Ready for its first scan.
-        notice: One line where `auto` had to do without matiec, else empty.
+        notice: One line where `auto` did without matiec, and why; else empty.
     """
 
     program: Program
     notice: str
+
+
+#: Constructs that are not in the portable subset, and that matiec knows.
+_OF_MATIEC = ("a standard function of dates or BCD",)
 
 
 @uncollected()
@@ -50,29 +61,58 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
 
     Args:
         paths: The ST files, in any order.
-        engine: `matiec`, `builtin`, or `auto`: matiec where it and a C compiler are found, else
-            the built-in engine.
+        engine: `matiec`, `builtin`, `strucpp`, or `auto`: matiec where it and a C compiler are
+            found and the program is portable, else the built-in engine. STruC++ runs only where
+            it is asked for.
 
     Raises:
-        InputError: an error in the sources (with file and line), an unknown engine, or matiec
-            is asked for and missing.
+        InputError: an error in the sources (with file and line), an unknown engine, or one
+            is asked for and missing, or matiec is and does not know a construct of the program.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
-    project = load([Path(path) for path in paths])
-    if engine == "builtin":
-        return Built(BuiltinProgram.build(project), "")
-    matiec, compiler = find_matiec(), find_c_compiler()
+    project = load([path if isinstance(path, Path) else Path(path) for path in paths])
+    if engine == "matiec":
+        refuse(project.uses, "matiec", _OF_MATIEC)
+    matiec = find_matiec() if engine in ("auto", "matiec") else None
+    beyond = [use for use in project.uses if use.construct not in _OF_MATIEC]
+    if beyond and matiec is not None:
+        first = min(beyond, key=lambda use: (str(use.file), use.at))
+        where = f"{first.file.name}, line {first.at.line}"
+        notice = f"matiec does not know {first} ({where}): running on the built-in engine"
+        return Built(BuiltinProgram.build(project), notice)
+    strucpp = find_strucpp() if engine == "strucpp" else None
+    compiler = find_cxx_compiler() if strucpp else find_c_compiler()
     if matiec is not None and compiler is not None:
         return Built(MatiecProgram.build(project, matiec, compiler), "")
-    if engine == "matiec":
-        missing = MISSING if matiec is None else "matiec found, but no C compiler: set CC or PATH"
-        raise InputError(f"{missing}, or use the built-in engine")
-    missing = "matiec not found (RCX_MATIEC, PATH)"
-    if matiec is not None:
-        missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
-    notice = f"{missing}: running on the built-in engine"
+    if strucpp is not None and compiler is not None:
+        return Built(StrucppProgram.build(project, strucpp, compiler), "")
+    if reason := why_not(engine):
+        raise InputError(f"{reason}, or use the built-in engine")
+    notice = ""
+    if engine == "auto":
+        missing = "matiec not found (RCX_MATIEC, PATH)"
+        if matiec is not None:
+            missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
+        notice = f"{missing}: running on the built-in engine"
     return Built(BuiltinProgram.build(project), notice)
+
+
+def why_not(engine: str) -> str:
+    """Why an engine cannot run on this computer; empty where it can.
+
+    Raises:
+        InputError: `RCX_MATIEC` or `RCX_STRUCPP` is set, but leads to no complete installation.
+    """
+    if engine == "matiec" and find_matiec() is None:
+        return MISSING
+    if engine == "strucpp" and find_strucpp() is None:
+        return MISSING_STRUCPP
+    if engine == "matiec" and find_c_compiler() is None:
+        return "matiec found, but no C compiler: set CC or PATH"
+    if engine == "strucpp" and find_cxx_compiler() is None:
+        return "STruC++ found, but no C++ compiler: set CXX or PATH"
+    return ""
 
 
 def load(paths: Sequence[Path]) -> Project:

@@ -9,13 +9,17 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
-__all__ = ["needed"]
+from rcx_harness.engine.frontend.words import ACCESS_WORDS
+from rcx_harness.engine.source import source_text
+from rcx_harness.errors import InputError
+
+__all__ = ["declared_names", "needed"]
 
 #: Comments and texts: what they mention is not needed.
-_SAID = re.compile(r"\(\*.*?\*\)|'(?:\$.|[^$'\n])*'", re.DOTALL)
+_SAID = re.compile(r"\(\*.*?\*\)|//[^\n]*|/\*.*?\*/|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Z_]\w*")
 _TYPES = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL)
-_POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM")
+_POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE")
 _OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 
 
@@ -46,6 +50,11 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     return [file for file in library if file in found]
 
 
+def declared_names(file: Path) -> frozenset[str]:
+    """The names that a file declares, in upper case; of types also those of their fields."""
+    return _look(file).declared
+
+
 @dataclass(frozen=True)
 class _File:
     """The names in a file, in upper case, without those in comments and texts.
@@ -61,17 +70,18 @@ class _File:
 def _look(file: Path) -> _File:
     try:
         return _read(file, file.stat().st_mtime_ns)
-    except OSError:
+    except (OSError, InputError):
         return _File()
 
 
 @lru_cache(maxsize=1024)
 def _read(file: Path, stamp: int) -> _File:
     """The names in a file as it was at `stamp`."""
-    code = _SAID.sub(" ", file.read_text(encoding="utf-8", errors="replace")).upper()
+    code = _SAID.sub(" ", source_text(file)).upper()
     words = _NAME.findall(code)
     mentioned = frozenset(words)
-    names = [name for word, name in pairwise(words) if word in _POUS]
+    plain = [word for word in words if word not in ACCESS_WORDS]
+    names = [name for word, name in pairwise(plain) if word in _POUS]
     if "TYPE" in mentioned:
         for types in _TYPES.findall(code):
             names += re.findall(r"(\w+)\s*:", types)

@@ -14,13 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
 from rcx_harness.engine.frontend.lexer import KEYWORDS, tokens
 from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.frontend.scalars import ELEMENTARY
+from rcx_harness.engine.frontend.scalars import CORE, ELEMENTARY
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.syntax import Position
+from rcx_harness.engine.source import origin, source_text, title_of
 
-__all__ = ["LintFinding", "lint", "text_findings"]
+__all__ = ["LintFinding", "lint", "text_findings", "unportable"]
 
 _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
@@ -113,10 +115,38 @@ def lint(
         for declaration in source.declarations:
             found += _declaration(declaration, members)
             found += _reserved(declaration)
+            found += _third_edition(declaration)
         if file in library:
             found += _library(source)
         strict = binding or file in library
+        if strict:
+            found += [(use.at, str(use)) for use in source.uses]
         findings += [LintFinding(file, at, text, strict) for at, text in sorted(found)]
+    return findings
+
+
+def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[LintFinding]:
+    """What the checked sources have beyond the portable subset.
+
+    Args:
+        uses: The constructs (`Project.uses`).
+        library: Files of the library: there each one is a broken rule.
+
+    Returns:
+        Of the library all that a look at a single file does not show; of other files one warning
+        for each construct, where it stands first.
+    """
+    findings = []
+    places: dict[tuple[Path, str], list[Use]] = {}
+    for use in sorted(uses, key=lambda use: (str(use.file), use.at)):
+        if use.file in library:
+            findings.append(LintFinding(use.file, use.at, str(use), strict=True))
+        else:
+            places.setdefault((use.file, use.construct), []).append(use)
+    for (file, construct), found in places.items():
+        more = f" ({len(found)} places)" if len(found) > 1 else ""
+        text = f"{construct} is not portable{more}; {CONSTRUCTS[construct]}"
+        findings.append(LintFinding(file, found[0].at, text, strict=False))
     return findings
 
 
@@ -128,14 +158,14 @@ def _library(source: s.Source) -> _Found:
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
     for one in source.declarations[:1]:
-        if one.name.text != source.file.stem:
+        if one.name.text != title_of(source.file):
             yield one.name.at, f"{one.name.text} is not called as its file, {source.file.stem}"
     for one in source.declarations:
         if isinstance(one, s.TypeDecl) and not one.name.key.startswith("RCX_"):
             yield one.name.at, f"the type {one.name.text} does not begin with RCX_"
 
 
-def _declaration(one: s.TypeDecl | s.Pou | s.Configuration, members: set[str]) -> _Found:
+def _declaration(one: s.Declaration, members: set[str]) -> _Found:
     if isinstance(one, s.TypeDecl):
         yield from _type(one)
     elif isinstance(one, s.Pou):
@@ -147,7 +177,7 @@ def _declaration(one: s.TypeDecl | s.Pou | s.Configuration, members: set[str]) -
             yield from _code(statement, members)
 
 
-def _reserved(declaration: s.TypeDecl | s.Pou | s.Configuration) -> _Found:
+def _reserved(declaration: s.Declaration) -> _Found:
     """Names that are declared and that a newer edition has for itself."""
     for node in _nodes(declaration):
         if isinstance(node, (s.TypeDecl, s.Pou)):
@@ -161,16 +191,27 @@ def _reserved(declaration: s.TypeDecl | s.Pou | s.Configuration) -> _Found:
                 yield name.at, f"{name.text} is a reserved word of the newer standard: rename it"
 
 
+def _third_edition(declaration: s.Declaration) -> _Found:
+    """Types, and literals of types, that came with the third edition."""
+    for node in _nodes(declaration):
+        name = ""
+        if isinstance(node, s.NamedSpec):
+            name = node.name.key
+        elif isinstance(node, s.Literal) and node.kind == "TYPED":
+            prefix = node.text.partition("#")[0].upper()
+            name = {"LT": "LTIME", "LD": "LDATE"}.get(prefix, prefix)
+        elif isinstance(node, s.Literal) and node.text.startswith('"'):
+            name = "WSTRING"
+        if name in ELEMENTARY and name not in CORE:
+            yield node.at, f"{name} came with the third edition: use a type of the second"
+
+
 def _type(one: s.TypeDecl) -> _Found:
     if isinstance(one.spec, s.StructSpec):
         for variable in one.spec.fields:
             yield from _variable(variable, "a structure")
     elif isinstance(one.spec, s.ArraySpec):
         yield from _array(one.spec)
-    elif isinstance(one.spec, s.EnumSpec) and one.spec.explicit:
-        yield one.at, "an enumeration with explicit values"
-    elif isinstance(one.spec, s.NamedSpec) and one.spec.extra:
-        yield one.spec.at, f"{one.spec.extra} in a type"
 
 
 def _section(section: s.Section, pou: s.Pou) -> _Found:
@@ -189,11 +230,8 @@ def _variable(variable: s.VarDecl, where: str) -> _Found:
     if isinstance(variable.spec, s.ArraySpec):
         yield variable.at, "an array without a name: declare a type for it and use its name"
         yield from _array(variable.spec)
-    elif isinstance(variable.spec, s.NamedSpec):
-        if variable.spec.extra:
-            yield variable.spec.at, f"{variable.spec.extra} is not portable"
-        if where and _is_block(variable.spec):
-            yield variable.at, f"a block in {where}"
+    elif isinstance(variable.spec, s.NamedSpec) and where and _is_block(variable.spec):
+        yield variable.at, f"a block in {where}"
     if isinstance(variable.initial, (s.ArrayInit, s.StructInit)):
         yield variable.at, "an initial value for a whole array or structure: assign it in code"
     elif isinstance(variable.initial, s.Literal):
@@ -224,7 +262,7 @@ def _function(pou: s.Pou) -> _Found:
     for section in inputs:
         for variable in section.variables:
             if isinstance(variable.spec, s.NamedSpec):
-                if variable.spec.name.key in ELEMENTARY:
+                if variable.spec.name.key in CORE:
                     continue
                 yield variable.at, "an input of a function that is not elementary"
 
@@ -267,14 +305,20 @@ def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
             yield part.at, f"the label {plain.text} is no member of an enumeration"
 
 
+_DURATION = re.compile(r"\d+(?:d|h|m|s|ms)", re.IGNORECASE)
+_DATES = ("D", "DATE", "TOD", "TIME_OF_DAY", "DT", "DATE_AND_TIME")
+_DATE = re.compile(r"(?:\d{4}-\d\d-\d\d)?-?(?:\d+:\d+:\d+(?:\.\d+)?)?")
+
+
 def _literal(literal: s.Literal) -> _Found:
     if literal.kind != "TYPED":
         return
     prefix, _, value = literal.text.partition("#")
     if prefix.upper() in ("T", "TIME"):
-        digits = value.rstrip("dhmsuDHMSU")
-        if not digits.isdigit():
+        if not _DURATION.fullmatch(value):
             yield literal.at, f"{literal.text}: write a TIME with one whole number and unit"
+    elif prefix.upper() in _DATES and not _DATE.fullmatch(value):
+        yield literal.at, f"{literal.text}: write each number of a date, with two digits"
     elif value.startswith(("-", "+")):
         yield literal.at, f"{literal.text}: a sign after # is not portable"
 
@@ -316,12 +360,14 @@ _ONE_TEXT = re.compile(r"\s*[\w.]+ := '(?:\$[0-9A-F]{2}|[^$'])+';")
 
 def text_findings(file: Path) -> Iterator[tuple[Position, str]]:
     """Check lines and tokens of a file that has no syntax error."""
-    text = file.read_text(encoding="utf-8-sig")
+    text = source_text(file)
     for number, line in enumerate(text.splitlines(), start=1):
         if "\t" in line:
-            yield Position(number, line.index("\t") + 1), "a tab; indent with two spaces"
+            at = Position(*origin(file, number, line.index("\t") + 1))
+            yield at, "a tab; indent with two spaces"
         if len(line) > _LONGEST and not _ONE_TEXT.fullmatch(line):
-            yield Position(number, _LONGEST + 1), f"longer than {_LONGEST} characters"
+            at = Position(*origin(file, number, _LONGEST + 1))
+            yield at, f"longer than {_LONGEST} characters"
     for token in tokens(text, file):
         here = Position(token.line or 1, token.column or 1)
         if token.type in KEYWORDS and token.value != token.type:

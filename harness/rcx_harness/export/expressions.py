@@ -45,6 +45,7 @@ def expression_text(node: s.Expression, within: int = 0) -> str:
         left = expression_text(node.left, strength)
         text = f"{left} {node.op} {expression_text(node.right, strength + 1)}"
         return f"({text})" if strength < within else text
+    assert isinstance(node, s.Call)
     return f"{node.function.text}({', '.join(map(_argument, node.arguments))})"
 
 
@@ -59,6 +60,7 @@ def spec_text(spec: s.TypeSpec) -> str:
         return f"ARRAY [{', '.join(bounds)}] OF {spec_text(spec.element)}"
     if isinstance(spec, s.EnumSpec):
         return f"({', '.join(member.text for member in spec.members)})"
+    assert isinstance(spec, s.StructSpec)
     fields = " ".join(_field(one) for one in spec.fields)
     return f"STRUCT {fields} END_STRUCT"
 
@@ -73,6 +75,7 @@ def init_text(init: s.Init) -> str:
         return f"[{', '.join(items)}]"
     if isinstance(init, s.StructInit):
         return f"({', '.join(f'{name.text} := {init_text(value)}' for name, value in init.fields)})"
+    assert not isinstance(init, s.Sequence)
     return expression_text(init)
 
 

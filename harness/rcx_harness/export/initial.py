@@ -7,7 +7,7 @@ from datetime import datetime
 from itertools import groupby, product
 from typing import Any
 
-from rcx_harness.engine.frontend.declare import default_scalar
+from rcx_harness.engine.frontend.resolve import default_scalar
 from rcx_harness.engine.frontend.values import array_length, scalar_to_python
 from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
 
@@ -40,13 +40,15 @@ def literal(value: Any, kind: ElementaryType) -> str:
     if name in ("REAL", "LREAL"):
         digits, mark, exponent = f"{float(value):.{9 if name == 'REAL' else 17}g}".partition("e")
         return f"{digits if '.' in digits else f'{digits}.0'}{mark.upper()}{exponent}"
-    if name == "STRING":
+    if name in ("STRING", "CHAR"):
         return "'" + "".join(map(_character, str(value))) + "'"
-    if name == "TIME":
+    if name in ("WSTRING", "WCHAR"):
+        return '"' + "".join(_wide_character(one) for one in str(value)) + '"'
+    if name in ("TIME", "LTIME"):
         ms, rest = divmod(abs(int(value)), 1_000_000)
         digits = f"{ms}.{rest:06d}".rstrip("0") if rest else str(ms)
-        return f"T#{'-' if value < 0 else ''}{digits}ms"
-    if name in ("DATE", "TOD", "DT"):
+        return f"{'T' if name == 'TIME' else name}#{'-' if value < 0 else ''}{digits}ms"
+    if name in ("DATE", "TOD", "DT", "LDATE", "LTOD", "LDT"):
         found = scalar_to_python(kind, value)
         shown = f"{found:%Y-%m-%d-%H:%M:%S.%f}" if isinstance(found, datetime) else str(found)
         return f"{name}#{shown}"
@@ -89,3 +91,9 @@ def _character(one: str) -> str:
     if one == "$":
         return "$$"
     return one if " " <= one <= "~" and one != "'" else f"${ord(one):02X}"
+
+
+def _wide_character(one: str) -> str:
+    if one == "$":
+        return "$$"
+    return one if " " <= one <= "~" and one != '"' else f"${ord(one):04X}"

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lark import Token
 
-from rcx_harness.cell.build import SourceFiles, default_lib, source_files
+from rcx_harness.cell.build import SourceFiles, default_lib, not_declared, source_files
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.constructs import refuse
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.registry import Registry
+from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 from rcx_harness.export.prefix import Renaming, renaming
 
@@ -102,7 +104,8 @@ def sources_of(
         prefix: What the names of the library get; None to leave them.
 
     Raises:
-        InputError: a file that is missing or wrong, or a prefix that cannot be.
+        InputError: a file that is missing or wrong, a prefix that cannot be, or a construct
+            beyond the portable subset, which no target carries.
     """
     if only_needed and not program:
         raise InputError("--needed asks what a program needs", hint="name it with --program")
@@ -114,6 +117,7 @@ def sources_of(
         return parse(file) if text is None else parse_text(text, file)
 
     project = checked(files.all, read)
+    refuse(project.uses, "rcx export")
     found = {
         id(part.node): part
         for file in files.all
@@ -142,9 +146,12 @@ def _files(lib: Path | None, program: Sequence[Path], only_needed: bool) -> Sour
         return source_files(list(program), lib)
     folder = default_lib() if lib is None else lib
     whole = source_files([folder], folder).own
-    own = source_files(list(program), folder).own if program else ()
-    taken = {file.resolve() for file in own}
-    return SourceFiles(own, tuple(file for file in whole if file.resolve() not in taken), folder)
+    if not program:
+        return SourceFiles((), whole, folder)
+    own = source_files(list(program), folder)
+    taken = {file.resolve() for file in own.own}
+    others = [file for file in whole if file.resolve() not in taken]
+    return replace(own, lib=tuple(not_declared(others, own.declared)))
 
 
 def _raise(error: InputError) -> None:
@@ -178,9 +185,10 @@ class _Source:
 
 
 def _parts(file: Path, folder: str, text: str | None) -> Iterator[Part]:
-    text = file.read_text(encoding="utf-8-sig") if text is None else text
+    text = source_text(file) if text is None else text
     source = _Source(text, list(tokens(text, file)))
-    nodes = iter(parse_text(text, file).declarations)
+    declared = parse_text(text, file).declarations
+    nodes = iter([one for one in declared if not isinstance(one, (s.GlobalList, s.Interface))])
     first = 0
     while first < len(source.tokens):
         kind = str(source.tokens[first].type)

@@ -133,6 +133,7 @@ def _type(parent: ET.Element, spec: s.TypeSpec, part: Part) -> None:
         for member in spec.members:
             ET.SubElement(values, "value", name=member.text)
     else:
+        assert isinstance(spec, s.StructSpec)
         struct = ET.SubElement(parent, "struct")
         for field in spec.fields:
             _variables(struct, field, part)

@@ -14,6 +14,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.registry import parts_of
+from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 
 __all__ = ["Renaming", "renaming"]
@@ -134,7 +135,7 @@ def _variables(sections: Iterable[s.Section]) -> Iterator[s.Name]:
 def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
     """Whether a new name is used for something else."""
     for file in files:
-        for token in tokens(file.read_text(encoding="utf-8-sig"), file):
+        for token in tokens(source_text(file), file):
             words = token.split("#") if token.type == "TYPED" else [token]
             for word in words:
                 if token.type in ("IDENT", "LABEL", "TYPED") and word.upper() in made:
@@ -149,11 +150,12 @@ def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
 
 def _renamed(file: Path, names: _Names) -> str:
     """The text of a file with the new names; a literal `TYPE#MEMBER` has two of them."""
-    text = file.read_text(encoding="utf-8-sig")
+    text = source_text(file)
     source = parse(file)
     places = {name.at for name in _declared(source) if name.key in names.keys}
     for node in source.declarations:
-        places.update(_uses(node, names))
+        if not isinstance(node, (s.GlobalList, s.Interface)):
+            places.update(_uses(node, names))
     written, behind = [], 0
     for token in tokens(text, file):
         start = token.start_pos or 0

@@ -316,6 +316,7 @@ class _Writer:
                 for name in one.names
             )
             return f"STRUCT {fields} END_STRUCT"
+        assert isinstance(spec, s.NamedSpec)
         declared = self._types.get(spec.name.key)
         if declared is not None and not isinstance(declared.spec, s.StructSpec):
             return self._spec(declared.spec)

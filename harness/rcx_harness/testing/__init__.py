@@ -12,7 +12,10 @@ __all__ = ["LISTS", "OPTIONS", "VALUES"]
 
 #: Options of the command line, by the name of the ini key: default is None for each.
 OPTIONS: dict[str, dict[str, Any]] = {
-    "engine": {"choices": ("auto", "matiec", "builtin"), "help": "engine of the PLC program"},
+    "engine": {
+        "choices": ("auto", "matiec", "builtin", "strucpp"),
+        "help": "engine of the PLC program",
+    },
     "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
     "seed": {"type": int, "metavar": "N", "help": "seed of all that is drawn"},
     "scan": {"metavar": "TIME", "help": "period of the PLC, as 10ms"},
@@ -27,6 +30,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 #: Keys of the ini file that are lists; all others are one value.
 LISTS = {
     "sources": "ST files of the program: names, patterns or folders, one per line",
+    "replace": "ST files for POUs of a project, POU=file.st, one per line",
     "watch": "variables that traces show in every scan, one per line",
 }
 

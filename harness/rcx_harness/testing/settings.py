@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import Cell
-from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.engine.load import why_not
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.telegram import did_you_mean
@@ -73,6 +73,7 @@ def check_settings(config: pytest.Config) -> None:
             RobotConfig.load(path)
         if "sources" in settings:
             _files(project(config), settings["sources"])
+        _replacements(project(config), settings.get("replace", {}))
         folder = artifacts(config)
         if folder is not None and folder.exists() and not folder.is_dir():
             raise InputError("is no folder", file=folder, hint="give another --rcx-artifacts")
@@ -140,13 +141,15 @@ def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]
     for name in ("robot", "lib"):
         if name in settings:
             settings[name] = _below(home, settings[name])
+    if "replace" in settings:
+        settings["replace"] = _replacements(home, settings["replace"])
     return settings
 
 
 def _of_run(config: pytest.Config) -> dict[str, Any]:
     """What ini file and command line say; file names are absolute."""
     settings: dict[str, Any] = {}
-    for name in ("sources", "watch", "robot"):
+    for name in ("sources", "watch", "robot", "replace"):
         if config.getini(f"rcx_{name}"):
             settings[name] = list(config.getini(f"rcx_{name}"))
     for name in _IN_INI:
@@ -171,6 +174,19 @@ def _below(folder: Path, named: Any) -> Any:
     return [_below(folder, one) for one in named] if isinstance(named, (list, tuple)) else named
 
 
+def _replacements(home: Path, given: Any) -> dict[str, Path]:
+    """Files for POUs by name, from a table or from lines `POU=file.st`."""
+    pairs = given.items() if isinstance(given, Mapping) else [_pair(str(one)) for one in given]
+    return {name: home / file for name, file in pairs}
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, is_, file = (part.strip() for part in text.partition("="))
+    if not (name and is_ and file):
+        raise InputError(f"rcx_replace: {text!r}", hint="write it as POU=file.st")
+    return name, file
+
+
 def _number(name: str, value: object) -> int | list[int]:
     """A whole number; of the areas of several robots a list of them."""
     try:
@@ -185,7 +201,7 @@ def _number(name: str, value: object) -> int | list[int]:
 
 
 def _files(home: Path, sources: Any) -> list[Path]:
-    """The ST files that names, patterns and folders give, in the order given."""
+    """The files that names, patterns and folders give, in the order given."""
     found: list[Path] = []
     for source in [sources] if isinstance(sources, (str, Path)) else sources:
         place = home / source
@@ -204,7 +220,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
 
 @lru_cache(maxsize=1)
 def _auto_engine() -> str:
-    return "builtin" if find_matiec() is None or find_c_compiler() is None else "matiec"
+    return "builtin" if why_not("matiec") else "matiec"
 
 
 def _engine(settings: Mapping[str, Any]) -> str:

@@ -6,6 +6,7 @@ Ends with 0 if all targets are met, with 1 if one is missed, with 2 if it cannot
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -31,6 +32,7 @@ POINTS: dict[str, str] = {
     "simulation": "simulated seconds a second, growth, memory, compile times",
     "explicit": "explicit messages beside stock cpppo, scans in lock-step",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
+    "language": "files of public libraries that the front end accepts (RCX_LIBRARIES: folders)",
     "suite": "the tests: time, the ten slowest, the same results in any number of processes",
 }
 
@@ -82,7 +84,9 @@ def _points(only: str) -> list[str]:
     Raises:
         InputError: there is no such point.
     """
-    wanted = [text.strip() for text in only.split(",") if text.strip()] or list(POINTS)
+    wanted = [text.strip() for text in only.split(",") if text.strip()]
+    if not wanted:
+        wanted = [one for one in POINTS if one != "language" or "RCX_LIBRARIES" in os.environ]
     for point in wanted:
         if point not in POINTS:
             raise InputError(f"there is no point {point!r} to measure", hint=", ".join(POINTS))

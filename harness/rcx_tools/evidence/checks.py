@@ -196,18 +196,19 @@ def _agreement(figures: Figures) -> str:
         return "not run"
     one = figures["agreement"]
     told = f"{one['scans']:,} of {one['blocks']} blocks, at least {one['least_of_a_block']} of each"
-    return f"{told}; differences {len(one['disagreements'])}"
+    return f"{told}; {one['matiec']['says']}; differences {len(one['disagreements'])}"
 
 
 def _properties(figures: Figures) -> tuple[list[str], list[list[str]]]:
-    """What is proved, of each property."""
-    heads = ["Property", "What is proved", "Manual", "Assumes", "Goals", "Solver [s]"]
+    """What is proved, of each property; it assumes what those that it uses do, too."""
+    heads = ["Property", "What is proved", "Manual", "Assumes", "Uses", "Goals", "Solver [s]"]
     return heads, [
         [
             f"`{item['name']}`" + ("" if item["status"] == "proved" else f" **{item['status']}**"),
             item["says"],
             item["section"],
             ", ".join(item["assumes"]),
+            ", ".join(f"`{name}`" for name in item["uses"]),
             f"{item['goals']:,}",
             f"{item['seconds']:,}",
         ]
@@ -228,10 +229,14 @@ CHECKS: tuple[Check, ...] = (
         "The checked Structured Text of the library, translated for an SMT solver with the "
         "arithmetic of the machine: each property holds in every scan of any program between "
         "FB_ReadArea and FB_WriteArea, by induction over one call from any state, for any scan "
-        "time and any pins, as long as the program keeps to what is assumed below. Bugs put into "
-        "copies of the library break the properties that they should, and none of those others of "
-        "which the quickest parts are asked for again; a run from the start that shows a bug "
-        "breaks a rule, or does something else than the proved library, in the built-in engine.",
+        "time and any pins, as long as the program keeps to what is assumed below. What a "
+        "function with long loops gives is proved of it once (`functions`), and used by the "
+        "others. Bugs put into copies of the library break the properties that they should. Of "
+        "each other property two parts that rest on the change are asked for again, and stay "
+        "proved: those of the changed file, then those that rest on the least text; slow ones are "
+        "left out (a list in prove/seeded.py; whole properties are named in out/prove.json). "
+        "A run from the start that shows a bug breaks a rule, or does something else than the "
+        "proved library, in the built-in engine.",
         (
             ("properties proved", _proved),
             ("goals", _total("goals")),

@@ -77,7 +77,8 @@ def trace(program: Program, probe: Probe) -> list[str]:
 
 
 def _run(program: Program, probe: Probe) -> Iterator[dict[str, Any]]:
-    paths = [path for path, kind in program.walk() if not isinstance(kind, (StructType, BlockType))]
+    places = [item for item in program.walk() if item[0].partition(".")[0] in program.instances()]
+    paths = [path for path, kind in places if not isinstance(kind, (StructType, BlockType))]
     seen: dict[str, Any] = {path: _plain(program.read(path)) for path in paths}
     yield seen
     for scan in range(probe.scans):

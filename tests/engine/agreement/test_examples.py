@@ -1,4 +1,4 @@
-"""The examples run alike on both engines, whatever the robot sends."""
+"""The examples run alike on all engines, whatever the robot sends."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from both_engines import COMPILED
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import Matiec, build
+from rcx_harness.engine.load import build
 from rcx_harness.engine.needed import needed
 from rcx_harness.engine.types import BlockType, StructType
 
@@ -32,9 +33,10 @@ def _build(example: Path, engine: str) -> Program:
     [(example, seed) for k, example in enumerate(EXAMPLES) for seed in range(3 if k < 3 else 1)],
     ids=lambda value: getattr(value, "name", str(value)),
 )
-def test_the_examples_run_alike_on_both_engines(example: Path, seed: int, matiec: Matiec) -> None:
+@pytest.mark.parametrize("engine", COMPILED)
+def test_the_examples_run_alike_on_each_engine(example: Path, seed: int, engine: str) -> None:
     """Bits of the input area flip at random, now and then by the dozen; the link comes and goes."""
-    one, two = _build(example, "matiec"), _build(example, "builtin")
+    one, two = _build(example, engine), _build(example, "builtin")
     paths = [path for path, kind in one.walk() if not isinstance(kind, (StructType, BlockType))]
     starts = [path for path, _ in one.walk() if re.fullmatch(r"Main\.Start\d?", path)]
     chance = random.Random(seed)

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.matiec.build import Matiec, Wanted, compile_program, find_c_compiler
+from rcx_harness.engine.matiec.build import Matiec, Wanted, compile_program
+from rcx_harness.engine.native.toolchain import find_c_compiler
 from rcx_harness.errors import InputError
 
 WANTED = Wanted(instances=("MAIN",), globals=(), layout=("sizeof(PROBE)",))

@@ -100,3 +100,35 @@ def test_what_only_matiec_refuses_comes_with_file_and_line(
     assert caught.value.file == str(tmp_path / "source0.st")
     assert caught.value.line == 3
     assert caught.value.message.startswith("matiec: Initialization element")
+
+
+def test_a_configuration_needs_no_resource(compiled: Compile) -> None:
+    program = compiled(
+        "PROGRAM PROBE VAR N : INT; END_VAR N := N + 1; END_PROGRAM\n"
+        "CONFIGURATION PLANT TASK CYCLE(INTERVAL := T#5ms, PRIORITY := 0);\n"
+        "PROGRAM Cell WITH CYCLE : PROBE; END_CONFIGURATION\n"
+    )
+    program.scan(0)
+    assert program.read("Cell.N") == 1
+
+
+TASKS = """PROGRAM PROBE VAR N : INT; END_VAR N := N + 1; END_PROGRAM
+CONFIGURATION PLANT
+  RESOURCE CPU ON PLC
+    TASK QUICK_TASK(INTERVAL := T#20ms, PRIORITY := 2);
+    TASK SLOW_TASK(INTERVAL := T#50ms, PRIORITY := 1);
+    PROGRAM Quick WITH QUICK_TASK : PROBE;
+    PROGRAM Slow WITH SLOW_TASK : PROBE;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+def test_programs_declared_against_their_priorities_are_refused(compiled: Compile) -> None:
+    """Quick would run first on matiec, whatever its task's priority says."""
+    with pytest.raises(
+        InputError, match=r"runs programs as they are declared \(Quick, Slow\)"
+    ) as no:
+        compiled(TASKS)
+    assert no.value.line == TASKS.splitlines().index("CONFIGURATION PLANT") + 1
+    assert no.value.hint == "declare them in the order Slow, Quick"

@@ -70,7 +70,7 @@ def test_the_built_in_engine_can_be_asked_for(program: Path) -> None:
 def test_an_unknown_engine_is_refused(program: Path) -> None:
     with pytest.raises(InputError, match="there is no engine 'plc'") as caught:
         build([program], "plc")
-    assert caught.value.hint == "use auto, matiec, builtin"
+    assert caught.value.hint == "use auto, matiec, builtin, strucpp"
 
 
 def test_an_error_in_the_sources_comes_with_file_and_line(tmp_path: Path) -> None:

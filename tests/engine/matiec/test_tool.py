@@ -8,9 +8,9 @@ from rcx_harness.engine.matiec.build import (
     Matiec,
     Message,
     TranslationError,
-    find_c_compiler,
     find_matiec,
 )
+from rcx_harness.engine.native.toolchain import find_c_compiler
 from rcx_harness.errors import InputError
 
 

@@ -159,8 +159,10 @@ _KINDS: dict[str, tuple[Callable[[Any], None], tuple[str, ...]]] = {
     "CTD": (_ctd, ("down",)),
     "CTUD": (_ctud, ("up", "down")),
 }
-# The counters exist for each integer type; they never pass PV or 0, so that none can overflow.
-_NAMES = {name: name.split("_")[0] if name.startswith("CT") else name for name in BLOCKS}
+# The counters exist for each integer type; they never pass PV or 0, so that none can overflow. The
+# timers exist for both types of durations.
+_NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
+_NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
 
 #: What runs a block, by its name.
 BODIES = {name: _KINDS[kind][0] for name, kind in _NAMES.items()}

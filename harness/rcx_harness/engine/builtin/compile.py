@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any
 
 from rcx_harness.engine import cache
+from rcx_harness.engine.builtin import references
 from rcx_harness.engine.builtin.blocks import BODIES, CLASSES
 from rcx_harness.engine.builtin.coverage import (
     Collector,
@@ -18,9 +19,10 @@ from rcx_harness.engine.builtin.coverage import (
     Plan,
     environment_collector,
 )
+from rcx_harness.engine.builtin.objects import linking
 from rcx_harness.engine.builtin.runtime import NAMES
 from rcx_harness.engine.builtin.statements import Writer
-from rcx_harness.engine.builtin.storage import Storage
+from rcx_harness.engine.builtin.storage import Storage, slot_name
 from rcx_harness.engine.compiling import deeply
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.tree import Pou, Symbol
@@ -61,7 +63,7 @@ class Module:
     def __init__(self, project: Project, collector: Collector | None = None) -> None:
         self.project = project
         self._collector = collector or environment_collector()
-        self.names: dict[str, Any] = dict(NAMES)
+        self.names: dict[str, Any] = {**NAMES, **references.NAMES}
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
         self._noted: set[str] = set()
@@ -95,6 +97,7 @@ class Module:
             lines += writer.lines
             origins += [(pou.file, line) for line in writer.origins]
         storage.globals(_shared(project))
+        lines += linking(project)
         first = len(storage.lines)
         file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
         text = "\n".join([*storage.lines, *lines, ""])
@@ -105,7 +108,7 @@ class Module:
             plan = Plan.of(pou)
             counts = self._collector.counts(pou, plan)
             if counts is not None:
-                name = pou.name.upper()
+                name = slot_name(pou.name)
                 self.names.update({f"n_{name}": counts.counters, f"q_{name}": counts.seen})
                 return CountingWriter(self.project, pou, storage, plan)
         return Writer(self.project, pou, storage)

@@ -20,7 +20,7 @@ from typing import Any
 
 from rcx_harness.engine.builtin.expressions import Expressions, Value, type_name
 from rcx_harness.engine.builtin.statements import Writer
-from rcx_harness.engine.builtin.storage import Storage
+from rcx_harness.engine.builtin.storage import Storage, slot_name
 from rcx_harness.engine.compiling import deeply
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
@@ -135,6 +135,11 @@ class Plan:
         elif isinstance(node, t.CallBlock):
             for _, value in (*node.inputs, *node.in_outs, *node.outputs):
                 self._expression(value, line)
+        elif isinstance(node, t.Evaluate):
+            self._expression(node.value, line)
+        elif isinstance(node, t.CallBase):
+            for _, value in node.inputs:
+                self._expression(value, line)
         if isinstance(node, t.While) or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
             self.empty[id(node)] = self._count()
 
@@ -160,7 +165,7 @@ def _is_operator(node: t.Expression) -> bool:
     """Whether it is a BOOL expression with an operator of its own."""
     if isinstance(node, t.Binary):
         return node.op in _COMPARISONS or _is_logic(node)
-    return _is_logic(node)
+    return isinstance(node, t.Same) or _is_logic(node)
 
 
 def _is_logic(node: t.Expression) -> bool:
@@ -191,7 +196,18 @@ def _parts(node: t.Expression) -> tuple[t.Expression, ...]:
         return node.base, *node.indices
     if isinstance(node, (t.CallFunction, t.Standard)):
         return tuple(argument for argument in node.arguments if argument is not None)
-    return ()
+    if isinstance(node, t.CallMethod):
+        given = tuple(argument for argument in node.arguments if argument is not None)
+        return node.instance, *given, *(value for _, value in (*node.in_outs, *node.outputs))
+    if isinstance(node, t.Deref):
+        return (node.base,) if node.offset is None else (node.base, node.offset)
+    if isinstance(node, t.Address):
+        return (node.variable,)
+    if isinstance(node, t.Offset):
+        return node.base, node.bytes
+    if isinstance(node, t.Valid):
+        return (node.reference,)
+    return (node.left, node.right) if isinstance(node, t.Same) else ()
 
 
 #: Conditions of a decision that are put together by an operator each.
@@ -293,7 +309,7 @@ class _CountingExpressions(Expressions):
 
     def __init__(self, project: Project, pou: t.Pou, plan: Plan) -> None:
         super().__init__(project, pou)
-        self._pou_name = pou.name.upper()
+        self._pou_name = slot_name(pou.name)
         self._plan = plan
 
     def value(self, node: t.Expression) -> Value:
@@ -324,9 +340,10 @@ class CountingWriter(Writer):
         super().__init__(project, pou, storage)
         self._plan = plan
         self._code = _CountingExpressions(project, pou, plan)
+        self._code.pointing.storage = storage
 
     def _counted(self, number: int) -> str:
-        return f"n_{self._pou.name.upper()}[{number}] += 1"
+        return f"n_{slot_name(self._pou.name)}[{number}] += 1"
 
     def _statement(self, node: t.Statement) -> None:
         first = self._plan.first.get(id(node))

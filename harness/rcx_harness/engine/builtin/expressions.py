@@ -11,13 +11,42 @@ from __future__ import annotations
 from ctypes import c_float
 from dataclasses import dataclass, replace
 
-from rcx_harness.engine.builtin.storage import address_slot
+from rcx_harness.engine.builtin.pointing import POINTING, Pointing, has_effect
+from rcx_harness.engine.builtin.storage import (
+    address_slot,
+    in_cell,
+    is_scalar,
+    needs_globals,
+    slot_name,
+)
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, ANY_REAL, INT_RANGE, WIDTH
+from rcx_harness.engine.frontend.resolve import has_block
+from rcx_harness.engine.frontend.scalars import (
+    ANY_BIT,
+    ANY_CHARS,
+    ANY_DURATION,
+    ANY_INT,
+    ANY_REAL,
+    ANY_STRING,
+    INT_RANGE,
+    MOMENTS,
+    SIGNED,
+    STRING_MAX,
+    WIDTH,
+    string_length,
+)
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
 
-__all__ = ["Expressions", "Value", "of_type", "settle", "standard_call", "type_name"]
+__all__ = [
+    "Expressions",
+    "Value",
+    "has_call",
+    "of_type",
+    "settle",
+    "standard_call",
+    "type_name",
+]
 
 
 @dataclass(frozen=True)
@@ -77,8 +106,12 @@ class Expressions:
 
     def __init__(self, project: Project, pou: t.Pou) -> None:
         self._project = project
+        self._shared: dict[str, bool] = {}
         self._function = pou.kind == "FUNCTION"
+        self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
+        self.pointing = Pointing(self)
         self._parts = 0
+        self._results = 0
         self.parts: list[tuple[str, str]] = []
         """Name and code of each part that is to be a function of its own."""
 
@@ -86,23 +119,53 @@ class Expressions:
 
     def symbol(self, symbol: t.Symbol) -> str:
         """Code that reads a variable, and to which it can be assigned."""
-        name = symbol.name.upper()
+        name = slot_name(symbol.name)
         if symbol.section == "VAR_EXTERNAL":
+            name = symbol.source or name
             symbol = self._project.global_symbols[name]
             return f"g.{address_slot(symbol.address)}" if symbol.address else f"g.{name}"
         if symbol.address is not None:
             return f"g.{address_slot(symbol.address)}"
-        if self._function or symbol.section in _LOCAL:
-            return name
+        if self.is_local(symbol):
+            return f"{name}[0]" if in_cell(symbol) else name
         return f"s.{name}"
+
+    def is_local(self, symbol: t.Symbol) -> bool:
+        """Whether a variable lasts for one call only, as a local of Python."""
+        if symbol.section == "VAR_EXTERNAL" or symbol.address is not None:
+            return False
+        if self._function or symbol.section in _LOCAL:
+            return True
+        return id(symbol) in self._own and "." not in symbol.name
 
     def variable(self, node: t.Variable) -> str:
         """Code of a variable, member or element."""
         if isinstance(node, t.Use):
             return self.symbol(node.symbol)
+        if isinstance(node, t.CallFunction):
+            return self.exact(node)
         if isinstance(node, t.Member):
             return f"{self.variable(node.base)}.{node.name.upper()}"
-        return f"{self.variable(node.base)}[{self.position(node)}]"
+        if isinstance(node, t.Index):
+            return f"{self.variable(node.base)}[{self.position(node)}]"
+        return self.pointing.variable(node)
+
+    def is_shared(self, name: str) -> bool:
+        """Does a function reach what all share: globals, the time, or another such function?"""
+        if name not in self._shared:
+            pou = self._project.pous[name]
+            self._shared[name] = (
+                needs_globals(pou)
+                or any(has_block(symbol.type) for symbol in pou.symbols.values())
+                or any(map(self.is_shared, pou.calls))
+            )
+        return self._shared[name]
+
+    @staticmethod
+    def cut(code: str, kind: Type) -> str:
+        """A text cut to the length of a STRING."""
+        assert isinstance(kind, ElementaryType)
+        return f"{code}[:{string_length(kind)}]"
 
     def position(self, node: t.Index) -> str:
         """Code of the row-major position of an element, with the bounds checked."""
@@ -168,6 +231,8 @@ class Expressions:
             return self._constant(node)
         if isinstance(node, (t.Use, t.Member, t.Index)):
             return of_type(self.variable(node), node.type)
+        if isinstance(node, POINTING):
+            return of_type(self.pointing.value(node), node.type)
         if isinstance(node, t.Unary):
             return self._unary(node)
         if isinstance(node, t.Binary):
@@ -196,12 +261,46 @@ class Expressions:
         return Value(code)
 
     def _call(self, node: t.CallFunction) -> Value:
-        inputs = self._project.pous[node.function].section("VAR_INPUT")
+        pou = self._project.pous[node.function]
+        inputs = pou.section("VAR_INPUT")
         arguments = [
             repr(symbol.initial) if argument is None else self.exact(argument)
             for symbol, argument in zip(inputs, node.arguments, strict=True)
         ]
-        return of_type(f"f_{node.function}({', '.join(arguments)})", node.type)
+        arguments += [self.variable(variable) for _, variable in node.in_outs]
+        if self.is_shared(node.function):
+            arguments.insert(0, "g")
+        call = f"f_{node.function}({', '.join(arguments)})"
+        backs = [(name, kind) for name, kind in self._backs(pou)]
+        if not backs:
+            return of_type(call, node.type)
+        self._results += 1
+        result = f"r{self._results}"
+        targets = dict((*node.in_outs, *node.outputs))
+        stores = [
+            self._stored(targets[name], kind, f"{result}[{place}]")
+            for place, (name, kind) in enumerate(backs, start=1)
+            if name in targets
+        ]
+        parts = ", ".join([f"{result} := {call}", *stores, f"{result}[0]"])
+        return of_type(f"({parts})[-1]", node.type)
+
+    def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
+        """What a function hands back besides its result, in order."""
+        backs = [one for one in pou.section("VAR_IN_OUT") if is_scalar(one.type)]
+        return [(one.name, one.type) for one in (*backs, *pou.section("VAR_OUTPUT"))]
+
+    def _stored(self, target: t.Variable, kind: Type, value: str) -> str:
+        """An expression that gives a variable a value."""
+        code = self.variable(target)
+        if not is_scalar(kind):
+            return f"filled({code}, {value})"
+        if kind != target.type:
+            value = self.cut(value, target.type)
+        if isinstance(target, t.Index):
+            return f"{self.variable(target.base)}.__setitem__({self.position(target)}, {value})"
+        owner, _, slot = code.rpartition(".")
+        return f"setattr({owner}, {slot!r}, {value})" if owner else f"{code} := {value}"
 
     def _unary(self, node: t.Unary) -> Value:
         name = type_name(node.type)
@@ -218,13 +317,18 @@ class Expressions:
         op, name = node.op, type_name(node.type)
         if op in _COMPARISONS:
             return self._comparison(node)
+        if op in ("AND_THEN", "OR_ELSE"):
+            word = "and" if op == "AND_THEN" else "or"
+            return Value(f"({self.exact(node.left)} {word} {self.exact(node.right)})")
         if op in ("AND", "OR", "XOR"):
-            symbols = {"AND": "and", "OR": "or", "XOR": "!="} if name == "BOOL" else _JOINS
+            symbols = _JOINS
+            if name == "BOOL" and not has_effect(node.right):
+                symbols = {"AND": "and", "OR": "or", "XOR": "!="}
             left, right = self.exact(node.left), self.exact(node.right)
             return of_type(f"({left} {symbols[op]} {right})", node.type)
         if name in ANY_REAL:
             return self._real(node)
-        if name == "TIME" and op in ("*", "/"):
+        if name in ANY_DURATION and op in ("*", "/"):
             return self._time(node)
         if name not in INT_RANGE:
             return Value(f"({self.exact(node.left)} {op} {self.exact(node.right)})")
@@ -283,6 +387,17 @@ class Expressions:
         return Value(f"div({left}, {right})", (low, high + (0 if positive else 1)))
 
 
+def has_call(node: t.Expression) -> bool:
+    """Does it call a function of the sources?"""
+    if isinstance(node, t.CallFunction) or has_effect(node):
+        return True
+    if isinstance(node, t.Binary):
+        return has_call(node.left) or has_call(node.right)
+    if isinstance(node, t.Unary):
+        return has_call(node.operand)
+    return isinstance(node, t.Standard) and any(map(has_call, node.arguments))
+
+
 def _brackets(code: str) -> int:
     """How many there are; no more than that are inside each other."""
     return code.count("(") + code.count("[")
@@ -300,8 +415,22 @@ _LREAL_FUNCTIONS = {
 _CHAINS = {"GT": ">", "GE": ">=", "EQ": "==", "LE": "<=", "LT": "<"}
 _JOINS = {"ADD": "+", "MUL": "*", "AND": "&", "OR": "|", "XOR": "^"}
 _BOOL_JOINS = {"AND": "and", "OR": "or", "XOR": "^"}
-_STRINGS = ("LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE")
-_TEXTS = {"TIME": "time_text", "DATE": "date_text", "TOD": "tod_text", "DT": "dt_text"}
+_JOINING = ("CONCAT", "INSERT", "REPLACE")
+_STRINGS = ("LEFT", "RIGHT", "MID", "DELETE", *_JOINING)
+_TEXTS = {
+    "TIME": "time_text",
+    "DATE": "date_text",
+    "TOD": "tod_text",
+    "DT": "dt_text",
+    "LTIME": "ltime_text",
+    "LDATE": "ldate_text",
+    "LTOD": "ltod_text",
+    "LDT": "ldt_text",
+}
+#: Of the third edition: what the generated code calls is named alike.
+_CALENDAR = (
+    *("CONCAT_DATE", "CONCAT_TOD", "CONCAT_LTOD", "CONCAT_DT", "CONCAT_LDT", "DAY_OF_WEEK"),
+)
 
 
 def standard_call(node: t.Standard, arguments: list[str]) -> Value:
@@ -314,6 +443,16 @@ def standard_call(node: t.Standard, arguments: list[str]) -> Value:
     name, kind = node.name, node.type
     if "_TO_" in name:
         return _conversion(node, arguments[0])
+    if name in ("TO_BCD", "FROM_BCD"):
+        return _bcd(node, arguments[0])
+    if name in ("CONCAT_DATE_TOD", "CONCAT_DATE_LTOD"):
+        return Value(f"({' + '.join(arguments)})")
+    if name in _CALENDAR:
+        code = f"{name.lower().replace('_l', '_')}({', '.join(arguments)})"
+        return Value(code, (0, 6)) if name == "DAY_OF_WEEK" else Value(code)
+    if name == "ATAN2":
+        code = f"math.atan2({', '.join(arguments)})"
+        return Value(f"f32({code})" if type_name(kind) == "REAL" else code)
     if name in _LREAL_FUNCTIONS:
         function = _LREAL_FUNCTIONS[name] or name.lower()
         code = f"math.{function}({arguments[0]})"
@@ -329,16 +468,35 @@ def standard_call(node: t.Standard, arguments: list[str]) -> Value:
     if name == "TRUNC":
         return _unbounded(f"trunc({arguments[0]})")
     if name == "LEN":
-        return Value(f"len({arguments[0]})", (0, 1 << 7))
+        return Value(f"len({arguments[0]})", (0, _longest(node)))
     if name == "FIND":
-        return Value(f"find({', '.join(arguments)})", (0, 1 << 7))
+        return Value(f"find({', '.join(arguments)})", (0, _longest(node)))
     if name == "MOVE":
         return of_type(arguments[0], kind)
     if name == "SEL":
         select, no, yes = arguments
         return of_type(f"({yes} if {select} else {no})", kind)
     assert name in (*_STRINGS, "MAX", "MIN", "LIMIT", "MUX"), name
+    if name in _JOINING and isinstance(kind, ElementaryType) and kind.length is not None:
+        # The engine's functions cut at what a plain STRING holds, unless they are told another.
+        arguments = [*arguments, f"most={kind.length}"]
     return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
+
+
+def _longest(node: t.Standard) -> int:
+    """What a text among the arguments can hold; a power of two, as of a plain one."""
+    lengths = [
+        string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)
+    ]
+    most = max(lengths)
+    return 1 << 7 if most <= STRING_MAX else most
+
+
+def _bcd(node: t.Standard, argument: str) -> Value:
+    if node.name == "FROM_BCD":
+        digits = WIDTH[type_name(node.arguments[0].type)] // 4
+        return Value(f"from_bcd({argument})", (0, 10**digits - 1))
+    return of_type(f"to_bcd({argument}, {WIDTH[type_name(node.type)] // 4})", node.type)
 
 
 def _unbounded(code: str) -> Value:
@@ -385,24 +543,67 @@ def _absolute(node: t.Standard, argument: str) -> Value:
 
 def _conversion(node: t.Standard, argument: str) -> Value:
     source, target = node.name.split("_TO_")
+    if source in ANY_CHARS or target in ANY_CHARS:
+        return _characters(node, source, target, argument)
     if target == "BOOL":
-        return Value(f"string_to_bool({argument})" if source == "STRING" else f"({argument} != 0)")
-    if target == "STRING":
-        return Value(_text(source, argument))
+        return Value(f"({argument} != 0)")
     if target in ANY_REAL:
         return _to_real(source, target, argument)
-    if target in ("DATE", "TOD") and source == "DT":
-        return Value(f"{'day_of' if target == 'DATE' else 'time_of'}({argument})")
-    if target in _TEXTS:
-        # Numbers and durations convert in seconds, as in matiec.
-        code = f"int({argument})" if source == "BOOL" else argument
-        return Value(f"trunc({code} * 1000000000)")
+    if target in MOMENTS:
+        return Value(_to_moment(source, target, argument))
     return _to_integer(source, target, argument)
+
+
+def _characters(node: t.Standard, source: str, target: str, argument: str) -> Value:
+    """Conversions from and to texts and characters."""
+    if target in ANY_STRING:
+        code = _text(source, argument)
+        if source.startswith("W") and target == "STRING":
+            code = f"narrow({code})"
+        assert isinstance(node.type, ElementaryType)
+        own = node.arguments[0].type
+        assert isinstance(own, ElementaryType)
+        held = string_length(own) if source in ANY_STRING else 1 if source in ANY_CHARS else 50
+        most = string_length(node.type)
+        return Value(f"{code}[:{most}]" if held > most else code)
+    if target in ("CHAR", "WCHAR"):
+        if source in ANY_CHARS:
+            code = argument if source in ("CHAR", "WCHAR") else f"first({argument})"
+            return Value(f"narrow({code})" if source[0] == "W" and target == "CHAR" else code)
+        mask = 0xFF if target == "CHAR" else 0xFFFF
+        return Value(f"chr({argument} & {mask})")
+    if source in ("CHAR", "WCHAR"):
+        return Value(f"ord({argument})", (0, 0xFF if source == "CHAR" else 0xFFFF))
+    if target == "BOOL":
+        return Value(f"string_to_bool({argument})")
+    if target in ANY_REAL:
+        code = f"string_to_real({argument})"
+        return Value(f"f32({code})" if target == "REAL" else code)
+    if target in MOMENTS:
+        return Value(f"string_to_moment({argument}, {target!r})")
+    return _unbounded(f"string_to_int({argument})")
+
+
+def _unit(moment: str) -> int:
+    """Nanoseconds of what a moment is as a number: seconds, as in matiec; L types in ns."""
+    return 1 if moment.startswith("L") else 1_000_000_000
+
+
+def _to_moment(source: str, target: str, argument: str) -> str:
+    if source in MOMENTS:
+        pair = source.removeprefix("L"), target.removeprefix("L")
+        if pair == ("DT", "DATE"):
+            return f"day_of({argument})"
+        return f"time_of({argument})" if pair in (("DT", "TOD"), ("TIME", "TOD")) else argument
+    code = f"int({argument})" if source == "BOOL" else argument
+    return f"trunc({code} * {_unit(target)})"
 
 
 def _text(source: str, argument: str) -> str:
     if source == "BOOL":
         return f"('TRUE' if {argument} else 'FALSE')"
+    if source in ANY_CHARS:
+        return argument
     if source in ANY_INT:
         return f"str({argument})"
     if source in ANY_REAL:
@@ -413,10 +614,8 @@ def _text(source: str, argument: str) -> str:
 
 
 def _to_real(source: str, target: str, argument: str) -> Value:
-    if source == "STRING":
-        code = f"string_to_real({argument})"
-    elif source in _TEXTS:
-        code = f"({argument} / 1000000000)"
+    if source in MOMENTS:
+        code = f"({argument} / {_unit(source)})"
     elif source in ANY_REAL:
         code = argument
     else:
@@ -427,11 +626,9 @@ def _to_real(source: str, target: str, argument: str) -> Value:
 def _to_integer(source: str, target: str, argument: str) -> Value:
     if source == "BOOL":
         return Value(f"int({argument})", (0, 1))
-    if source == "STRING":
-        return _unbounded(f"string_to_int({argument})")
     if source in ANY_REAL:
-        rounds = "round" if target in ("SINT", "INT", "DINT", "LINT") else "to_unsigned"
+        rounds = "round" if target in SIGNED else "to_unsigned"
         return _unbounded(f"{rounds}({argument})")
-    if source in _TEXTS:
-        return _unbounded(f"div({argument}, 1000000000)")
+    if source in MOMENTS:
+        return _unbounded(f"div({argument}, {_unit(source)})")
     return Value(argument, INT_RANGE[source])

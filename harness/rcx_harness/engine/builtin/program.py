@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 from rcx_harness.engine.base import CallLog, Located, Value
 from rcx_harness.engine.builtin.compile import Module, module_of
 from rcx_harness.engine.builtin.coverage import Collector
+from rcx_harness.engine.builtin.objects import holds_pointers
+from rcx_harness.engine.builtin.references import Holders
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.builtin.storage import address_slot, is_scalar
 from rcx_harness.engine.frontend.paths import Resolved, resolve, walk
@@ -20,6 +22,8 @@ from rcx_harness.engine.types import (
     ArrayType,
     BlockType,
     ElementaryType,
+    InterfaceType,
+    ReferenceType,
     StructType,
     Type,
     Variable,
@@ -27,6 +31,8 @@ from rcx_harness.engine.types import (
 from rcx_harness.errors import InputError
 
 __all__ = ["BuiltinProgram"]
+
+_FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 _AS_HELD = ("BOOL", "BYTE", "WORD", "DWORD", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT")
@@ -91,6 +97,10 @@ class BuiltinProgram:
         for name, block in project.instances.items():
             key = block.name.upper()
             self._parts.append((self._roots[name], names[f"save_{key}"], names[f"load_{key}"]))
+        self._holders = Holders(project, self._globals, self._roots)
+        self._has_pointers = holds_pointers(project)
+        if "start" in names:
+            self._run(partial(names["start"], self._globals, self._roots))
         self._places: dict[str, _Place] = {}
         self._looks: dict[str, Callable[[], Value]] = {}
         self._byte_lists: dict[str, tuple[Any, int]] = {}
@@ -123,9 +133,20 @@ class BuiltinProgram:
             for every, body, instance in self._runs:
                 if scans % every == 0:
                     body(instance)
-        except (ArithmeticError, ValueError, ProgramError) as error:
-            file, line = self.module.origin(error.__traceback__) or (None, None)
-            raise InputError(_fault(error), file=file, line=line) from None
+        except _FAULTS as error:
+            raise self._fault(error) from None
+
+    def _fault(self, error: Exception) -> InputError:
+        file, line = self.module.origin(error.__traceback__) or (None, None)
+        return InputError(_fault(error), file=file, line=line)
+
+    def _run(self, start: Callable[[], None]) -> None:
+        """What is to be before the first scan."""
+        self._globals.now = 0
+        try:
+            start()
+        except _FAULTS as error:
+            raise self._fault(error) from None
 
     # --- variables by path ---
 
@@ -185,6 +206,8 @@ class BuiltinProgram:
                 for pin in kind.variables
                 if pin.section not in _NO_STORAGE
             }
+        if isinstance(kind, (ReferenceType, InterfaceType)):
+            return self._holders.path(held)
         return scalar_to_python(kind, held)
 
     def _slot(self, instance: Any, pin: Variable) -> tuple[Any, str]:
@@ -263,7 +286,7 @@ class BuiltinProgram:
         return dict(self.module.project.instances)
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Every variable below the program instances, parents before children."""
+        """Every variable of the program instances and every global one, parents first."""
         return walk(self.module.project)
 
     def located(self) -> list[Located]:
@@ -279,6 +302,8 @@ class BuiltinProgram:
     def snapshot(self) -> object:
         """The whole state, as a value that `restore` takes back."""
         data = tuple(save(part) for part, save, _ in self._parts)
+        if self._has_pointers:
+            data = self._holders.saved(data)
         return _Snapshot(self.module, self._scans, data)
 
     def restore(self, snapshot: object) -> None:
@@ -290,7 +315,8 @@ class BuiltinProgram:
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
         self._scans = snapshot.scans
-        for (part, _, load), saved in zip(self._parts, snapshot.data, strict=True):
+        data = self._holders.loaded(snapshot.data) if self._has_pointers else snapshot.data
+        for (part, _, load), saved in zip(self._parts, data, strict=True):
             load(part, saved)
 
     def close(self) -> None:
@@ -336,6 +362,8 @@ def _element(place: _Place) -> str:
 def _fault(error: Exception) -> str:
     if isinstance(error, ProgramError):
         return str(error)
+    if isinstance(error, RecursionError):
+        return "calls too deep inside each other: a block or function calls itself"
     if isinstance(error, ZeroDivisionError):
         return "division by zero"
     if isinstance(error, OverflowError):

@@ -5,10 +5,15 @@ from __future__ import annotations
 import math
 import re
 from ctypes import c_float
-from datetime import datetime, timedelta
+from datetime import date, datetime, timedelta
 from typing import Any, NoReturn
 
-from rcx_harness.engine.frontend.scalars import NANOSECONDS_PER_DAY, STRING_MAX
+from rcx_harness.engine.frontend.scalars import (
+    NANOSECONDS_PER_DAY,
+    STRING_MAX,
+    LiteralError,
+    typed_literal,
+)
 
 __all__ = ["FUSE", "NAMES", "ProgramError"]
 
@@ -44,6 +49,30 @@ def _mod(a: int, b: int) -> int:
         return 0
     rest = abs(a) % abs(b)
     return -rest if a < 0 else rest
+
+
+def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
+    """A new block with other initial values."""
+    for slot, value in values:
+        setattr(block, slot, value)
+    return block
+
+
+def _filled(target: Any, value: Any) -> None:
+    """Give a structure or array the value of another one; what it is made of stays."""
+    if isinstance(target, list):
+        for place, item in enumerate(value):
+            if isinstance(item, list) or hasattr(item, "__slots__"):
+                _filled(target[place], item)
+            else:
+                target[place] = item
+        return
+    for slot in target.__slots__:
+        item = getattr(value, slot)
+        if isinstance(item, list) or hasattr(item, "__slots__"):
+            _filled(getattr(target, slot), item)
+        else:
+            setattr(target, slot, item)
 
 
 def _f32(value: float) -> float:
@@ -120,13 +149,13 @@ def _position(position: int) -> int:
     return position - 1
 
 
-def _concat(*texts: str) -> str:
-    return "".join(texts)[:STRING_MAX]
+def _concat(*texts: str, most: int = STRING_MAX) -> str:
+    return "".join(texts)[:most]
 
 
-def _insert(text: str, other: str, position: int) -> str:
+def _insert(text: str, other: str, position: int, most: int = STRING_MAX) -> str:
     at = _length(position)
-    return (text[:at] + other + text[at:])[:STRING_MAX]
+    return (text[:at] + other + text[at:])[:most]
 
 
 def _delete(text: str, count: int, position: int) -> str:
@@ -134,9 +163,9 @@ def _delete(text: str, count: int, position: int) -> str:
     return text[:at] + text[at + _length(count) :]
 
 
-def _replace(text: str, other: str, count: int, position: int) -> str:
+def _replace(text: str, other: str, count: int, position: int, most: int = STRING_MAX) -> str:
     at = _position(position)
-    return (text[:at] + other + text[at + _length(count) :])[:STRING_MAX]
+    return (text[:at] + other + text[at + _length(count) :])[:most]
 
 
 def _find(text: str, other: str) -> int:
@@ -174,6 +203,68 @@ def _string_to_real(text: str) -> float:
 
 def _string_to_bool(text: str) -> bool:
     return text.upper() in ("1", "TRUE")
+
+
+def _string_to_moment(text: str, name: str) -> int:
+    """The duration or date that a text is the literal of; 0 for any other text."""
+    short = name.removeprefix("L")
+    try:
+        kind, value = typed_literal(text if "#" in text else f"{name}#{text}")
+    except (KeyError, LiteralError):
+        return 0
+    return int(value) if kind.name.removeprefix("L") == short else 0
+
+
+def _narrow(text: str) -> str:
+    """Wide characters as a STRING has them, `?` for those it has not."""
+    return text.encode("latin-1", "replace").decode("latin-1")
+
+
+def _first(text: str) -> str:
+    return text[:1] or "\0"
+
+
+def _to_bcd(value: int, digits: int) -> int:
+    if not 0 <= value < 10**digits:
+        raise ProgramError(f"{value} is no number of {digits} BCD digits")
+    return int(str(value), 16)
+
+
+def _from_bcd(value: int) -> int:
+    digits = f"{value:x}"
+    if not digits.isdigit():
+        raise ProgramError(f"16#{digits} is no BCD number")
+    return int(digits)
+
+
+# --- the calendar ---
+
+
+def _concat_date(year: int, month: int, day: int) -> int:
+    try:
+        days = (date(year, month, day) - date(1970, 1, 1)).days
+    except ValueError:
+        raise ProgramError(f"there is no date {year}-{month:02d}-{day:02d}") from None
+    return days * NANOSECONDS_PER_DAY
+
+
+def _concat_tod(hour: int, minute: int, second: int, millisecond: int) -> int:
+    parts = ((hour, 24), (minute, 60), (second, 60), (millisecond, 1000))
+    if not all(0 <= value < limit for value, limit in parts):
+        shown = f"{hour:02d}:{minute:02d}:{second:02d}.{millisecond:03d}"
+        raise ProgramError(f"there is no time of day {shown}")
+    return ((hour * 60 + minute) * 60 + second) * _SECOND + millisecond * 1_000_000
+
+
+def _concat_dt(
+    year: int, month: int, day: int, hour: int, minute: int, second: int, millisecond: int
+) -> int:
+    return _concat_date(year, month, day) + _concat_tod(hour, minute, second, millisecond)
+
+
+def _day_of_week(moment: int) -> int:
+    """0 for Sunday; 1970-01-01 was a Thursday."""
+    return (moment // NANOSECONDS_PER_DAY + 4) % 7
 
 
 def _bits_to_string(value: int) -> str:
@@ -230,6 +321,29 @@ def _clock(moment: int) -> str:
     return f"{hour:02d}:{minute:02d}:{shown}"
 
 
+def _ltime_text(time: int) -> str:
+    """As of a TIME, to the nanosecond."""
+    whole = f"L{_time_text(time)}"
+    rest = abs(time) % _SECOND
+    if not rest:
+        return whole
+    milliseconds, nanoseconds = divmod(rest, 1_000_000)
+    digits = f"{milliseconds}.{nanoseconds:06d}".rstrip("0").rstrip(".")
+    return f"{whole[: whole.index('s') + 1]}{'-' if time < 0 else ''}{digits}ms"
+
+
+def _ldate_text(moment: int) -> str:
+    return f"L{_date_text(moment)}"
+
+
+def _ltod_text(moment: int) -> str:
+    return f"L{_tod_text(moment)}"
+
+
+def _ldt_text(moment: int) -> str:
+    return f"L{_dt_text(moment)}"
+
+
 #: The names that generated code finds.
 NAMES: dict[str, Any] = {
     "FUSE": FUSE,
@@ -238,6 +352,8 @@ NAMES: dict[str, Any] = {
     "div": _div,
     "mod": _mod,
     "f32": _f32,
+    "filled": _filled,
+    "started": _started,
     "c_float": c_float,
     "to_unsigned": _to_unsigned,
     "time_times": _time_times,
@@ -260,6 +376,19 @@ NAMES: dict[str, Any] = {
     "string_to_bool": _string_to_bool,
     "bits_to_string": _bits_to_string,
     "real_to_string": _real_to_string,
+    "string_to_moment": _string_to_moment,
+    "narrow": _narrow,
+    "first": _first,
+    "to_bcd": _to_bcd,
+    "from_bcd": _from_bcd,
+    "concat_date": _concat_date,
+    "concat_tod": _concat_tod,
+    "concat_dt": _concat_dt,
+    "day_of_week": _day_of_week,
+    "ltime_text": _ltime_text,
+    "ldate_text": _ldate_text,
+    "ltod_text": _ltod_text,
+    "ldt_text": _ldt_text,
     "time_text": _time_text,
     "date_text": _date_text,
     "tod_text": _tod_text,

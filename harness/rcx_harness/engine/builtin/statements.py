@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from rcx_harness.engine.builtin.expressions import Expressions
-from rcx_harness.engine.builtin.storage import Storage, is_scalar, needs_globals
+import re
+
+from rcx_harness.engine.builtin.expressions import Expressions, has_call, type_name
+from rcx_harness.engine.builtin.objects import handed_back, is_dynamic
+from rcx_harness.engine.builtin.storage import (
+    Storage,
+    in_cell,
+    is_scalar,
+    needs_globals,
+    slot_name,
+)
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.resolve import has_block
+from rcx_harness.engine.frontend.scalars import INT_RANGE
 from rcx_harness.engine.frontend.standard import BLOCKS
 
 __all__ = ["Writer"]
@@ -14,6 +25,8 @@ __all__ = ["Writer"]
 _Branches = list[tuple[str, tuple[t.Statement, ...]]]
 #: Branches of one Python `if`.
 _BRANCHES = 50
+#: The variables of a POU that an expression writes; what else it sets is lower case.
+_WRITTEN = re.compile(r"[( ]([A-Z]\w*) := ")
 
 
 class Writer:
@@ -39,7 +52,9 @@ class Writer:
         self.origins: list[int] = []
         self._pou = pou
         self._storage = storage
+        self._project = project
         self._code = Expressions(project, pou)
+        self._code.pointing.storage = storage
         self._at = 0
         self._prelude = 0
         self._depth = 1
@@ -48,34 +63,91 @@ class Writer:
     def write(self) -> None:
         """Write the whole function."""
         pou = self._pou
-        if pou.kind == "FUNCTION":
-            parameters = [symbol.name.upper() for symbol in pou.section("VAR_INPUT")]
-            local = [*pou.section("VAR"), *([pou.result] if pou.result else [])]
+        if pou.kind == "METHOD":
+            parameters = ["s", *(symbol.name.upper() for symbol in _parameters(pou))]
+            local = [*pou.section("VAR_OUTPUT"), *pou.section("VAR_TEMP")]
+            local += [one for one in pou.section("VAR") if "." not in one.name]
+            local += [pou.result] if pou.result is not None else []
+        elif pou.kind == "FUNCTION":
+            passed = [*pou.section("VAR_INPUT"), *pou.section("VAR_IN_OUT")]
+            parameters = [symbol.name.upper() for symbol in passed]
+            if self._code.is_shared(pou.name.upper()):
+                parameters.insert(0, "g")
+            local = [*pou.section("VAR"), *pou.section("VAR_TEMP"), *pou.section("VAR_OUTPUT")]
+            local += [pou.result] if pou.result else []
         else:
             parameters = ["s", *(symbol.name.upper() for symbol in pou.section("VAR_IN_OUT"))]
             local = pou.section("VAR_TEMP")
         self._depth = 0
-        self._emit(f"def f_{pou.name.upper()}({', '.join(parameters)}):")
+        self._emit(f"def f_{slot_name(pou.name)}({', '.join(parameters)}):")
         self._depth = 1
-        if pou.block is not None and needs_globals(pou):
+        if self._has_globals():
             self._emit("g = s.g")
         for symbol in local:
             self._emit(
                 f"{symbol.name.upper()} = {self._storage.create(symbol.type, symbol.initial)}"
             )
+        for symbol in pou.section("VAR_INPUT") if pou.kind == "FUNCTION" else ():
+            if symbol.name.upper() in pou.copied and not is_scalar(symbol.type):
+                self._emit(self._storage.own(symbol))
+        if pou.kind == "METHOD":
+            for symbol in pou.section("VAR_INPUT"):
+                self._input(symbol)
+        for symbol in (*pou.symbols.values(), *([pou.result] if pou.result else [])):
+            if in_cell(symbol) and self._code.is_local(symbol):
+                self._emit(f"{symbol.name.upper()} = [{symbol.name.upper()}]")
         self._prelude = len(self.lines)
         self._statements(pou.body)
         self._emit(self._return())
 
+    def _has_globals(self) -> bool:
+        """Whether the code of a body or method names `g`."""
+        pou = self._pou
+        if pou.block is not None:
+            return (
+                needs_globals(pou)
+                or any(has_block(symbol.type) for symbol in pou.section("VAR_TEMP"))
+                or any(map(self._code.is_shared, pou.calls))
+            )
+        if pou.owner is None:
+            return False
+        return (
+            needs_globals(pou)
+            or needs_globals(pou.owner)
+            or any(
+                has_block(one.type) for one in pou.symbols.values() if one.section != "VAR_IN_OUT"
+            )
+            or any(map(self._code.is_shared, pou.calls))
+        )
+
+    def _input(self, symbol: t.Symbol) -> None:
+        """The input of a method: its default where it is None, and a copy of its own."""
+        name = symbol.name.upper()
+        created = self._storage.create(symbol.type, symbol.initial)
+        if is_scalar(symbol.type):
+            self._emit(f"if {name} is None: {name} = {created}")
+            return
+        given = self._temporary(name)
+        self._emit(f"{name} = {created}")
+        self._emit(f"if {given} is not None: {self._storage.copy(symbol.type, name, given)}")
+
     def _return(self) -> str:
         pou = self._pou
-        if pou.result is not None:
-            return f"return {pou.result.name.upper()}"
-        return f"return {', '.join(_handed_back(pou.section('VAR_IN_OUT')))}".rstrip()
+        if pou.kind == "METHOD":
+            first = "None" if pou.result is None else self._code.symbol(pou.result)
+            return f"return {', '.join([first, *map(self._code.symbol, handed_back(pou))])}"
+        in_outs = [one for one in pou.section("VAR_IN_OUT") if is_scalar(one.type)]
+        if pou.kind == "FUNCTION":
+            first = "None" if pou.result is None else self._code.symbol(pou.result)
+            others = [self._code.symbol(one) for one in (*in_outs, *pou.section("VAR_OUTPUT"))]
+            return f"return ({', '.join([first, *others])})" if others else f"return {first}"
+        return f"return {', '.join(map(self._code.symbol, in_outs))}".rstrip()
 
     def _emit(self, line: str) -> None:
         for name, code in self._code.parts:
-            self.lines.insert(self._prelude, f"    def {name}(): return {code}")
+            outer = ", ".join(dict.fromkeys(_WRITTEN.findall(code)))
+            outer = f"nonlocal {outer}; " if outer else ""
+            self.lines.insert(self._prelude, f"    def {name}(): {outer}return {code}")
             self.origins.insert(self._prelude, self._at)
         self._code.parts.clear()
         self.lines.append("    " * self._depth + line)
@@ -91,6 +163,8 @@ class Writer:
         self._emit(head)
         self._depth += 1
         self._statements(statements)
+        if not statements:
+            self._emit("pass")
         self._depth -= 1
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> None:
@@ -104,6 +178,8 @@ class Writer:
             self._emit(self._storage.copy(node.target.type, target, self._code.exact(node.value)))
         elif isinstance(node, t.CallBlock):
             self._call(node)
+        elif isinstance(node, t.CallBase):
+            self._call_base(node)
         elif isinstance(node, t.If):
             self._if(node)
         elif isinstance(node, t.Case):
@@ -116,6 +192,10 @@ class Writer:
             self._repeat(node)
         elif isinstance(node, t.Exit):
             self._emit("break")
+        elif isinstance(node, t.Continue):
+            self._emit("continue")
+        elif isinstance(node, t.Evaluate):
+            self._emit(self._code.exact(node.value))
         else:
             self._emit(self._return())
 
@@ -182,6 +262,12 @@ class Writer:
     def _repeat(self, node: t.Repeat) -> None:
         self._emit("for _ in FUSE:")
         self._depth += 1
+        if _continues(node.body):
+            # CONTINUE goes on with the condition, which so has to come first.
+            self._emit(f"if _ and {self._code.exact(node.condition)}: break")
+            self._statements(node.body)
+            self._loop(node.at.line)
+            return
         self._statements(node.body)
         self._emit(f"if {self._code.exact(node.condition)}: break")
         self._loop(node.at.line)
@@ -189,9 +275,18 @@ class Writer:
     def _for(self, node: t.For) -> None:
         counter = self._code.variable(node.counter)
         end = self._code.exact(node.end)
+        if not isinstance(node.end, t.Constant) and has_call(node.end):
+            end = self._temporary(end)
         self._emit(f"{counter} = {self._code.exact(node.start)}")
         self._emit("for _ in FUSE:")
         self._depth += 1
+        continues = _continues(node.body)
+        if continues:
+            # CONTINUE goes on with the next value, which so has to come first.
+            self._emit("if _:")
+            self._depth += 1
+            self._step(node, counter)
+            self._depth -= 1
         if isinstance(node.step, t.Constant):
             past = ">" if int(node.step.value) > 0 else "<"
             self._emit(f"if {counter} {past} {end}: break")
@@ -200,9 +295,21 @@ class Writer:
             self._emit(f"if {counter} > {end} if {step} > 0 else {counter} < {end}: break")
         self._statements(node.body)
         self._at = node.at.line
-        next_value = t.Binary("+", node.counter, node.step, node.counter.type)
-        self._emit(f"{counter} = {self._code.exact(next_value)}")
+        if not continues:
+            self._step(node, counter)
         self._loop(node.at.line)
+
+    def _step(self, node: t.For, counter: str) -> None:
+        """The counter's next value; the loop ends where its type does not hold that."""
+        next_value = t.Binary("+", node.counter, node.step, node.counter.type)
+        code = self._code.exact(next_value)
+        if _may_wrap(node):
+            self._emit(f"t_ = {counter}")
+            self._emit(f"{counter} = {code}")
+            step = self._code.exact(node.step)
+            self._emit(f"if {counter} != t_ + {step}: break")
+        else:
+            self._emit(f"{counter} = {code}")
 
     def _call(self, node: t.CallBlock) -> None:
         instance = self._code.variable(node.instance)
@@ -222,10 +329,26 @@ class Writer:
                 arguments.append(self._code.variable(variable))
         prefix = "body_" if block.name in BLOCKS else "f_"
         call = f"{prefix}{block.name.upper()}({', '.join(arguments)})"
+        if is_dynamic(self._project.objects, block, self._project):
+            call = f"{instance}.body({', '.join(arguments[1:])})"
         self._emit(f"{', '.join(scalars)} = {call}" if scalars else call)
         for pin, variable in node.outputs:
             target = self._code.variable(variable)
-            self._emit(self._storage.copy(types[pin], target, f"{instance}.{pin.upper()}"))
+            source = f"{instance}.{pin.upper()}"
+            if types[pin] != variable.type:
+                source = self._code.cut(source, variable.type)
+            self._emit(self._storage.copy(types[pin], target, source))
+
+    def _call_base(self, node: t.CallBase) -> None:
+        types = {pin.name: pin.type for pin in node.block.variables}
+        for pin, value in node.inputs:
+            target = f"s.{pin.upper()}"
+            self._emit(self._storage.copy(types[pin], target, self._code.exact(value)))
+        pins = [pin for pin in node.block.variables if pin.section == "VAR_IN_OUT"]
+        symbols = [self._code.symbol(self._pou.symbols[pin.name.upper()]) for pin in pins]
+        scalars = [code for code, pin in zip(symbols, pins, strict=True) if is_scalar(pin.type)]
+        call = f"f_{node.block.name.upper()}({', '.join(['s', *symbols])})"
+        self._emit(f"{', '.join(scalars)} = {call}" if scalars else call)
 
     def _fixed(self, node: t.Variable) -> str:
         """Code of a variable whose indices are evaluated here, once for both ways of the copy."""
@@ -233,11 +356,34 @@ class Writer:
             return self._code.variable(node)
         if isinstance(node, t.Member):
             return f"{self._fixed(node.base)}.{node.name.upper()}"
+        if not isinstance(node, t.Index):
+            return self._code.pointing.fixed(node, self._temporary)
         position = self._code.position(node)
         if not position.isdigit():
             position = self._temporary(position)
         return f"{self._fixed(node.base)}[{position}]"
 
 
-def _handed_back(symbols: list[t.Symbol]) -> list[str]:
-    return [symbol.name.upper() for symbol in symbols if is_scalar(symbol.type)]
+def _continues(body: tuple[t.Statement, ...]) -> bool:
+    """Is there a CONTINUE that belongs to the loop of this body?"""
+    for one in body:
+        if isinstance(one, t.Continue):
+            return True
+        if isinstance(one, (t.If, t.Case)):
+            parts = [*(inner for _, inner in one.branches), one.otherwise]
+            if any(map(_continues, parts)):
+                return True
+    return False
+
+
+def _may_wrap(node: t.For) -> bool:
+    """Can the counter come to the end of its type? Not where its bounds are far from that."""
+    low, high = INT_RANGE[type_name(node.counter.type)]
+    if not isinstance(node.end, t.Constant) or not isinstance(node.step, t.Constant):
+        return True
+    return not low <= int(node.end.value) + int(node.step.value) <= high
+
+
+def _parameters(method: t.Pou) -> list[t.Symbol]:
+    """The parameters of a method: its inputs, then its VAR_IN_OUT."""
+    return [*method.section("VAR_INPUT"), *method.section("VAR_IN_OUT")]

@@ -17,16 +17,36 @@ from rcx_harness.engine.types import (
     BlockType,
     ElementaryType,
     EnumType,
+    InterfaceType,
+    ReferenceType,
     StructType,
     Type,
 )
 
-__all__ = ["Storage", "address_slot", "is_scalar", "needs_globals", "stored"]
+__all__ = [
+    "Storage",
+    "address_slot",
+    "in_cell",
+    "is_scalar",
+    "needs_globals",
+    "slot_name",
+    "stored",
+]
 
 
 def is_scalar(kind: Type) -> bool:
-    """Whether a value of the type is one Python number, bool or str."""
-    return isinstance(kind, (ElementaryType, EnumType))
+    """Whether a value of the type is one Python number, bool or str, or a pointer."""
+    return isinstance(kind, (ElementaryType, EnumType, ReferenceType, InterfaceType))
+
+
+def in_cell(symbol: Symbol) -> bool:
+    """Whether a local variable is in a list of one, for a pointer leads to it."""
+    return symbol.addressed and is_scalar(symbol.type)
+
+
+def slot_name(name: str) -> str:
+    """A variable or POU as the generated code names it; `Block.Method` is one name there."""
+    return name.upper().replace(".", "_m_")
 
 
 def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
@@ -62,7 +82,7 @@ class Storage:
     def create(self, kind: Type, initial: Any) -> str:
         """Code that makes a new variable with its initial value."""
         if isinstance(kind, BlockType):
-            return f"b_{self._name(kind)}(g)"
+            return self._started(kind, f"b_{self._name(kind)}(g)", initial)
         if isinstance(kind, StructType):
             values = ", ".join(self.create(field, initial[name]) for name, field in kind.fields)
             return f"s_{self._name(kind)}({values})"
@@ -71,13 +91,43 @@ class Storage:
             if is_scalar(kind.element) and len(set(items)) == 1:
                 return f"[{items[0]}] * {len(items)}"
             return f"[{', '.join(items)}]"
-        return repr(initial)
+        if isinstance(kind, ReferenceType):
+            return "null"
+        return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
+
+    def _started(self, kind: BlockType, made: str, initial: Any) -> str:
+        """A block whose declaration gives values to some of its variables."""
+        if not initial:
+            return made
+        types = {pin.name: pin.type for pin in kind.variables}
+        pairs = "".join(
+            f"({name.upper()!r}, {self.create(types[name], value)}), "
+            for name, value in initial.items()
+        )
+        return f"started({made}, ({pairs}))"
+
+    def own(self, symbol: Symbol) -> str:
+        """A statement that makes a copy of what a function was given."""
+        name = symbol.name.upper()
+        if _is_flat(symbol.type):
+            return f"{name} = {name}[:]"
+        made = self.create(symbol.type, symbol.initial)
+        return f"{self.copy(symbol.type, f'(t_ := {made})', name)}; {name} = t_"
 
     def copy(self, kind: Type, to: str, by: str) -> str:
         """A statement that gives the variable `to` the value of `by`."""
         if is_scalar(kind):
             return f"{to} = {by}"
+        if isinstance(kind, BlockType):
+            name = self._name(kind)
+            return f"load_{name}({to}, save_{name}({by}))"
         return f"{to}[:] = {by}" if _is_flat(kind) else f"copy_{self._name(kind)}({to}, {by})"
+
+    def copied(self, kind: Type, to: str, by: str) -> str:
+        """The same of a structure or array as an expression."""
+        if _is_flat(kind):
+            return f"{to}.__setitem__(slice(None), {by})"
+        return f"copy_{self._name(kind)}({to}, {by})"
 
     def save(self, kind: Type, of: str) -> str:
         """An expression for a copy of the variable `of`."""
@@ -158,8 +208,8 @@ class Storage:
         assert pou.block is not None
         name = pou.name.upper()
         symbols = stored(pou.symbols.values())
-        creates = [(item.name.upper(), self.create(item.type, item.initial)) for item in symbols]
-        slots = [(item.name.upper(), item.type) for item in symbols]
+        creates = [(slot_name(item.name), self.create(item.type, item.initial)) for item in symbols]
+        slots = [(slot_name(item.name), item.type) for item in symbols]
         functions = self._save_and_load(name, slots)
         self._names[pou.block] = name
         self.lines += [
@@ -184,6 +234,7 @@ class Storage:
             "class b_globals:",
             f"    __slots__ = {('now', *slots)!r}",
             "    def __init__(self):",
+            "        g = self",
             "        self.now = 0",
             *(f"        self.{slot} = {code}" for slot, (_, code) in slots.items()),
             *functions,

@@ -1,6 +1,6 @@
 """The front end of both engines: parses Structured Text, checks it, names what is wrong."""
 
-from rcx_harness.engine.frontend.load import check, load
+from rcx_harness.engine.frontend.load import analyse, check, load
 from rcx_harness.engine.frontend.paths import Resolved, resolve, walk
 from rcx_harness.engine.frontend.project import Project, Run, Task, Unit
 from rcx_harness.engine.frontend.values import (
@@ -16,6 +16,7 @@ __all__ = [
     "Run",
     "Task",
     "Unit",
+    "analyse",
     "array_length",
     "check",
     "from_python",

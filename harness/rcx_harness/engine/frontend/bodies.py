@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.calls import block_arguments, pin_of
-from rcx_harness.engine.frontend.constants import constant
 from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.expressions import Expressions, group
-from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL
+from rcx_harness.engine.frontend.functions import NOTHING, same_text
+from rcx_harness.engine.frontend.references import PLACES, place_of
+from rcx_harness.engine.frontend.resolve import ConsequenceError, has_block
+from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.engine.frontend.starting import Start, start_call, starting
 from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.types import BlockType, EnumType, Type, Variable
+from rcx_harness.engine.types import BlockType, EnumType, ReferenceType, Type, Variable
 from rcx_harness.errors import InputError
 
-__all__ = ["check_body"]
+__all__ = ["check_body", "check_start", "root_of"]
 
 #: Statements, and among them loops, that may lie inside each other: Python has its own limits.
 _MOST_NESTED, _MOST_LOOPS = 64, 16
@@ -35,9 +39,36 @@ def check_body(
     statements = _Statements(scope, report)
     scope.pou.body = statements.block(body)
     result = scope.pou.result
-    if result is not None and result not in statements.assigned:
+    is_function = scope.pou.kind == "FUNCTION"
+    if is_function and result is not None and result not in statements.assigned:
         name = scope.where.node.name
-        report(scope.error(f"{name.text} never sets its result", name.at, f"assign to {name.text}"))
+        scope.note("a function that never sets its result", name.at)
+
+
+def check_start(
+    scope: Scope, sections: Iterable[s.Section], report: Callable[[InputError], None]
+) -> None:
+    """Check the initial values that are known only while the program runs.
+
+    These are of pointers, references and interfaces, and the arguments of FB_init. Those of a
+    function or method go before its body; a block gets a method for them, `Block.fb_start`.
+
+    Args:
+        scope: The POU and its surroundings.
+        sections: Its declarations.
+        report: Takes each error.
+    """
+    pou, statements = scope.pou, _Statements(scope, report)
+    start = statements.block(starting(sections, scope))
+    if not start:
+        return
+    if pou.block is None:
+        pou.body = (*start, *pou.body)
+        return
+    name = f"{pou.name}.fb_start"
+    method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou)
+    scope.declarations.pous[name.upper()] = method
+    scope.declarations.objects.own[pou.name.upper()]["FB_START"] = method
 
 
 class _Statements:
@@ -49,22 +80,24 @@ class _Statements:
         self._expressions = Expressions(scope)
         self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
+        # Made here, and known by their identity as long as this lives.
+        self._made: list[s.Expression] = []
         self.assigned: set[t.Symbol] = set()
 
-    def block(self, statements: Iterable[s.Statement]) -> tuple[t.Statement, ...]:
+    def block(self, statements: Iterable[s.Statement | Start]) -> tuple[t.Statement, ...]:
         """Check a list of statements; those with an error are reported and left out."""
-        result = []
+        result: list[t.Statement] = []
         self._depth += 1
         for statement in statements:
             try:
                 self._check_depth(statement)
-                result.append(self._statement(statement))
+                result += self._lowered(statement)
             except InputError as error:
                 self._report(error)
         self._depth -= 1
         return tuple(result)
 
-    def _check_depth(self, node: s.Statement) -> None:
+    def _check_depth(self, node: s.Statement | Start) -> None:
         hint = "move the inner ones into a function block; ELSIF instead of ELSE IF needs no depth"
         if self._depth > _MOST_NESTED:
             message = f"more than {_MOST_NESTED} statements inside each other"
@@ -74,11 +107,21 @@ class _Statements:
             return
         raise self._scope.error(message, node.at, hint)
 
-    def _statement(self, node: s.Statement) -> t.Statement:
-        if isinstance(node, s.Assign):
-            return self._assign(node)
+    def _lowered(self, node: s.Statement | Start) -> Iterable[t.Statement]:
+        """A statement as one or several of the checked ones."""
+        if isinstance(node, s.AssignChain):
+            return self._chain(node)
         if isinstance(node, s.CallStatement):
-            return self._calls.check(node)
+            return self._call(node)
+        return (self._statement(node),)
+
+    def _statement(self, node: s.Statement | Start) -> t.Statement:
+        if isinstance(node, s.Assign):
+            return self._assign(node.target, node.value, node.at)
+        if isinstance(node, s.Latch):
+            return self._bind(node) if node.op == "REF" else self._latch(node)
+        if isinstance(node, Start):
+            return start_call(node, self._expressions)
         if isinstance(node, s.If):
             branches = tuple(
                 (self._condition(condition), self.block(body)) for condition, body in node.branches
@@ -96,6 +139,9 @@ class _Statements:
             if not self._loops:
                 raise self._scope.error("EXIT outside a loop", node.at)
             return node
+        if isinstance(node, s.Continue) and not self._loops:
+            raise self._scope.error("CONTINUE outside a loop", node.at)
+        assert isinstance(node, (s.Return, s.Continue))
         return node
 
     def _condition(self, node: s.Expression) -> t.Expression:
@@ -108,18 +154,115 @@ class _Statements:
         finally:
             self._loops -= 1
 
-    def _assign(self, node: s.Assign) -> t.Assign:
-        target = self._calls.target(node.target)
-        root: t.Variable = target
-        while not isinstance(root, t.Use):
-            root = root.base
-        self.assigned.add(root.symbol)
+    def _assign(self, to: s.Variable, value: s.Expression, at: s.Position) -> t.Assign | t.Evaluate:
+        if isinstance(to, s.Part):
+            return self._assign_part(to, value, at)
+        setter = self._expressions.methods.setter(to)
+        if setter is not None:
+            instance, method, final = setter
+            (pin,) = method.section("VAR_INPUT")[:1]
+            given = (self._expressions.check(value, pin.type),)
+            call = t.CallMethod(instance, method, final, given, (), (), NOTHING)
+            return t.Evaluate(call, at)
+        target = self._target(to)
+        if has_block(target.type):
+            self._scope.note("the assignment of a block", at)
+        return t.Assign(target, self._expressions.check(value, target.type), at)
+
+    def _target(self, node: s.Variable) -> t.Variable:
+        target = self._expressions.writable(node)
+        self._write(target)
+        return target
+
+    def _assign_part(self, to: s.Part, value: s.Expression, at: s.Position) -> t.Assign:
+        """The whole variable anew, with one part of it changed."""
+        self._target(to.base)
+        base, bits, first, kind = self._expressions.part(to)
+        whole = bits.type
+        part = self._expressions.check(value, kind)
+        mask = ((1 << WIDTH.get(kind.name, 1)) - 1) << first
+        rest = t.Constant(INT_RANGE[group(whole)][1] ^ mask, whole, True)
+        others: t.Expression = t.Binary("AND", bits, rest, whole)
+        if kind == BOOL:
+            with_bit = t.Binary("OR", bits, t.Constant(mask, whole, True), whole)
+            changed: t.Expression = t.Standard("SEL", (part, others, with_bit), whole)
+        else:
+            if kind != whole:
+                part = t.Standard(f"{kind.name}_TO_{group(whole)}", (part,), whole)
+            if first:
+                count = t.Constant(first, ELEMENTARY["INT"])
+                part = t.Standard("SHL", (part, count), whole)
+            changed = t.Binary("OR", others, part, whole)
+        if base.type != whole:
+            changed = t.Standard(f"{group(whole)}_TO_{group(base.type)}", (changed,), base.type)
+        return t.Assign(base, changed, at)
+
+    def _chain(self, node: s.AssignChain) -> list[t.Statement]:
+        """The last target takes the value, each other one that of the target behind it."""
+        values = (*node.targets[1:], node.value)
+        pairs = zip(node.targets, values, strict=True)
+        return [self._assign(target, value, node.at) for target, value in reversed(list(pairs))]
+
+    def _bind(self, node: s.Latch) -> t.Assign:
+        """`target REF= value;`: what a reference refers to from now on."""
+        target = self._expressions.place(node.target)
+        if not isinstance(target.type, ReferenceType) or place_of(target) is None:
+            raise self._scope.error(
+                f"REF= needs a variable of REFERENCE TO, not a {describe(target.type)}", node.at
+            )
         return t.Assign(target, self._expressions.check(node.value, target.type), node.at)
 
+    def _latch(self, node: s.Latch) -> t.If:
+        value = s.Literal("BOOLEAN", "TRUE" if node.op == "S" else "FALSE", node.at)
+        self._made.append(value)
+        then = self._assign(node.target, value, node.at)
+        return t.If(((self._condition(node.value), (then,)),), (), node.at)
+
+    def _call(self, node: s.CallStatement) -> list[t.Statement]:
+        """A call of a block or of a function; outputs that go to bits are assigned behind it."""
+        callee = self._expressions.methods.bare(node.callee)
+        if isinstance(callee, s.This) and callee.above:
+            return [self._calls.base(node)]
+        method = self._expressions.methods.call(replace(node, callee=callee), value=False)
+        if method is not None:
+            return [t.Evaluate(method, node.at)]
+        node = replace(node, callee=callee)
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            pou = self._scope.declarations.pous.get(callee.key)
+            if pou is not None and pou.kind == "FUNCTION":
+                if pou.result is not None:
+                    self._scope.note("a result that is not used", node.at)
+                call = s.Call(callee, node.arguments, node.at)
+                self._made.append(call)
+                found = self._expressions.functions.user(call, pou)
+                for _, variable in (*found.in_outs, *found.outputs):
+                    self._write(variable)
+                return [t.Evaluate(found, node.at)]
+        bits = tuple(one for one in node.arguments if one.output and isinstance(one.value, s.Part))
+        plain = tuple(one for one in node.arguments if one not in bits)
+        found_call = self._calls.check(replace(node, arguments=plain))
+        for _, variable in (*found_call.in_outs, *found_call.outputs):
+            self._write(variable)
+        behind = []
+        for one in bits:
+            assert one.name is not None
+            assert isinstance(one.value, s.Part)
+            pin = s.Field(node.callee, one.name, one.at)
+            self._made.append(pin)
+            behind.append(self._assign_part(one.value, pin, node.at))
+        return [found_call, *behind]
+
+    def _write(self, variable: t.Variable) -> None:
+        root = root_of(variable)
+        if root is not None:
+            self.assigned.add(root)
+
     def _for(self, node: s.For) -> t.For:
-        counter = self._calls.target(node.counter)
+        counter = self._target(node.counter)
         kind = counter.type
-        if not isinstance(counter, t.Use) or group(kind) not in ANY_INT:
+        if not isinstance(counter, t.Use):
+            self._scope.note("a FOR counter that is no plain variable", node.counter.at)
+        if group(kind) not in ANY_INT:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
@@ -132,7 +275,9 @@ class _Statements:
 
     def _case(self, node: s.Case) -> t.Case:
         kind = self._expressions.infer(node.selector)
-        if not isinstance(kind, EnumType) and group(kind) not in ANY_INT:
+        if group(kind) in WIDTH and group(kind) not in ANY_INT:
+            self._scope.note("a CASE of bit strings", node.selector.at)
+        elif not isinstance(kind, EnumType) and group(kind) not in ANY_INT:
             shown = describe(kind) if kind is not None else "number"
             raise self._scope.error(
                 f"CASE needs an integer or enumeration, not a {shown}", node.selector.at
@@ -153,9 +298,10 @@ class _Statements:
     def _label(
         self, label: s.Expression | s.Range, kind: Type, seen: list[tuple[int, int]]
     ) -> tuple[int, int]:
-        types, where = self._scope.declarations.types, self._scope.where
+        declarations, where = self._scope.declarations, self._scope.where
+        declarations.local = self._scope.pou.symbols
         ends = (label.low, label.high) if isinstance(label, s.Range) else (label, label)
-        low, high = (int(constant(end, kind, types, where).value) for end in ends)
+        low, high = (int(declarations.constant(end, kind, where).value) for end in ends)
         if low > high:
             raise self._scope.error(f"the range {low}..{high} is empty", label.at)
         if any(low <= other_high and other_low <= high for other_low, other_high in seen):
@@ -170,41 +316,6 @@ class _BlockCalls:
     def __init__(self, expressions: Expressions) -> None:
         self._expressions = expressions
         self._scope = expressions.scope
-
-    def target(self, node: s.Variable) -> t.Variable:
-        """A variable that is to be written.
-
-        Raises:
-            InputError: it cannot be written here: an input, a constant, a block or an output
-                of a block.
-        """
-        known = not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None
-        if isinstance(node, s.Name) and not known and node.key in self._scope.registry.members:
-            raise self._scope.error(f"{node.text} is a member of an enumeration", node.at)
-        found = self._expressions.variable(node)
-        if isinstance(found.type, BlockType):
-            raise self._scope.error("a block cannot be assigned", node.at)
-        part: t.Variable = found
-        while not isinstance(part, t.Use):
-            if isinstance(part, t.Member) and isinstance(part.base.type, BlockType):
-                pin = pin_of(part.base.type, part.name)
-                if pin is None or pin.section != "VAR_INPUT":
-                    raise self._scope.error(
-                        f"{part.name} is an output of {part.base.type.name}", node.at
-                    )
-            part = part.base
-        symbol = part.symbol
-        if symbol.section == "VAR_INPUT":
-            raise self._scope.error(
-                f"{symbol.name} is a VAR_INPUT and cannot be written inside",
-                node.at,
-                "copy it to a variable of its own",
-            )
-        external = symbol.section == "VAR_EXTERNAL"
-        source = self._scope.declarations.globals.get(symbol.name.upper()) if external else None
-        if symbol.constant or (source is not None and source.constant):
-            raise self._scope.error(f"{symbol.name} is CONSTANT", node.at)
-        return found
 
     def check(self, node: s.CallStatement) -> t.CallBlock:
         """Type a call of a block instance.
@@ -232,6 +343,24 @@ class _BlockCalls:
         outputs = [self._output(argument, block) for argument in node.arguments if argument.output]
         return t.CallBlock(instance, block, tuple(inputs), tuple(in_outs), tuple(outputs), node.at)
 
+    def base(self, node: s.CallStatement) -> t.CallBase:
+        """`SUPER^()`; the VAR_IN_OUT of the block are those of what it extends."""
+        if self._scope.pou.owner is not None:
+            pins = self._scope.pou.owner.section("VAR_IN_OUT")
+            if pins:
+                text = f"SUPER^() in a method, where the VAR_IN_OUT {pins[0].name} is not known"
+                raise self._scope.error(text, node.at, "call it in the body")
+        block = self._expressions.methods.this(node.at, above=True).type
+        assert isinstance(block, BlockType)
+        given = block_arguments(node, block, self._scope)
+        types = {pin.name: pin.type for pin in block.variables if pin.section == "VAR_INPUT"}
+        inputs = tuple(
+            (name, self._expressions.check(given[name.upper()].value, kind))
+            for name, kind in types.items()
+            if name.upper() in given
+        )
+        return t.CallBase(block, inputs, node.at)
+
     def _instance(self, node: s.CallStatement) -> t.Variable:
         callee = node.callee
         if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
@@ -240,6 +369,8 @@ class _BlockCalls:
                 raise self._scope.error(
                     f"{callee.text} is a type of block", callee.at, "declare and call an instance"
                 )
+            if callee.key in self._scope.declarations.broken:
+                raise ConsequenceError(f"{callee.text} has an error")
             if self._scope.registry.is_standard(callee.key) or pou is not None:
                 raise self._scope.error(
                     f"the result of {callee.text} is not used", callee.at, "assign it"
@@ -253,23 +384,23 @@ class _BlockCalls:
 
     def _in_out(self, argument: s.Argument, pin: Variable, block: BlockType) -> t.Variable:
         value = argument.value
-        if not isinstance(value, (s.Name, s.Field, s.Index)):
+        if not isinstance(value, PLACES):
             raise self._scope.error(
                 f"the VAR_IN_OUT {pin.name} of {block.name} needs a variable", argument.at
             )
-        found = self.target(value)
-        if found.type != pin.type:
+        objects, is_block = self._scope.declarations.objects, isinstance(pin.type, BlockType)
+        found = self._expressions.variable(value) if is_block else self._expressions.writable(value)
+        below = is_block and objects.is_a(found.type, pin.type)
+        if found.type != pin.type and not same_text(found.type, pin.type) and not below:
             raise self._scope.error(
                 f"{pin.name} of {block.name} needs a {describe(pin.type)},"
                 f" not a {describe(found.type)}",
                 argument.at,
             )
         part: t.Variable = found
-        while not isinstance(part, t.Use):
+        while isinstance(part, (t.Member, t.Index)):
             if isinstance(part.base.type, BlockType):
-                raise self._scope.error(
-                    f"a pin of a block cannot be passed to the VAR_IN_OUT {pin.name}", argument.at
-                )
+                self._scope.note("pins as VAR_IN_OUT", argument.at)
             part = part.base
         return found
 
@@ -280,7 +411,8 @@ class _BlockCalls:
         reached = self._scope.declarations.externals(block)
         for position, (name, variable) in enumerate(in_outs):
             root = _path(variable)[0]
-            assert isinstance(root, t.Symbol)
+            if not isinstance(root, t.Symbol):
+                continue
             if root.section == "VAR_EXTERNAL" and root.name.upper() in reached:
                 raise self._scope.error(
                     f"{block.name} also uses the global variable {root.name} itself", node.at
@@ -301,14 +433,21 @@ class _BlockCalls:
                 argument.at,
                 f"it has {', '.join(outputs)}",
             )
-        assert isinstance(argument.value, (s.Name, s.Field, s.Index))
-        found = self.target(argument.value)
-        if found.type != pin.type:
+        assert isinstance(argument.value, PLACES)
+        found = self._expressions.writable(argument.value)
+        if found.type != pin.type and not same_text(found.type, pin.type):
             raise self._scope.error(
                 f"{pin.name} is a {describe(pin.type)}, its target a {describe(found.type)}",
                 argument.at,
             )
         return pin.name, found
+
+
+def root_of(variable: t.Variable) -> t.Symbol | None:
+    """The declared variable that something is part of; None behind a pointer or a call."""
+    while isinstance(variable, (t.Member, t.Index)):
+        variable = variable.base
+    return variable.symbol if isinstance(variable, t.Use) else None
 
 
 def _path(variable: t.Variable) -> list[object]:
@@ -317,6 +456,8 @@ def _path(variable: t.Variable) -> list[object]:
         return [variable.symbol]
     if isinstance(variable, t.Member):
         return [*_path(variable.base), variable.name]
+    if not isinstance(variable, t.Index):
+        return [object()]  # What a pointer leads to is not known before.
     indices = variable.indices
     known = all(isinstance(index, t.Constant) for index in indices)
     step = tuple(index.value for index in indices if isinstance(index, t.Constant))

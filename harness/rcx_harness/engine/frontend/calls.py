@@ -5,43 +5,66 @@ from __future__ import annotations
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.declare import Scope
-from rcx_harness.engine.frontend.standard import Signature
+from rcx_harness.engine.frontend.standard import Signature, pin_name
 from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["block_arguments", "function_arguments", "pin_of", "standard_arguments"]
 
 
-def function_arguments(node: s.Call, pou: t.Pou, scope: Scope) -> dict[str, s.Argument]:
-    """The arguments of a function of the sources by upper-case name of its input.
+def function_arguments(
+    node: s.Call, pou: t.Pou, scope: Scope
+) -> tuple[dict[str, s.Argument], dict[str, s.Argument]]:
+    """The arguments of a function of the sources by the name of their pin.
+
+    Returns:
+        Those of its VAR_INPUT and VAR_IN_OUT by upper-case name, and where outputs are sent to by
+        their name as declared.
 
     Raises:
         InputError: arguments that do not fit.
     """
-    inputs = pou.section("VAR_INPUT")
+    pins = [one for one in pou.symbols.values() if one.section in ("VAR_INPUT", "VAR_IN_OUT")]
     given: dict[str, s.Argument] = {}
-    named = _are_named(node, scope)
-    if not named and len(node.arguments) != len(inputs):
-        raise scope.error(
-            f"{pou.name} takes {len(inputs)} arguments, not {len(node.arguments)}", node.at
-        )
-    for position, argument in enumerate(node.arguments):
-        key = argument.name.key if argument.name else inputs[position].name.upper()
-        if key not in (symbol.name.upper() for symbol in inputs) or argument.output:
+    sent: dict[str, s.Argument] = {}
+    outputs = {one.name.upper(): one for one in pou.section("VAR_OUTPUT")}
+    every = [*pins, *outputs.values()]
+    unnamed = [one for one in node.arguments if one.name is None]
+    _are_named(node, scope, mixed=True)
+    if len(unnamed) > len(every) or (pins and not node.arguments):
+        message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
+        raise scope.error(message, node.at)
+    for symbol, argument in zip(every, unnamed, strict=False):
+        if symbol.section == "VAR_OUTPUT":
+            sent[symbol.name] = argument
+        else:
+            given[symbol.name.upper()] = argument
+    for argument in node.arguments:
+        if argument.name is None:
+            continue
+        key = argument.name.key
+        if argument.output and key in outputs:
+            sent[outputs[key].name] = argument
+            continue
+        if key not in (symbol.name.upper() for symbol in pins) or argument.output:
             raise scope.error(
                 f"{pou.name} has no input {key}",
                 argument.at,
-                f"it has {', '.join(symbol.name for symbol in inputs)}",
+                f"it has {', '.join(symbol.name for symbol in pins)}",
             )
-        if key in given and argument.name is not None:
+        if key in given:
             raise scope.error(f"{argument.name.text} is given twice", argument.at)
         given[key] = argument
-    for symbol in inputs:
+    if unnamed and len(given) < len(pins):
+        scope.note("inputs of a function left out", node.at)
+    for symbol in pins:
         scalar = isinstance(symbol.type, (ElementaryType, EnumType))
-        if not scalar and symbol.name.upper() not in given:
+        if symbol.name.upper() in given:
+            continue
+        if not scalar or symbol.section == "VAR_IN_OUT":
             message = f"the input {symbol.name} of {pou.name} is missing"
             raise scope.error(message, node.at)
-    return given
+    return given, sent
 
 
 def standard_arguments(
@@ -67,12 +90,31 @@ def standard_arguments(
     named = [argument for argument in node.arguments if argument.name is not None]
     if not named:
         return list(zip(node.arguments, pins, strict=True))
-    given = {argument.name.key: argument for argument in named if argument.name}
+    names = [name for name, _ in pins]
+    given = {}
+    for argument in named:
+        assert argument.name is not None
+        key = argument.name.key
+        if key not in names and key in _PIN_NAMES:
+            scope.note("another name of a pin", argument.at, f"{key} is {_PIN_NAMES[key]}")
+            key = _PIN_NAMES[key]
+        given[key] = argument
     if len(given) != len(pins) or set(given) != {name for name, _ in pins}:
         raise scope.error(
             f"{node.function.text} needs {', '.join(name for name, _ in pins)}", node.at
         )
     return [(given[name], (name, kind)) for name, kind in pins]
+
+
+#: What CODESYS and TwinCAT call the pins of the functions of texts.
+_PIN_NAMES = {
+    "STR": "IN",
+    "SIZE": "L",
+    "LEN": "L",
+    "POS": "P",
+    "STR1": "IN1",
+    "STR2": "IN2",
+}
 
 
 def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> dict[str, s.Argument]:
@@ -95,7 +137,9 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
     sent: set[str] = set()
     for argument in node.arguments:
         assert argument.name is not None
-        key = argument.name.key
+        key = pin_name(block, argument.name.key)
+        if key != argument.name.key:
+            scope.note("another name of a pin", argument.at, f"{argument.name.key} is {key}")
         known = key in (pin.name.upper() for pin in pins)
         if not argument.output and not known:
             raise _no_pin(block, argument.name, pins, scope)
@@ -108,15 +152,20 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
     return given
 
 
-def _are_named(node: s.Call | s.CallStatement, scope: Scope) -> bool:
-    named = [argument for argument in node.arguments if argument.name is not None]
-    if named and len(named) != len(node.arguments):
-        raise scope.error("named and positional arguments are mixed", node.at)
-    return bool(named)
+def _are_named(node: s.Call | s.CallStatement, scope: Scope, *, mixed: bool = False) -> bool:
+    """Whether the arguments are named; with `mixed` the first ones need not be."""
+    named = [argument.name is not None for argument in node.arguments]
+    if any(named) and not all(named):
+        if not mixed or named != sorted(named):
+            raise scope.error("named and positional arguments are mixed", node.at)
+        scope.note("named and positional arguments together", node.at)
+    return any(named)
 
 
 def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) -> InputError:
     pin = pin_of(block, name.text)
+    if name.key in ("EN", "ENO"):
+        return scope.error(f"{name.key} is not supported (enable pins)", name.at, "use IF")
     if pin is not None and pin.section == "VAR_OUTPUT":
         hint = f"write {pin.name} => variable"
     else:
@@ -126,4 +175,5 @@ def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) 
 
 def pin_of(block: BlockType, name: str) -> Variable | None:
     """The variable of a block by its name, without case."""
-    return next((pin for pin in block.variables if pin.name.upper() == name.upper()), None)
+    key = pin_name(block, name)
+    return next((pin for pin in block.variables if pin.name.upper() == key), None)

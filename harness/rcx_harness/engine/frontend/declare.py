@@ -1,48 +1,55 @@
-"""Resolves types and the variables of POUs: names become types, initial values are complete."""
+"""Declares the variables of POUs, and the global ones."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from ctypes import c_float
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.constants import constant, integer
+from rcx_harness.engine.frontend.inherit import Inheritance
 from rcx_harness.engine.frontend.registry import Declared, Registry
-from rcx_harness.engine.frontend.scalars import ANY_REAL, ELEMENTARY, WIDTH
-from rcx_harness.engine.frontend.standard import BLOCKS, UNSUPPORTED
+from rcx_harness.engine.frontend.resolve import Types, has_block
+from rcx_harness.engine.frontend.scalars import WIDTH
 from rcx_harness.engine.frontend.tree import Pou, Symbol
-from rcx_harness.engine.frontend.values import array_length, describe
+from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import (
-    ArrayType,
     BlockType,
     ElementaryType,
-    EnumType,
-    StructType,
+    InterfaceType,
+    ReferenceType,
     Type,
     Variable,
 )
 from rcx_harness.errors import InputError
 
-__all__ = ["Declarations", "Scope", "default_scalar"]
+__all__ = ["Declarations", "Scope"]
 
+#: Sections that are portable in each kind of POU, and those that it may have besides.
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
     "FUNCTION_BLOCK": (
         *("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL"),
     ),
     "PROGRAM": ("VAR", "VAR_TEMP", "VAR_EXTERNAL"),
+    "METHOD": ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_INST"),
     "CONFIGURATION": ("VAR_GLOBAL",),
+}
+_ALSO = {
+    "FUNCTION": ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT"),
+    "FUNCTION_BLOCK": ("VAR_STAT",),
+    "PROGRAM": ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_STAT"),
+    "CONFIGURATION": (),
+    "METHOD": ("VAR_STAT",),
 }
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+(?:\.\d+)*)", re.IGNORECASE)
 _ADDRESS_BITS = {"": 1, "X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
-_MAX_ELEMENTS = 1_000_000
+#: What tells the globals of a list from those of another with the same name.
+_JOINT = "__"
 
 
-class Declarations:
-    """The resolved declarations of a project, filled in dependency order.
+class Declarations(Types):
+    """The resolved declarations of a project.
 
     Args:
         registry: All names.
@@ -50,180 +57,24 @@ class Declarations:
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
-        self._registry = registry
-        self._report = report
-        self.types: dict[str, Type] = {}
-        self.initial: dict[str, Any] = {}
-        self.blocks: dict[str, BlockType] = {}
-        self.pous: dict[str, Pou] = {}
-        self.globals: dict[str, Symbol] = {}
+        super().__init__(registry, report)
+        self.broken: set[str] = set()
+        """Upper-case names of variables whose declaration has an error."""
+        self.qualified: set[str] = set()
+        """Keys of globals that have to be named with their list."""
         self._addresses: dict[str, Type] = {}
+        self._external: list[tuple[s.VarDecl, Type, Declared]] = []
+        self.inheritance = Inheritance(self, report)
+        self.objects = self.inheritance.objects
 
-    # --- types ---
+    def is_known(self, key: str) -> bool:
+        """Whether the sources declare a type, POU or interface of this upper-case name."""
+        registry = self.registry
+        return key in registry.types or key in registry.pous or key in registry.interfaces
 
-    def add_type(self, node: s.TypeDecl, where: Declared) -> None:
-        """Resolve one type of a TYPE … END_TYPE."""
-        try:
-            kind, initial = self._named_type(node, where)
-            if node.initial is not None:
-                initial = self.initial_value(node.initial, kind, where, initial)
-        except InputError as error:
-            self._report(error)
-            return
-        self.types[node.name.key] = kind
-        self.initial[node.name.key] = initial
-
-    def _named_type(self, node: s.TypeDecl, where: Declared) -> tuple[Type, Any]:
-        spec, name = node.spec, node.name.text
-        if isinstance(spec, s.EnumSpec):
-            return self._enumeration(name, spec, where)
-        if isinstance(spec, s.StructSpec):
-            return self._structure(name, spec, where)
-        if isinstance(spec, s.ArraySpec):
-            return self._array(name, spec, where)
-        kind, initial = self.resolve(spec, where)
-        if isinstance(kind, BlockType):
-            raise where.error(f"{spec.name.text} is a block, not a data type", spec.at)
-        return kind, initial
-
-    def _enumeration(self, name: str, spec: s.EnumSpec, where: Declared) -> tuple[Type, Any]:
-        if spec.explicit:
-            raise where.error(
-                "enumeration members with a value are not supported", spec.at, "remove the values"
-            )
-        seen: set[str] = set()
-        for member in spec.members:
-            if member.key in seen:
-                raise where.error(f"{member.text} is a member twice", member.at)
-            if self._registry.is_standard(member.key):
-                raise where.error(f"{member.text} is the name of a standard element", member.at)
-            if member.key in self._registry.types or member.key in self._registry.pous:
-                raise where.error(f"{member.text} is also a type, function or block", member.at)
-            seen.add(member.key)
-        return EnumType(name, tuple(member.text for member in spec.members)), 0
-
-    def _structure(self, name: str, spec: s.StructSpec, where: Declared) -> tuple[Type, Any]:
-        fields: list[tuple[str, Type]] = []
-        values: dict[str, Any] = {}
-        for declaration in spec.fields:
-            kind, initial = self._data_type(declaration.spec, where)
-            if declaration.initial is not None:
-                initial = self.initial_value(declaration.initial, kind, where, initial)
-            for field in declaration.names:
-                if field.key in (known.upper() for known, _ in fields):
-                    raise where.error(f"{field.text} is a field twice", field.at)
-                fields.append((field.text, kind))
-                values[field.text] = initial
-        return StructType(name, tuple(fields)), values
-
-    def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
-        bounds = []
-        for dimension in spec.dimensions:
-            low, high = integer(dimension.low, where), integer(dimension.high, where)
-            if low > high:
-                raise where.error(f"the bounds {low}..{high} are empty", dimension.at)
-            bounds.append((low, high))
-        element, initial = self._data_type(spec.element, where)
-        kind = ArrayType(name, tuple(bounds), element)
-        if array_length(kind) > _MAX_ELEMENTS:
-            raise where.error(f"more than {_MAX_ELEMENTS} elements are not supported", spec.at)
-        return kind, [initial] * array_length(kind)
-
-    def _data_type(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any]:
-        """A type that can be a field or element."""
-        kind, initial = self.resolve(spec, where)
-        if isinstance(kind, BlockType):
-            raise where.error(
-                "blocks in structures and arrays are not supported",
-                spec.at,
-                "declare each block as a variable of its own",
-            )
-        return kind, initial
-
-    def resolve(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any]:
-        """The type that a specification names, and its initial value.
-
-        Raises:
-            InputError: no such type, or one that is not supported.
-        """
-        if isinstance(spec, s.ArraySpec):
-            return self._array("", spec, where)
-        if not isinstance(spec, s.NamedSpec):
-            raise where.error(
-                "a structure or enumeration without a name", spec.at, "declare it in a TYPE"
-            )
-        name, key = spec.name.text, spec.name.key
-        if spec.extra:
-            hint = f"write plain {name}"
-            raise where.error(f"{name} with {spec.extra} is not supported", spec.at, hint)
-        if key in ELEMENTARY:
-            kind = ELEMENTARY[key]
-            return kind, default_scalar(kind)
-        if key in self.types:
-            return self.types[key], self.initial[key]
-        if key in BLOCKS:
-            self.blocks.setdefault(key, BLOCKS[key])
-            return BLOCKS[key], None
-        if key in UNSUPPORTED:
-            raise where.error(f"the block {name} is not supported", spec.at)
-        declared = self._registry.pous.get(key)
-        if declared is not None and isinstance(declared.node, s.Pou):
-            if declared.node.kind != "FUNCTION_BLOCK":
-                raise where.error(f"{name} is a {declared.node.kind}, not a type", spec.at)
-            if key in self.blocks:
-                return self.blocks[key], None
-        if key in self._registry.types or declared is not None:
-            raise where.error(f"the declaration of {name} has an error", spec.at)
-        raise where.error(
-            f"there is no type {name}", spec.at, "name its file too, or look at the spelling"
-        )
-
-    # --- initial values ---
-
-    def initial_value(self, node: s.Init, kind: Type, where: Declared, default: Any) -> Any:
-        """A complete initial value: a scalar, a flat list, or a dict by declared field name.
-
-        Args:
-            node: What the source says.
-            kind: Type of the variable.
-            where: Its declaration, for messages.
-            default: The value where the source leaves something out.
-
-        Raises:
-            InputError: not constant, or not of the type.
-        """
-        if isinstance(kind, (ElementaryType, EnumType)):
-            if isinstance(node, (s.ArrayInit, s.StructInit)):
-                raise where.error(f"a {describe(kind)} needs a single value", node.at)
-            value = constant(node, kind, self.types, where).value
-            return c_float(float(value)).value if kind.name == "REAL" else value
-        if isinstance(kind, ArrayType) and isinstance(node, s.ArrayInit):
-            values = list(default)
-            items = self._items(node, kind, where)
-            if len(items) > len(values):
-                raise where.error(f"{len(items)} values for {len(values)} elements", node.at)
-            for position, item in enumerate(items):
-                values[position] = self.initial_value(item, kind.element, where, values[position])
-            return values
-        if isinstance(kind, StructType) and isinstance(node, s.StructInit):
-            known = {name.upper(): (name, field) for name, field in kind.fields}
-            result = dict(default)
-            for field, item in node.fields:
-                if field.key not in known:
-                    raise where.error(f"{kind.name} has no field {field.text}", field.at)
-                name, field_type = known[field.key]
-                result[name] = self.initial_value(item, field_type, where, result[name])
-            return result
-        raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
-
-    def _items(self, node: s.ArrayInit, kind: ArrayType, where: Declared) -> list[s.Init]:
-        items: list[s.Init] = []
-        for count, item in node.items:
-            times = 1 if count is None else integer(count, where)
-            if times > array_length(kind):
-                raise where.error(f"{times} values are more than the array holds", node.at)
-            items += [item] * times
-        return items
+    def where(self, key: str) -> Declared:
+        """The declaration of a POU."""
+        return self.registry.pous[key]
 
     # --- variables ---
 
@@ -240,94 +91,211 @@ class Declarations:
     def add_pou(self, node: s.Pou, where: Declared) -> None:
         """Resolve the interface and the variables of a POU; its body stays empty."""
         symbols: dict[str, Symbol] = {}
+        self.local = symbols
+        self.sections = [(section, where) for section in node.sections]
+        try:
+            symbols.update(self.inheritance.base_symbols(node, where))
+        except InputError as error:
+            self._report(error)
         for section in node.sections:
             self.add_section(section, node.kind, symbols, where)
+        symbols.update(self.inheritance.instance_symbols(node, where))
         result = None
         if node.result is not None:
             try:
-                kind, initial = self._data_type(node.result, where)
+                kind, initial = self.resolve(node.result, where, "result")
+                if has_block(kind):
+                    raise where.error("a block cannot be a result", node.result.at)
                 result = Symbol(node.name.text, kind, "RESULT", node.result.at, initial)
             except InputError as error:
                 self._report(error)
-        if node.kind == "FUNCTION" and not any(
-            symbol.section == "VAR_INPUT" for symbol in symbols.values()
-        ):
-            self._report(where.error(f"{node.name.text} has no VAR_INPUT", node.name.at))
-        pou = Pou(node.kind, node.name.text, str(where.file), symbols, result=result)
+                self.broken.add(node.name.key)
+        for action in node.actions:
+            hint = "write a METHOD, or a block of its own"
+            self._report(where.error("ACTION is not supported", action.at, hint))
+        if node.kind == "FUNCTION":
+            self._note_function(symbols.values(), where)
+        self.local, self.sections = {}, []
+        file = str(where.file)
+        pou = Pou(node.kind, node.name.text, file, symbols, result=result, words=node.words)
         if node.kind != "FUNCTION":
             pou.block = BlockType(
                 node.name.text,
                 tuple(
                     Variable(symbol.name, symbol.type, symbol.section, symbol.address)
                     for symbol in symbols.values()
-                    if symbol.section != "VAR_TEMP"
+                    if symbol.section != "VAR_TEMP" and "." not in symbol.name
                 ),
             )
             self.blocks[node.name.key] = pou.block
+            self.inheritance.add(node, where)
         self.pous[node.name.key] = pou
+
+    def _note_function(self, symbols: Iterable[Symbol], where: Declared) -> None:
+        sections = {symbol.section for symbol in symbols}
+        if "VAR_INPUT" not in sections:
+            where.note("a function without VAR_INPUT", where.node.name.at)
+        if sections & {"VAR_OUTPUT", "VAR_IN_OUT"}:
+            where.note("a function with VAR_OUTPUT or VAR_IN_OUT", where.node.name.at)
+        if any(has_block(symbol.type) for symbol in symbols):
+            where.note("a block in a function", where.node.name.at)
+
+    def add_globals(self) -> None:
+        """Declare the global variables, of the CONFIGURATION and of lists; then VAR_EXTERNAL."""
+        configuration = self.registry.configuration
+        if configuration is not None and isinstance(configuration.node, s.Configuration):
+            for section in configuration.node.globals:
+                self.add_section(section, "CONFIGURATION", self.globals, configuration)
+        for declared in self.registry.lists:
+            node = declared.node
+            assert isinstance(node, s.GlobalList)
+            found: dict[str, Symbol] = {}
+            known = self.lists.setdefault(node.name.key, {})
+            self.local = found
+            self.add_section(node.section, "CONFIGURATION", found, declared)
+            self.local, self.sections = {}, []
+            for key, symbol in found.items():
+                if key in known:
+                    self._report(declared.error(f"{symbol.name} is declared twice", symbol.at))
+                    continue
+                known[key] = key if key not in self.globals else f"{node.name.key}{_JOINT}{key}"
+                if node.qualified:
+                    self.qualified.add(known[key])
+                if known[key] != key:
+                    symbol = replace(symbol, name=f"{node.name.text}{_JOINT}{symbol.name}")
+                self.globals[known[key]] = symbol
+        for variable, kind, where in self._external:
+            try:
+                self._check_external(variable, kind, where)
+            except InputError as error:
+                self._report(error)
+
+    def global_symbol(self, key: str, local: str = "") -> Symbol | None:
+        """What a POU sees of a global variable, as if VAR_EXTERNAL had declared it."""
+        found = self.globals.get(key)
+        if found is None:
+            return None
+        return Symbol(
+            local or found.name,
+            found.type,
+            "VAR_EXTERNAL",
+            found.at,
+            found.initial,
+            found.constant,
+            source=key,
+        )
 
     def add_section(
         self, section: s.Section, kind: str, symbols: dict[str, Symbol], where: Declared
     ) -> None:
         """Add the variables of a section to `symbols`, reporting what is wrong with them."""
         if section.kind not in _SECTIONS[kind]:
-            self._report(where.error(f"{section.kind} is not supported in a {kind}", section.at))
-            return
+            if section.kind not in _ALSO[kind]:
+                message = f"{section.kind} is not supported in a {kind}"
+                self._report(where.error(message, section.at))
+                return
+            where.note("a section in another place", section.at)
         for declaration in section.variables:
             try:
                 for symbol in self._variables(declaration, section, kind, where):
                     key = symbol.name.upper()
-                    clash = self._registry.variable_clash(key)
-                    if clash:
-                        raise where.error(
-                            f"{symbol.name} {clash}", symbol.at, "choose another name"
-                        )
+                    if self.registry.variable_clash(key):
+                        where.note("a variable called as something else", symbol.at)
                     if key in symbols:
                         raise where.error(f"{symbol.name} is declared twice", symbol.at)
                     symbols[key] = symbol
             except InputError as error:
                 self._report(error)
+                self.broken.update(name.key for name in declaration.names)
 
     def _variables(
         self, node: s.VarDecl, section: s.Section, pou: str, where: Declared
     ) -> list[Symbol]:
-        kind, initial = self.resolve(node.spec, where)
+        owner = node.names[0].text
+        kind, initial = self.resolve(node.spec, where, owner)
         constant_section = section.qualifier == "CONSTANT"
-        if isinstance(kind, BlockType) and (
-            section.kind != "VAR" or pou == "FUNCTION" or constant_section
-        ):
-            raise where.error(
-                f"a block cannot stand in {section.kind} of a {pou}",
-                node.at,
-                "declare it in VAR of a FUNCTION_BLOCK or PROGRAM",
-            )
-        if node.initial is not None:
-            if isinstance(kind, BlockType) or section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
+        if constant_section and section.kind == "VAR_IN_OUT":
+            # What cannot be written may as well be an input; a block stays where it is.
+            where.note("VAR_IN_OUT CONSTANT", section.at)
+            constant_section = False
+            section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
+        if has_block(kind):
+            self._check_block(node, section, pou, constant_section, where)
+        held = isinstance(kind, (ReferenceType, InterfaceType)) and pou != "CONFIGURATION"
+        if node.initial is not None and not held:
+            if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
                 raise where.error("an initial value is not possible here", node.at)
             initial = self.initial_value(node.initial, kind, where, initial)
+        started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
+        if started:
+            where.note("arguments of FB_init", node.spec.at)
+        if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
+            raise where.error(
+                "FB_init takes arguments in VAR of a block or program only",
+                node.spec.at,
+                "declare the block there, as a variable of its own",
+            )
         if section.kind == "VAR_EXTERNAL":
-            self._check_external(node, kind, where)
+            self._external.append((node, kind, where))
         address = None
         if node.address is not None:
             address = self._address(node, kind, section, pou, where)
-        return [
-            Symbol(name.text, kind, section.kind, name.at, initial, constant_section, address)
+        found = [
+            Symbol(
+                name.text,
+                kind,
+                section.kind,
+                name.at,
+                initial,
+                constant_section,
+                address,
+                started=started,
+            )
             for name in node.names
         ]
+        if section.kind == "VAR_STAT":
+            return [self._static(symbol, where) for symbol in found]
+        return found
+
+    def _check_block(
+        self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared
+    ) -> None:
+        if constant and section.kind != "VAR_IN_OUT":
+            raise where.error(
+                f"a block cannot stand in {section.kind} CONSTANT of a {pou}",
+                node.at,
+                "declare it without CONSTANT",
+            )
+        if section.kind not in ("VAR", "VAR_EXTERNAL"):
+            where.note("a block in another section than VAR", node.at)
+
+    def _static(self, symbol: Symbol, where: Declared) -> Symbol:
+        """A variable that all instances of its POU share: a global one with a name of its own."""
+        key = f"{where.node.name.key}{_JOINT}{symbol.name.upper()}"
+        name = f"{where.node.name.text}{_JOINT}{symbol.name}"
+        self.globals[key] = replace(symbol, name=name, section="VAR_GLOBAL")
+        found = self.global_symbol(key, symbol.name)
+        assert found is not None
+        return found
 
     def _check_external(self, node: s.VarDecl, kind: Type, where: Declared) -> None:
         for name in node.names:
             found = self.globals.get(name.key)
             if found is None:
+                if name.key in self.broken:
+                    continue
                 raise where.error(f"there is no global variable {name.text}", name.at)
             if found.type != kind:
                 raise where.error(f"the global {name.text} is a {describe(found.type)}", name.at)
 
     def _address(
         self, node: s.VarDecl, kind: Type, section: s.Section, pou: str, where: Declared
-    ) -> str:
+    ) -> str | None:
         assert node.address is not None
         text = node.address.text.upper()
+        if text.endswith("*"):
+            where.note("an incomplete address", node.address.at)
+            return None
         parts = _ADDRESS.fullmatch(text)
         if parts is None:
             raise where.error(
@@ -367,22 +335,47 @@ class Scope:
         """An error in this POU's file."""
         return self.where.error(message, at, hint)
 
+    def note(self, construct: str, at: s.Position, detail: str = "") -> None:
+        """Note a construct beyond the portable subset; `detail` says what it is here."""
+        self.where.note(construct, at, detail)
+
     def symbol(self, key: str) -> Symbol | None:
-        """The variable of this upper-case name, a function's result included."""
+        """The variable of this upper-case name, a function's result and globals included."""
+        found = self.pou.symbols.get(key)
+        if found is not None:
+            return found
         result = self.pou.result
         if result is not None and result.name.upper() == key:
             return result
-        return self.pou.symbols.get(key)
+        if self.pou.owner is not None:
+            found = self.pou.owner.symbols.get(key)
+            if found is not None and found.section != "VAR_TEMP":
+                return found
+        declarations = self.declarations
+        if key in declarations.globals and key not in declarations.qualified:
+            return self._global(key, self.where.node.at)
+        return None
+
+    @property
+    def block(self) -> Pou | None:
+        """The block that a body or method belongs to; None in a function."""
+        pou = self.pou.owner or self.pou
+        return pou if pou.block is not None else None
+
+    def listed(self, name: str, key: str, at: s.Position) -> Symbol | None:
+        """A variable of a list of globals, by upper-case names."""
+        found = self.declarations.lists.get(name, {}).get(key)
+        return None if found is None else self._global(found, at)
+
+    def _global(self, key: str, at: s.Position) -> Symbol:
+        self.note("a global without VAR_EXTERNAL", at)
+        known = self.pou.symbols.get(f" {key}")
+        if known is None:
+            known = self.declarations.global_symbol(key)
+            assert known is not None
+            self.pou.symbols[f" {key}"] = known  # no name of the source begins with a blank
+        return known
 
 
 def _bits(kind: ElementaryType) -> int:
     return {"BOOL": 1, "REAL": 32, "LREAL": 64, **WIDTH}.get(kind.name, 0)
-
-
-def default_scalar(kind: ElementaryType) -> bool | int | float | str:
-    """The initial value the standard gives a type: 0, FALSE or the empty string."""
-    if kind.name == "BOOL":
-        return False
-    if kind.name == "STRING":
-        return ""
-    return 0.0 if kind.name in ANY_REAL else 0

@@ -1,4 +1,8 @@
-"""Checks expressions and gives each its type; nothing is ever converted silently."""
+"""Checks expressions and gives each its type.
+
+What converts by itself (`widening`) is made explicit: the tree has a call of the conversion there,
+and it is noted as not portable.
+"""
 
 from __future__ import annotations
 
@@ -9,27 +13,39 @@ from collections.abc import Iterable
 from rcx_harness.engine.compiling import MOST_OPERATORS
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.calls import function_arguments, standard_arguments
+from rcx_harness.engine.frontend.calls import pin_of
 from rcx_harness.engine.frontend.constants import adapt, literal, member
 from rcx_harness.engine.frontend.declare import Scope
+from rcx_harness.engine.frontend.functions import Functions, group
+from rcx_harness.engine.frontend.methods import Methods
+from rcx_harness.engine.frontend.operators import COMPARISONS, LOGIC, Operators
+from rcx_harness.engine.frontend.references import PLACES, References
+from rcx_harness.engine.frontend.resolve import ConsequenceError
 from rcx_harness.engine.frontend.scalars import (
     ANY_BIT,
-    ANY_DATE,
     ANY_INT,
-    ANY_NUM,
     ANY_REAL,
     BOOL,
     ELEMENTARY,
-    SIGNED,
-    TIME,
+    LREAL,
+    MOMENTS,
+    WIDTH,
+    string_length,
 )
-from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, Signature, conversion
+from rcx_harness.engine.frontend.standard import convertible, pin_name
 from rcx_harness.engine.frontend.values import describe
+from rcx_harness.engine.frontend.widening import (
+    BITS_OF,
+    converted,
+    widening,
+)
 from rcx_harness.engine.types import (
     ArrayType,
     BlockType,
     ElementaryType,
     EnumType,
+    InterfaceType,
+    ReferenceType,
     StructType,
     Type,
 )
@@ -37,37 +53,10 @@ from rcx_harness.errors import InputError
 
 __all__ = ["Expressions", "group"]
 
-_COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
-_LOGIC = ("AND", "OR", "XOR")
-#: Standard functions that are operators, and the time functions written as such.
-_OPERATORS = {
-    "ADD": "+",
-    "SUB": "-",
-    "MUL": "*",
-    "DIV": "/",
-    "MOD": "MOD",
-    "EXPT": "**",
-    "AND": "AND",
-    "OR": "OR",
-    "XOR": "XOR",
-    "GT": ">",
-    "GE": ">=",
-    "EQ": "=",
-    "LE": "<=",
-    "LT": "<",
-    "NE": "<>",
-    "ADD_TIME": "+",
-    "SUB_TIME": "-",
-    "MULTIME": "*",
-    "DIVTIME": "/",
-}
+#: The type of a part of a bit string.
+_PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 #: No type holds so much, nor half of it on the way to a smaller result.
 _LARGEST = 1 << 128
-
-
-def group(kind: Type | None) -> str:
-    """Name of an elementary type; empty for every other type."""
-    return kind.name if isinstance(kind, ElementaryType) else ""
 
 
 class Expressions:
@@ -84,45 +73,218 @@ class Expressions:
         self._folded: dict[int, t.Constant | None] = {}
         self._checked: dict[tuple[int, str], t.Expression] = {}
         self._depth = 0
+        self.functions = Functions(self)
+        self.references = References(self)
+        self.methods = Methods(self)
+        self.operators = Operators(self)
 
     # --- variables ---
 
     def variable(self, node: s.Variable) -> t.Variable:
-        """Resolve a variable, member or element.
+        """Resolve a variable, member or element; a reference is what it refers to.
 
         Raises:
             InputError: undeclared, no such member, or a wrong index.
         """
+        return self.references.followed(self.place(node))
+
+    def place(self, node: s.Variable) -> t.Variable:
+        """The same of which a reference is the reference itself."""
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
-            if symbol is None:
-                raise self._undeclared(node)
-            return t.Use(symbol, symbol.type)
-        base = self.variable(node.base)
+            if symbol is not None:
+                return t.Use(symbol, symbol.type)
+            if self.methods.is_own_property(node.key):
+                return self.methods.own_property(node)
+            raise self._undeclared(node)
+        if isinstance(node, s.This):
+            return self.methods.this(node.at, above=node.above)
+        if isinstance(node, s.Dereference):
+            return self.references.deref(node)
+        if isinstance(node, s.Field):
+            plain = self.methods.bare(node)
+            if isinstance(plain, s.Name):
+                return self.place(plain)
+            listed = self._listed(node) or self.methods.symbol_of_this(node)
+            if listed is not None:
+                return listed
+        if isinstance(node, s.Part):
+            raise self.scope.error(
+                "a bit or part of a variable cannot stand here",
+                node.at,
+                "copy it to a variable first",
+            )
+        base = self.base(node.base)
         if isinstance(node, s.Field):
             return self._member(base, node)
+        if isinstance(base.type, ReferenceType):
+            return self.references.element(base, node)
         return self._element(base, node)
 
+    def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
+        """What a member, element or method is of: a variable, or the result of a call."""
+        if isinstance(node, s.Call):
+            self.scope.note("a member of a call's result", node.at)
+            return self.check(node, None)  # type: ignore[return-value]
+        if isinstance(node, s.Invoke):
+            self.scope.note("a member of a call's result", node.at)
+            plain = self.methods.plain_call(node)
+            return self.invoked(node) if plain is None else self.base(plain)
+        return self.variable(node)
+
+    def invoked(self, node: s.Invoke) -> t.Variable:
+        """A call of a method.
+
+        Raises:
+            InputError: it is none.
+        """
+        call = self.methods.call(node)
+        if call is None:
+            hint = "call a block in a statement before"
+            raise self.scope.error("this is no method, and has no value", node.at, hint)
+        return self.references.followed(call)
+
+    def is_variable(self, node: s.Name) -> bool:
+        """Whether a bare name is a variable or a property, and no member of an enumeration."""
+        known = self.scope.symbol(node.key) is not None
+        return known or self.methods.is_own_property(node.key)
+
+    def writable(self, node: s.Variable) -> t.Variable:
+        """A variable that is to be written.
+
+        Raises:
+            InputError: it cannot be written here: a constant, or an output of a block.
+        """
+        known = not isinstance(node, s.Name) or self.scope.symbol(node.key) is not None
+        if isinstance(node, s.Name) and not known and node.key in self.scope.registry.members:
+            raise self.scope.error(f"{node.text} is a member of an enumeration", node.at)
+        found = self.variable(node)
+        part: t.Variable = found
+        while isinstance(part, (t.Member, t.Index)):
+            if isinstance(part, t.Member) and isinstance(part.base.type, BlockType):
+                pin = pin_of(part.base.type, part.name)
+                if pin is not None and pin.section == "VAR":
+                    self.scope.note("a variable of a block that is no pin", node.at)
+                elif pin is None or pin.section != "VAR_INPUT":
+                    raise self.scope.error(
+                        f"{part.name} is an output of {part.base.type.name}", node.at
+                    )
+            part = part.base
+        if isinstance(part, (t.CallFunction, t.CallMethod)):
+            raise self.scope.error(
+                "the result of a call or property cannot be written",
+                node.at,
+                "copy it to a variable, change that, and write it back",
+            )
+        if not isinstance(part, t.Use):
+            return found
+        symbol = part.symbol
+        if symbol.section == "VAR_INPUT":
+            self.scope.note("a written VAR_INPUT", node.at)
+            self.scope.pou.copied.add(symbol.name.upper())
+        external = symbol.section == "VAR_EXTERNAL"
+        key = symbol.source or symbol.name.upper()
+        source = self.scope.declarations.globals.get(key) if external else None
+        if symbol.constant or (source is not None and source.constant):
+            raise self.scope.error(f"{symbol.name} is CONSTANT", node.at)
+        return found
+
+    def _listed(self, node: s.Field) -> t.Use | None:
+        """A variable of a list of globals, named with its list."""
+        if not isinstance(node.base, s.Name) or self.scope.symbol(node.base.key) is not None:
+            return None
+        symbol = self.scope.listed(node.base.key, node.name.key, node.at)
+        return None if symbol is None else t.Use(symbol, symbol.type)
+
+    def member_of(self, node: s.Expression) -> t.Constant | None:
+        """The member of an enumeration that `Colour.RED` stands for; None for anything else.
+
+        Raises:
+            InputError: the enumeration has no such member.
+        """
+        if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
+            return None
+        kind = self.scope.declarations.type_named(node.base.key)
+        if not isinstance(kind, EnumType):
+            return None
+        symbol = self.scope.symbol(node.base.key)
+        if symbol is not None and isinstance(symbol.type, (StructType, BlockType)):
+            return None
+        self.scope.note("a member with the name of its enumeration", node.at)
+        return member(kind, node.name, self.scope.where)
+
+    def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
+        """A bit or part: of which variable, that as a bit string, from which bit on, its type.
+
+        Raises:
+            InputError: the variable has no bits, or not so many.
+        """
+        base = self.variable(node.base)
+        name = group(base.type)
+        if name not in WIDTH:
+            raise self.scope.error(f"a {describe(base.type)} has no bits", node.at)
+        kind = ELEMENTARY[_PARTS[node.size]]
+        size = WIDTH.get(kind.name, 1)
+        if (node.number + 1) * size > WIDTH[name]:
+            raise self.scope.error(f"a {name} has no {kind.name} {node.number}", node.at)
+        return base, self.bits(base), node.number * size, kind
+
+    @staticmethod
+    def bits(value: t.Expression) -> t.Expression:
+        """An integer as a bit string of its width."""
+        name = group(value.type)
+        if name in ANY_BIT:
+            return value
+        kind = ELEMENTARY[BITS_OF[name]]
+        return t.Standard(f"{name}_TO_{kind.name}", (value,), kind)
+
+    def _part(self, node: s.Part) -> t.Expression:
+        _, bits, first, kind = self.part(node)
+        whole = bits.type
+        if kind == BOOL:
+            bit = t.Binary("AND", bits, t.Constant(1 << first, whole, True), whole)
+            return t.Binary("<>", bit, t.Constant(0, whole, True), BOOL)
+        if first:
+            count = t.Constant(first, ELEMENTARY["INT"])
+            bits = t.Standard("SHR", (bits, count), whole)
+        if whole == kind:
+            return bits
+        return t.Standard(f"{group(whole)}_TO_{kind.name}", (bits,), kind)
+
     def _undeclared(self, node: s.Name) -> InputError:
+        if node.key in self.scope.declarations.broken:
+            return ConsequenceError(f"{node.text} is not declared")
         symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
-    def _member(self, base: t.Variable, node: s.Field) -> t.Member:
+    def _member(self, base: t.Variable, node: s.Field) -> t.Variable:
         kind, key = base.type, node.name.key
+        final = isinstance(node.base, s.This) and node.base.above
+        value = self.methods.property(base, node.name, final=final)
+        if value is not None:
+            return value
         if isinstance(kind, StructType):
             for name, field in kind.fields:
                 if name.upper() == key:
                     return t.Member(base, name, field)
             near = _near(key, [name for name, _ in kind.fields])
         elif isinstance(kind, BlockType):
+            if pin_name(kind, key) != key:
+                key = pin_name(kind, key)
+                self.scope.note("another name of a pin", node.name.at, f"{node.name.key} is {key}")
             for pin in kind.variables:
                 if pin.name.upper() == key:
-                    if pin.section not in ("VAR_INPUT", "VAR_OUTPUT"):
+                    if pin.section in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_TEMP"):
                         raise self.scope.error(
                             f"{pin.name} is internal to {kind.name}", node.name.at
                         )
+                    if pin.section == "VAR":
+                        self.scope.note("a variable of a block that is no pin", node.name.at)
                     return t.Member(base, pin.name, pin.type)
-            near = _near(key, [pin.name for pin in kind.variables])
+            near = self.methods.method_hint(kind, key)
+            near = near or _near(key, [pin.name for pin in kind.variables])
+        elif isinstance(kind, InterfaceType):
+            near = self.methods.method_hint(kind, key)
         else:
             raise self.scope.error(f"a {describe(kind)} has no members", node.name.at)
         raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
@@ -139,6 +301,9 @@ class Expressions:
         indices = []
         for index, (low, high) in zip(node.indices, kind.bounds, strict=True):
             index_type = self.infer(index) or ELEMENTARY["DINT"]
+            if group(index_type) in ANY_BIT and group(index_type) != "BOOL":
+                self.scope.note("arithmetic of bit strings", index.at, "an index")
+                index_type = self.operators.number(index_type)
             if group(index_type) not in ANY_INT:
                 raise self.scope.error(
                     f"an index must be an integer, not a {describe(index_type)}", index.at
@@ -161,23 +326,37 @@ class Expressions:
         if isinstance(node, s.Literal):
             found = literal(node, self.scope.declarations.types, self.scope.where)
             return found.type if found.typed else None
-        if isinstance(node, s.Name) and self.scope.symbol(node.key) is None:
+        if isinstance(node, s.Name) and not self.is_variable(node):
             return self._enumeration(node)
-        if isinstance(node, (s.Name, s.Field, s.Index)):
+        if isinstance(node, s.Part):
+            return ELEMENTARY[_PARTS[node.size]]
+        if isinstance(node, s.Field):
+            found_member = self.member_of(node)
+            if found_member is not None:
+                return found_member.type
+        if isinstance(node, s.Invoke):
+            plain = self.methods.plain_call(node)
+            return self.infer(plain) if plain is not None else self.invoked(node).type
+        if isinstance(node, PLACES):
             return self.variable(node).type
         if isinstance(node, s.Unary):
-            return self.infer(node.operand)
+            inner = self.infer(node.operand)
+            return inner if node.op == "NOT" or inner is None else self.operators.number(inner)
         if isinstance(node, s.Call):
-            return self._result_of(node)
-        if node.op in _COMPARISONS:
+            return self._called_type(node)
+        if node.op in COMPARISONS:
             return BOOL
         left = self.infer(node.left)
-        if node.op == "**":
+        if isinstance(left, ReferenceType):
             return left
+        if node.op == "**":
+            return left if left is None or group(left) in ANY_REAL else ELEMENTARY["LREAL"]
         right = self.infer(node.right)
-        if node.op == "-" and left == right and group(left) in ANY_DATE:
-            return TIME
-        return left or right
+        if left is None and right is None:
+            return None
+        if group(left) in MOMENTS or group(right) in MOMENTS:
+            return self.operators.moment_type(node.op, left, right)
+        return self.operators.operand_type(node.op, node.left, node.right, None)
 
     def _enumeration(self, node: s.Name) -> Type | None:
         owners = self.scope.registry.members.get(node.key, [])
@@ -195,6 +374,8 @@ class Expressions:
         Raises:
             InputError: a type that does not fit, an undeclared name and the like.
         """
+        if isinstance(want, (ReferenceType, InterfaceType)):
+            return self.references.wanted(node, want)
         key = id(node), group(want)
         known = self._checked.get(key)
         if known is not None and (want is None or key[1]):
@@ -213,35 +394,117 @@ class Expressions:
                 node.at,
                 "assign parts of it to variables first",
             )
-        found = self._typed(node, want)
-        if isinstance(found.type, BlockType):
+        found = self._numbered(self._typed(node, want), want, node.at)
+        if isinstance(found.type, BlockType) and want is not None and found.type is not want:
             raise self.scope.error(f"a block of type {found.type.name} is no value", node.at)
-        if want is not None and found.type != want:
-            hint = ""
-            if isinstance(want, ElementaryType) and isinstance(found.type, ElementaryType):
-                name = f"{found.type.name}_TO_{want.name}"
-                hint = f"convert it with {name}" if conversion(name) else ""
-            raise self.scope.error(
-                f"a {describe(want)} is expected here, not a {describe(found.type)}", node.at, hint
+        if want is None or found.type == want:
+            return found
+        return self.fitted(found, want, node)
+
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """An expression in the type that is asked for, converted where it widens to that.
+
+        Raises:
+            InputError: it does not.
+        """
+        have = found.type
+        hint = ""
+        if isinstance(want, ElementaryType) and isinstance(have, ElementaryType):
+            if isinstance(found, t.Constant) and isinstance(found.value, str):
+                return adapt(found, want, node.at, self.scope.where)
+            if have.name == want.name:
+                return self._cut(found, have, want)
+            if widening(have.name, want.name) or self._leaves_fit(node, want.name):
+                shown = f"a {describe(have)} where a {describe(want)} is expected"
+                written = f"write {have.name}_TO_{want.name}"
+                self.scope.note("an implicit conversion", node.at, f"{shown}: {written}")
+                return self.converted(found, want)
+            name = f"{have.name}_TO_{want.name}"
+            hint = f"convert it with {name}" if convertible(have.name, want.name) else ""
+        raise self.scope.error(
+            f"a {describe(want)} is expected here, not a {describe(have)}", node.at, hint
+        )
+
+    def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
+        """The call of a conversion, or the constant that it gives."""
+        have = found.type
+        assert isinstance(have, ElementaryType)
+        if have == want:
+            return found
+        if isinstance(found, t.Constant) and widening(have.name, want.name):
+            return t.Constant(converted(found.value, have.name, want), want, True)
+        return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
+
+    def _cut(self, found: t.Expression, have: ElementaryType, want: ElementaryType) -> t.Expression:
+        """A text for a variable of another length: what it has no room for is cut off."""
+        if string_length(have) <= string_length(want):
+            return found
+        return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
+
+    def _leaves_fit(self, node: s.Expression, want: str) -> bool:
+        """Whether each operand of a calculation fits a type, though the common type is wider.
+
+        So in `I := I + U` of INT and UINT: the sum is a DINT, of which the INT takes the lower
+        half, as it would have come out with either of the two types.
+        """
+        if isinstance(node, s.Unary) and node.op == "-":
+            return self._leaves_fit(node.operand, want)
+        if isinstance(node, s.Binary) and node.op in (*LOGIC, "+", "-", "*", "/", "MOD"):
+            return self._leaf_fits(node.left, want) and self._leaf_fits(node.right, want)
+        return False
+
+    def _leaf_fits(self, node: s.Expression, want: str) -> bool:
+        kind = self.infer(node)
+        if kind is None or group(kind) == want or widening(group(kind), want):
+            return True
+        return self._leaves_fit(node, want)
+
+    def _numbered(self, found: t.Expression, want: Type | None, at: s.Position) -> t.Expression:
+        """A member of an enumeration where a number is wanted, and the other way round."""
+        if want is None or found.type == want:
+            return found
+        if isinstance(want, EnumType) and group(found.type) in ANY_INT:
+            self.scope.note("a number as an enumeration", at)
+            return t.Standard("MOVE", (found,), want)
+        if isinstance(found.type, EnumType) and group(want) in ANY_INT:
+            self.scope.note("an enumeration as a number", at)
+            base = ELEMENTARY[found.type.base]
+            moved = t.Standard("MOVE", (found,), base)
+            return (
+                moved
+                if base == want
+                else t.Standard(f"{base.name}_TO_{group(want)}", (moved,), want)
             )
         return found
 
     def _typed(self, node: s.Expression, want: Type | None) -> t.Expression:
-        if isinstance(node, s.Name) and self.scope.symbol(node.key) is None:
+        if isinstance(node, s.Name) and not self.is_variable(node):
             return self._member_of_enumeration(node, want)
-        if isinstance(node, (s.Name, s.Field, s.Index)):
-            return self.variable(node)
+        if isinstance(node, s.Part):
+            return self._part(node)
+        if isinstance(node, s.Field):
+            found = self.member_of(node)
+            if found is not None:
+                return found
         if isinstance(node, s.Call):
             return self._call(node, want)
-        folded = self._fold(node)
+        if isinstance(node, s.Invoke):
+            plain = self.methods.plain_call(node)
+            return self._call(plain, want) if plain is not None else self.invoked(node)
+        if isinstance(node, PLACES):
+            return self.variable(node)
+        folded = self.fold(node)
         if folded is not None:
             if folded.typed:
                 return folded
+            if isinstance(want, EnumType) and isinstance(folded.value, int):
+                self.scope.note("a number as an enumeration", node.at)
+                return t.Constant(folded.value, want, True)
             return adapt(folded, want or _default(folded), node.at, self.scope.where)
         if isinstance(node, s.Unary):
-            return self._unary(node, want)
+            return self.operators.unary(node, want)
         assert isinstance(node, s.Binary)
-        return self.binary(node.op, node.left, node.right, want, node.at)
+        return self.operators.binary(node.op, node.left, node.right, want, node.at)
 
     def _member_of_enumeration(self, node: s.Name, want: Type | None) -> t.Constant:
         kind = self._enumeration(node)
@@ -258,7 +521,7 @@ class Expressions:
             )
         return member(kind, node, self.scope.where)
 
-    def _fold(self, node: s.Expression) -> t.Constant | None:
+    def fold(self, node: s.Expression) -> t.Constant | None:
         """Value of a literal, or of arithmetic on untyped numbers; None for anything else."""
         if id(node) not in self._folded:
             self._folded[id(node)] = self._value(node)
@@ -268,19 +531,27 @@ class Expressions:
         if isinstance(node, s.Literal):
             return literal(node, self.scope.declarations.types, self.scope.where)
         if isinstance(node, s.Unary) and node.op == "-":
-            found = self._fold(node.operand)
+            found = self.fold(node.operand)
             if found is None or found.typed:
                 return None
             return t.Constant(-found.value, found.type)  # type: ignore[operator]
         if not isinstance(node, s.Binary) or node.op not in ("+", "-", "*", "/", "MOD"):
             return None
-        left, right = self._fold(node.left), self._fold(node.right)
-        if left is None or right is None or left.typed or right.typed or left.type != right.type:
+        left, right = self.fold(node.left), self.fold(node.right)
+        if left is None or right is None or left.typed or right.typed:
             return None
+        if left.type != right.type:
+            self.scope.note("an implicit conversion", node.at, "a whole number: write .0 behind it")
+            left, right = (t.Constant(float(one.value), LREAL) for one in (left, right))
         value = self._calculate(node, left.value, right.value)  # type: ignore[arg-type]
         if not abs(value) < (_LARGEST if isinstance(value, int) else math.inf):
             raise self.scope.error("the result of this constant expression is too large", node.at)
         return t.Constant(value, left.type)
+
+    def is_real(self, node: s.Expression) -> bool:
+        """Whether it is an untyped number with decimals."""
+        found = self.fold(node)
+        return found is not None and not found.typed and isinstance(found.value, float)
 
     def _calculate(self, node: s.Binary, left: float, right: float) -> int | float:
         if node.op == "+":
@@ -296,221 +567,29 @@ class Expressions:
             return quotient if node.op == "/" else left - quotient * right
         return left / right if node.op == "/" else math.fmod(left, right)
 
-    # --- operators ---
+    def _invoked(self, node: s.Invoke) -> t.Expression:
+        """A call of something that is not named by a single word."""
+        raise self.scope.error(
+            "only functions can be called in an expression", node.at, "call the block before it"
+        )
 
-    def _unary(self, node: s.Unary, want: Type | None) -> t.Expression:
-        kind = self.infer(node.operand) or want or ELEMENTARY["BOOL" if node.op == "NOT" else "INT"]
-        allowed = ANY_BIT if node.op == "NOT" else (*SIGNED, *ANY_REAL)
-        if group(kind) not in allowed:
-            raise self.scope.error(f"{node.op} is not defined for {describe(kind)}", node.at)
-        return t.Unary(node.op, self.check(node.operand, kind), kind)
-
-    def binary(
-        self,
-        op: str,
-        left: s.Expression,
-        right: s.Expression,
-        want: Type | None,
-        at: s.Position,
-    ) -> t.Expression:
-        """Type an operator with two operands; `at` is where the operator stands.
-
-        Raises:
-            InputError: operands of different types, or of a type it is not defined for.
-        """
-        left_type, right_type = self.infer(left), self.infer(right)
-        if op in _COMPARISONS:
-            return self._comparison(op, left, right, left_type or right_type, at)
-        if op in _LOGIC:
-            logic = left_type or right_type or want or BOOL
-            self._allow(op, logic, ANY_BIT, at)
-            return t.Binary(op, self.check(left, logic), self.check(right, logic), logic)
-        if op == "**":
-            return self._power(left, right, left_type, want, at)
-        if group(left_type) in ("TIME", *ANY_DATE):
-            return self._moment(op, left, right, left_type, right_type, at)
-        kind = left_type or right_type or (want if group(want) in ANY_NUM else None)
-        if kind is None:
-            kind = self.check(left, None).type
-        self._allow(op, kind, ANY_INT if op == "MOD" else ANY_NUM, at)
-        divisor = self.check(right, kind)
-        if op in ("/", "MOD") and isinstance(divisor, t.Constant) and divisor.value == 0:
-            raise self.scope.error("division by zero", at)
-        return t.Binary(op, self.check(left, kind), divisor, kind)
-
-    def _allow(self, op: str, kind: Type, allowed: tuple[str, ...], at: s.Position) -> None:
-        if group(kind) not in allowed:
-            hint = ""
-            if group(kind) in ANY_BIT:
-                hint = "convert bit strings to integers first" if op not in _LOGIC else ""
-            raise self.scope.error(f"{op} is not defined for {describe(kind)}", at, hint)
-
-    def _comparison(
-        self,
-        op: str,
-        left: s.Expression,
-        right: s.Expression,
-        kind: Type | None,
-        at: s.Position,
-    ) -> t.Expression:
-        kind = kind or self.check(left, None).type
-        simple = isinstance(kind, ElementaryType)
-        if not simple and not (isinstance(kind, EnumType) and op in ("=", "<>")):
-            raise self.scope.error(f"{op} is not defined for {describe(kind)}", at)
-        return t.Binary(op, self.check(left, kind), self.check(right, kind), BOOL)
-
-    def _power(
-        self,
-        left: s.Expression,
-        right: s.Expression,
-        left_type: Type | None,
-        want: Type | None,
-        at: s.Position,
-    ) -> t.Expression:
-        kind = left_type or (want if group(want) in ANY_REAL else None) or ELEMENTARY["LREAL"]
-        self._allow("**", kind, ANY_REAL, at)
-        exponent = self.check(right, self.infer(right))
-        self._allow("**", exponent.type, ANY_NUM, right.at)
-        return t.Binary("**", self.check(left, kind), exponent, kind)
-
-    def _moment(
-        self,
-        op: str,
-        left: s.Expression,
-        right: s.Expression,
-        left_type: Type | None,
-        right_type: Type | None,
-        at: s.Position,
-    ) -> t.Expression:
-        """TIME and dates: + and - among them as the standard allows, TIME * and / a number."""
-        name = group(left_type)
-        if op in ("*", "/") and name == "TIME":
-            number = self.check(right, right_type)
-            self._allow(op, number.type, ANY_NUM, at)
-            if op == "/" and isinstance(number, t.Constant) and number.value == 0:
-                raise self.scope.error("division by zero", at)
-            return t.Binary(op, self.check(left, TIME), number, TIME)
-        if op == "-" and left_type == right_type:
-            return t.Binary(op, self.check(left, left_type), self.check(right, left_type), TIME)
-        if op in ("+", "-") and name in ("TIME", "TOD", "DT"):
-            kind = ELEMENTARY[name]
-            return t.Binary(op, self.check(left, kind), self.check(right, TIME), kind)
-        raise self.scope.error(f"{op} is not defined for {name}", at)
-
-    # --- calls of functions ---
-
-    def _result_of(self, node: s.Call) -> Type | None:
-        """Type of the result; None where it is what the context asks for."""
-        key = node.function.key
-        declared = self.scope.declarations.pous.get(key)
-        if declared is not None and declared.result is not None:
-            return declared.result.type
-        pair = conversion(key)
-        if pair is not None:
-            return ELEMENTARY[pair[1]]
-        signature = FUNCTIONS.get(key)
-        if signature is None or signature.result == "ANY_INT":
-            return None
-        if signature.result != "T":
-            return ELEMENTARY[signature.result]
-        return self._common_type(node, signature)
-
-    def _common_type(self, node: s.Call, signature: Signature) -> Type | None:
-        for argument, (_, kind) in standard_arguments(node, signature, self.scope):
-            found = self.infer(argument.value) if kind == "T" else None
-            if found is not None:
-                return found
-        return None
+    def _called_type(self, node: s.Call) -> Type | None:
+        """Type of a call's result; None where it is what the context asks for."""
+        method = self.methods.called(node.function)
+        if method is not None:
+            result = method[1].result
+            return result.type if result is not None else None
+        if self.references.is_known(node):
+            return self.references.type_of(node)
+        return self.functions.result(node)
 
     def _call(self, node: s.Call, want: Type | None) -> t.Expression:
-        key, name, at = node.function.key, node.function.text, node.at
-        pou = self.scope.declarations.pous.get(key)
-        if pou is not None and pou.kind == "FUNCTION" and pou.result is not None:
-            return self._user(node, pou)
-        if pou is not None or key in BLOCKS:
-            raise self.scope.error(
-                f"{name} is a block, not a function", at, "declare an instance and call that"
-            )
-        if conversion(key) is not None:
-            return self._conversion(node)
-        if key not in FUNCTIONS:
-            symbol = self.scope.symbol(key)
-            if symbol is not None:
-                raise self.scope.error(f"{name} is a {describe(symbol.type)}, not a function", at)
-            raise self.scope.error(
-                f"there is no function {name}", at, "name its file too, or look at the spelling"
-            )
-        if key in _OPERATORS and len(node.arguments) <= 2:
-            pairs = standard_arguments(node, FUNCTIONS[key], self.scope)
-            left, right = (argument.value for argument, _ in pairs)
-            if key in ("ADD_TIME", "SUB_TIME", "MULTIME", "DIVTIME"):
-                self.check(left, ELEMENTARY["TIME"])
-            return self.binary(_OPERATORS[key], left, right, want, at)
-        return self._standard(node, FUNCTIONS[key], want)
-
-    def _user(self, node: s.Call, pou: t.Pou) -> t.Expression:
-        given = function_arguments(node, pou, self.scope)
-        arguments = tuple(
-            self.check(given[symbol.name.upper()].value, symbol.type)
-            if symbol.name.upper() in given
-            else None
-            for symbol in pou.section("VAR_INPUT")
-        )
-        assert pou.result is not None
-        return t.CallFunction(pou.name.upper(), arguments, pou.result.type)
-
-    def _conversion(self, node: s.Call) -> t.Expression:
-        pair = conversion(node.function.key)
-        assert pair is not None
-        signature = Signature((("IN", pair[0]),), (), pair[1])
-        ((argument, _),) = standard_arguments(node, signature, self.scope)
-        value = self.check(argument.value, ELEMENTARY[pair[0]])
-        return t.Standard(f"{pair[0]}_TO_{pair[1]}", (value,), ELEMENTARY[pair[1]])
-
-    def _standard(self, node: s.Call, signature: Signature, want: Type | None) -> t.Expression:
-        name = node.function.key
-        pairs = standard_arguments(node, signature, self.scope)
-        common = self._common_type(node, signature)
-        if common is None and any(kind == "T" for _, (_, kind) in pairs):
-            wanted = (
-                want if isinstance(want, ElementaryType) and want.name in signature.group else None
-            )
-            first = next(argument.value for argument, (_, kind) in pairs if kind == "T")
-            common = (wanted if signature.result == "T" else None) or self.check(first, None).type
-        if common is not None and (
-            not isinstance(common, ElementaryType) or common.name not in signature.group
-        ):
-            raise self.scope.error(f"{name} is not defined for {describe(common)}", node.at)
-        arguments = []
-        for argument, (_, kind) in pairs:
-            expected: Type | None
-            if kind == "T":
-                expected = common
-            elif kind in ("ANY_INT", "ANY_NUM"):
-                expected = self._number(argument, ANY_INT if kind == "ANY_INT" else ANY_NUM)
-            else:
-                expected = ELEMENTARY[kind]
-            arguments.append(self.check(argument.value, expected))
-        return t.Standard(name, tuple(arguments), self._result(signature, common, want))
-
-    def _number(self, argument: s.Argument, allowed: tuple[str, ...]) -> Type:
-        found = self.infer(argument.value)
-        if found is None:
-            return self.check(argument.value, None).type
-        if not isinstance(found, ElementaryType) or found.name not in allowed:
-            raise self.scope.error(
-                f"a number is expected here, not a {describe(found)}", argument.at
-            )
-        return found
-
-    def _result(self, signature: Signature, common: Type | None, want: Type | None) -> Type:
-        if signature.result == "T":
-            return common or BOOL
-        if signature.result != "ANY_INT":
-            return ELEMENTARY[signature.result]
-        if isinstance(want, ElementaryType) and want.name in ANY_INT:
-            return want
-        return ELEMENTARY["INT"]
+        method = self.methods.call(node)
+        if method is not None:
+            return self.references.followed(method)
+        if self.references.is_known(node):
+            return self.references.call(node)
+        return self.functions.call(node, want)
 
 
 def _near(key: str, names: Iterable[str]) -> str:

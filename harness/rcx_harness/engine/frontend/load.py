@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,18 +13,19 @@ from typing import Any
 from rcx_harness.engine.base import Located
 from rcx_harness.engine.compiling import deeply, uncollected
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.bodies import check_body
-from rcx_harness.engine.frontend.constants import constant
+from rcx_harness.engine.frontend.bodies import check_body, check_start
 from rcx_harness.engine.frontend.declare import Declarations, Scope
-from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.engine.frontend.parser import read_text
 from rcx_harness.engine.frontend.project import Project, Run, Task, Unit
 from rcx_harness.engine.frontend.registry import Declared, Registry, parts_of
+from rcx_harness.engine.frontend.resolve import ConsequenceError
 from rcx_harness.engine.frontend.scalars import TIME
 from rcx_harness.engine.frontend.tree import Pou
+from rcx_harness.engine.source import source_text
 from rcx_harness.engine.types import BlockType, Variable
 from rcx_harness.errors import InputError
 
-__all__ = ["Schedule", "add_globals", "check", "checked", "configure", "load", "located"]
+__all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "located", "read_file"]
 
 #: Parses one source.
 Read = Callable[[Path], s.Source]
@@ -107,7 +109,7 @@ def _settings(task: s.Task, declared: Declared, declarations: Declarations) -> t
     interval, priority = 0, _LOWEST
     for name, value in task.settings:
         if name.key == "INTERVAL":
-            nanoseconds = constant(value, TIME, declarations.types, declared).value
+            nanoseconds = declarations.constant(value, TIME, declared).value
             interval, rest = divmod(int(nanoseconds), 1000)
             if interval <= 0 or rest:
                 raise declared.error("an interval must be whole microseconds above 0", value.at)
@@ -139,7 +141,7 @@ def _instance(
     if name.key in (known.upper() for known in instances):
         raise declared.error(f"the program instance {name.text} is declared twice", name.at)
     clash = registry.variable_clash(name.key)
-    if clash:
+    if clash and name.key != kind.key:  # tools name the only instance of a program as the program
         raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
     if name.key in declarations.globals:
         raise declared.error(f"{name.text} is also a global variable", name.at)
@@ -166,18 +168,12 @@ def located(instances: dict[str, BlockType], declarations: Declarations) -> tupl
     return tuple(found)
 
 
-def add_globals(declared: Declared | None, declarations: Declarations) -> None:
-    """Resolve the global variables of the CONFIGURATION, reporting what is wrong."""
-    if declared is not None and isinstance(declared.node, s.Configuration):
-        for section in declared.node.globals:
-            declarations.add_section(section, "CONFIGURATION", declarations.globals, declared)
-
-
-def load(paths: Sequence[Path]) -> Project:
+def load(paths: Sequence[Path], read: Read | None = None) -> Project:
     """Parse and check Structured Text sources.
 
     Args:
         paths: The files, in any order; a file given twice counts once.
+        read: What parses one of them.
 
     Returns:
         The checked project.
@@ -185,7 +181,7 @@ def load(paths: Sequence[Path]) -> Project:
     Raises:
         InputError: the first mistake, with file, line and what to do.
     """
-    project = checked(paths)
+    project = checked(paths, read)
     if not project.instances:
         raise InputError(
             "there is no PROGRAM in the sources", hint="name the file of the program to run"
@@ -203,7 +199,7 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
     Raises:
         InputError: the first mistake.
     """
-    project, errors = _analyse(paths, read)
+    project, errors = analyse(paths, read)
     if errors:
         raise errors[0]
     assert project is not None
@@ -213,20 +209,30 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
 def check(paths: Sequence[Path]) -> list[InputError]:
     """Everything that is wrong with the sources, in the order of the files given.
 
-    Sources without a PROGRAM are a library and are checked as such. A syntax error hides the
-    rest of its file, an error in a declaration the bodies of all files.
+    Sources without a PROGRAM are a library and are checked as such. What only follows from
+    another error is left out.
     """
-    return _analyse(paths)[1]
+    return analyse(paths)[1]
 
 
-def _analyse(
+def analyse(
     paths: Sequence[Path], read: Read | None = None
 ) -> tuple[Project | None, list[InputError]]:
-    read = read or parse
+    """What the sources mean, or everything that is wrong with them; see `check`."""
+    read = read or read_file
     try:
         return deeply(partial(_analysed, paths, read))
     except RecursionError:
         return None, [_too_deep([read(path) for path in paths])]
+
+
+def read_file(path: Path) -> s.Source:
+    """Parse one file as far as it can be read, with its errors.
+
+    Raises:
+        InputError: the file cannot be read, or is not UTF-8.
+    """
+    return read_text(source_text(path), path)
 
 
 def _too_deep(sources: Sequence[s.Source]) -> InputError:
@@ -255,38 +261,103 @@ def _too_deep(sources: Sequence[s.Source]) -> InputError:
 def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
+    missing = False
     for path in dict.fromkeys(paths):
         try:
-            sources.append(read(path))
+            source = read(path)
         except InputError as error:
             errors.append(error)
-    project = None if errors else _resolve(sources, errors)
+            missing = True
+        else:
+            sources.append(source)
+            errors += source.errors
+    found: list[InputError] = []
+    project = _resolve(sources, found, whole=not errors)
+    found = _causes(found, sources)
+    # What is declared in a file that cannot be read is not known to the others.
+    errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
+    errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
-    errors.sort(key=lambda error: (ranks.get(error.file or "", -1), error.line or 0))
-    return project, errors
+    errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
+    return project if not errors else None, list(dict.fromkeys(errors))
 
 
-def _resolve(sources: list[s.Source], errors: list[InputError]) -> Project | None:
+def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
+    """Those errors that do not only follow from one in the interface that they speak of."""
+    spoiled: dict[str, set[int]] = {}
+    for error in (*errors, *(error for source in sources for error in source.errors)):
+        spoiled.setdefault(error.file or "", set()).add(error.line or 0)
+    names = {
+        name
+        for source in sources
+        for lines in [spoiled.get(str(source.file), set())]
+        for node in (source.declarations if lines else ())
+        for name, first, behind in _interfaces(node)
+        if any(first <= line < behind for line in lines)
+    }
+
+    def follows(error: InputError) -> bool:
+        said = _OF.match(error.message)
+        if said is None:
+            return False
+        name = said[1].upper()
+        return name in names or name.partition(".")[0] in names
+
+    return [error for error in errors if not follows(error)]
+
+
+def _interfaces(node: s.Declaration) -> Iterator[tuple[str, int, int]]:
+    """Name, first line and the line behind the interface of a declaration and of its methods."""
+    name, line = node.name.key, node.at.line
+    if isinstance(node, s.TypeDecl):
+        fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
+        yield name, line, max((one.at.line + 1 for one in fields), default=line + 1)
+    if isinstance(node, (s.Pou, s.Interface)):
+        if isinstance(node, s.Pou):
+            yield name, line, _behind(node.sections, line)
+        for member in node.members:
+            if isinstance(member, s.Method):
+                first = member.at.line
+                yield f"{name}.{member.name.key}", first, _behind(member.sections, first)
+
+
+def _behind(sections: tuple[s.Section, ...], line: int) -> int:
+    return max((one.at.line for part in sections for one in part.variables), default=line) + 1
+
+
+#: Messages that say of a declaration what it lacks.
+_OF = re.compile(
+    r"(?:there is no (?:type|function|variable or namespace) )?"
+    r"(\w+(?:\.\w+)?)(?: (?:takes|has no) .*)?$"
+)
+_UNKNOWN = re.compile(r"there is no |\S+ is not declared")
+
+
+def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) -> Project | None:
     registry = Registry(sources, errors.append)
     ordered = registry.ordered()
-    if errors:
-        return None
     declarations = Declarations(registry, errors.append)
+    for declared in ordered:
+        if isinstance(declared.node, s.Interface):
+            declarations.inheritance.add(declared.node, declared)
     for declared in ordered:
         if isinstance(declared.node, s.TypeDecl):
             declarations.add_type(declared.node, declared)
-    add_globals(registry.configuration, declarations)
-    for declared in ordered:
-        if isinstance(declared.node, s.Pou):
+        elif isinstance(declared.node, s.Pou):
             declarations.add_pou(declared.node, declared)
-    if errors:
-        return None
+    declarations.add_globals()
+    declarations.inheritance.finish()
     for declared in ordered:
         if isinstance(declared.node, s.Pou):
             pou = declarations.pous[declared.node.name.key]
             scope = Scope(pou, declared, registry, declarations)
             check_body(scope, declared.node.body, errors.append)
-    if errors:
+            check_start(scope, declared.node.sections, errors.append)
+    for method, syntax, where in declarations.inheritance.bodies():
+        scope = Scope(method, where, registry, declarations)
+        check_body(scope, syntax.body, errors.append)
+        check_start(scope, syntax.sections, errors.append)
+    if errors or not whole:
         return None
     try:
         schedule = configure(registry, declarations)
@@ -311,12 +382,16 @@ def _resolve(sources: list[s.Source], errors: list[InputError]) -> Project | Non
         tasks=schedule.tasks,
         tick_us=schedule.tick_us,
         schedule=schedule.runs,
+        objects=declarations.objects,
+        uses=tuple(dict.fromkeys(registry.uses)),
     )
 
 
 def _unit(declared: Declared) -> Unit:
     node = declared.node
     kind = "TYPE" if isinstance(node, s.TypeDecl) else "CONFIGURATION"
+    if isinstance(node, s.Interface):
+        kind = "INTERFACE"
     if isinstance(node, s.Pou):
         kind = node.kind
     return Unit(kind, node.name.text, declared.file, node.at.line)

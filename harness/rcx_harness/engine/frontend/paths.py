@@ -168,13 +168,17 @@ def _element(base: Resolved, indices: tuple[int, ...]) -> Resolved:
 
 
 def walk(project: Project) -> Iterator[tuple[str, Type]]:
-    """Every variable below the program instances, parents before children.
+    """Every variable below the program instances and every global one, parents before children.
 
     Arrays are given whole; what has no storage in its block (VAR_IN_OUT, VAR_EXTERNAL) is left
     out.
     """
     for instance, block in project.instances.items():
         yield from _below(instance, block)
+    for variable in project.globals.values():
+        if variable.address is None:
+            yield variable.name, variable.type
+            yield from _below(variable.name, variable.type)
 
 
 def _below(path: str, kind: Type) -> Iterator[tuple[str, Type]]:

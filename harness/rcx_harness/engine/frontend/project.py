@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.base import Located
+from rcx_harness.engine.frontend.constructs import Use
+from rcx_harness.engine.frontend.inherit import Objects
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.types import BlockType, Type, Variable
 
@@ -35,7 +37,7 @@ class Run:
 class Unit:
     """One declaration; `line` is where it begins in its file.
 
-    `kind` is TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
+    `kind` is TYPE, INTERFACE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
     """
 
     kind: str
@@ -66,8 +68,10 @@ class Project:
         tasks: Tasks in order of declaration.
         tick_us: Greatest common divisor of the intervals; None without tasks.
         schedule: Program instances in the order in which they run within a scan.
+        objects: Which block extends and implements which, and their methods.
         key: Names the sources with their contents where what is made of them may be kept
             (`engine.cache`); else empty.
+        uses: Constructs beyond the portable subset.
     """
 
     files: tuple[Path, ...]
@@ -84,4 +88,6 @@ class Project:
     tasks: tuple[Task, ...]
     tick_us: int | None
     schedule: tuple[Run, ...]
+    objects: Objects
     key: str = ""
+    uses: tuple[Use, ...] = ()

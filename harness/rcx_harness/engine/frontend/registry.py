@@ -3,33 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.scalars import ELEMENTARY
-from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, UNSUPPORTED, conversion
+from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
+from rcx_harness.engine.frontend.scalars import CORE
+from rcx_harness.engine.frontend.standard import reserved
 from rcx_harness.errors import InputError
 
-__all__ = ["Declared", "Registry", "parts_of"]
+__all__ = ["Declared", "Registry", "last_name", "parts_of"]
 
 #: Types and POUs that may use each other in a row.
 _MOST_LEVELS = 100
 
 #: Types of those fields of syntax in which nothing is used.
-_PLAIN = ("Name", "Name | None", "Position", "str", "bool", "int", "tuple[Name, ...]")
+#: Methods may use what their block does not exist without.
+_PLAIN = (
+    *("Name", "Name | None", "Position", "str", "bool", "int", "tuple[Name, ...]"),
+    *("tuple[Any, ...]", "tuple[InputError, ...]", "Path"),
+    *("tuple[str, ...]", "tuple[Method | Property, ...]", "tuple[Namespace, ...]"),
+)
 
-Declaration = s.TypeDecl | s.Pou | s.Configuration
+#: Libraries of the field whose names may stand before what they have of the standard.
+_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
 
 
 @dataclass(frozen=True)
 class Declared:
-    """A declaration and where it comes from."""
+    """A declaration and where it comes from; `uses` takes what is not portable."""
 
-    node: Declaration
+    node: s.Declaration
     source: s.Source
+    uses: list[Use] = field(default_factory=list, compare=False, repr=False)
 
     @property
     def file(self) -> Path:
@@ -39,6 +47,11 @@ class Declared:
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
         """An error in this declaration's file."""
         return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
+
+    def note(self, construct: str, at: s.Position, detail: str = "") -> None:
+        """Note a construct beyond the portable subset; see `constructs.CONSTRUCTS`."""
+        assert construct in CONSTRUCTS, construct
+        self.uses.append(Use(construct, self.file, at, detail))
 
 
 class Registry:
@@ -53,11 +66,23 @@ class Registry:
         self._report = report
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
+        self.interfaces: dict[str, Declared] = {}
+        self.namespaces = set(_LIBRARIES)
         self.configuration: Declared | None = None
         self.members: dict[str, list[str]] = {}
+        sources = list(sources)
+        self.lists: list[Declared] = []
+        self.uses: list[Use] = []
         for source in sources:
+            self.uses += source.uses
             for node in source.declarations:
-                self._add(Declared(node, source))
+                self._add(Declared(node, source, self.uses))
+            for space in source.namespaces:
+                if not space.used:
+                    parts = space.name.key.split(".")
+                    self.namespaces.update(".".join(parts[i:j]) for i, j in _spans(len(parts)))
+        for source in sources:
+            self._check_uses(source)
         for key, declared in self.types.items():
             spec = declared.node.spec if isinstance(declared.node, s.TypeDecl) else None
             if isinstance(spec, s.EnumSpec):
@@ -66,6 +91,9 @@ class Registry:
 
     def _add(self, declared: Declared) -> None:
         node = declared.node
+        if isinstance(node, s.GlobalList):
+            self.lists.append(declared)
+            return
         if isinstance(node, s.Configuration):
             if self.configuration is not None:
                 other = self.configuration
@@ -79,29 +107,44 @@ class Registry:
             self.configuration = declared
             return
         key = node.name.key
-        earlier = self.types.get(key) or self.pous.get(key)
+        earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
         if earlier is not None:
             hint = f"it is also declared in {earlier.file.name}, line {earlier.node.name.at.line}"
             self._report(declared.error(f"{node.name.text} is declared twice", node.name.at, hint))
-        elif self.is_standard(key):
+        elif key in CORE:
             self._report(
                 declared.error(f"{node.name.text} is the name of a standard element", node.name.at)
             )
+        elif isinstance(node, s.Interface):
+            self.interfaces[key] = declared
         elif isinstance(node, s.TypeDecl):
+            self._note_standard(declared)
             self.types[key] = declared
         else:
+            self._note_standard(declared)
             self.pous[key] = declared
 
+    def _note_standard(self, declared: Declared) -> None:
+        if reserved(declared.node.name.key):
+            construct = "a standard function with another meaning"
+            declared.note(construct, declared.node.name.at)
+
+    def _check_uses(self, source: s.Source) -> None:
+        for space in source.namespaces:
+            if space.used and space.name.key not in self.namespaces:
+                self._report(
+                    InputError(
+                        f"there is no namespace {space.name.text}",
+                        file=source.file,
+                        line=space.at.line,
+                        column=space.at.column,
+                        hint="name its file too, or look at the spelling",
+                    )
+                )
+
     def is_standard(self, key: str) -> bool:
-        """Whether the standard defines a type, function or block of this name."""
-        return (
-            key in ELEMENTARY
-            or key in BLOCKS
-            or key in FUNCTIONS
-            or key in UNSUPPORTED
-            or conversion(key) is not None
-            or key in ("T", "D")
-        )
+        """Whether the standard defines a type, function or block of this name for all."""
+        return reserved(key)
 
     def variable_clash(self, key: str) -> str:
         """Why a variable cannot have this name; empty if it can."""
@@ -109,6 +152,8 @@ class Registry:
             return "is the name of a standard element"
         if key in self.types:
             return "is the name of a type"
+        if key in self.interfaces:
+            return "is the name of an INTERFACE"
         if key in self.pous:
             node = self.pous[key].node
             assert isinstance(node, s.Pou)
@@ -133,7 +178,7 @@ class Registry:
         done: dict[str, bool] = {}
         levels: dict[str, int] = {}
         too_deep: list[Declared] = []
-        result: list[Declared] = []
+        result: list[Declared] = list(self.interfaces.values())
 
         def visit(declared: Declared, path: tuple[str, ...]) -> None:
             key = declared.node.name.key
@@ -184,11 +229,25 @@ def _used(node: Any) -> Iterator[str]:
         if kind is tuple:
             waiting += one[::-1]
             continue
+        if kind is s.PointerSpec:  # What is pointed to may in turn use this.
+            continue
         if kind is s.NamedSpec:
-            yield one.name.key
+            yield one.name.key.rpartition(".")[2]
+        elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
+            yield one.extends.key.rpartition(".")[2]
         elif kind is s.Call:
             yield one.function.key
         waiting += [getattr(one, name) for name in parts_of(one)]
+
+
+def _spans(size: int) -> Iterator[tuple[int, int]]:
+    """The beginning and end of every part of so many names."""
+    return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
+
+
+def last_name(name: s.Name) -> str:
+    """The upper-case name without the namespaces before it."""
+    return name.key.rpartition(".")[2]
 
 
 def parts_of(node: Any) -> tuple[str, ...]:

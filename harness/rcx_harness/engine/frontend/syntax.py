@@ -8,42 +8,61 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from rcx_harness.errors import InputError
 
 __all__ = [
+    "Action",
     "Argument",
     "ArrayInit",
     "ArraySpec",
     "Assign",
+    "AssignChain",
     "Binary",
     "Call",
     "CallStatement",
     "Case",
     "CaseBranch",
     "Configuration",
+    "Continue",
+    "Declaration",
+    "Dereference",
     "EnumSpec",
     "Exit",
     "Expression",
     "Field",
     "For",
+    "GlobalList",
     "If",
     "Index",
     "Init",
+    "Interface",
+    "Invoke",
+    "Latch",
     "Literal",
+    "Method",
     "Name",
     "NamedSpec",
+    "Namespace",
+    "Part",
+    "PointerSpec",
     "Position",
     "Pou",
     "ProgramInstance",
+    "Property",
     "Range",
     "Repeat",
     "Return",
     "Section",
+    "Sequence",
     "Source",
     "Statement",
     "StructInit",
     "StructSpec",
+    "SubrangeSpec",
     "Task",
+    "This",
     "TypeDecl",
     "TypeSpec",
     "Unary",
@@ -107,6 +126,27 @@ class Index:
 
 
 @dataclass(frozen=True)
+class Part:
+    """A part of a bit string or integer: `base.3` and `base.%X3` are a bit, `base.%B1` a byte.
+
+    `size` is X, B, W or D.
+    """
+
+    base: Variable
+    size: str
+    number: int
+    at: Position
+
+
+@dataclass(frozen=True)
+class Dereference:
+    """What a pointer points to: `base^`."""
+
+    base: Variable
+    at: Position
+
+
+@dataclass(frozen=True)
 class Unary:
     """`-x` or `NOT x`."""
 
@@ -144,8 +184,27 @@ class Call:
     at: Position
 
 
-Variable = Name | Field | Index
-Expression = Literal | Name | Field | Index | Unary | Binary | Call
+@dataclass(frozen=True)
+class This:
+    """`THIS^`, or `SUPER^` where `above` is true; `pointer` for a THIS that has no `^`."""
+
+    above: bool
+    at: Position
+    pointer: bool = False
+
+
+@dataclass(frozen=True)
+class Invoke:
+    """A call of something that is not named by a single word: `a.b(…)`, `SUPER^.m(…)`."""
+
+    callee: Variable
+    arguments: tuple[Argument, ...]
+    at: Position
+
+
+Variable = Name | Field | Index | Part | Dereference | This
+#: A `Variable` may also begin with a call: `f(…).x`.
+Expression = Literal | Variable | Unary | Binary | Call | Invoke
 
 
 # --- statements ----------------------------------------------------------------------------
@@ -161,8 +220,27 @@ class Assign:
 
 
 @dataclass(frozen=True)
+class AssignChain:
+    """`first := second := value;`."""
+
+    targets: tuple[Variable, ...]
+    value: Expression
+    at: Position
+
+
+@dataclass(frozen=True)
+class Latch:
+    """`target S= value;` or `R=` or `REF=`; `op` is S, R or REF."""
+
+    target: Variable
+    op: str
+    value: Expression
+    at: Position
+
+
+@dataclass(frozen=True)
 class CallStatement:
-    """A call of a function block instance."""
+    """A call as a statement: of a block's instance, a function and the like."""
 
     callee: Variable
     arguments: tuple[Argument, ...]
@@ -210,7 +288,7 @@ class Case:
 class For:
     """FOR counter := start TO end BY step DO …; `step` is None where it is left out."""
 
-    counter: Name
+    counter: Variable
     start: Expression
     end: Expression
     step: Expression | None
@@ -250,7 +328,27 @@ class Return:
     at: Position
 
 
-Statement = Assign | CallStatement | If | Case | For | While | Repeat | Exit | Return
+@dataclass(frozen=True)
+class Continue:
+    """CONTINUE."""
+
+    at: Position
+
+
+Statement = (
+    Assign
+    | AssignChain
+    | Latch
+    | CallStatement
+    | If
+    | Case
+    | For
+    | While
+    | Repeat
+    | Exit
+    | Return
+    | Continue
+)
 
 
 # --- declarations --------------------------------------------------------------------------
@@ -258,11 +356,25 @@ Statement = Assign | CallStatement | If | Case | For | While | Repeat | Exit | R
 
 @dataclass(frozen=True)
 class NamedSpec:
-    """A type given by its name; `extra` names what follows it and is not supported."""
+    """A type given by its name; `length` is that of a STRING.
+
+    `arguments` are those behind the name of a block: `Drive : FB_Drive(Axis := 1);`.
+    """
 
     name: Name
     at: Position
-    extra: str = ""
+    length: Expression | None = None
+    arguments: tuple[Argument, ...] = ()
+
+
+@dataclass(frozen=True)
+class SubrangeSpec:
+    """INT (low..high)."""
+
+    base: NamedSpec
+    low: Expression
+    high: Expression
+    at: Position
 
 
 @dataclass(frozen=True)
@@ -276,27 +388,51 @@ class ArraySpec:
 
 @dataclass(frozen=True)
 class EnumSpec:
-    """(MEMBER, MEMBER, …); `explicit` where a member is given a value."""
+    """(MEMBER, MEMBER := 5, …); `values` has one entry for each member, `base` is its type."""
 
     members: tuple[Name, ...]
     at: Position
-    explicit: bool = False
+    values: tuple[Expression | None, ...] = ()
+    base: NamedSpec | None = None
+
+    @property
+    def explicit(self) -> bool:
+        """Is a member given a value?"""
+        return any(value is not None for value in self.values)
 
 
 @dataclass(frozen=True)
 class StructSpec:
-    """STRUCT … END_STRUCT."""
+    """STRUCT … END_STRUCT, or UNION … END_UNION."""
 
     fields: tuple[VarDecl, ...]
     at: Position
+    union: bool = False
 
 
-TypeSpec = NamedSpec | ArraySpec | EnumSpec | StructSpec
+@dataclass(frozen=True)
+class PointerSpec:
+    """POINTER TO, REFERENCE TO or REF_TO a type; `kind` is the first word in upper case."""
+
+    kind: str
+    target: TypeSpec
+    at: Position
+
+
+TypeSpec = NamedSpec | ArraySpec | EnumSpec | StructSpec | SubrangeSpec | PointerSpec
 
 
 @dataclass(frozen=True)
 class ArrayInit:
-    """`[1, 2, 3(0)]`: pairs of (how often, value)."""
+    """`[1, 2, 3(0)]`: pairs of (how often, value); how often is None for once."""
+
+    items: tuple[tuple[Expression | None, Init], ...]
+    at: Position
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """What `3(1, 2)` repeats where that is not one value; nothing in `3()`."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position
@@ -310,7 +446,7 @@ class StructInit:
     at: Position
 
 
-Init = ArrayInit | StructInit | Expression
+Init = ArrayInit | Sequence | StructInit | Expression
 
 
 @dataclass(frozen=True)
@@ -326,7 +462,10 @@ class VarDecl:
 
 @dataclass(frozen=True)
 class Section:
-    """A VAR … END_VAR section; `kind` is its upper-case opening word."""
+    """A VAR … END_VAR section; `kind` is its upper-case opening word.
+
+    `qualifier` is CONSTANT where that is one of them, else the first one, or empty.
+    """
 
     kind: str
     qualifier: str
@@ -342,18 +481,83 @@ class TypeDecl:
     spec: TypeSpec
     initial: Init | None
     at: Position
+    extends: Name | None = None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A METHOD; `words` are its access words in upper case."""
+
+    name: Name
+    words: tuple[str, ...]
+    result: TypeSpec | None
+    sections: tuple[Section, ...]
+    body: tuple[Statement, ...]
+    at: Position
+
+
+@dataclass(frozen=True)
+class Property:
+    """A PROPERTY; its GET and SET are methods of its name, None where it has none."""
+
+    name: Name
+    words: tuple[str, ...]
+    result: TypeSpec
+    getter: Method | None
+    setter: Method | None
+    at: Position
+
+
+@dataclass(frozen=True)
+class Interface:
+    """An INTERFACE; its methods have no statements."""
+
+    name: Name
+    extends: tuple[Name, ...]
+    members: tuple[Method | Property, ...]
+    at: Position
+
+
+@dataclass(frozen=True)
+class GlobalList:
+    """A list of global variables outside of a CONFIGURATION; its name is that of the file.
+
+    `qualified` where a variable can only be named with it (the attribute `qualified_only`).
+    """
+
+    name: Name
+    section: Section
+    at: Position
+    qualified: bool = False
+
+
+@dataclass(frozen=True)
+class Action:
+    """ACTION name: … END_ACTION of a block or program."""
+
+    name: Name
+    body: tuple[Statement, ...]
+    at: Position
 
 
 @dataclass(frozen=True)
 class Pou:
-    """A function, function block or program; `kind` is its upper-case opening word."""
+    """A function, function block or program; `kind` is its upper-case opening word.
+
+    `words` are the access words of a block in upper case, `members` its methods and properties.
+    """
 
     kind: str
     name: Name
-    result: NamedSpec | None
+    result: TypeSpec | None
     sections: tuple[Section, ...]
     body: tuple[Statement, ...]
     at: Position
+    actions: tuple[Action, ...] = ()
+    words: tuple[str, ...] = ()
+    extends: Name | None = None
+    implements: tuple[Name, ...] = ()
+    members: tuple[Method | Property, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -388,9 +592,34 @@ class Configuration:
     at: Position
 
 
+Declaration = TypeDecl | Pou | Interface | Configuration | GlobalList
+
+
+@dataclass(frozen=True)
+class Namespace:
+    """The dotted name of a NAMESPACE, or of a USING where `used` is true."""
+
+    name: Name
+    used: bool
+    at: Position
+
+
 @dataclass(frozen=True)
 class Source:
-    """Everything one file declares, in its order."""
+    """Everything one file declares, in its order.
+
+    Attributes:
+        file: Where it comes from.
+        declarations: What it declares, as far as it could be read.
+        uses: Constructs beyond the portable subset (`constructs.Use`).
+        pragmas: What is in { }.
+        errors: What could not be read.
+        namespaces: Those it declares and uses.
+    """
 
     file: Path
-    declarations: tuple[TypeDecl | Pou | Configuration, ...]
+    declarations: tuple[Declaration, ...]
+    uses: tuple[Any, ...] = ()
+    pragmas: tuple[Name, ...] = ()
+    errors: tuple[InputError, ...] = ()
+    namespaces: tuple[Namespace, ...] = ()

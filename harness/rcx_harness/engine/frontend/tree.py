@@ -10,30 +10,41 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rcx_harness.engine.frontend.scalars import Scalar
-from rcx_harness.engine.frontend.syntax import Exit, Position, Return
+from rcx_harness.engine.frontend.syntax import Continue, Exit, Position, Return
 from rcx_harness.engine.types import BlockType, Type
 
 __all__ = [
+    "Address",
     "Assign",
     "Binary",
+    "CallBase",
     "CallBlock",
     "CallFunction",
+    "CallMethod",
     "Case",
     "Constant",
+    "Continue",
+    "Deref",
+    "Evaluate",
     "Exit",
     "Expression",
     "For",
     "If",
     "Index",
     "Member",
+    "Null",
+    "Offset",
     "Pou",
     "Repeat",
     "Return",
+    "Same",
     "Standard",
     "Statement",
     "Symbol",
+    "This",
     "Unary",
     "Use",
+    "Valid",
     "Variable",
     "While",
 ]
@@ -45,7 +56,9 @@ class Symbol:
 
     `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_TEMP, VAR_EXTERNAL, VAR_GLOBAL or,
     for the variable that holds a function's result, RESULT. `initial` is the complete initial
-    value as `declare.initial_value` gives it; a block has none.
+    value as `resolve.Types.initial_value` gives it. `source` is the key of the global variable
+    that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
+    pointer is made to it, `started` that its declaration gives FB_init arguments.
     """
 
     name: str
@@ -55,6 +68,9 @@ class Symbol:
     initial: Any = None
     constant: bool = False
     address: str | None = None
+    source: str = ""
+    addressed: bool = False
+    started: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,7 +92,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Member:
-    """A field of a structure or a pin of a block instance."""
+    """A field of a structure or a pin of a block instance; the base may be a call's result."""
 
     base: Variable
     name: str
@@ -105,7 +121,7 @@ class Unary:
 class Binary:
     """Both operands have one type, except `TIME * number`, `TIME / number` and `real ** number`.
 
-    `op` is one of + - * / MOD ** AND OR XOR = <> < > <= >=.
+    `op` is one of + - * / MOD ** AND OR XOR AND_THEN OR_ELSE = <> < > <= >=.
     """
 
     op: str
@@ -116,11 +132,17 @@ class Binary:
 
 @dataclass(frozen=True)
 class CallFunction:
-    """A call of a function of the sources; one argument per VAR_INPUT, None for the default."""
+    """A call of a function of the sources; one argument per VAR_INPUT, None for the default.
+
+    `in_outs` are (pin, variable) for every VAR_IN_OUT, `outputs` (pin, target). The type of a
+    function without a result is the elementary type without a name.
+    """
 
     function: str
     arguments: tuple[Expression | None, ...]
     type: Type
+    in_outs: tuple[tuple[str, Variable], ...] = ()
+    outputs: tuple[tuple[str, Variable], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -132,8 +154,106 @@ class Standard:
     type: Type
 
 
-Variable = Use | Member | Index
-Expression = Constant | Use | Member | Index | Unary | Binary | CallFunction | Standard
+# Object orientation and references: what only the built-in engine runs.
+
+
+@dataclass(frozen=True)
+class This:
+    """The instance that a method or body runs for: `THIS^`."""
+
+    type: Type
+
+
+@dataclass(frozen=True)
+class CallMethod:
+    """A call of a method, or of the GET or SET of a property.
+
+    Attributes:
+        instance: The block, or a value of an interface.
+        method: Its name and parameters, as the static type of the instance declares it.
+        final: Whether just this method is meant (SUPER^), not what a derived block makes of it.
+        arguments: One per VAR_INPUT, None for its default.
+        in_outs: (name, variable) for every VAR_IN_OUT.
+        outputs: (name, target) of each `=>`.
+        type: Of the result; the empty type where it has none.
+    """
+
+    instance: Expression
+    method: Pou
+    final: bool
+    arguments: tuple[Expression | None, ...]
+    in_outs: tuple[tuple[str, Variable], ...]
+    outputs: tuple[tuple[str, Variable], ...]
+    type: Type
+
+
+@dataclass(frozen=True)
+class Deref:
+    """What a pointer or reference leads to, `offset` elements further."""
+
+    base: Expression
+    type: Type
+    offset: Expression | None = None
+
+
+@dataclass(frozen=True)
+class Address:
+    """A pointer or reference to a variable."""
+
+    variable: Variable
+    type: Type
+
+
+@dataclass(frozen=True)
+class Offset:
+    """A pointer moved by some bytes; `size` is that of an element, `sign` 1 or -1."""
+
+    base: Expression
+    bytes: Expression
+    size: int
+    sign: int
+    type: Type
+
+
+@dataclass(frozen=True)
+class Null:
+    """The pointer to nothing, or an interface without a block."""
+
+    type: Type
+
+
+@dataclass(frozen=True)
+class Valid:
+    """Whether a reference refers to something."""
+
+    reference: Expression
+    type: Type
+
+
+@dataclass(frozen=True)
+class Same:
+    """Whether two pointers or interfaces lead to the same, or not (`op` is = or <>)."""
+
+    op: str
+    left: Expression
+    right: Expression
+    type: Type
+
+
+Variable = Use | Member | Index | This | CallMethod | Deref
+Expression = (
+    Constant
+    | Unary
+    | Binary
+    | CallFunction
+    | Standard
+    | Variable
+    | Address
+    | Offset
+    | Null
+    | Valid
+    | Same
+)
 
 
 @dataclass(frozen=True)
@@ -184,7 +304,7 @@ class Case:
 class For:
     """Counts `counter` from `start` to `end`; all four have its type."""
 
-    counter: Use
+    counter: Variable
     start: Expression
     end: Expression
     step: Expression
@@ -210,7 +330,37 @@ class Repeat:
     at: Position
 
 
-Statement = Assign | CallBlock | If | Case | For | While | Repeat | Exit | Return
+@dataclass(frozen=True)
+class Evaluate:
+    """A call whose result is not used."""
+
+    value: Expression
+    at: Position
+
+
+@dataclass(frozen=True)
+class CallBase:
+    """`SUPER^()`: the body of the block that this one extends, on the same instance."""
+
+    block: BlockType
+    inputs: tuple[tuple[str, Expression], ...]
+    at: Position
+
+
+Statement = (
+    Assign
+    | CallBlock
+    | CallBase
+    | If
+    | Case
+    | For
+    | While
+    | Repeat
+    | Exit
+    | Return
+    | Continue
+    | Evaluate
+)
 
 
 @dataclass(eq=False)
@@ -218,7 +368,8 @@ class Pou:
     """A function, function block or program.
 
     `block` is None for a function, `result` None for the others. `symbols` are in the order of
-    declaration, by upper-case name.
+    declaration, by upper-case name. A method is a POU, too: its kind is METHOD, its name
+    `Block.Method` (`Block.Property.Get`), and `owner` the block it belongs to.
     """
 
     kind: str
@@ -228,6 +379,12 @@ class Pou:
     block: BlockType | None = None
     result: Symbol | None = None
     body: tuple[Statement, ...] = field(default_factory=tuple)
+    owner: Pou | None = None
+    words: tuple[str, ...] = ()
+    calls: set[str] = field(default_factory=set)
+    """Functions of the sources that it calls, by upper-case name."""
+    copied: set[str] = field(default_factory=set)
+    """Upper-case names of VAR_INPUT that a function writes."""
 
     def section(self, kind: str) -> list[Symbol]:
         """The variables of one kind of section."""

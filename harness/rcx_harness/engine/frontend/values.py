@@ -9,13 +9,15 @@ from datetime import date, datetime, time, timedelta
 from typing import Any
 
 from rcx_harness.engine.frontend.scalars import (
+    ANY_CHARS,
     ANY_REAL,
+    ANY_STRING,
     INT_RANGE,
     NANOSECONDS_PER_DAY,
     REAL_MAX,
-    STRING_MAX,
     LiteralError,
     Scalar,
+    string_length,
     typed_literal,
 )
 from rcx_harness.engine.types import (
@@ -23,6 +25,8 @@ from rcx_harness.engine.types import (
     BlockType,
     ElementaryType,
     EnumType,
+    InterfaceType,
+    ReferenceType,
     StructType,
     Type,
 )
@@ -39,6 +43,8 @@ def describe(kind: Type) -> str:
     if isinstance(kind, ArrayType) and not kind.name:
         bounds = ", ".join(f"{low}..{high}" for low, high in kind.bounds)
         return f"ARRAY [{bounds}] OF {describe(kind.element)}"
+    if isinstance(kind, ElementaryType) and kind.length is not None:
+        return f"{kind.name}[{kind.length}]"
     return kind.name
 
 
@@ -50,22 +56,29 @@ def array_length(kind: ArrayType) -> int:
 def scalar_to_python(kind: Type, value: Scalar) -> Any:
     """What `Program.read` returns for a scalar that is held as `value` (see `Scalar`)."""
     if isinstance(kind, EnumType):
-        index = int(value)
-        return kind.members[index] if 0 <= index < len(kind.members) else index
+        member = kind.member_of(int(value))
+        return int(value) if member is None else member
     if not isinstance(kind, ElementaryType):
         raise TypeError(f"{kind.name} is no scalar")
     if kind.name == "BOOL":
         return bool(value)
-    if kind.name == "TIME":
+    name = _short(kind)
+    if name == "TIME":
         return timedelta(microseconds=_microseconds(value))
-    if kind.name == "DATE":
+    if name == "DATE":
         return (_EPOCH + timedelta(microseconds=_microseconds(value))).date()
-    if kind.name == "TOD":
+    if name == "TOD":
         day = int(value) % NANOSECONDS_PER_DAY
         return (_EPOCH + timedelta(microseconds=_microseconds(day))).time()
-    if kind.name == "DT":
+    if name == "DT":
         return _EPOCH + timedelta(microseconds=_microseconds(value))
     return value
+
+
+def _short(kind: ElementaryType) -> str:
+    """TIME for LTIME, and so on: they are held alike. Empty for what is no moment."""
+    name = kind.name.removeprefix("L")
+    return name if name in _MOMENTS else ""
 
 
 def _microseconds(nanoseconds: Scalar) -> int:
@@ -102,6 +115,9 @@ def from_python(kind: Type, value: Any, path: str) -> Any:
         return _enumeration(kind, value, path)
     if isinstance(kind, ElementaryType):
         return _elementary(kind, value, path)
+    if isinstance(kind, (ReferenceType, InterfaceType)):
+        hint = "the program itself says what it leads to"
+        raise InputError(f"{path} is a {describe(kind)} and cannot be set", hint=hint)
     if isinstance(kind, ArrayType):
         return _array(kind, kind.bounds, value, path)
     return _fields(kind, value, path)
@@ -114,9 +130,9 @@ def _mismatch(path: str, kind: Type, value: Any, hint: str = "") -> InputError:
 def _enumeration(kind: EnumType, value: Any, path: str) -> int:
     names = [member.upper() for member in kind.members]
     if isinstance(value, str):
-        prefix, _, member = value.upper().rpartition("#")
+        prefix, _, member = value.upper().replace(".", "#").rpartition("#")
         if member in names and prefix in ("", kind.name.upper()):
-            return names.index(member)
+            return kind.value_of(member)
     raise _mismatch(path, kind, value, f"use one of {', '.join(kind.members)}")
 
 
@@ -138,35 +154,40 @@ def _elementary(kind: ElementaryType, value: Any, path: str) -> Scalar:
             if not math.isfinite(value) or abs(value) <= REAL_MAX:
                 return c_float(value).value
         raise _mismatch(path, kind, value, "use a number")
-    if name == "STRING":
-        if isinstance(value, str) and len(value) <= STRING_MAX and not _wide(value):
-            return value
-        raise _mismatch(path, kind, value, f"use up to {STRING_MAX} single-byte characters")
+    if name in ANY_CHARS:
+        return _characters(kind, value, path)
     return _moment(kind, value, path)
 
 
-def _wide(text: str) -> bool:
-    return any(ord(character) > 0xFF for character in text)
+def _characters(kind: ElementaryType, value: Any, path: str) -> str:
+    most, texts = string_length(kind), kind.name in ANY_STRING
+    largest, held = (0xFFFF, "16-bit") if kind.name.startswith("W") else (0xFF, "single-byte")
+    fits = isinstance(value, str) and len(value) <= most and (texts or len(value) == 1)
+    if fits and all(ord(character) <= largest for character in value):
+        return str(value)
+    number = f"up to {most} {held} characters" if texts else f"one {held} character"
+    raise _mismatch(path, kind, value, f"use {number}")
 
 
 def _moment(kind: ElementaryType, value: Any, path: str) -> int:
-    """TIME, DATE, TOD and DT, also from a literal as it is written in Structured Text."""
+    """Durations and dates, also from a literal as it is written in Structured Text."""
+    name = _short(kind)
     if isinstance(value, str):
         try:
             literal_type, number = typed_literal(value)
         except (KeyError, LiteralError):
             raise _mismatch(path, kind, value) from None
-        if literal_type == kind:
+        if literal_type.name in (kind.name, name):
             return int(number)
-    elif kind.name == "TIME" and isinstance(value, timedelta) and abs(value) < _TIME_LIMIT:
+    elif name == "TIME" and isinstance(value, timedelta) and abs(value) < _TIME_LIMIT:
         return value // timedelta(microseconds=1) * 1000
-    elif kind.name == "DT" and isinstance(value, datetime) and value.tzinfo is None:
+    elif name == "DT" and isinstance(value, datetime) and value.tzinfo is None:
         return (value - _EPOCH) // timedelta(microseconds=1) * 1000
-    elif kind.name == "DATE" and isinstance(value, date) and not isinstance(value, datetime):
+    elif name == "DATE" and isinstance(value, date) and not isinstance(value, datetime):
         return (value - _EPOCH.date()).days * NANOSECONDS_PER_DAY
-    elif kind.name == "TOD" and isinstance(value, time) and value.tzinfo is None:
+    elif name == "TOD" and isinstance(value, time) and value.tzinfo is None:
         return (datetime.combine(_EPOCH, value) - _EPOCH) // timedelta(microseconds=1) * 1000
-    raise _mismatch(path, kind, value, _MOMENTS[kind.name])
+    raise _mismatch(path, kind, value, _MOMENTS[name])
 
 
 _MOMENTS = {

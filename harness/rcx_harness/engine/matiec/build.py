@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import os
 import re
 import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from rcx_harness.engine import cache
+from rcx_harness.engine.native.memory import tables
+from rcx_harness.engine.native.toolchain import (
+    CompilerError,
+    compile_shared,
+    fingerprint,
+    from_cache,
+)
 from rcx_harness.errors import InputError
 
 __all__ = [
@@ -25,17 +29,10 @@ __all__ = [
     "TranslationError",
     "Wanted",
     "compile_program",
-    "find_c_compiler",
     "find_matiec",
 ]
 
 _RUNTIME = Path(__file__).with_name("runtime.c")
-_FLAGS = ("-std=gnu11", "-O1", "-w", "-fPIC", "-shared")
-# Signed overflow wraps and a float stays a float, whatever the optimiser would like.
-_ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
-# With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
-# process must have been started with the address sanitizer's library preloaded.
-_SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
@@ -49,8 +46,8 @@ class Wanted:
     """What the shared object has to tell: names as matiec writes them, in upper case.
 
     Attributes:
-        instances: Program instances; the first entries of `rcx_regions`.
-        globals: Global variables; the next entries of `rcx_regions`.
+        instances: Program instances; the first of `rcx_regions`.
+        globals: Global variables; the next of `rcx_regions`.
         layout: C expressions of the table `rcx_layout`.
     """
 
@@ -75,42 +72,14 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
         TranslationError: iec2c refuses the text.
         InputError: the C compiler fails.
     """
-    folder = cache.folder()
-    if folder is None:
-        return _compile(text, wanted, matiec, compiler)
-    entry = folder / f"{_key(text, wanted, matiec, compiler)}.so"
-    with suppress(OSError):
-        image = entry.read_bytes()
-        os.utime(entry)
-        return image
-    image = _compile(text, wanted, matiec, compiler)
-    with suppress(OSError):
-        cache.put(entry, image)
-    return image
-
-
-def _flags() -> tuple[str, ...]:
-    wanted = os.environ.get("RCX_SANITIZE", "").lower() == "on"
-    return _FLAGS + _ARITHMETIC + (_SANITIZERS if wanted else ())
-
-
-def _key(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> str:
     parts = [
         text,
         repr(wanted),
         matiec.fingerprint(),
-        _compiler_version(compiler),
-        " ".join(_flags()),
         _RUNTIME.read_text(encoding="utf-8"),
         Path(__file__).read_text(encoding="utf-8"),
     ]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
-
-
-@functools.lru_cache(maxsize=8)
-def _compiler_version(compiler: str) -> str:
-    done = subprocess.run([compiler, "--version"], capture_output=True, check=False)
-    return compiler + done.stdout.decode("utf-8", "replace")
+    return from_cache(compiler, parts, lambda: _compile(text, wanted, matiec, compiler))
 
 
 def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
@@ -127,17 +96,13 @@ def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
         parts = sorted(path.name for path in target.glob("*.c") if path.name != "POUS.c")
         written += [f'#include "{part}"' for part in parts]
         unit.write_text("\n".join(written) + "\n", encoding="utf-8")
-        shared = folder / "program.so"
-        command = [compiler, *_flags(), "-I", str(matiec.headers), str(unit), "-lm"]
-        done = subprocess.run([*command, "-o", str(shared)], capture_output=True, check=False)
-        if done.returncode != 0:
-            said = done.stderr.decode("utf-8", "replace").splitlines()
-            reason = next((line for line in said if "error" in line), "no message")
+        try:
+            return compile_shared(compiler, ("-std=gnu11", "-I", str(matiec.headers)), unit)
+        except CompilerError as error:
             raise InputError(
-                f"the C compiler refuses what iec2c made of the program: {reason}",
+                f"the C compiler refuses what iec2c made of the program: {error.reason}",
                 hint=f"check {compiler}, and that iec2c and its lib/C belong together",
-            )
-        return shared.read_bytes()
+            ) from None
 
 
 def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
@@ -151,23 +116,14 @@ def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
     for instance in wanted.instances:
         symbol, kind = programs[instance]
         yield f"extern {kind} {symbol};"
-        regions.append(f"{{&{symbol}, sizeof({kind})}}")
+        regions.append(symbol)
     variables = _globals(target)
     for variable in wanted.globals:
         declaration, region = variables[variable]
         yield declaration
         regions.append(region)
-    regions += [f"{{&rcx_at{place}, sizeof(rcx_at{place})}}" for place in places]
-    yield from _table("const rcx_region rcx_regions[]", regions)
-    yield f"const size_t rcx_regions_count = {len(regions)};"
-    yield from _table("const size_t rcx_layout[]", wanted.layout)
-    yield f"const size_t rcx_layout_count = {len(wanted.layout)};"
-
-
-def _table(declaration: str, entries: Sequence[str]) -> Iterator[str]:
-    yield declaration + " = {"
-    yield from (f"  {entry}," for entry in entries)
-    yield "};"
+    regions += [f"rcx_at{place}" for place in places]
+    yield from tables(regions, wanted.layout)
 
 
 def _located(target: Path) -> Iterator[tuple[str, str]]:
@@ -190,7 +146,7 @@ def _programs(target: Path) -> dict[str, tuple[str, str]]:
 
 
 def _globals(target: Path) -> dict[str, tuple[str, str]]:
-    """Declaration and region of each global variable of configuration and resources, by name."""
+    """Declaration and value of each global variable of configuration and resources, by name."""
     text = "".join(
         path.read_text(encoding="utf-8", errors="replace") for path in sorted(target.glob("*.c"))
     )
@@ -200,12 +156,11 @@ def _globals(target: Path) -> dict[str, tuple[str, str]]:
         form, kind, domain, name = match.groups()
         symbol = f"{domain}__{name}"
         if form == "_LOCATED":
-            found[name] = ("", f"{{&rcx_at{places[name]}, sizeof({kind})}}")
+            found[name] = ("", f"rcx_at{places[name]}")
         elif form == "_FB":
-            found[name] = (f"extern {kind} {symbol};", f"{{&{symbol}, sizeof({kind})}}")
+            found[name] = (f"extern {kind} {symbol};", symbol)
         else:
-            declared = f"extern __IEC_{kind}_t {symbol};"
-            found[name] = (declared, f"{{&{symbol}.value, sizeof({symbol}.value)}}")
+            found[name] = (f"extern __IEC_{kind}_t {symbol};", f"{symbol}.value")
     return found
 
 
@@ -293,12 +248,7 @@ def _messages(output: str, name: str) -> Iterator[Message]:
 
 @functools.lru_cache(maxsize=8)
 def _fingerprint(matiec: Matiec) -> str:
-    digest = hashlib.sha256(matiec.iec2c.read_bytes())
-    for folder, pattern in ((matiec.library, "*.txt"), (matiec.headers, "*.h")):
-        for path in sorted(folder.glob(pattern)):
-            digest.update(path.name.encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return fingerprint([matiec.iec2c, *matiec.library.glob("*.txt"), *matiec.headers.glob("*.h")])
 
 
 def find_matiec() -> Matiec | None:
@@ -348,12 +298,4 @@ def _headers(library: Path, binary_folder: Path) -> Path | None:
     for folder in (library / "C", binary_folder / "core" / "lib"):
         if (folder / "iec_std_lib.h").is_file():
             return folder
-    return None
-
-
-def find_c_compiler() -> str | None:
-    """The C compiler: `CC`, then cc, gcc or clang on `PATH`; None when there is none."""
-    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
-        if name and (path := shutil.which(name)):
-            return path
     return None

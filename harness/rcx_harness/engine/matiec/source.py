@@ -11,9 +11,10 @@ from pathlib import Path
 
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.matiec.build import Matiec, TranslationError
+from rcx_harness.engine.source import origin, source_text
 from rcx_harness.errors import InputError
 
-__all__ = ["HIDDEN_INSTANCE", "SourceText", "explain", "join_sources"]
+__all__ = ["HIDDEN_INSTANCE", "SourceText", "explain", "hidden_instance", "join_sources"]
 
 #: What the program instance is called in C where the sources have no CONFIGURATION: `Main` might
 #: be the name of the program itself, and matiec refuses an instance that is named as its type.
@@ -48,7 +49,14 @@ class SourceText:
     def place(self, line: int) -> tuple[Path, int]:
         """File and line, from 1, of a line of the text."""
         index = bisect_right(self.starts, line) - 1
-        return self.files[index], line - self.starts[index] + 1
+        file = self.files[index]
+        return file, origin(file, line - self.starts[index] + 1, 1)[0]
+
+
+def hidden_instance(name: str, project: Project) -> str:
+    """What an instance is called in C: another name where a program is called as it is."""
+    clashes = any(pou.upper() == name.upper() for pou in project.pous)
+    return f"{HIDDEN_INSTANCE}_{name.upper()}" if clashes else name
 
 
 def join_sources(project: Project) -> SourceText:
@@ -57,7 +65,11 @@ def join_sources(project: Project) -> SourceText:
     starts: list[int] = []
     line = 1
     for file in project.files:
-        part = "\n".join(file.read_text(encoding="utf-8-sig").splitlines()) + "\n"
+        part = "\n".join(source_text(file).splitlines()) + "\n"
+        for name in project.instances if project.configured else ():
+            if hidden_instance(name, project) != name:
+                named = re.compile(rf"(\bPROGRAM\s+){name}(?=\s*(?:WITH\b|:))", re.IGNORECASE)
+                part = named.sub(rf"\g<1>{hidden_instance(name, project)}", part)
         starts.append(line)
         parts.append(part)
         line += part.count("\n")

@@ -114,7 +114,7 @@ class Names:
         self.functions = {
             part.name.upper(): Function(self._defaults(part.node), part.node.result)
             for part in sources.of("FUNCTION")
-            if isinstance(part.node, s.Pou)
+            if isinstance(part.node, s.Pou) and isinstance(part.node.result, s.NamedSpec)
         }
 
     def spec(self, spec: s.TypeSpec) -> str:

@@ -55,8 +55,9 @@ def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
 
 
 def _root(node: t.Variable) -> str:
-    while not isinstance(node, t.Use):
+    while isinstance(node, (t.Member, t.Index)):
         node = node.base
+    assert isinstance(node, t.Use)
     return node.symbol.name
 
 

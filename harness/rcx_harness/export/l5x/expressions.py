@@ -70,6 +70,7 @@ class Expressions:
             return self._binary(node)
         if isinstance(node, t.CallFunction):
             return self._call(node)
+        assert isinstance(node, t.Standard)
         return self._standard(node)
 
     def variable(self, node: t.Variable) -> str:
@@ -80,6 +81,7 @@ class Expressions:
             return RESULT if node.symbol.section == "RESULT" else node.symbol.name
         if isinstance(node, t.Index):
             return f"{self.variable(node.base)}[{self.text(node.indices[0])}]"
+        assert isinstance(node, t.Member)
         base = self.variable(node.base)
         if isinstance(node.base.type, BlockType) and is_whole(node.type):
             return companion(base, node.name)

@@ -11,7 +11,8 @@ from pathlib import Path
 from rcx_harness.engine.builtin.coverage import Decision, Plan
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.lexer import tokens
-from rcx_harness.engine.types import ElementaryType, EnumType
+from rcx_harness.engine.frontend.scalars import ANY_CHARS, ANY_DURATION
+from rcx_harness.engine.types import ElementaryType, EnumType, ReferenceType
 
 __all__ = ["Branch", "Listing", "Point", "listing", "text_of"]
 
@@ -269,9 +270,40 @@ def text_of(node: t.Expression, within: int = 0) -> str:
         left, right = text_of(node.left, strength), text_of(node.right, strength + 1)
         text = f"{left} {node.op} {right}"
         return f"({text})" if strength < within else text
+    if not isinstance(node, (t.CallFunction, t.Standard)):
+        return _pointing(node)
     name = node.function if isinstance(node, t.CallFunction) else node.name
     given = [text_of(item) for item in node.arguments if item is not None]
     return f"{name}({', '.join(given)})"
+
+
+def _pointing(node: t.Expression) -> str:
+    """The text of a method's call, a pointer or a reference."""
+    if isinstance(node, t.This):
+        return "THIS^"
+    if isinstance(node, t.Null):
+        return "0"
+    if isinstance(node, t.Same):
+        return f"{text_of(node.left)} {node.op} {text_of(node.right)}"
+    if isinstance(node, t.Valid):
+        return f"__ISVALIDREF({text_of(node.reference)})"
+    if isinstance(node, t.Address):
+        return f"ADR({text_of(node.variable)})"
+    if isinstance(node, t.Offset):
+        return f"{text_of(node.base)} {'+' if node.sign > 0 else '-'} {text_of(node.bytes)}"
+    if isinstance(node, t.Deref):
+        if node.offset is not None:
+            return f"{text_of(node.base)}[{text_of(node.offset)}]"
+        kind = node.base.type
+        reference = isinstance(kind, ReferenceType) and kind.kind == "REFERENCE"
+        return text_of(node.base) if reference else f"{text_of(node.base)}^"
+    assert isinstance(node, t.CallMethod)
+    _, name, *accessor = node.method.name.split(".")
+    called = f"{'SUPER^' if node.final else text_of(node.instance)}.{name}"
+    if accessor:
+        return called
+    given = [text_of(item) for item in node.arguments if item is not None]
+    return f"{called}({', '.join(given)})"
 
 
 def _constant(node: t.Constant) -> str:
@@ -283,6 +315,7 @@ def _constant(node: t.Constant) -> str:
         return f"{name}#16#{int(value):0{_BITS[name]}X}"
     if name == "BOOL":
         return "TRUE" if value else "FALSE"
-    if name == "TIME":
-        return f"T#{int(value) // 1_000_000}ms"
-    return f"'{value}'" if name == "STRING" else str(value)
+    if name in ANY_DURATION:
+        prefix = "T" if name == "TIME" else "LTIME"
+        return f"{prefix}#{int(value) // 1_000_000}ms"
+    return f"'{value}'" if name in ANY_CHARS else str(value)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from rcx_harness.engine.frontend.bodies import check_body
 from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 
 # By name: the packages have functions of the same names.
@@ -109,7 +111,7 @@ class Workshop:
         chooser.load = self.load
         chooser.BuiltinProgram = _Builder(self)
         chooser.find_matiec = lambda *_: None
-        front.parse = self._parse
+        front.read_file = self._parse
 
     # --- one mutant, in a child ---
 
@@ -145,7 +147,8 @@ class Workshop:
         self._watching = False
         for compiled in self._compiled.values():
             for key, value in compiled.module.names.items():
-                compiled.module.names[key] = getattr(value, "noted", value)
+                if isfunction(value):
+                    compiled.module.names[key] = getattr(value, "noted", value)
 
     def _noting(self, names: dict[str, Any], key: str, function: Any) -> Callable[..., Any]:
         def first(*arguments: Any) -> Any:
@@ -166,7 +169,7 @@ class Workshop:
 
     def load(self, paths: Sequence[Path]) -> Project:
         """A checked project; the same as before where the sources are the same."""
-        key = tuple(path.read_text(encoding="utf-8-sig") for path in paths)
+        key = tuple(source_text(path) for path in paths)
         found = self._compiled.get(key)
         if found is None or not self._fits(found):
             found = self._compile(paths)
@@ -261,10 +264,9 @@ def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse)
         scopes[scope.pou.name.upper()] = scope
         check_body(scope, body, report)
 
-    usual = front.check_body, front.parse
-    front.check_body, front.parse = keeping, parsing
+    usual, front.check_body = front.check_body, keeping
     try:
-        project = front.load(paths)
+        project = front.load(paths, parsing)
     finally:
-        front.check_body, front.parse = usual
+        front.check_body = usual
     return Checked(project, scopes)

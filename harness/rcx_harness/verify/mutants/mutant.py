@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse, parse_text
+from rcx_harness.engine.frontend.parser import parse, parse_portable
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.engine import Checked, load_checked, pou_of, python_of, rechecked
 from rcx_harness.verify.mutants.operators import Change, changes
@@ -136,7 +136,7 @@ class Mutants:
     def _initial(self, name: str, text: str, file: Path) -> str:
         """The initial values that the declarations of a POU give."""
         scope = self.checked.scopes[name]
-        node = pou_of(parse_text.__wrapped__(text, file), name)
+        node = pou_of(parse_portable(text, file), name)
         assert node is not None
         found = []
         for section in node.sections:
@@ -186,7 +186,7 @@ class _Checker:
         if text.strip():
             program = f"PROGRAM p\n{text}\nEND_PROGRAM\n"
             file = self._checked.project.files[0]
-            (parsed,) = parse_text.__wrapped__(program, file).declarations
+            (parsed,) = parse_portable(program, file).declarations
             assert isinstance(parsed, s.Pou)
             statements = parsed.body
         code = self._code(index, statements)

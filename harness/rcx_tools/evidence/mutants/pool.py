@@ -17,8 +17,9 @@ __all__ = ["PATIENCE_S", "Outcome", "Task", "run_tasks"]
 
 #: What a child may take: so often the processor time of its tests, and so much besides [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
-#: Real time after which a child counts as hanging [s]; the machine may have other work.
-_HANGS = 600
+#: Real time after which a child counts as hanging: so much [s], and so often its processor time,
+#: since the machine may have other work.
+_HANGS, _BUSY = 600, 8
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class _Pool:
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(_HANGS)
+        signal.alarm(_HANGS + _BUSY * limit)
         os.write(writing, json.dumps({"by": self._run(task)}).encode())
         os._exit(0)
 

@@ -33,8 +33,11 @@ FOLDERS = (
     *("area", "sequence", "command", "diagnosis", "faults", "chapters", "examples"),
     "tools/library",
 )
-#: Tests of these names are of something else: the network, matiec, or how the tests work.
-_OTHERS = ("[enip", "-enip", "over_ethernet_ip", "matiec", "test_fault_runner", "test_files.py")
+#: Tests of these names are of something else: the network, other engines, or how the tests work.
+_OTHERS = (
+    *("[enip", "-enip", "over_ethernet_ip", "matiec", "strucpp"),
+    *("test_fault_runner", "test_files.py"),
+)
 #: So many of the fault runs of each block are taken (they are long).
 _FAULT_RUNS = 3
 

@@ -1,0 +1,542 @@
+"""Resolves types: names become types, initial values are complete, constants have values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import c_float
+from typing import Any
+
+from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.constants import constant, evaluate, member
+from rcx_harness.engine.frontend.registry import Declared, Registry, last_name
+from rcx_harness.engine.frontend.scalars import (
+    ANY_CHARS,
+    ANY_INT,
+    ANY_REAL,
+    ANY_STRING,
+    CORE,
+    ELEMENTARY,
+    INT_RANGE,
+    LONGEST_STRING,
+)
+from rcx_harness.engine.frontend.sizes import size_of
+from rcx_harness.engine.frontend.standard import BLOCKS, UNSUPPORTED, conversion, reserved
+from rcx_harness.engine.frontend.tree import Constant, Pou, Symbol
+from rcx_harness.engine.frontend.values import array_length, describe
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+)
+from rcx_harness.errors import InputError
+
+__all__ = ["ConsequenceError", "Types", "default_scalar", "has_block", "is_null"]
+
+_MAX_ELEMENTS = 1_000_000
+
+
+class ConsequenceError(InputError):
+    """An error that only follows from another one, which has been reported."""
+
+
+class Types:
+    """The types of a project, each resolved when it is first asked for.
+
+    Args:
+        registry: All names.
+        report: Takes each error; the declaration it is in is then incomplete.
+
+    Attributes:
+        types: Structures, arrays, enumerations and aliases by upper-case name.
+        initial: The initial value of each of them.
+        blocks: Function blocks and programs by upper-case name.
+        pous: Functions, blocks and programs by upper-case name.
+        globals: Global variables by upper-case name.
+        lists: Lists of globals: for each variable's upper-case name its key in `globals`.
+        local: Variables of the POU that is being declared.
+        sections: All its sections.
+    """
+
+    def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
+        self.registry = registry
+        self._report = report
+        self.types: dict[str, Type] = {}
+        self.initial: dict[str, Any] = {}
+        self.blocks: dict[str, BlockType] = {}
+        self.pous: dict[str, Pou] = {}
+        self.globals: dict[str, Symbol] = {}
+        self.lists: dict[str, dict[str, str]] = {}
+        self.local: dict[str, Symbol] = {}
+        self.sections: list[tuple[s.Section, Declared]] = []
+        self._under_way: set[str] = set()
+        self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
+
+    def link(self) -> None:
+        """Resolve what pointers and references lead to, once all types and blocks are known."""
+        while self._unlinked:
+            reference, spec, where = self._unlinked.pop()
+            try:
+                reference.target, _ = self.resolve(spec, where)
+            except InputError as error:
+                self._report(error)
+
+    # --- types ---
+
+    def add_type(self, node: s.TypeDecl, where: Declared) -> None:
+        """Resolve one type of a TYPE … END_TYPE, unless that is done."""
+        key = node.name.key
+        if key in self.types or key in self._under_way:
+            return
+        self._under_way.add(key)
+        try:
+            kind, initial = self._named_type(node, where)
+            self.types[key] = kind
+            if node.initial is not None:
+                initial = self.initial_value(node.initial, kind, where, initial)
+            self.initial[key] = initial
+        except InputError as error:
+            self.types.pop(key, None)
+            self._report(error)
+
+    def type_named(self, key: str) -> Type | None:
+        """The type of the sources with this upper-case name."""
+        if key not in self.types and key in self.registry.types:
+            declared = self.registry.types[key]
+            assert isinstance(declared.node, s.TypeDecl)
+            self.add_type(declared.node, declared)
+        return self.types.get(key)
+
+    def _named_type(self, node: s.TypeDecl, where: Declared) -> tuple[Type, Any]:
+        spec, name = node.spec, node.name.text
+        if isinstance(spec, s.EnumSpec):
+            return self._enumeration(name, spec, where)
+        if isinstance(spec, s.StructSpec):
+            return self._structure(name, spec, where, node.extends)
+        if node.extends is not None:
+            raise where.error("only a structure or block can extend another", node.extends.at)
+        if isinstance(spec, s.ArraySpec):
+            return self._array(name, spec, where)
+        kind, initial = self.resolve(spec, where)
+        if isinstance(kind, BlockType):
+            raise where.error(f"{describe(kind)} is a block, not a data type", spec.at)
+        return kind, initial
+
+    def _enumeration(self, name: str, spec: s.EnumSpec, where: Declared) -> tuple[Type, Any]:
+        seen: set[str] = set()
+        for one in spec.members:
+            if one.key in seen:
+                raise where.error(f"{one.text} is a member twice", one.at)
+            if self.registry.is_standard(one.key) or one.key in (
+                *self.registry.types,
+                *self.registry.pous,
+            ):
+                where.note("a variable called as something else", one.at)
+            seen.add(one.key)
+        names = tuple(one.text for one in spec.members)
+        if not spec.explicit and spec.base is None:
+            return EnumType(name, names), 0
+        base = ELEMENTARY["INT"]
+        if spec.base is not None:
+            found, _ = self.resolve(spec.base, where)
+            if not isinstance(found, ElementaryType) or found.name not in INT_RANGE:
+                raise where.error(
+                    f"a {describe(found)} cannot be the base of an enumeration", spec.base.at
+                )
+            base = found
+        values: list[int] = []
+        for one, value in zip(spec.members, spec.values, strict=True):
+            if value is None:
+                values.append(values[-1] + 1 if values else 0)
+                continue
+            # Members before it are constants, too.
+            earlier = EnumType(name, names[: len(values)], tuple(values), base.name)
+            lookup = self._looking(where, earlier)
+            found_value = constant(value, base, self.types, where, lookup).value
+            values.append(int(found_value))
+            del one
+        low, high = INT_RANGE[base.name]
+        if not all(low <= value <= high for value in values):
+            raise where.error(f"a member is outside {base.name} ({low} to {high})", spec.at)
+        return EnumType(name, names, tuple(values), base.name), values[0]
+
+    def _structure(
+        self, name: str, spec: s.StructSpec, where: Declared, base: s.Name | None = None
+    ) -> tuple[Type, Any]:
+        if spec.union:
+            hint = "use a STRUCT, and convert where the bits are wanted"
+            raise where.error("UNION is not supported", spec.at, hint)
+        fields: list[tuple[str, Type]] = []
+        values: dict[str, Any] = {}
+        if base is not None:
+            known = self.type_named(last_name(base))
+            if not isinstance(known, StructType):
+                raise where.error(f"{base.text} is no structure of these sources", base.at)
+            fields += known.fields
+            values.update(self.initial[last_name(base)])
+        for declaration in spec.fields:
+            owner = f"{name}_{declaration.names[0].text}"
+            kind, initial = self.resolve(declaration.spec, where, owner)
+            if has_block(kind):
+                where.note("a block in a structure", declaration.at)
+            if declaration.initial is not None:
+                initial = self.initial_value(declaration.initial, kind, where, initial)
+            for field in declaration.names:
+                if field.key in (known.upper() for known, _ in fields):
+                    raise where.error(f"{field.text} is a field twice", field.at)
+                fields.append((field.text, kind))
+                values[field.text] = initial
+        return StructType(name, tuple(fields), spec.union), values
+
+    def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
+        bounds = []
+        for dimension in spec.dimensions:
+            if isinstance(dimension.low, s.Name) and dimension.low.text == "*":
+                raise where.error(
+                    "arrays of open length are not supported", dimension.at, "write the bounds"
+                )
+            low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
+            if low > high:
+                raise where.error(f"the bounds {low}..{high} are empty", dimension.at)
+            bounds.append((low, high))
+        element, initial = self.resolve(spec.element, where, f"{name}_element")
+        if isinstance(element, BlockType):
+            where.note("an array of blocks", spec.at)
+        kind = ArrayType(name, tuple(bounds), element)
+        if array_length(kind) > _MAX_ELEMENTS:
+            raise where.error(f"more than {_MAX_ELEMENTS} elements are not supported", spec.at)
+        return kind, [initial] * array_length(kind)
+
+    def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
+        """The type that a specification names, and its initial value.
+
+        Args:
+            spec: The specification.
+            where: The declaration that it is in.
+            owner: What a type without a name is called.
+
+        Raises:
+            InputError: no such type, or one that is not supported.
+        """
+        if isinstance(spec, s.ArraySpec):
+            return self._array("", spec, where)
+        if isinstance(spec, s.SubrangeSpec):
+            return self._subrange(spec, where)
+        if isinstance(spec, s.PointerSpec):
+            reference = ReferenceType(spec.kind)
+            self._unlinked.append((reference, spec.target, where))
+            return reference, None
+        if not isinstance(spec, s.NamedSpec):
+            return self._nameless(spec, where, owner)
+        space, _, key = spec.name.key.rpartition(".")
+        name = spec.name.text[-len(key) :]
+        if space and space not in self.registry.namespaces:
+            raise where.error(f"there is no namespace {spec.name.text[: len(space)]}", spec.at)
+        if key in self.registry.interfaces:
+            return InterfaceType(self.registry.interfaces[key].node.name.text), None
+        if spec.length is not None:
+            return self._sized(spec, where)
+        found = self.type_named(key)
+        if found is not None and key in self.initial:
+            return found, self.initial[key]
+        if key in ELEMENTARY and key not in self.registry.types:
+            kind = ELEMENTARY[key]
+            if key not in CORE:
+                where.note("a type of the third edition", spec.at, kind.name)
+            return kind, default_scalar(kind)
+        if key in BLOCKS and key not in self.registry.pous:
+            self.blocks.setdefault(key, BLOCKS[key])
+            if not reserved(key):
+                where.note("a standard block of the third edition", spec.at, key)
+            return BLOCKS[key], None
+        declared = self.registry.pous.get(key)
+        if declared is not None and isinstance(declared.node, s.Pou):
+            if declared.node.kind != "FUNCTION_BLOCK":
+                raise where.error(f"{name} is a {declared.node.kind}, not a type", spec.at)
+            if key in self.blocks:
+                return self.blocks[key], None
+        if key in self.registry.types or declared is not None:
+            raise ConsequenceError(f"the declaration of {name} has an error")
+        if key in UNSUPPORTED:
+            raise where.error(f"the block {name} is not supported", spec.at)
+        raise where.error(
+            f"there is no type {name}", spec.at, "name its file too, or look at the spelling"
+        )
+
+    def _nameless(
+        self, spec: s.EnumSpec | s.StructSpec, where: Declared, owner: str
+    ) -> tuple[Type, Any]:
+        """An enumeration or a structure where it is used; called as its variable."""
+        name = f"{where.node.name.text}_{owner}"
+        if isinstance(spec, s.StructSpec):
+            where.note("a structure without a name", spec.at)
+            kind, initial = self._structure(name, spec, where)
+        else:
+            where.note("an enumeration without a name", spec.at)
+            kind, initial = self._enumeration(name, spec, where)
+            for one in spec.members:
+                self.registry.members.setdefault(one.key, []).append(name.upper())
+        self.types[name.upper()], self.initial[name.upper()] = kind, initial
+        return kind, initial
+
+    def _sized(self, spec: s.NamedSpec, where: Declared) -> tuple[Type, Any]:
+        assert spec.length is not None
+        if spec.name.key not in ANY_STRING:
+            raise where.error(f"a {spec.name.text} has no length", spec.at, "remove it")
+        length = self.integer(spec.length, where)
+        if not 1 <= length <= LONGEST_STRING:
+            raise where.error(f"a STRING holds 1 to {LONGEST_STRING} characters", spec.at)
+        if spec.name.key == "WSTRING":
+            where.note("a type of the third edition", spec.at, "WSTRING")
+        return ElementaryType(spec.name.key, length), ""
+
+    def _subrange(self, spec: s.SubrangeSpec, where: Declared) -> tuple[Type, Any]:
+        kind, _ = self.resolve(spec.base, where)
+        if not isinstance(kind, ElementaryType) or kind.name not in (*ANY_INT, *ANY_REAL):
+            raise where.error(f"a {describe(kind)} has no subrange", spec.at)
+        low = constant(spec.low, kind, self.types, where, self.lookup).value
+        high = constant(spec.high, kind, self.types, where, self.lookup).value
+        if low > high:  # type: ignore[operator]
+            raise where.error(f"the range {low}..{high} is empty", spec.at)
+        return kind, low if not low <= 0 <= high else default_scalar(kind)  # type: ignore[operator]
+
+    # --- constants ---
+
+    def lookup(self, node: s.Expression) -> Constant | None:
+        """The constant that a name or path stands for; None where it is none."""
+        if isinstance(node, s.Field) and isinstance(node.base, s.Name):
+            kind = self.type_named(node.base.key)
+            if isinstance(kind, EnumType):
+                found = node.name.key in (one.upper() for one in kind.members)
+                return Constant(kind.value_of(node.name.key), kind, True) if found else None
+            key = self.lists.get(node.base.key, {}).get(node.name.key)
+            return self._global_constant(key) if key else self._pending(node.name.key)
+        if isinstance(node, s.Call):
+            return self._called(node)
+        if not isinstance(node, s.Name):
+            return None
+        symbol = self.local.get(node.key)
+        if symbol is not None:
+            return _constant_of(symbol)
+        later = self._declared_constant(node.key, self.sections)
+        if later is not None:
+            return later
+        for owner in self.registry.members.get(node.key, ()):
+            kind = self.type_named(owner)
+            if isinstance(kind, EnumType):
+                return Constant(kind.value_of(node.key), kind, True)
+        if node.key in self.globals:
+            return self._global_constant(node.key)
+        return self._pending(node.key)
+
+    def _called(self, node: s.Call) -> Constant | None:
+        """SIZEOF of a type or variable, and conversions between integers, of constants."""
+        if len(node.arguments) != 1:
+            return None
+        argument = node.arguments[0].value
+        if node.function.key == "SIZEOF" and isinstance(argument, s.Name):
+            symbol = self.local.get(argument.key)
+            kind = symbol.type if symbol is not None else self.type_named(argument.key)
+            kind = kind or self.blocks.get(argument.key) or ELEMENTARY.get(argument.key)
+            size = None if kind is None else size_of(kind)
+            return None if size is None else Constant(size, ELEMENTARY["LINT"])
+        pair = conversion(node.function.key)
+        found = self.lookup(argument)
+        if pair is None or pair[1] not in INT_RANGE or found is None:
+            return None
+        low, high = INT_RANGE[pair[1]]
+        fits = isinstance(found.value, int) and low <= found.value <= high
+        return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
+
+    def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
+        """Looks up members of an enumeration that is being declared, too."""
+
+        def lookup(node: s.Expression) -> Constant | None:
+            names = [one.upper() for one in earlier.members]
+            if isinstance(node, s.Name) and node.key in names:
+                value = member(earlier, node, where).value
+                return Constant(value, ELEMENTARY[earlier.base], True)
+            return self.lookup(node)
+
+        return lookup
+
+    def _global_constant(self, key: str) -> Constant | None:
+        symbol = self.globals.get(key)
+        return None if symbol is None else _constant_of(symbol)
+
+    def _pending(self, key: str) -> Constant | None:
+        """A global constant that types need before the globals are declared."""
+        sections = []
+        for declared in self.registry.lists:
+            assert isinstance(declared.node, s.GlobalList)
+            sections.append((declared.node.section, declared))
+        return self._declared_constant(key, sections)
+
+    def _declared_constant(
+        self, key: str, sections: list[tuple[s.Section, Declared]]
+    ) -> Constant | None:
+        """A constant of some sections that are not declared yet."""
+        for section, declared in sections:
+            if section.qualifier != "CONSTANT":
+                continue
+            for variable in section.variables:
+                if variable.initial is None or key not in (one.key for one in variable.names):
+                    continue
+                if key in self._under_way:
+                    raise declared.error(f"the constant {key} uses itself", variable.at)
+                self._under_way.add(key)
+                try:
+                    kind, _ = self.resolve(variable.spec, declared)
+                    if not isinstance(kind, (ElementaryType, EnumType)):
+                        return None
+                    found = constant(variable.initial, kind, self.types, declared, self.lookup)
+                    return Constant(found.value, kind, True)
+                finally:
+                    self._under_way.discard(key)
+        return None
+
+    def constant(self, node: s.Init, kind: Type, where: Declared) -> Constant:
+        """Value of a constant expression, brought to a type.
+
+        Raises:
+            InputError: not constant, or not of the type.
+        """
+        return constant(node, kind, self.types, where, self.lookup)
+
+    def integer(self, node: s.Expression, where: Declared) -> int:
+        """Value of a whole number, as bounds and lengths need it.
+
+        Raises:
+            InputError: anything else.
+        """
+        if isinstance(node, s.Literal) or (
+            isinstance(node, s.Unary) and isinstance(node.operand, s.Literal)
+        ):
+            return int(constant(node, ELEMENTARY["DINT"], self.types, where).value)
+        value = evaluate(node, self.types, where, self.lookup).value
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise where.error("a whole number is expected here", node.at)
+        return value
+
+    # --- initial values ---
+
+    def initial_value(self, node: s.Init, kind: Type, where: Declared, default: Any) -> Any:
+        """A complete initial value: a scalar, a flat list, or a dict by declared field name.
+
+        Of a block it is a dict of those variables that are given, or None.
+
+        Args:
+            node: What the source says.
+            kind: Type of the variable.
+            where: Its declaration, for messages.
+            default: The value where the source leaves something out.
+
+        Raises:
+            InputError: not constant, or not of the type.
+        """
+        if isinstance(kind, (ElementaryType, EnumType)):
+            if isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):
+                raise where.error(f"a {describe(kind)} needs a single value", node.at)
+            value = constant(node, kind, self.types, where, self.lookup).value
+            return c_float(float(value)).value if kind.name == "REAL" else value
+        if isinstance(kind, (ReferenceType, InterfaceType)):
+            if is_null(node):
+                return None
+            text = f"a {describe(kind)} inside another variable has no initial value but 0"
+            raise where.error(text, node.at, "assign it in the code")
+        if isinstance(kind, ArrayType) and isinstance(node, s.ArrayInit):
+            values = list(default)
+            items = self._items(node.items, kind, where)
+            if len(items) > len(values):
+                raise where.error(f"{len(items)} values for {len(values)} elements", node.at)
+            for position, item in enumerate(items):
+                if item is not None:
+                    values[position] = self.initial_value(
+                        item, kind.element, where, values[position]
+                    )
+            return values
+        if isinstance(kind, StructType) and isinstance(node, s.StructInit):
+            known = {name.upper(): (name, field) for name, field in kind.fields}
+            result = dict(default)
+            for field, item in node.fields:
+                if field.key not in known:
+                    raise where.error(f"{kind.name} has no field {field.text}", field.at)
+                name, field_type = known[field.key]
+                result[name] = self.initial_value(item, field_type, where, result[name])
+            return result
+        if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
+            return self._block_value(node, kind, where, default)
+        raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
+
+    def _block_value(
+        self, node: s.StructInit, kind: BlockType, where: Declared, default: Any
+    ) -> dict[str, Any]:
+        where.note("an initial value of a block", node.at)
+        pou = self.pous.get(kind.name.upper())
+        known = {pin.name.upper(): pin for pin in kind.variables}
+        result = dict(default or {})
+        for field, item in node.fields:
+            pin = known.get(field.key)
+            if pin is None or pin.section not in ("VAR", "VAR_INPUT", "VAR_OUTPUT"):
+                raise where.error(f"{kind.name} has no input {field.text}", field.at)
+            start = pou.symbols[field.key].initial if pou is not None else None
+            result[pin.name] = self.initial_value(item, pin.type, where, start)
+        return result
+
+    def _items(
+        self,
+        items: tuple[tuple[s.Expression | None, s.Init], ...],
+        kind: ArrayType,
+        where: Declared,
+    ) -> list[s.Init | None]:
+        """The values one by one; None for an element that keeps its own."""
+        result: list[s.Init | None] = []
+        for count, item in items:
+            times = 1 if count is None else self.integer(count, where)
+            if count is None and isinstance(item, s.Call) and self.lookup(item.function):
+                # N(0) with a constant N looks like a call.
+                times = self.integer(item.function, where)
+                given = tuple((None, one.value) for one in item.arguments)
+                item = s.Sequence(given, item.at)
+            if times > array_length(kind):
+                raise where.error(f"{times} values are more than the array holds", item.at)
+            if isinstance(item, s.Sequence):
+                inner = self._items(item.items, kind, where) if item.items else [None]
+                result += inner * times
+            elif isinstance(item, s.ArrayInit) and not isinstance(kind.element, ArrayType):
+                result += self._items(item.items, kind, where) * times  # a row of several
+            else:
+                result += [item] * times
+        return result
+
+
+def _constant_of(symbol: Symbol) -> Constant | None:
+    scalar = isinstance(symbol.type, (ElementaryType, EnumType))
+    return Constant(symbol.initial, symbol.type, True) if symbol.constant and scalar else None
+
+
+def is_null(node: Any) -> bool:
+    """Is it 0 or NULL?"""
+    if isinstance(node, s.Literal):
+        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
+    return isinstance(node, s.Name) and node.key == "NULL"
+
+
+def has_block(kind: Type) -> bool:
+    """Is it a block, or an array of blocks?"""
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    return isinstance(kind, BlockType)
+
+
+def default_scalar(kind: ElementaryType) -> bool | int | float | str:
+    """The initial value the standard gives a type: 0, FALSE or the empty string."""
+    if kind.name == "BOOL":
+        return False
+    if kind.name in ANY_CHARS:
+        return "" if kind.name in ANY_STRING else "\0"
+    return 0.0 if kind.name in ANY_REAL else 0

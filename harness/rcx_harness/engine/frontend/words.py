@@ -1,0 +1,76 @@
+"""Words of object orientation and references, which are names where they cannot be meant."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context"]
+
+#: What can stand before the name of a method, property, block or interface.
+ACCESS_WORDS = frozenset(
+    ["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"]
+)
+ACCESSORS = ("GET", "SET", "END_GET", "END_SET")
+
+_TO = re.compile(r"\s+TO\b", re.IGNORECASE)
+_NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+_MEMBER = re.compile(r"\s*[.^]|\s*[;,)]")
+_END = re.compile(r"(?!\s*[:,)])")
+#: What follows each word where it is meant.
+_FOLLOWS = {
+    **dict.fromkeys(("POINTER", "REFERENCE"), _TO),
+    **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "USING"), _NAME),
+    **dict.fromkeys(("EXTENDS", "IMPLEMENTS"), _NAME),
+    "REF_TO": _NAME,
+    **dict.fromkeys(("THIS", "SUPER"), _MEMBER),
+    **dict.fromkeys(("END_METHOD", "END_PROPERTY", "END_INTERFACE", "END_NAMESPACE"), _END),
+}
+OBJECT_WORDS = frozenset(_FOLLOWS)
+_HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION")
+#: A name behind an access word, on its line, so that `METHOD Final` has that name.
+_NAME_FOLLOWS = re.compile(
+    r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_]\w*", re.IGNORECASE
+)
+
+
+class Context:
+    """Follows the words of a source and tells which are keywords where they stand."""
+
+    def __init__(self) -> None:
+        self._before = ""
+        self._in_property = self._in_accessor = False
+
+    def kind(self, word: str, previous: str, text: str, behind: int) -> str:
+        """The token of a word; empty where this module has nothing to say of it.
+
+        Args:
+            word: In upper case.
+            previous: Token before it.
+            text: The source.
+            behind: Where the word has ended.
+        """
+        before, self._before = self._before, word
+        if word in ACCESS_WORDS:
+            if before in _HEADS and _NAME_FOLLOWS.match(text, behind):
+                self._before = before
+                return "WORD"
+            return ""
+        if self._in_property and word in ACCESSORS and before != "PROPERTY" and previous != "DOT":
+            return self._accessor(word)
+        if word not in _FOLLOWS or previous == "DOT" or before in _HEADS:
+            return ""
+        if not _FOLLOWS[word].match(text, behind):
+            return ""
+        if word == "PROPERTY":
+            self._in_property, self._in_accessor = True, False
+        elif word == "END_PROPERTY":
+            self._in_property = False
+        return word
+
+    def _accessor(self, word: str) -> str:
+        """GET and SET are keywords where none of them is open, their ends where one is."""
+        opens = not word.startswith("END_")
+        if opens == self._in_accessor:
+            return ""
+        self._in_accessor = opens
+        return word
