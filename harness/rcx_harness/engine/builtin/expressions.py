@@ -109,7 +109,8 @@ class Expressions:
         self._shared: dict[str, bool] = {}
         self._function = pou.kind == "FUNCTION"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
-        self.pointing = Pointing(self)
+        self.pointing = Pointing(self, views=project.views)
+        self._views = project.views
         self._parts = 0
         self._results = 0
         self.parts: list[tuple[str, str]] = []
@@ -230,9 +231,9 @@ class Expressions:
         if isinstance(node, t.Constant):
             return self._constant(node)
         if isinstance(node, (t.Use, t.Member, t.Index)):
-            return of_type(self.variable(node), node.type)
+            return of_type(self._read(self.variable(node), node.type), node.type)
         if isinstance(node, POINTING):
-            return of_type(self.pointing.value(node), node.type)
+            return of_type(self._read(self.pointing.value(node), node.type), node.type)
         if isinstance(node, t.Unary):
             return self._unary(node)
         if isinstance(node, t.Binary):
@@ -240,6 +241,10 @@ class Expressions:
         if isinstance(node, t.CallFunction):
             return self._call(node)
         return self._standard(node, [self.exact(item) for item in node.arguments])
+
+    def _read(self, code: str, kind: Type) -> str:
+        """Code of what a variable holds; of a text up to the 0 that a pointer may have put in."""
+        return f"ended({code})" if self._views and type_name(kind) in ANY_STRING else code
 
     def _standard(self, node: t.Standard, arguments: list[str]) -> Value:
         if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:

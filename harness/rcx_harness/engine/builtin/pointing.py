@@ -8,7 +8,7 @@ from typing import Protocol
 from rcx_harness.engine.builtin.objects import attribute, handed_back
 from rcx_harness.engine.builtin.storage import Storage, is_scalar, slot_name
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.types import InterfaceType
+from rcx_harness.engine.types import InterfaceType, ReferenceType, Type
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
 
@@ -19,6 +19,7 @@ POINTING = (
     t.Deref,
     t.Address,
     t.Offset,
+    t.Recast,
     t.Null,
     t.Valid,
     t.Same,
@@ -46,13 +47,15 @@ class Pointing:
 
     Args:
         code: What writes the other ones.
+        views: Whether pointers of the project look at memory as another type.
 
     Attributes:
         storage: For copies of structures and arrays; set by what writes the statements.
     """
 
-    def __init__(self, code: _Code) -> None:
+    def __init__(self, code: _Code, *, views: bool = False) -> None:
         self._code = code
+        self._views = views
         self._names = 0
         self.storage = Storage()
 
@@ -89,11 +92,25 @@ class Pointing:
             sign = "-" if node.sign < 0 else ""
             moved = f"{sign}{self._code.exact(node.bytes)}, {node.size}"
             return f"{self._code.exact(node.base)}.moved({moved})"
+        if isinstance(node, t.Recast):
+            own, other = self._layout(node.base.type), self._layout(node.type)
+            return f"recast({self._code.exact(node.base)}, {own}, {other})"
         assert isinstance(node, t.Same)
         left, right = self._code.exact(node.left), self._code.exact(node.right)
         if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
             return f"({left} {'is' if node.op == '=' else 'is not'} {right})"
+        if self._views or node.op not in ("=", "<>"):
+            given = f"{left}, {right}, {self._layout(node.left.type)}"
+            if node.op in ("=", "<>"):
+                return f"({'not ' if node.op == '=' else ''}unlike({given}))"
+            return f"(order({given}) {node.op} 0)"
         return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
+
+    def _layout(self, kind: Type) -> str:
+        """How what a pointer leads to lies in memory; None of what has no bytes."""
+        assert isinstance(kind, ReferenceType)
+        assert kind.target is not None
+        return self.storage.layout(kind.target)
 
     def address(self, node: t.Variable) -> str:
         """Code of a pointer to a variable."""
@@ -205,6 +222,8 @@ def has_effect(node: t.Expression) -> bool:
             waiting.append(one.base)
         elif isinstance(one, t.Index):
             waiting += [one.base, *one.indices]
+        elif isinstance(one, t.Recast):
+            waiting.append(one.base)
         elif isinstance(one, (t.CallFunction, t.Standard)):
             waiting += [argument for argument in one.arguments if argument is not None]
     return False

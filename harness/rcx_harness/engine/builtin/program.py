@@ -208,6 +208,8 @@ class BuiltinProgram:
             }
         if isinstance(kind, (ReferenceType, InterfaceType)):
             return self._holders.path(held)
+        if isinstance(held, str) and self.module.project.views:
+            held = held.partition("\0")[0]
         return scalar_to_python(kind, held)
 
     def _slot(self, instance: Any, pin: Variable) -> tuple[Any, str]:
@@ -223,7 +225,7 @@ class BuiltinProgram:
     def _assign(self, place: _Place, value: Any) -> None:
         holder, key, kind, path = place
         if is_scalar(kind):
-            if isinstance(holder, list):
+            if isinstance(key, int):
                 holder[key] = value
             else:
                 setattr(holder, key, value)

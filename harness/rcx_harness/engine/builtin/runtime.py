@@ -58,6 +58,11 @@ def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
     return block
 
 
+def _ended(text: str) -> str:
+    """A text up to its first 0."""
+    return text.partition("\0")[0] if "\0" in text else text
+
+
 def _filled(target: Any, value: Any) -> None:
     """Give a structure or array the value of another one; what it is made of stays."""
     if isinstance(target, list):
@@ -353,6 +358,7 @@ NAMES: dict[str, Any] = {
     "mod": _mod,
     "f32": _f32,
     "filled": _filled,
+    "ended": _ended,
     "started": _started,
     "c_float": c_float,
     "to_unsigned": _to_unsigned,

@@ -25,6 +25,7 @@ from rcx_harness.engine.frontend.scalars import (
     ANY_BIT,
     ANY_INT,
     ANY_REAL,
+    ANY_STRING,
     BOOL,
     ELEMENTARY,
     LREAL,
@@ -290,6 +291,8 @@ class Expressions:
         raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
 
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
+        if group(base.type) in ANY_STRING:
+            base = self.references.characters(base, node.at)
         kind = base.type
         if not isinstance(kind, ArrayType):
             raise self.scope.error(f"a {describe(kind)} has no elements", node.at)

@@ -384,6 +384,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         schedule=schedule.runs,
         objects=declarations.objects,
         uses=tuple(dict.fromkeys(registry.uses)),
+        views=declarations.views,
     )
 
 

@@ -6,7 +6,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.resolve import ConsequenceError, is_null
-from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL, ELEMENTARY
+from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
 from rcx_harness.engine.frontend.sizes import size_of
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import (
@@ -140,13 +140,38 @@ class References:
             if array.element == want.target:
                 lows = tuple(t.Constant(low, ELEMENTARY["DINT"]) for low, _ in array.bounds)
                 return t.Address(t.Index(found.variable, lows, array.element), want)
+        if "REFERENCE" not in (kind.kind, want.kind):
+            if size_of(_target(kind)) is not None and size_of(_target(want)) is not None:
+                return self._recast(found, want, node.at)
         raise self._scope.error(
-            f"a {describe(want)} cannot lead to a {describe(kind.target)}"
-            if kind.target is not None
-            else f"a {describe(want)} is expected here",
+            f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,
-            "memory has the type of its variable; it cannot be looked at as another",
+            "only a pointer to data looks at memory as another type",
         )
+
+    def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
+        assert isinstance(found.type, ReferenceType)
+        shown = f"a {describe(_target(found.type))} as a {describe(_target(want))}"
+        self._scope.note("memory looked at as another type", at, shown)
+        self._scope.declarations.views = True
+        return t.Recast(found, want)
+
+    def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
+        """The characters of a text as an array of BYTE or WORD, from 0 on.
+
+        Raises:
+            InputError: it is the result of a call.
+        """
+        kind = base.type
+        assert isinstance(kind, ElementaryType)
+        if place_of(base) is None:
+            hint = "assign it to a variable first, or use MID"
+            raise self._scope.error("a text without a variable has no characters", at, hint)
+        self._scope.note("a character of a text by its number", at)
+        element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
+        row = ArrayType("", ((0, string_length(kind)),), element)
+        self._scope.declarations.views = True
+        return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
 
     # --- functions ---
 
@@ -207,7 +232,10 @@ class References:
         if kind is None:
             return None
         if op not in ("=", "<>"):
-            raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+            data = isinstance(kind, ReferenceType) and size_of(_target(kind)) is not None
+            if not data or op not in ("<", ">", "<=", ">="):
+                raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+            self._scope.note("pointers compared by < or >", at)
         first, second = self.wanted(left, kind), self.wanted(right, kind)
         return t.Same(op, first, second, BOOL)
 
@@ -230,6 +258,9 @@ class References:
         if op not in ("+", "-") or size is None:
             raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
         number = self._all.infer(right) or ELEMENTARY["DINT"]
+        if isinstance(number, ElementaryType) and number.name in ANY_BIT and number != BOOL:
+            self._scope.note("arithmetic of bit strings", right.at)
+            number = self._all.operators.number(number)
         if not isinstance(number, ElementaryType) or number.name not in ANY_INT:
             text = f"a pointer is moved by an integer, not by a {describe(number)}"
             raise self._scope.error(text, right.at)

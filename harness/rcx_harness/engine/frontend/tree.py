@@ -11,7 +11,7 @@ from typing import Any
 
 from rcx_harness.engine.frontend.scalars import Scalar
 from rcx_harness.engine.frontend.syntax import Continue, Exit, Position, Return
-from rcx_harness.engine.types import BlockType, Type
+from rcx_harness.engine.types import BlockType, ReferenceType, Type
 
 __all__ = [
     "Address",
@@ -35,6 +35,7 @@ __all__ = [
     "Null",
     "Offset",
     "Pou",
+    "Recast",
     "Repeat",
     "Return",
     "Same",
@@ -216,6 +217,14 @@ class Offset:
 
 
 @dataclass(frozen=True)
+class Recast:
+    """A pointer to the same memory, which is looked at as another type."""
+
+    base: Expression
+    type: ReferenceType
+
+
+@dataclass(frozen=True)
 class Null:
     """The pointer to nothing, or an interface without a block."""
 
@@ -232,7 +241,10 @@ class Valid:
 
 @dataclass(frozen=True)
 class Same:
-    """Whether two pointers or interfaces lead to the same, or not (`op` is = or <>)."""
+    """Whether two pointers or interfaces lead to the same, or not (`op` is = or <>).
+
+    Of two pointers `op` may also be < > <= >=: which of them leads further on in one memory.
+    """
 
     op: str
     left: Expression
@@ -250,6 +262,7 @@ Expression = (
     | Variable
     | Address
     | Offset
+    | Recast
     | Null
     | Valid
     | Same
