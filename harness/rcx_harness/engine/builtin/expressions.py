@@ -107,7 +107,7 @@ class Expressions:
     def __init__(self, project: Project, pou: t.Pou) -> None:
         self._project = project
         self._shared: dict[str, bool] = {}
-        self._function = pou.kind == "FUNCTION"
+        self._function, self._method = pou.kind == "FUNCTION", pou.kind == "METHOD"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
         self.pointing = Pointing(self, views=project.views)
         self._views = project.views
@@ -127,15 +127,17 @@ class Expressions:
             return f"g.{address_slot(symbol.address)}" if symbol.address else f"g.{name}"
         if symbol.address is not None:
             return f"g.{address_slot(symbol.address)}"
+        cell = "[0]" if in_cell(symbol) else ""
         if self.is_local(symbol):
-            return f"{name}[0]" if in_cell(symbol) else name
-        return f"s.{name}"
+            return f"{name}{cell}"
+        return f"s.{name}{cell}" if symbol.shared else f"s.{name}"
 
     def is_local(self, symbol: t.Symbol) -> bool:
         """Whether a variable lasts for one call only, as a local of Python."""
         if symbol.section == "VAR_EXTERNAL" or symbol.address is not None:
             return False
-        if self._function or symbol.section in _LOCAL:
+        of_block = self._method and symbol.shared and id(symbol) not in self._own
+        if self._function or (symbol.section in _LOCAL and not of_block):
             return True
         return id(symbol) in self._own and "." not in symbol.name
 
@@ -148,7 +150,7 @@ class Expressions:
         if isinstance(node, t.Member):
             return f"{self.variable(node.base)}.{node.name.upper()}"
         if isinstance(node, t.Index):
-            return f"{self.variable(node.base)}[{self.position(node)}]"
+            return f"{self.elements(node)}[{self.position(node)}]"
         return self.pointing.variable(node)
 
     def is_shared(self, name: str) -> bool:
@@ -168,10 +170,26 @@ class Expressions:
         assert isinstance(kind, ElementaryType)
         return f"{code}[:{string_length(kind)}]"
 
+    def elements(self, node: t.Index) -> str:
+        """Code of the list that an element is in."""
+        base = self.variable(node.base)
+        kind = node.base.type
+        return f"{base}.held" if isinstance(kind, ArrayType) and kind.open else base
+
+    def given(self, variable: t.Variable, pin: Type) -> str:
+        """Code of what a VAR_IN_OUT is given; an array of open length comes with its bounds."""
+        code, kind = self.variable(variable), variable.type
+        if isinstance(pin, ArrayType) and pin.open and isinstance(kind, ArrayType):
+            return code if kind.open else f"Open({code}, {kind.bounds!r})"
+        return code
+
     def position(self, node: t.Index) -> str:
         """Code of the row-major position of an element, with the bounds checked."""
         kind = node.base.type
         assert isinstance(kind, ArrayType)
+        if kind.open:
+            indices = ", ".join(map(self.exact, node.indices))
+            return f"{self.variable(node.base)}.position({indices})"
         offset, parts = 0, []
         stride = 1
         for index, (low, high) in reversed(list(zip(node.indices, kind.bounds, strict=True))):
@@ -272,7 +290,8 @@ class Expressions:
             repr(symbol.initial) if argument is None else self.exact(argument)
             for symbol, argument in zip(inputs, node.arguments, strict=True)
         ]
-        arguments += [self.variable(variable) for _, variable in node.in_outs]
+        types = {one.name: one.type for one in pou.section("VAR_IN_OUT")}
+        arguments += [self.given(variable, types[name]) for name, variable in node.in_outs]
         if self.is_shared(node.function):
             arguments.insert(0, "g")
         call = f"f_{node.function}({', '.join(arguments)})"
@@ -303,7 +322,9 @@ class Expressions:
         if kind != target.type:
             value = self.cut(value, target.type)
         if isinstance(target, t.Index):
-            return f"{self.variable(target.base)}.__setitem__({self.position(target)}, {value})"
+            return f"{self.elements(target)}.__setitem__({self.position(target)}, {value})"
+        if isinstance(target, t.Use) and code.endswith("[0]"):
+            return f"{code[:-3]}.__setitem__(0, {value})"
         owner, _, slot = code.rpartition(".")
         return f"setattr({owner}, {slot!r}, {value})" if owner else f"{code} := {value}"
 
@@ -446,6 +467,11 @@ def standard_call(node: t.Standard, arguments: list[str]) -> Value:
         arguments: Code of each argument, of its type exactly.
     """
     name, kind = node.name, node.type
+    if name == "NOW":
+        return Value("g.now")
+    if name in ("LOWER_BOUND", "UPPER_BOUND"):
+        array, dimension = arguments
+        return of_type(f"{array}.bound({dimension}, {int(name == 'UPPER_BOUND')})", kind)
     if "_TO_" in name:
         return _conversion(node, arguments[0])
     if name in ("TO_BCD", "FROM_BCD"):

@@ -38,6 +38,12 @@ class _Code(Protocol):
     def position(self, node: t.Index) -> str:
         """Code of the position of an element."""
 
+    def elements(self, node: t.Index) -> str:
+        """Code of the list that an element is in."""
+
+    def given(self, variable: t.Variable, pin: Type) -> str:
+        """Code of what a VAR_IN_OUT is given."""
+
     def exact(self, node: t.Expression) -> str:
         """Code of an expression with a value of its type."""
 
@@ -117,11 +123,11 @@ class Pointing:
         if isinstance(node, t.Deref):
             return self._pointer(node)
         if isinstance(node, t.Index):
-            return f"Item({self._code.variable(node.base)}, {self._code.position(node)})"
+            return f"Item({self._code.elements(node)}, {self._code.position(node)})"
         if not is_scalar(node.type):
             return f"Whole({self._code.variable(node)})"
-        if isinstance(node, t.Use) and self._code.is_local(node.symbol):
-            return f"Item({slot_name(node.symbol.name)}, 0)"
+        if isinstance(node, t.Use) and self._code.variable(node).endswith("[0]"):
+            return f"Item({self._code.variable(node)[:-3]}, 0)"
         holder, _, slot = self._code.variable(node).rpartition(".")
         return f"Slot({holder}, {slot!r})"
 
@@ -140,7 +146,7 @@ class Pointing:
                 places[name.upper()] = place = self._place(variable, before)
                 arguments.append(_read(place))
             else:
-                arguments.append(self._code.variable(variable))
+                arguments.append(self._code.given(variable, method.symbols[name.upper()].type))
         if node.final:
             owner = slot_name(method.name)
             call = f"f_{owner}({', '.join([instance, *arguments])})"
@@ -171,14 +177,13 @@ class Pointing:
         """
         code = self._code
         if isinstance(node, t.Index):
-            return self._once(code.variable(node.base), before), self._once(
-                code.position(node), before
-            )
+            return self._once(code.elements(node), before), self._once(code.position(node), before)
         if isinstance(node, t.Deref):
             return self._once(self._pointer(node), before), "'V'"
+        if isinstance(node, t.Use) and code.variable(node).endswith("[0]"):
+            return code.variable(node)[:-3], "0"
         if isinstance(node, t.Use) and code.is_local(node.symbol):
-            name = slot_name(node.symbol.name)
-            return (name, "0") if code.variable(node).endswith("[0]") else ("", name)
+            return "", slot_name(node.symbol.name)
         holder, _, slot = code.variable(node).rpartition(".")
         return self._once(holder, before), repr(slot)
 

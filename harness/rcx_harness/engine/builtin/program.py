@@ -80,10 +80,7 @@ class BuiltinProgram:
         self.tick_us = project.tick_us
         self._globals = names["b_globals"]()
         self._scans = 0
-        self._roots = {
-            name: names[f"b_{block.name.upper()}"](self._globals)
-            for name, block in project.instances.items()
-        }
+        self._roots = {name: self._made(block) for name, block in project.instances.items()}
         self._runs = [
             (
                 run.every,
@@ -104,6 +101,14 @@ class BuiltinProgram:
         self._places: dict[str, _Place] = {}
         self._looks: dict[str, Callable[[], Value]] = {}
         self._byte_lists: dict[str, tuple[Any, int]] = {}
+
+    def _made(self, block: BlockType) -> Any:
+        """An instance of a program: a new one, or the one that others call by its name."""
+        key = block.name.upper()
+        shared = self.module.project.global_symbols.get(key)
+        if shared is not None and shared.type is block:
+            return getattr(self._globals, key)
+        return self.module.names[f"b_{key}"](self._globals)
 
     @classmethod
     def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:

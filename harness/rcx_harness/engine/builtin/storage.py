@@ -58,8 +58,8 @@ def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
 
 
 def needs_globals(pou: Pou) -> bool:
-    """Whether the body of a block reads or writes global or located variables."""
-    return any(
+    """Whether the body of a block reads the time, or reads or writes global or located variables."""
+    return pou.clock or any(
         item.section == "VAR_EXTERNAL" or item.address is not None for item in pou.symbols.values()
     )
 
@@ -241,11 +241,13 @@ class Storage:
         slots = [(slot_name(item.name), item.type) for item in symbols]
         functions = self._save_and_load(name, slots)
         self._names[pou.block] = name
+        shared = [slot_name(one.name) for one in pou.section("VAR_IN_OUT") if one.shared]
         self.lines += [
             f"class b_{name}:",
-            f"    __slots__ = {('g', *(slot for slot, _ in slots))!r}",
+            f"    __slots__ = {('g', *(slot for slot, _ in slots), *shared)!r}",
             "    def __init__(self, g):",
             "        self.g = g",
+            *(f"        self.{slot} = uncalled" for slot in shared),
             *(f"        self.{slot} = {code}" for slot, code in creates),
             *functions,
         ]

@@ -12,12 +12,12 @@ from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.expressions import Expressions, group
 from rcx_harness.engine.frontend.functions import NOTHING, same_text
 from rcx_harness.engine.frontend.references import PLACES, place_of
-from rcx_harness.engine.frontend.resolve import ConsequenceError, has_block
-from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills, has_block
+from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.starting import Start, start_call, starting
 from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.types import BlockType, EnumType, ReferenceType, Type, Variable
+from rcx_harness.engine.types import ArrayType, BlockType, EnumType, ReferenceType, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["check_body", "check_start", "root_of"]
@@ -165,6 +165,9 @@ class _Statements:
             call = t.CallMethod(instance, method, final, given, (), (), NOTHING)
             return t.Evaluate(call, at)
         target = self._target(to)
+        if isinstance(target.type, ArrayType) and target.type.open:
+            text = "an array of open length cannot be assigned"
+            raise self._scope.error(text, at, "assign its elements")
         if has_block(target.type):
             self._scope.note("the assignment of a block", at)
         return t.Assign(target, self._expressions.check(value, target.type), at)
@@ -262,7 +265,9 @@ class _Statements:
         kind = counter.type
         if not isinstance(counter, t.Use):
             self._scope.note("a FOR counter that is no plain variable", node.counter.at)
-        if group(kind) not in ANY_INT:
+        if group(kind) in ANY_BIT and kind != BOOL:
+            self._scope.note("arithmetic of bit strings", node.counter.at, "a FOR counter")
+        elif group(kind) not in ANY_INT:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
@@ -274,13 +279,12 @@ class _Statements:
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
 
     def _case(self, node: s.Case) -> t.Case:
-        kind = self._expressions.infer(node.selector)
+        kind = self._expressions.infer(node.selector) or ELEMENTARY["DINT"]
         if group(kind) in WIDTH and group(kind) not in ANY_INT:
             self._scope.note("a CASE of bit strings", node.selector.at)
         elif not isinstance(kind, EnumType) and group(kind) not in ANY_INT:
-            shown = describe(kind) if kind is not None else "number"
             raise self._scope.error(
-                f"CASE needs an integer or enumeration, not a {shown}", node.selector.at
+                f"CASE needs an integer or enumeration, not a {describe(kind)}", node.selector.at
             )
         selector = self._expressions.check(node.selector, kind)
         seen: list[tuple[int, int]] = []
@@ -324,6 +328,9 @@ class _BlockCalls:
             InputError: no block instance, arguments that do not fit, or a VAR_IN_OUT left out.
         """
         instance = self._instance(node)
+        if isinstance(instance, t.Use) and isinstance(node.callee, s.Name):
+            if node.callee.key in self._scope.declarations.programs:
+                self._scope.declarations.called.add(node.callee.key)
         block = instance.type
         assert isinstance(block, BlockType)
         given = block_arguments(node, block, self._scope)
@@ -391,6 +398,7 @@ class _BlockCalls:
         objects, is_block = self._scope.declarations.objects, isinstance(pin.type, BlockType)
         found = self._expressions.variable(value) if is_block else self._expressions.writable(value)
         below = is_block and objects.is_a(found.type, pin.type)
+        below = below or fills(found.type, pin.type)
         if found.type != pin.type and not same_text(found.type, pin.type) and not below:
             raise self._scope.error(
                 f"{pin.name} of {block.name} needs a {describe(pin.type)},"

@@ -8,7 +8,7 @@ from rcx_harness.engine.frontend.calls import function_arguments, standard_argum
 from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.methods import NOTHING
 from rcx_harness.engine.frontend.references import PLACES
-from rcx_harness.engine.frontend.resolve import ConsequenceError
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.scalars import (
     ANY_BIT,
     ANY_INT,
@@ -65,6 +65,8 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
+#: The time since the start, in CODESYS and TwinCAT.
+_CLOCKS = ("TIME", "LTIME")
 #: Of what is declared, not of its value.
 _OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
 
@@ -85,8 +87,8 @@ class Functions:
         if declared is not None:
             return None if declared.result is None else declared.result.type
         target = self._target(key)
-        if target:
-            return ELEMENTARY[target]
+        if target or key in _CLOCKS:
+            return ELEMENTARY[target or key]
         if key in MOMENT_OPERATORS:
             return ELEMENTARY[MOMENT_OPERATORS[key][3]]
         signature = FUNCTIONS.get(key)
@@ -158,6 +160,8 @@ class Functions:
             self._scope.note(construct, at, key)
         if self._target(key):
             return self._converted(node, want)
+        if key in _CLOCKS:
+            return self._now(node)
         if key in MOMENT_OPERATORS:
             return self._moment(node, *MOMENT_OPERATORS[key])
         if key in _OF_VARIABLES:
@@ -176,6 +180,15 @@ class Functions:
                 self._expressions.check(left, ELEMENTARY["TIME"])
             return self._expressions.operators.binary(_OPERATORS[key], left, right, want, at)
         return self._standard(node, FUNCTIONS[key], want)
+
+    def _now(self, node: s.Call) -> t.Standard:
+        """`TIME()`: the time since the start of the PLC."""
+        key = node.function.key
+        if node.arguments:
+            raise self._scope.error(f"{key} takes 0 arguments, not {len(node.arguments)}", node.at)
+        self._scope.note("the time as a function", node.at)
+        self._scope.pou.clock = True
+        return t.Standard("NOW", (), ELEMENTARY[key])
 
     def user(self, node: s.Call, pou: t.Pou) -> t.CallFunction:
         """Type a call of a function of the sources.
@@ -212,7 +225,7 @@ class Functions:
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
         found = self._expressions.writable(value)
-        if found.type != kind and not same_text(found.type, kind):
+        if found.type != kind and not same_text(found.type, kind) and not fills(found.type, kind):
             raise self._scope.error(
                 f"{pou} needs a {describe(kind)} here, not a {describe(found.type)}", argument.at
             )
@@ -290,6 +303,9 @@ class Functions:
                 raise self._scope.error(f"a {describe(kind)} has no bounds", first.at)
             dimension = self._expressions.check(node.arguments[1].value, ELEMENTARY["DINT"])
             most = len(kind.bounds)
+            if kind.open and isinstance(dimension, t.Constant) and 1 <= int(dimension.value) <= most:
+                array = self._expressions.variable(first)  # type: ignore[arg-type]
+                return t.Standard(key, (array, dimension), ELEMENTARY["DINT"])
             if not isinstance(dimension, t.Constant) or not 1 <= int(dimension.value) <= most:
                 raise self._scope.error(
                     f"the dimension must be a number from 1 to {most}", node.arguments[1].at

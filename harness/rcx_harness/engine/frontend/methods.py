@@ -6,7 +6,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.references import PLACES, place_of
-from rcx_harness.engine.frontend.resolve import ConsequenceError
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import BlockType, ElementaryType, InterfaceType, Type
 
@@ -120,6 +120,8 @@ class Methods:
         symbol = pou.symbols.get(node.name.key)
         if symbol is None or symbol.section == "VAR_TEMP":
             return None
+        if symbol.section == "VAR_IN_OUT" and self._scope.pou.owner is not None:
+            symbol.shared = symbol.addressed = True
         return t.Use(symbol, symbol.type)
 
     def method_hint(self, kind: Type, key: str) -> str:
@@ -254,8 +256,8 @@ class Methods:
         order = list(pins)
         given: dict[str, s.Argument] = {}
         named = [argument.name is not None for argument in node.arguments]
-        if named != sorted(named):
-            raise self._scope.error("a positional argument behind a named one", node.at)
+        if any(named) and not all(named):
+            self._scope.note("named and positional arguments together", node.at)
         if len(node.arguments) > len(order):
             text = f"{method.name} takes {len(order)} arguments, not {len(node.arguments)}"
             raise self._scope.error(text, node.at)
@@ -287,6 +289,7 @@ class Methods:
         block = isinstance(symbol.type, BlockType)
         found = self._all.variable(value) if block else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
+        fits = fits or fills(found.type, symbol.type)
         if not fits or place_of(found) is None:
             raise self._scope.error(
                 f"{symbol.name} of {method.name} needs a variable of {describe(symbol.type)},"

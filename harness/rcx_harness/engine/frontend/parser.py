@@ -18,6 +18,7 @@ from rcx_harness.engine.frontend.lexer import KEYWORDS, PUNCTUATION, Notes, toke
 from rcx_harness.engine.frontend.recovery import read_tokens
 from rcx_harness.engine.frontend.words import ACCESSORS
 from rcx_harness.engine.source import source_text, title_of
+from rcx_harness.errors import InputError
 
 __all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
 
@@ -93,6 +94,7 @@ class _Builder(Transformer[Token, Any]):
     def __init__(self) -> None:
         super().__init__()
         self.uses: list[Use] = []
+        self.errors: list[InputError] = []
         self.file = Path()
 
     def note(self, construct: str, at: s.Position) -> None:
@@ -262,7 +264,7 @@ class _Builder(Transformer[Token, Any]):
 
     def _pou(self, word: Token, name: Token, rest: Any) -> s.Pou:
         (inside,) = _nodes(rest, tuple)
-        others = (s.Method, s.Property, s.Action)
+        others = (s.Method, s.Property)
         return s.Pou(
             word.upper(),
             _name(name),
@@ -270,7 +272,6 @@ class _Builder(Transformer[Token, Any]):
             _nodes(rest, s.Section),
             tuple(one for one in inside if not isinstance(one, others)),
             _at(word),
-            _nodes(inside, s.Action),
             members=_nodes(inside, (s.Method, s.Property)),
         )
 
@@ -342,9 +343,9 @@ class _Builder(Transformer[Token, Any]):
         self.note("THIS or SUPER", _at(word))
         return s.This(word.upper() == "SUPER", _at(word), pointer=True)
 
-    def action(self, word: Token, name: Token, _colon: Token, body: Any, _end: Token) -> s.Action:
+    def action(self, word: Token, name: Token, _colon: Token, body: Any, _end: Token) -> s.Method:
         self.note("an ACTION", _at(word))
-        return s.Action(_name(name), body, _at(word))
+        return s.Method(_name(name), (), None, (), body, _at(name), action=True)
 
     def body(self, *statements: s.Statement | None) -> tuple[s.Statement, ...]:
         return tuple(one for one in statements if one is not None)
@@ -369,7 +370,13 @@ class _Builder(Transformer[Token, Any]):
         _word, address, _colon, spec, _is, initial, _end = rest[-7:]
         names = tuple(_name(token) for token in rest[:-7] if token.type == "IDENT")
         at = names[0].at
-        return s.VarDecl(names, self._plain(spec), initial, _optional(address), at)
+        bound = isinstance(_is, Token) and _is.type == "LATCH"
+        if bound and _is.upper() != "REF=":
+            text, place = f"{_is} is no initial value", _at(_is)
+            error = InputError(text, file=self.file, line=place.line, column=place.column)
+            self.errors.append(error)
+        plain = self._plain(spec)
+        return s.VarDecl(names, plain, initial, _optional(address), at, bound)
 
     # --- configuration ---
 
@@ -647,7 +654,7 @@ def read_text(text: str, file: Path) -> s.Source:
     lark, builder = _parser()
     notes = Notes()
     found = list(tokens(text, file, notes))
-    builder.uses, builder.file = notes.uses, file
+    builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     declarations, errors = read_tokens(lark, found, file)
     lines = {error.line for error in notes.errors}
     every = [*notes.errors, *(error for error in errors if error.line not in lines)]
@@ -668,9 +675,9 @@ def _named(declarations: list[Any], file: Path, pragmas: list[s.Name]) -> tuple[
     for one in declarations:
         if isinstance(one, s.Namespace):
             continue
-        if isinstance(one, s.Action):
+        if isinstance(one, s.Method):  # an ACTION behind the POU that it belongs to
             if result and isinstance(result[-1], s.Pou):
-                result[-1] = replace(result[-1], actions=(*result[-1].actions, one))
+                result[-1] = replace(result[-1], members=(*result[-1].members, one))
             continue
         if isinstance(one, s.GlobalList):
             begin = result[-1].at if result else s.Position(1, 1)

@@ -213,6 +213,9 @@ class References:
         argument = self._argument(node)
         found = self._all.check(argument, None)
         place = place_of(found)
+        if isinstance(place, t.Use) and isinstance(place.type, ArrayType) and place.type.open:
+            hint = "take that of its first element"
+            raise self._scope.error("an array of open length has no address", node.at, hint)
         if place is None or isinstance(place.type, InterfaceType):
             raise self._scope.error(f"{node.function.text} needs a variable", node.at)
         kind = "REF_TO" if node.function.key == "REF" else "POINTER"

@@ -207,8 +207,9 @@ class Types:
         bounds = []
         for dimension in spec.dimensions:
             if isinstance(dimension.low, s.Name) and dimension.low.text == "*":
+                hint = "write the bounds"
                 raise where.error(
-                    "arrays of open length are not supported", dimension.at, "write the bounds"
+                    "an array of open length can only be a VAR_IN_OUT", dimension.at, hint
                 )
             low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
             if low > high:
@@ -548,6 +549,17 @@ def is_null(node: Any) -> bool:
     if isinstance(node, s.Literal):
         return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
     return isinstance(node, s.Name) and node.key == "NULL"
+
+
+def fills(have: Type, want: Type) -> bool:
+    """Whether an array can be given to a VAR_IN_OUT that is an array of open length."""
+    return (
+        isinstance(have, ArrayType)
+        and isinstance(want, ArrayType)
+        and want.open
+        and len(have.bounds) == len(want.bounds)
+        and have.element == want.element
+    )
 
 
 def has_address(kind: Type) -> bool:

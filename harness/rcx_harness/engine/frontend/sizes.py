@@ -47,6 +47,8 @@ def _layout(kind: Type) -> tuple[int, int] | None:
         return _SIZES[kind.base], _SIZES[kind.base]
     if isinstance(kind, ReferenceType):
         return 4, 4
+    if isinstance(kind, ArrayType) and kind.open:
+        return None
     if isinstance(kind, ArrayType):
         element = _layout(kind.element)
         return None if element is None else (element[0] * array_length(kind), element[1])

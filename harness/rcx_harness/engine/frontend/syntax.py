@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 from rcx_harness.errors import InputError
 
 __all__ = [
-    "Action",
     "Argument",
     "ArrayInit",
     "ArraySpec",
@@ -451,13 +450,17 @@ Init = ArrayInit | Sequence | StructInit | Expression
 
 @dataclass(frozen=True)
 class VarDecl:
-    """One or more variables of one type; `address` is the `%QW3` of an AT."""
+    """One or more variables of one type; `address` is the `%QW3` of an AT.
+
+    `bound` where the initial value stands behind REF=.
+    """
 
     names: tuple[Name, ...]
     spec: TypeSpec
     initial: Init | None
     address: Name | None
     at: Position
+    bound: bool = False
 
 
 @dataclass(frozen=True)
@@ -486,7 +489,7 @@ class TypeDecl:
 
 @dataclass(frozen=True)
 class Method:
-    """A METHOD; `words` are its access words in upper case."""
+    """A METHOD, or an ACTION, which takes nothing; `words` are its access words in upper case."""
 
     name: Name
     words: tuple[str, ...]
@@ -494,6 +497,7 @@ class Method:
     sections: tuple[Section, ...]
     body: tuple[Statement, ...]
     at: Position
+    action: bool = False
 
 
 @dataclass(frozen=True)
@@ -532,15 +536,6 @@ class GlobalList:
 
 
 @dataclass(frozen=True)
-class Action:
-    """ACTION name: … END_ACTION of a block or program."""
-
-    name: Name
-    body: tuple[Statement, ...]
-    at: Position
-
-
-@dataclass(frozen=True)
 class Pou:
     """A function, function block or program; `kind` is its upper-case opening word.
 
@@ -553,7 +548,6 @@ class Pou:
     sections: tuple[Section, ...]
     body: tuple[Statement, ...]
     at: Position
-    actions: tuple[Action, ...] = ()
     words: tuple[str, ...] = ()
     extends: Name | None = None
     implements: tuple[Name, ...] = ()

@@ -59,7 +59,8 @@ class Symbol:
     for the variable that holds a function's result, RESULT. `initial` is the complete initial
     value as `resolve.Types.initial_value` gives it. `source` is the key of the global variable
     that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
-    pointer is made to it, `started` that its declaration gives FB_init arguments.
+    pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
+    methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no constant.
     """
 
     name: str
@@ -72,6 +73,8 @@ class Symbol:
     source: str = ""
     addressed: bool = False
     started: bool = False
+    shared: bool = False
+    calculated: bool = False
 
 
 @dataclass(frozen=True)
@@ -396,6 +399,8 @@ class Pou:
     words: tuple[str, ...] = ()
     calls: set[str] = field(default_factory=set)
     """Functions of the sources that it calls, by upper-case name."""
+    clock: bool = False
+    """Whether it reads the time."""
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""
 
