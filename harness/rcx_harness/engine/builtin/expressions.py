@@ -170,6 +170,14 @@ class Expressions:
         assert isinstance(kind, ElementaryType)
         return f"{code}[:{string_length(kind)}]"
 
+    def adapted(self, code: str, kind: Type, to: Type) -> str:
+        """Code of an output for a target of another type: a text is cut, a number converted."""
+        have, want = type_name(kind), type_name(to)
+        if have != want:
+            node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
+            return settle(standard_call(node, [code]), to)
+        return self.cut(code, to) if kind != to and have in ANY_STRING else code
+
     def elements(self, node: t.Index) -> str:
         """Code of the list that an element is in."""
         base = self.variable(node.base)
@@ -319,8 +327,7 @@ class Expressions:
         code = self.variable(target)
         if not is_scalar(kind):
             return f"filled({code}, {value})"
-        if kind != target.type:
-            value = self.cut(value, target.type)
+        value = self.adapted(value, kind, target.type)
         if isinstance(target, t.Index):
             return f"{self.elements(target)}.__setitem__({self.position(target)}, {value})"
         if isinstance(target, t.Use) and code.endswith("[0]"):

@@ -41,6 +41,9 @@ class _Code(Protocol):
     def elements(self, node: t.Index) -> str:
         """Code of the list that an element is in."""
 
+    def adapted(self, code: str, kind: Type, to: Type) -> str:
+        """Code of an output for a target of another type."""
+
     def given(self, variable: t.Variable, pin: Type) -> str:
         """Code of what a VAR_IN_OUT is given."""
 
@@ -162,7 +165,8 @@ class Pointing:
             target = targets.get(symbol.name.upper())
             if target is not None:
                 place = places.get(symbol.name.upper()) or self._place(target, after)
-                after.append(self._write(place, target, f"{result}[{number}]"))
+                value = self._code.adapted(f"{result}[{number}]", symbol.type, target.type)
+                after.append(self._write(place, target, value))
         parts = [*before, f"({result} := {call})", *after, f"{result}[0]"]
         return f"({', '.join(parts)})[-1]"
 

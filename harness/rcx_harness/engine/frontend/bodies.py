@@ -17,6 +17,7 @@ from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTA
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.starting import Start, start_call, starting
 from rcx_harness.engine.frontend.values import describe
+from rcx_harness.engine.frontend.widening import widens
 from rcx_harness.engine.types import ArrayType, BlockType, EnumType, ReferenceType, Type, Variable
 from rcx_harness.errors import InputError
 
@@ -241,19 +242,30 @@ class _Statements:
                 for _, variable in (*found.in_outs, *found.outputs):
                     self._write(variable)
                 return [t.Evaluate(found, node.at)]
-        bits = tuple(one for one in node.arguments if one.output and isinstance(one.value, s.Part))
-        plain = tuple(one for one in node.arguments if one not in bits)
+        later = tuple(one for one in node.arguments if one.output and self._is_later(callee, one))
+        plain = tuple(one for one in node.arguments if one not in later)
         found_call = self._calls.check(replace(node, arguments=plain))
         for _, variable in (*found_call.in_outs, *found_call.outputs):
             self._write(variable)
         behind = []
-        for one in bits:
+        for one in later:
             assert one.name is not None
-            assert isinstance(one.value, s.Part)
             pin = s.Field(node.callee, one.name, one.at)
             self._made.append(pin)
-            behind.append(self._assign_part(one.value, pin, node.at))
+            behind.append(self._assign(one.value, pin, node.at))  # type: ignore[arg-type]
         return [found_call, *behind]
+
+    def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
+        """Whether an output goes to a bit, or to a type that it widens to: an assignment does it."""
+        value = argument.value
+        if isinstance(value, s.Part) or not isinstance(value, PLACES):
+            return isinstance(value, s.Part)
+        block = self._expressions.variable(callee).type
+        if not isinstance(block, BlockType) or argument.name is None:
+            return False
+        pin = pin_of(block, argument.name.text)
+        found = self._expressions.infer(value)
+        return pin is not None and found is not None and widens(pin.type, found)
 
     def _write(self, variable: t.Variable) -> None:
         root = root_of(variable)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constants import NotConstantError
@@ -220,9 +219,13 @@ class Declarations(Types):
         self, node: s.VarDecl, section: s.Section, pou: str, where: Declared
     ) -> list[Symbol]:
         owner = node.names[0].text
-        kind, initial = self._open_array(node.spec, section, where)
-        if kind is None:
-            kind, initial = self.resolve(node.spec, where, owner)
+        open_array = self._open_array(node.spec, section, pou, where)
+        if open_array is not None:
+            return [
+                Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
+                for name in node.names
+            ]
+        kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         if constant_section and section.kind == "VAR_IN_OUT":
             # What cannot be written may as well be an input; a block stays where it is.
@@ -279,20 +282,23 @@ class Declarations(Types):
         return found
 
     def _open_array(
-        self, spec: s.TypeSpec, section: s.Section, where: Declared
-    ) -> tuple[Type | None, Any]:
-        """The type of a VAR_IN_OUT that is ARRAY [*]; None for any other."""
-        if not isinstance(spec, s.ArraySpec) or section.kind != "VAR_IN_OUT":
-            return None, None
+        self, spec: s.TypeSpec, section: s.Section, pou: str, where: Declared
+    ) -> Type | None:
+        """The type of a VAR_IN_OUT that is ARRAY [*]; None for any other.
+
+        A VAR_INPUT of a function or method can be one, too: it is not copied, and not written.
+        """
+        places = ("VAR_IN_OUT", "VAR_INPUT") if pou in ("FUNCTION", "METHOD") else ("VAR_IN_OUT",)
+        if not isinstance(spec, s.ArraySpec) or section.kind not in places:
+            return None
         stars = [isinstance(one.low, s.Name) and one.low.text == "*" for one in spec.dimensions]
         if not any(stars):
-            return None, None
-        if not all(stars) or section.qualifier == "CONSTANT":
-            text = "ARRAY [*] in all dimensions, and without CONSTANT"
-            raise where.error(f"an array of open length is written as {text}", spec.at)
+            return None
+        if not all(stars):
+            raise where.error("either all dimensions are of open length, or none", spec.at)
         where.note("an array of open length", spec.at)
         element, _ = self.resolve(spec.element, where)
-        return ArrayType("", tuple((0, 0) for _ in stars), element, open=True), []
+        return ArrayType("", tuple((0, 0) for _ in stars), element, open=True)
 
     def _check_block(
         self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared
@@ -430,6 +436,11 @@ class Scope:
             assert known is not None
             self.pou.symbols[f" {key}"] = known  # no name of the source begins with a blank
         return known
+
+
+def _is_input(section: s.Section) -> bool:
+    """Is it only read?"""
+    return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
 
 
 def _bits(kind: ElementaryType) -> int:

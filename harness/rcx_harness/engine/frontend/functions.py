@@ -35,7 +35,7 @@ from rcx_harness.engine.frontend.standard import (
     truncation,
 )
 from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.frontend.widening import BITS_OF, joined, number_of
+from rcx_harness.engine.frontend.widening import BITS_OF, joined, number_of, widens
 from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, Type
 
 __all__ = ["NOTHING", "Functions", "group", "same_text"]
@@ -205,26 +205,30 @@ class Functions:
             for symbol in pou.section("VAR_INPUT")
         )
         in_outs = tuple(
-            (symbol.name, self._passed(given[symbol.name.upper()], symbol.type, pou.name))
+            (symbol.name, self._passed(given[symbol.name.upper()], symbol, pou.name))
             for symbol in pou.section("VAR_IN_OUT")
         )
         outputs = tuple(
-            (name, self._passed(argument, pou.symbols[name.upper()].type, pou.name))
+            (name, self._passed(argument, pou.symbols[name.upper()], pou.name))
             for name, argument in sent.items()
         )
         kind = NOTHING if pou.result is None else pou.result.type
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
-    def _passed(self, argument: s.Argument, kind: Type, pou: str) -> t.Variable:
+    def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
         """A variable that a function writes.
 
         Raises:
             InputError: it is none, or of another type.
         """
-        value = argument.value
+        value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
-        found = self._expressions.writable(value)
+        all_ = self._expressions
+        found = all_.variable(value) if pin.constant else all_.writable(value)
+        if pin.section == "VAR_OUTPUT" and widens(kind, found.type):
+            self._scope.note("an implicit conversion", argument.at, f"the output {pin.name}")
+            return found
         if found.type != kind and not same_text(found.type, kind) and not fills(found.type, kind):
             raise self._scope.error(
                 f"{pou} needs a {describe(kind)} here, not a {describe(found.type)}", argument.at
@@ -286,7 +290,9 @@ class Functions:
         first = node.arguments[0].value
         kind: Type | None = None
         if isinstance(first, s.Name) and self._scope.symbol(first.key) is None:
-            kind = self._scope.declarations.types.get(first.key) or ELEMENTARY.get(first.key)
+            declarations = self._scope.declarations
+            kind = declarations.types.get(first.key) or ELEMENTARY.get(first.key)
+            kind = kind or declarations.blocks.get(first.key)
         if kind is None:
             if not isinstance(first, PLACES):
                 raise self._scope.error(f"{key} needs a variable", first.at)
@@ -305,7 +311,9 @@ class Functions:
             most = len(kind.bounds)
             if kind.open and isinstance(dimension, t.Constant) and 1 <= int(dimension.value) <= most:
                 array = self._expressions.variable(first)  # type: ignore[arg-type]
-                return t.Standard(key, (array, dimension), ELEMENTARY["DINT"])
+                bound = t.Standard(key, (array, dimension), ELEMENTARY["DINT"])
+                wanted = want if group(want) in ANY_INT else None
+                return self._expressions.converted(bound, wanted or bound.type)  # type: ignore[arg-type]
             if not isinstance(dimension, t.Constant) or not 1 <= int(dimension.value) <= most:
                 raise self._scope.error(
                     f"the dimension must be a number from 1 to {most}", node.arguments[1].at

@@ -8,6 +8,7 @@ from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.references import PLACES, place_of
 from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.values import describe
+from rcx_harness.engine.frontend.widening import widens
 from rcx_harness.engine.types import BlockType, ElementaryType, InterfaceType, Type
 
 __all__ = ["NOTHING", "Methods"]
@@ -287,9 +288,13 @@ class Methods:
             text = f"{symbol.section} {symbol.name} of {method.name} needs a variable"
             raise self._scope.error(text, argument.at)
         block = isinstance(symbol.type, BlockType)
-        found = self._all.variable(value) if block else self._all.writable(value)
+        read = block or symbol.constant
+        found = self._all.variable(value) if read else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
         fits = fits or fills(found.type, symbol.type)
+        if symbol.section == "VAR_OUTPUT" and widens(symbol.type, found.type):
+            self._scope.note("an implicit conversion", argument.at, f"the output {symbol.name}")
+            fits = True
         if not fits or place_of(found) is None:
             raise self._scope.error(
                 f"{symbol.name} of {method.name} needs a variable of {describe(symbol.type)},"

@@ -76,6 +76,9 @@ class References:
         if len(node.indices) != 1:
             raise self._scope.error("a pointer takes one index", node.at)
         index = self._all.infer(node.indices[0]) or ELEMENTARY["DINT"]
+        if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
+            self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
+            index = self._all.operators.number(index)
         if not isinstance(index, ElementaryType) or index.name not in ANY_INT:
             text = f"an index must be an integer, not a {describe(index)}"
             raise self._scope.error(text, node.indices[0].at)

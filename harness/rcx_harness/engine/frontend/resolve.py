@@ -209,7 +209,10 @@ class Types:
             if isinstance(dimension.low, s.Name) and dimension.low.text == "*":
                 hint = "write the bounds"
                 raise where.error(
-                    "an array of open length can only be a VAR_IN_OUT", dimension.at, hint
+                    "an array of open length can only be a VAR_IN_OUT,"
+                    " or a VAR_INPUT of a function or method",
+                    dimension.at,
+                    hint,
                 )
             low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
             if low > high:
