@@ -10,7 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn, TypeAlias
 
-from rcx_harness.engine.builtin.memory import Elements, Fields, Held, Layout, Row, Truth, Union, View
+from rcx_harness.engine.builtin.memory import (
+    Elements,
+    Fields,
+    Held,
+    Layout,
+    Row,
+    Truth,
+    Union,
+    View,
+)
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.builtin.storage import is_scalar, slot_name, stored
 from rcx_harness.engine.frontend.project import Project

@@ -312,7 +312,11 @@ class Expressions:
                     f"an index must be an integer, not a {describe(index_type)}", index.at
                 )
             found = self.check(index, index_type)
-            if isinstance(found, t.Constant) and not kind.open and not low <= int(found.value) <= high:
+            if (
+                isinstance(found, t.Constant)
+                and not kind.open
+                and not low <= int(found.value) <= high
+            ):
                 raise self.scope.error(f"index {found.value} is outside {low}..{high}", index.at)
             indices.append(found)
         return t.Index(base, tuple(indices), kind.element)

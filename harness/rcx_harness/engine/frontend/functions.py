@@ -309,7 +309,11 @@ class Functions:
                 raise self._scope.error(f"a {describe(kind)} has no bounds", first.at)
             dimension = self._expressions.check(node.arguments[1].value, ELEMENTARY["DINT"])
             most = len(kind.bounds)
-            if kind.open and isinstance(dimension, t.Constant) and 1 <= int(dimension.value) <= most:
+            if (
+                kind.open
+                and isinstance(dimension, t.Constant)
+                and 1 <= int(dimension.value) <= most
+            ):
                 array = self._expressions.variable(first)  # type: ignore[arg-type]
                 bound = t.Standard(key, (array, dimension), ELEMENTARY["DINT"])
                 wanted = want if group(want) in ANY_INT else None

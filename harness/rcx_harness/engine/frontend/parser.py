@@ -370,8 +370,8 @@ class _Builder(Transformer[Token, Any]):
         _word, address, _colon, spec, _is, initial, _end = rest[-7:]
         names = tuple(_name(token) for token in rest[:-7] if token.type == "IDENT")
         at = names[0].at
-        bound = isinstance(_is, Token) and _is.type == "LATCH"
-        if bound and _is.upper() != "REF=":
+        bound = isinstance(_is, Token) and _is.upper() == "REF="
+        if isinstance(_is, Token) and _is.type == "LATCH" and not bound:
             text, place = f"{_is} is no initial value", _at(_is)
             error = InputError(text, file=self.file, line=place.line, column=place.column)
             self.errors.append(error)

@@ -98,6 +98,9 @@ class References:
             this = self._all.variable(node)
             return self._fitted(_to(this, "POINTER"), want, node)
         if isinstance(node, s.Binary) and isinstance(want, ReferenceType):
+            if self._is_smaller(node.left, want):
+                moved = self.moved(node.op, node.left, node.right, node.at)
+                return self._fitted(moved, want, node)
             base = self.wanted(node.left, want)
             return self._moved(node.op, base, node.right, node.at)
         if isinstance(node, s.Call) and node.function.key in ("ADR", "REF"):
@@ -115,6 +118,14 @@ class References:
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
             return found
         return self._fitted(found, want, node)
+
+    def _is_smaller(self, node: s.Expression, want: ReferenceType) -> bool:
+        """Whether a pointer leads to less than is wanted: then it is moved before it is looked at."""
+        kind = self._all.infer(node)
+        if not isinstance(kind, ReferenceType):
+            return False
+        have, need = size_of(_target(kind)), size_of(_target(want))
+        return have is not None and need is not None and have < need
 
     def _bound(self, node: s.Expression) -> t.Expression:
         """A reference to the variable that is named, or the one that is held already."""
