@@ -44,7 +44,7 @@ def test_of_several_programs_that_no_other_calls_the_usual_one_runs(
     program = build(_COUNT.format("Other") + _COUNT.format(name))
     program.scan(0)
     assert program.read("Main.N") == 1
-    assert [instance for instance in program.instances()] == ["Main"]
+    assert list(program.instances()) == ["Main"]
 
 
 def test_without_it_nobody_knows_which_runs(mistakes_of: Mistakes) -> None:
@@ -122,7 +122,8 @@ def test_an_array_of_open_length_has_the_bounds_of_what_is_given(build: Build) -
         "END_FUNCTION\n"
         "FUNCTION_BLOCK Fill VAR_IN_OUT G : ARRAY [*, *] OF INT; END_VAR VAR I, J : DINT; END_VAR\n"
         "FOR I := LOWER_BOUND(G, 1) TO UPPER_BOUND(G, 1) DO\n"
-        "FOR J := LOWER_BOUND(G, 2) TO UPPER_BOUND(G, 2) DO G[I, J] := DINT_TO_INT(10 * I + J); END_FOR END_FOR\n"
+        "FOR J := LOWER_BOUND(G, 2) TO UPPER_BOUND(G, 2) DO\n"
+        "G[I, J] := DINT_TO_INT(10 * I + J); END_FOR END_FOR\n"
         "END_FUNCTION_BLOCK\n"
         "PROGRAM P VAR A : ARRAY [-1..1] OF INT := [1, 2, 4]; B : ARRAY [5..6] OF INT := [8, 16];\n"
         "G : ARRAY [1..2, 0..1] OF INT; F : Fill; S, S2 : DINT; END_VAR\n"

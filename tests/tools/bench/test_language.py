@@ -24,7 +24,7 @@ def _library(folder: Path) -> Path:
 
 def test_the_share_counts_files_and_the_reasons_errors(tmp_path: Path) -> None:
     share = accepted(sorted(_library(tmp_path / "lib").glob("*.st")))
-    assert (share.files, share.refused, share.percent) == (4, 1, 75.0)
+    assert (share.files, len(share.refused), share.percent) == (4, 1, 75.0)
     assert [times for _, times in share.reasons] == [2]
 
 

@@ -53,9 +53,11 @@ class _Scalar:
     size: int
 
     def pack(self, value: Any) -> bytes:
+        """The bytes of a value."""
         raise NotImplementedError
 
     def unpack(self, data: bytes) -> Any:
+        """The value of bytes."""
         raise NotImplementedError
 
     def read(self, value: Any, at: int, size: int) -> bytes:
@@ -87,9 +89,11 @@ class Number(_Scalar):
     size: int
 
     def pack(self, value: Any) -> bytes:
+        """See `_Scalar`."""
         return struct.pack(self.code, value)
 
     def unpack(self, data: bytes) -> Any:
+        """See `_Scalar`."""
         return struct.unpack(self.code, data)[0]
 
 
@@ -100,9 +104,11 @@ class Truth(_Scalar):
     size: int = 1
 
     def pack(self, value: Any) -> bytes:
+        """See `_Scalar`."""
         return b"\1" if value else b"\0"
 
     def unpack(self, data: bytes) -> Any:
+        """See `_Scalar`."""
         return data[0] != 0
 
 
@@ -115,10 +121,12 @@ class Moment(_Scalar):
     signed: bool = False
 
     def pack(self, value: Any) -> bytes:
+        """See `_Scalar`."""
         count: int = value // self.unit
         return (count & (1 << 8 * self.size) - 1).to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> Any:
+        """See `_Scalar`."""
         return int.from_bytes(data, "little", signed=self.signed) * self.unit
 
 
@@ -133,6 +141,7 @@ class Text(_Scalar):
     width: int
 
     def pack(self, value: Any) -> bytes:
+        """See `_Scalar`."""
         if self.width == 1:
             data: bytes = value.encode("latin-1")
         else:
@@ -140,6 +149,7 @@ class Text(_Scalar):
         return data[: self.size - self.width].ljust(self.size, b"\0")
 
     def unpack(self, data: bytes) -> Any:
+        """See `_Scalar`."""
         held = data[: self.size - self.width]
         if self.width == 1:
             return held.rstrip(b"\0").decode("latin-1")
@@ -154,9 +164,11 @@ class Character(_Scalar):
     size: int
 
     def pack(self, value: Any) -> bytes:
+        """See `_Scalar`."""
         return ord(value).to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> Any:
+        """See `_Scalar`."""
         return chr(int.from_bytes(data, "little"))
 
 
@@ -167,9 +179,11 @@ class Pointer(_Scalar):
     size: int = 4
 
     def pack(self, value: Any) -> bytes:
+        """See `_Scalar`."""
         raise ProgramError("a pointer cannot be looked at as bytes")
 
     def unpack(self, data: bytes) -> Any:
+        """See `_Scalar`."""
         raise ProgramError("bytes cannot be looked at as a pointer")
 
 

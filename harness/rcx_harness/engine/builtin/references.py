@@ -137,7 +137,7 @@ class _NoBlock:
 
 _NULL, _NO_BLOCK = _Null(), _NoBlock()
 
-Pointer: TypeAlias = Slot | Item | Whole | View
+Pointer: TypeAlias = Slot | Item | Whole
 
 
 def _elements(offset: int, size: int) -> int:
@@ -157,7 +157,7 @@ def _same(one: Any, other: Any) -> bool:
     return first[0] is second[0] and first[1] == second[1]
 
 
-def _place(pointer: Pointer) -> tuple[Any, Any]:
+def _place(pointer: Any) -> tuple[Any, Any]:
     if isinstance(pointer, Whole):
         return pointer.V, None
     if isinstance(pointer, Item) and 0 <= pointer.key < len(pointer.holder):
@@ -329,12 +329,12 @@ class Holders:
             return type(value)(self.saved(part) for part in value)
         if isinstance(value, (bool, int, float, str, bytes, _Null, _NoBlock)):
             return value
-        if isinstance(value, (Slot, Item)) and isinstance(value.holder, (Elements, Fields)):
-            if self.find(value.holder) is None:  # only made to look at memory
-                held = value.holder
-                whole = held.row if isinstance(held, Elements) else held.record
-                view = self.saved(View(held.memory, held.at, whole))
-                return _Held(type(value).__name__, ("", view), value.key)
+        held = getattr(value, "holder", None)
+        if isinstance(held, (Elements, Fields)) and self.find(held) is None:
+            # It was only made to look at memory.
+            whole = held.row if isinstance(held, Elements) else held.record
+            view = self.saved(View(held.memory, held.at, whole))
+            return _Held(type(value).__name__, ("", view), value.key)
         if isinstance(value, View):
             return _Held("View", ("", self._saved_memory(value.memory), value.layout), value.at_)
         if isinstance(value, (Slot, Item)):

@@ -58,7 +58,7 @@ def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
 
 
 def needs_globals(pou: Pou) -> bool:
-    """Whether the body of a block reads the time, or reads or writes global or located variables."""
+    """Whether a body reads the time, or reads or writes global or located variables."""
     return pou.clock or any(
         item.section == "VAR_EXTERNAL" or item.address is not None for item in pou.symbols.values()
     )

@@ -256,7 +256,7 @@ class _Statements:
         return [found_call, *behind]
 
     def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
-        """Whether an output goes to a bit, or to a type that it widens to: an assignment does it."""
+        """Whether an output goes to a bit or a wider type, so that an assignment does it."""
         value = argument.value
         if isinstance(value, s.Part) or not isinstance(value, PLACES):
             return isinstance(value, s.Part)
@@ -340,9 +340,9 @@ class _BlockCalls:
             InputError: no block instance, arguments that do not fit, or a VAR_IN_OUT left out.
         """
         instance = self._instance(node)
-        if isinstance(instance, t.Use) and isinstance(node.callee, s.Name):
-            if node.callee.key in self._scope.declarations.programs:
-                self._scope.declarations.called.add(node.callee.key)
+        declarations = self._scope.declarations
+        if isinstance(instance, t.Use) and instance.symbol.source in declarations.programs:
+            declarations.called.add(instance.symbol.source)
         block = instance.type
         assert isinstance(block, BlockType)
         given = block_arguments(node, block, self._scope)

@@ -397,9 +397,9 @@ class Scope:
                     found.shared = found.addressed = True
                 return found
         declarations = self.declarations
-        if key in declarations.globals and key not in declarations.qualified:
-            if key not in declarations.programs:
-                return self._global(key, self.where.node.at)
+        plain = key in declarations.globals and key not in declarations.qualified
+        if plain and key not in declarations.programs:
+            return self._global(key, self.where.node.at)
         return self._program(key)
 
     def _program(self, key: str) -> Symbol | None:

@@ -187,7 +187,7 @@ def located(instances: dict[str, BlockType], declarations: Declarations) -> tupl
         for key, symbol in declarations.globals.items()
         if key in declarations.programs and isinstance(symbol.type, BlockType)
     }
-    own = [block for block in instances.values()]
+    own = list(instances.values())
     instances = {
         **instances,
         **{name: block for name, block in named.items() if block not in own},

@@ -120,7 +120,7 @@ class References:
         return self._fitted(found, want, node)
 
     def _is_smaller(self, node: s.Expression, want: ReferenceType) -> bool:
-        """Whether a pointer leads to less than is wanted: then it is moved before it is looked at."""
+        """Whether a pointer leads to less than is wanted, so that it is moved before."""
         kind = self._all.infer(node)
         if not isinstance(kind, ReferenceType):
             return False
@@ -154,9 +154,9 @@ class References:
             if array.element == want.target:
                 lows = tuple(t.Constant(low, ELEMENTARY["DINT"]) for low, _ in array.bounds)
                 return t.Address(t.Index(found.variable, lows, array.element), want)
-        if "REFERENCE" not in (kind.kind, want.kind):
-            if size_of(_target(kind)) is not None and size_of(_target(want)) is not None:
-                return self._recast(found, want, node.at)
+        sizes = [size_of(_target(one)) for one in (kind, want)]
+        if "REFERENCE" not in (kind.kind, want.kind) and None not in sizes:
+            return self._recast(found, want, node.at)
         raise self._scope.error(
             f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,

@@ -60,7 +60,8 @@ class Symbol:
     value as `resolve.Types.initial_value` gives it. `source` is the key of the global variable
     that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
     pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
-    methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no constant.
+    methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
+    constant.
     """
 
     name: str
