@@ -101,7 +101,7 @@ def test_the_command_of_its_readme_runs_it(capsys: Captured) -> None:
 def test_five_faults_each_with_a_line_in_the_readme_and_a_property_of_the_cell() -> None:
     text = (PLANTED / "README.md").read_text(encoding="utf-8")
     table = re.findall(r"^\| ([a-z ]+) \|.*\| ([^|]+) \|$", text, re.MULTILINE)
-    rows = {name: breaks for name, breaks in table}
+    rows = dict(table)
     assert list(rows) == [fault.name for fault in FAULTS]
     assert len(FAULTS) == 5
     cell = (PLANTED / "cell/README.md").read_text(encoding="utf-8")
