@@ -231,3 +231,40 @@ def test_a_pointer_is_read_as_the_path_it_leads_to(build: Callable[[str], Builti
     ]
     with pytest.raises(InputError, match="cannot be set"):
         program.write("Main.P", "Main.A[1]")
+
+
+def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgram]) -> None:
+    program = build(
+        "FUNCTION FC_Where : POINTER TO INT VAR_INPUT P : POINTER TO INT; END_VAR\n"
+        "FC_Where := P + 2; END_FUNCTION\n"
+        "PROGRAM P1 VAR A : ARRAY [0..1] OF INT := [3, 4]; N : INT; END_VAR\n"
+        "N := FC_Where(ADR(A))^; END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert program.read("Main.N") == 4
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("F()();", "a call cannot stand here"),
+        ("N := F()^;", "^ needs a pointer, not a INT"),
+    ],
+)
+def test_calls_where_none_can_stand(
+    body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
+) -> None:
+    errors = mistakes_of(
+        "FUNCTION F : INT F := 1; END_FUNCTION\n"
+        f"PROGRAM P1 VAR N : INT; END_VAR {body} END_PROGRAM\n"
+    )
+    assert message in str(errors[0])
+
+
+def test_super_of_what_is_missing_is_told_once(
+    mistakes_of: Callable[[str], list[InputError]],
+) -> None:
+    errors = mistakes_of(
+        "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
+    )
+    assert [error.message for error in errors] == ["Nowhere is no function block of these sources"]

@@ -114,6 +114,9 @@ class Expressions:
                 node.at,
                 "copy it to a variable first",
             )
+        if isinstance(node, (s.Call, s.Invoke)):
+            hint = "call it in a statement before"
+            raise self.scope.error("a call cannot stand here", node.at, hint)
         base = self.base(node.base)
         if isinstance(node, s.Field):
             return self._member(base, node)

@@ -50,9 +50,10 @@ class Methods:
         if base is None:
             text = f"SUPER needs a block that extends another; {pou.name} does not"
             raise self._scope.error(text, at)
-        block = self._scope.declarations.pous[base].block
-        assert block is not None
-        return t.This(block)
+        above_it = self._scope.declarations.pous.get(base)
+        if above_it is None or above_it.block is None:
+            raise ConsequenceError(f"what {pou.name} extends has an error")
+        return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:
         """Whether a bare name is a property of the block this belongs to."""

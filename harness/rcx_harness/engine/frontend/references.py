@@ -59,7 +59,7 @@ class References:
         Raises:
             InputError: no pointer.
         """
-        base = self._all.variable(node.base)
+        base = self._all.base(node.base)
         kind = base.type
         if not isinstance(kind, ReferenceType):
             raise self._scope.error(
