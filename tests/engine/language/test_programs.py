@@ -44,7 +44,7 @@ def test_of_several_programs_that_no_other_calls_the_usual_one_runs(
     program = build(_COUNT.format("Other") + _COUNT.format(name))
     program.scan(0)
     assert program.read("Main.N") == 1
-    assert list(program.instances()) == ["Main"]
+    assert [(one, kind.name) for one, kind in program.instances().items()] == [("Main", name)]
 
 
 def test_without_it_nobody_knows_which_runs(mistakes_of: Mistakes) -> None:

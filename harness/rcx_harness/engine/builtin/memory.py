@@ -146,7 +146,7 @@ class Text(_Scalar):
             data: bytes = value.encode("latin-1")
         else:
             data = struct.pack(f"<{len(value)}H", *map(ord, value))
-        return data[: self.size - self.width].ljust(self.size, b"\0")
+        return data.ljust(self.size, b"\0")
 
     def unpack(self, data: bytes) -> Any:
         """See `_Scalar`."""
