@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import mypy
 
-__all__ = ["SYSTEMS", "hidden_on", "members_of_some", "names_of", "of_some", "used"]
+__all__ = ["SYSTEMS", "absent_on", "hidden_on", "members_of_some", "names_of", "of_some", "used"]
 
 SYSTEMS = ("win32", "darwin", "linux")
 
@@ -93,6 +93,12 @@ def hidden_on(module: str, system: str) -> frozenset[str]:
     return names_of(module, "linux") - names_of(module, system)
 
 
+def absent_on(system: str) -> set[str]:
+    """Modules that this system lacks, and Linux has."""
+    every = {one for one in sys.stdlib_module_names if _stub(one) is not None}
+    return {one for one in every if _is_on(one, "linux") and not _is_on(one, system)}
+
+
 def members_of_some(modules: frozenset[str]) -> frozenset[str]:
     """Members of classes of these modules that one of the systems lacks, by their own names."""
     found = set(_LOOP)
@@ -162,5 +168,9 @@ def _submodules(module: str, names: list[ast.alias]) -> Iterator[tuple[str, str]
 
 
 def _lacking(module: str) -> set[str]:
-    every = [any(name[0] != "_" for name in names_of(module, system)) for system in SYSTEMS]
-    return {module} if any(every) and not all(every) else set()
+    there = [_is_on(module, system) for system in SYSTEMS]
+    return {module} if any(there) and not all(there) else set()
+
+
+def _is_on(module: str, system: str) -> bool:
+    return any(not name.startswith("_") for name in names_of(module, system))

@@ -152,9 +152,9 @@ StandardInput = RelayedInput if sys.platform == "win32" else DirectInput
 """The one for this system."""
 
 
-def group_address(group: str, host: str) -> str:
-    """What a socket binds to that hears a multicast group at the address of an interface."""
-    return host if sys.platform == "win32" else group
+def group_address(group: str) -> str:
+    """What a socket binds to that hears a multicast group."""
+    return "0.0.0.0" if sys.platform == "win32" else group
 
 
 def addresses() -> Iterator[tuple[str, str, bytes]]:

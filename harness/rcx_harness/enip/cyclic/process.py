@@ -170,7 +170,7 @@ def _group_socket(group: str, port: int, host: str) -> socket.socket:
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listener.bind((group_address(group, host), port))
+        listener.bind((group_address(group), port))
         membership = socket.inet_aton(group) + socket.inet_aton(host)
         listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
     except OSError:
