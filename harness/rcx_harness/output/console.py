@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 
-__all__ = ["draws", "spare_no_character"]
+__all__ = ["draws", "quoted", "spare_no_character"]
 
 #: All that charts and tables draw with.
 _DRAWN = "▁▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
@@ -18,6 +19,12 @@ def draws(encoding: str | None) -> bool:
     except (UnicodeEncodeError, LookupError):
         return False
     return True
+
+
+def quoted(word: object) -> str:
+    """A file's name in a command to copy, for POSIX shells, cmd and PowerShell."""
+    text = str(word)
+    return text if re.fullmatch(r"[\w./\\:~+-]+", text) else f'"{text}"'
 
 
 def spare_no_character() -> None:
