@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from imports import modules
-from rcx_harness.output.console import draws, spare_no_character
+from rcx_harness.output.console import draws, quoted, spare_no_character
 
 
 @pytest.mark.parametrize(
@@ -51,6 +51,23 @@ def test_what_the_user_has_chosen_for_such_characters_stays(
     spare_no_character()
     print("●", end="", flush=True)
     assert written.getvalue() == b"?"
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("plc", "plc"),
+        ("out/prove-1/ü.toml", "out/prove-1/ü.toml"),
+        (r"C:\cell\plc", r"C:\cell\plc"),
+        ("my cell", '"my cell"'),
+        (r"C:\Program Files (x86)\plc", r'"C:\Program Files (x86)\plc"'),
+        ("a&b;c", '"a&b;c"'),
+        ("", '""'),
+    ],
+)
+def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected: str) -> None:
+    """Source: quoting of POSIX shells, of cmd and of PowerShell."""
+    assert quoted(name) == expected
 
 
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:

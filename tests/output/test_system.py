@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import errno
 import os
 import select
 import signal
@@ -120,6 +121,24 @@ def test_who_waits_is_told_to_end_and_then_no_more(number: signal.Signals) -> No
         signal.raise_signal(number)
         assert told.wait(30)
     assert signal.getsignal(number) is before
+
+
+@pytest.mark.parametrize(
+    ("platform", "number", "expected"),
+    [
+        ("linux", errno.EPIPE, True),
+        ("linux", errno.EINVAL, False),
+        ("win32", errno.EPIPE, True),
+        ("win32", errno.EINVAL, True),
+        ("win32", errno.ENOSPC, False),
+    ],
+)
+def test_a_reader_that_has_gone_is_told_from_a_full_disk(
+    monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
+) -> None:
+    """On Windows writing to such a pipe is an invalid argument."""
+    monkeypatch.setattr("sys.platform", platform)
+    assert system.nobody_reads(OSError(number, "")) is expected
 
 
 @pytest.mark.parametrize(

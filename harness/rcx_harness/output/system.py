@@ -27,10 +27,10 @@ else:
 __all__ = [
     "APART",
     "DLL",
+    "WHOLE",
     "DirectInput",
     "RelayedInput",
     "StandardInput",
-    "WHOLE",
     "addresses",
     "ask_for_priority",
     "cache_root",
@@ -52,7 +52,7 @@ APART: dict[str, Any]
 DLL: Final = ".dll" if sys.platform == "win32" else ".so"
 """How the name of a shared object ends."""
 
-WHOLE: Final = ("-static",) if sys.platform == "win32" else ()
+WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
 """For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
 
 _ENDS = [signal.SIGINT, signal.SIGTERM]
