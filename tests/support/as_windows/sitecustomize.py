@@ -9,8 +9,6 @@ start by spawn. The standard library itself stays that of this system.
 """
 
 from __future__ import annotations
-
-import _ctypes
 import asyncio
 import builtins
 import ipaddress
@@ -23,6 +21,7 @@ import socket
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -71,7 +70,7 @@ def _dll(name: str) -> Any:
 _INSTEAD: dict[str, dict[str, Any]] = {
     "sys": {"platform": "win32"},
     "ctypes": {"WinDLL": _dll},
-    "_ctypes": {"FreeLibrary": getattr(_ctypes, "dlclose", None)},
+    "_ctypes": {"FreeLibrary": getattr(import_module("_ctypes"), "dlclose", None)},
     "signal": {"SIGBREAK": signal.SIGUSR1},
     "subprocess": {"CREATE_NEW_PROCESS_GROUP": 0},
     "select": {"select": _select},
