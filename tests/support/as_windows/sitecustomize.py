@@ -9,6 +9,7 @@ start by spawn. The standard library itself stays that of this system.
 """
 
 from __future__ import annotations
+
 import asyncio
 import builtins
 import ipaddress
