@@ -168,7 +168,8 @@ def st_files(folder: Path) -> list[Path]:
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     left out; the folder itself may be in one. So is what `rcx export` has written.
     """
-    found = sorted(file for file in folder.rglob("*.st") if _is_users(file, folder))
+    every = (file for file in folder.rglob("*.st") if _is_users(file, folder))
+    found = sorted(every, key=lambda file: file.parts)  # as on Linux also where case is nothing
     written = own_output(found)
     return [file for file in found if file not in written]
 

@@ -32,6 +32,7 @@ from rcx_harness.cli.options import (
     with_options,
 )
 from rcx_harness.errors import InputError
+from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
@@ -279,8 +280,8 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     cell, violations = outcome.cell, outcome.cell.violations
     if options.show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)
-        unicode = "utf" in (sys.stdout.encoding or "").lower()
-        print(text_chart(outcome.timeline, width, ascii_only=not unicode))
+        plain = not draws(sys.stdout.encoding)
+        print(text_chart(outcome.timeline, width, ascii_only=plain))
     if outcome.notice:
         print(outcome.notice)
     if not cell.matched:
