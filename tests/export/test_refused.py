@@ -106,9 +106,7 @@ def test_all_findings_are_told_with_line_and_what_to_write(
 
 
 @pytest.mark.parametrize("tool", _TOOLS)
-def test_a_portable_program_is_refused_by_none(
-    tmp_path: Path, capsys: Captured, tool: str
-) -> None:
+def test_a_portable_program_is_refused_by_none(tmp_path: Path, capsys: Captured, tool: str) -> None:
     file = tmp_path / "plain.st"
     file.write_text(_PLAIN)
     assert _check(tool, file) == 0

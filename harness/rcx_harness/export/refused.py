@@ -1,8 +1,8 @@
 """What a tool refuses of a program as it is written: `rcx check --for`.
 
 Three things are put together: which constructs beyond the portable subset the tool takes
-(`constructs.toml`), which functions, blocks and operators it has (`words`), and what an export for it
-does not carry. A construct of which no source says that it is taken may be refused.
+(`constructs.toml`), which functions, blocks and operators it has (`words`), and what an export for
+it does not carry. A construct of which no source says that it is taken may be refused.
 """
 
 from __future__ import annotations
@@ -142,9 +142,7 @@ def _is_function(one: s.Declaration) -> bool:
     return isinstance(one, s.Pou) and one.kind == "FUNCTION"
 
 
-def _by_name(
-    tool: Tool, file: Path, one: s.Declaration, functions: set[str]
-) -> Iterator[Refusal]:
+def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) -> Iterator[Refusal]:
     """Functions, blocks and operators that the tool has not, and names that may be its words."""
     if isinstance(one, s.Pou | s.TypeDecl):
         for at, why in words(tool.words).lacking(one, functions):

@@ -42,8 +42,8 @@ _CONSTRUCTS = """
 ## Constructs beyond the portable subset
 
 What `rcx check --for` says of them: **yes** is taken and **no** is refused, by the source with that
-number below; an empty cell is *assumed* to be refused, because no public document was found that says
-so or denies it, and is told as "may be refused". What each means: [language.md](language.md).
+number below; an empty cell is *assumed* to be refused, because no public document was found that
+says so or denies it, and is told as "may be refused". What each means: [language.md](language.md).
 """
 
 
