@@ -104,5 +104,5 @@ def iec2c_takes(before: str, variables: str, body: str, folder: Path) -> bool:
         "TASK T1(INTERVAL := T#10ms, PRIORITY := 0);\nPROGRAM Main WITH T1 : P1;\n"
         "END_RESOURCE\nEND_CONFIGURATION\n"
     )
-    command = [matiec.iec2c, "-I", matiec.library, "-T", folder, file]
+    command = list(map(str, (matiec.iec2c, "-I", matiec.library, "-T", folder, file)))
     return subprocess.run(command, capture_output=True).returncode == 0
