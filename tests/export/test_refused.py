@@ -137,6 +137,18 @@ def test_a_reserved_word_of_the_third_edition_may_be_refused_but_not_by_matiec(
     assert _check("matiec", file) == 0
 
 
+@pytest.mark.parametrize(
+    ("file", "tool", "other"), [("cell.L5X", "rockwell", "omron"), ("cell.scl", "siemens", "omron")]
+)
+def test_of_its_own_files_a_tool_refuses_nothing(
+    repository: Path, capsys: Captured, file: str, tool: str, other: str
+) -> None:
+    path = repository / "tests" / "engine" / "projects" / "data" / file
+    assert _check(tool, path) == 0
+    assert "nothing refused, nothing that may be refused" in capsys.readouterr().out
+    assert _check(other, path) == 1
+
+
 def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "wrong.st"
     file.write_text("PROGRAM P1\nVAR\n  I : INT;\nEND_VAR\nI := TRUE;\nEND_PROGRAM\n")

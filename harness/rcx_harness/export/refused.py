@@ -42,6 +42,7 @@ class Tool:
         words: Its list of functions and blocks, in the folder `words`.
         takes: Constructs that it takes, with what says so.
         refuses: Constructs that it refuses, likewise.
+        own: Endings of its own files, in lower case: it refuses nothing of them.
         note: How it differs where `rcx export` writes the same another way; or empty.
     """
 
@@ -50,6 +51,7 @@ class Tool:
     words: str
     takes: Mapping[str, str]
     refuses: Mapping[str, str]
+    own: tuple[str, ...] = ()
     note: str = ""
 
     def verdict(self, use: Use) -> bool | None:
@@ -92,6 +94,7 @@ def tools() -> Mapping[str, Tool]:
             table["words"],
             said(table.get("takes", {})),
             said(table.get("refuses", {})),
+            tuple(table.get("own", ())),
             table.get("note", ""),
         )
         for name, table in content.items()
@@ -113,14 +116,14 @@ def refused(
     Raises:
         InputError: the export cannot be made.
     """
-    users, _ = sources.users
+    users = [file for file in sources.users[0] if file.suffix.lower() not in tool.own]
     found = [_refusal(tool, use) for use in project.uses if use.file in users]
     listed = {part.name.key for part in _declared(sources.all) if _is_function(part)}
     for file in users:
         for one in parse(file).declarations:
             found += _by_name(tool, file, one, listed)
     if program is not None and not project.uses:
-        found += _not_carried(tool, sources, program)
+        found += _not_carried(tool, sources, users, program)
     kept = dict.fromkeys(one for one in found if one is not None)
     return sorted(kept, key=lambda one: (str(one.file), one.at))
 
@@ -152,11 +155,11 @@ def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) ->
             yield Refusal(file, at, why, certain=False)
 
 
-def _not_carried(tool: Tool, sources: SourceFiles, program: Sequence[Path]) -> Iterator[Refusal]:
+def _not_carried(
+    tool: Tool, sources: SourceFiles, users: Sequence[Path], program: Sequence[Path]
+) -> Iterator[Refusal]:
     """What the export does not carry of the user's files, without what the lists have told."""
-    lib = None if not sources.lib else sources.folder
-    users, _ = sources.users
-    for one in export(tool.export, lib, program, only_needed=True).missing:
+    for one in export(tool.export, sources.folder, program, only_needed=True).missing:
         if one.file in users and not one.replaced and _ON_LIST not in one.why:
             at = s.Position(one.line, 1)
             yield Refusal(one.file, at, f"{one.what}: {one.why}", certain=True)
