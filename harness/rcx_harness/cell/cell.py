@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
 from rcx_harness.cell.build import (
     Areas,
@@ -34,6 +34,9 @@ from rcx_harness.units import format_us, parse_us
 from rcx_harness.watch.calls import CallMonitor
 from rcx_harness.watch.calls_source import CallPlan, call_plan, steady_instances
 from rcx_harness.watch.contract import ContractMonitor
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
 
@@ -91,6 +94,7 @@ class Cell:
         *,
         m: int = 0,
         n: int = 0,
+        far: bool = False,
         further: Sequence[Member] = (),
         seed: int = 0,
         on_loss: str = "hold",
@@ -124,7 +128,7 @@ class Cell:
         header |= {"engine": program.engine, "link": link.name, "seed": seed}
         if further:
             header["controllers"] = len(self.robots)
-        members = [Member(robot, link, m, n), *further]
+        members = [Member(robot, link, m, n, far), *further]
         images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
         self.trace = Trace(header, trace)
         self._agenda = Agenda() if agenda is None else agenda
@@ -170,6 +174,7 @@ class Cell:
         trace: str | Path | None = None,
         watch: Sequence[str] = (),
         replace: Mapping[str, str | Path] | None = None,
+        connect: Elsewhere | None = None,
     ) -> Cell:
         """Compile a program with the library and put it into a cell.
 
@@ -194,9 +199,12 @@ class Cell:
             trace: File for the trace; that of an earlier run is written over.
             watch: Paths of variables that the trace shows in every scan.
             replace: ST files for POUs of a project, by the POU's name.
+            connect: A controller that runs elsewhere, instead of a virtual one; `link` and `robot`
+                are then none of the cell's.
 
         Raises:
-            InputError: anything wrong with the sources or the arguments.
+            InputError: anything wrong with the sources or the arguments; the controller elsewhere
+                is not there, or refuses.
         """
         files = source_files(program, lib, replace)
         check_outputs({"trace": trace}, files, *several(robot))
@@ -207,7 +215,15 @@ class Cell:
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
-            members = make_members(robot, link, size=size, m=m, n=n, timing=timing, seed=seed)
+            members = make_members(
+                *(robot, link),
+                size=size,
+                m=m,
+                n=n,
+                timing=timing,
+                seed=seed,
+                connect=connect,
+            )
         except BaseException:
             compiled.close()
             raise
@@ -220,6 +236,7 @@ class Cell:
                 timing,
                 m=first.m,
                 n=first.n,
+                far=first.far,
                 further=further,
                 seed=seed,
                 on_loss=on_loss,
@@ -228,7 +245,7 @@ class Cell:
                 steady=steady_instances(files.own, files.lib),
                 calls=call_plan(*files.users),
                 notice="\n".join(filter(None, (*files.notes, built.notice))),
-                agenda=make_agenda(link),
+                agenda=make_agenda(link, connect),
             )
         except BaseException:
             for member in members:
@@ -297,6 +314,7 @@ class Cell:
             InputError: no such event or controller, or arguments it does not take.
         """
         node = self._node(controller)
+        self.check_near()
         if event in ("link_down", "link_up"):
             if args:
                 raise InputError(
@@ -318,6 +336,12 @@ class Cell:
             InputError: no such controller, or more bytes than the area has.
         """
         self._node(controller).give_area(area, connected)
+
+    def check_near(self) -> None:
+        """Refuse what only a virtual controller can be asked for (InputError)."""
+        if any(node.far for node in self._nodes):
+            hint = "leave events, hold and release out"
+            raise InputError("nothing befalls a controller that runs elsewhere", hint=hint)
 
     def _node(self, controller: int) -> Node:
         if not 1 <= controller <= len(self._nodes):

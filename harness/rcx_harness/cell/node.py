@@ -23,12 +23,16 @@ Report = Callable[[Iterable[Violation]], None]
 
 
 class Member(NamedTuple):
-    """A controller with its link, and where its areas begin in the process image, in bytes."""
+    """A controller with its link, and where its areas begin in the process image, in bytes.
+
+    One that is `far` runs elsewhere: `robot` stands for its size alone and never runs.
+    """
 
     robot: Controller
     link: Link
     m: int = 0
     n: int = 0
+    far: bool = False
 
 
 class Node:
@@ -62,6 +66,8 @@ class Node:
         clear: bool,
     ) -> None:
         self.number, self.robot, self.link = number, member.robot, member.link
+        self.far = member.far
+        """Does the controller run elsewhere?"""
         self.matched = self.link.size == self.robot.config.size
         """Do master and robot agree on the area's size? Without that there is no connection."""
         self.cycles = 0
@@ -75,7 +81,8 @@ class Node:
         self._given: tuple[bytes, bool] | None = None
         self.wire = WireMonitor(self.link.size)
         self._prefix = "" if number == 1 else f"controller {number}: "
-        agenda.repeat(timing.phases[0], Kind.CYCLE, CYCLE_US, self._cycle, number)
+        if not self.far:
+            agenda.repeat(timing.phases[0], Kind.CYCLE, CYCLE_US, self._cycle, number)
         self.network = make_network(
             self.link, timing, agenda, matched=self.matched, seed=seed, controller=number
         )

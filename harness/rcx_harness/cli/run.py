@@ -8,6 +8,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, fields
 from pathlib import Path
 from threading import Timer
@@ -21,18 +22,27 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
 from rcx_harness.cell.clock import Duration
+from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm
 from rcx_harness.cli.options import (
     Lib,
     Replace,
     Sources,
+    check_ipv4,
+    config_data,
+    config_instance,
     counted,
     duration_us,
+    host_port,
     replacements,
     with_options,
 )
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
+from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.wave import Wave
@@ -71,6 +81,28 @@ class RunOptions:
     realtime: Annotated[
         bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
     ] = False
+    connect: Annotated[
+        str | None,
+        typer.Option(help="Drive a controller that runs elsewhere, in real time: HOST[:PORT]."),
+    ] = None
+    yes: Annotated[
+        bool, typer.Option("--yes", help="With --connect: a robot may move, the cell is clear.")
+    ] = False
+    input_instance: Annotated[
+        int, typer.Option(help="With --connect: assembly from the controller.")
+    ] = TO_MASTER
+    output_instance: Annotated[
+        int, typer.Option(help="With --connect: assembly to the controller.")
+    ] = TO_ROBOT
+    config_instance: Annotated[
+        str, typer.Option(help="With --connect: configuration instance, a number or none.")
+    ] = "none"
+    config_data: Annotated[
+        str, typer.Option(help="With --connect: data for it, in hexadecimal.")
+    ] = ""
+    address: Annotated[
+        str, typer.Option("--from", help="With --connect: address of this machine to work from.")
+    ] = ""
     size: Annotated[
         int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
     ] = None
@@ -118,6 +150,36 @@ class RunOptions:
         """Where to write, by kind."""
         return {"trace": self.trace, "chart": self.chart, "vcd": self.vcd}
 
+    @property
+    def live(self) -> bool:
+        """At the pace of the clock, over a network that has jitter of its own."""
+        return self.realtime or self.connect is not None
+
+    def where(self) -> Elsewhere | None:
+        """The controller of `--connect`, if it is given.
+
+        Raises:
+            InputError: no address, or options that go with no such controller.
+        """
+        if self.connect is None:
+            return None
+        if self.robot:
+            hint = "leave --robot out, its properties are its own"
+            raise InputError("--robot is for a virtual controller", hint=hint)
+        if self.address:
+            check_ipv4("--from", self.address)
+        host, port = host_port("--connect", self.connect, PORT)
+        return Elsewhere(
+            host,
+            port,
+            self.input_instance,
+            self.output_instance,
+            config_instance(self.config_instance),
+            config_data(self.config_data),
+            self.address,
+            Teller(),
+        )
+
     def of_cell(self) -> dict[str, Any]:
         """The arguments of `Cell.build`; where nothing is given, its own defaults.
 
@@ -126,25 +188,25 @@ class RunOptions:
         """
         arguments = inspect.signature(Cell.build).parameters
         given = {one.name: getattr(self, one.name) for one in fields(self)}
-        given |= {"replace": replacements(self.replace)}
+        given |= {"replace": replacements(self.replace), "connect": self.where()}
         given |= {"link": self._link(), "timeout": self._timeout(), "phases": self._phases()}
         return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
 
     def _link(self) -> str:
         """The cell's link; in real time the network is a real one and has its own jitter."""
-        if not self.realtime:
+        if not self.live:
             return self.link
-        if self.link != "enip":
+        if self.connect is None and self.link != "enip":
             raise InputError("only a real network runs in real time", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
                 "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
             )
-        return "enip-realtime"
+        return "enip-realtime"  # of --connect the link is another, whatever is said here
 
     def _timeout(self) -> str | int | None:
         """In real time this computer may be late without the link being lost."""
-        if self.timeout is None and self.realtime:
+        if self.timeout is None and self.live:
             return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
         return self.timeout
 
@@ -171,8 +233,13 @@ class _Outcome:
 def run(options: RunOptions) -> None:
     """Run a program in a virtual cell.
 
+    With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
+    zeros go out before the connection is closed.
+
     Exit code: 0 without a violation, 1 with violations, 2 on bad input.
     """
+    if (where := options.where()) is not None:
+        confirm(where, yes=options.yes)
     with _Progress() as progress:
         outcome = _run(options, progress)
     _print_outcome(options, outcome)
@@ -204,12 +271,17 @@ def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
             if wave is not None:
                 cell.trace.listen(wave.take)
             reported = 0.0
-            for number in range(1, _SLICES + 1):
-                cell.run(end_us * number // _SLICES - cell.now_us)
-                connected = connected or cell.connected
-                if time.monotonic() - reported >= _REPORT_S:
-                    reported = time.monotonic()
-                    progress(cell.now_us, end_us)
+            with ended_by_sigterm() if options.connect else nullcontext():
+                for number in range(1, _SLICES + 1):
+                    cell.run(end_us * number // _SLICES - cell.now_us)
+                    connected = connected or cell.connected
+                    if time.monotonic() - reported >= _REPORT_S:
+                        reported = time.monotonic()
+                        progress(cell.now_us, end_us)
+        except KeyboardInterrupt:
+            if options.connect is None:
+                raise
+            end_us = cell.now_us  # seen enough; the connection is closed, and all is written
         finally:
             if wave is not None:
                 wave.close()
@@ -279,8 +351,8 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     cell, violations = outcome.cell, outcome.cell.violations
     if options.show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)
-        unicode = "utf" in (sys.stdout.encoding or "").lower()
-        print(text_chart(outcome.timeline, width, ascii_only=not unicode))
+        plain = not draws(sys.stdout.encoding)
+        print(text_chart(outcome.timeline, width, ascii_only=plain))
     if outcome.notice:
         print(outcome.notice)
     if not cell.matched:

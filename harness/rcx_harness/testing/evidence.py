@@ -11,6 +11,7 @@ from pathlib import Path
 from rcx_harness import spec
 from rcx_harness.cell import Cell
 from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
+from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
@@ -52,14 +53,14 @@ def chart_of(cell: Cell) -> str:
     chart = LastChanges(cell)
     width = max(_WIDTH[0], min(shutil.get_terminal_size((100, 24)).columns, _WIDTH[1]))
     out = sys.__stdout__
-    unicode = "utf" in ((out.encoding if out is not None else "") or "utf").lower()
+    plain = not draws((out.encoding if out is not None else "") or "utf-8")
     trace = cell.trace.header
     head = (
         f"{format_us(chart.since_us)} to {format_us(cell.now_us)}, the end of the test "
         f"(scan {cell.scans}); scan {format_us(cell.timing.scan_us)}, engine {trace['engine']}, "
         f"link {trace['link']}, seed {trace['seed']}"
     )
-    return f"{head}\n\n{text_chart(chart, width, ascii_only=not unicode)}"
+    return f"{head}\n\n{text_chart(chart, width, ascii_only=plain)}"
 
 
 def state_of(cell: Cell) -> str:

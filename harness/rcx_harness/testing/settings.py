@@ -209,7 +209,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
             found.append(place)
             continue
         try:
-            matching = sorted(home.glob(str(source)))
+            matching = sorted(home.glob(str(source)), key=lambda file: file.parts)
         except (NotImplementedError, ValueError):  # an absolute pattern, or an empty one
             matching = []
         if not matching:
