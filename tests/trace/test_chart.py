@@ -38,7 +38,7 @@ def test_the_chart_shows_what_changed_and_when() -> None:
         "time [ms]                       100   150   250   300   320   900\n"
         "SI(01) Servo ON input         ▁▁╱▔▔▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁\n"
         "SO(02) Servo ON status output ▁▁▁▁▁▁▁▁╱▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔\n"
-        "Remote command code           ────────────────────╳0001───────╳─────\n"
+        "Remote command code           ────────────────────╳MovePtp────╳─────\n"
         "Remote status                 ──────────────────────────╳0100─╳0200─\n"
     )
 
@@ -85,10 +85,10 @@ def test_the_svg_names_every_signal_and_time_and_is_the_same_every_time() -> Non
     picture = svg_chart(servo_on(), "a < b")
     assert picture == svg_chart(servo_on(), "a < b")
     texts = [node.text for node in ElementTree.fromstring(picture).iter(f"{SVG}text")]
-    for expected in ("a < b", "SI(01) Servo ON input", "SO(02) Servo ON status output", "250"):
+    names = ("SI(01) Servo ON input", "SO(02) Servo ON status output")
+    for expected in ("a < b", *names, "250", "MovePtp"):
         assert expected in texts
     assert [text for text in texts if text and text.startswith("0x")] == [
-        "0x0001",
         "0x0100",
         "0x0200",
     ]
