@@ -16,7 +16,7 @@ _COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "ax
 
 
 def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
-    """What the values of `where` are, for each controller: `Robot 1 X [mm]`; none without a unit.
+    """What the values of `where` are, for each controller: `Position X [mm]`; none without a unit.
 
     Raises:
         InputError: no such unit.
@@ -28,10 +28,11 @@ def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
 
 def _titles(controller: Controller, unit: str) -> list[str]:
     titles = []
+    several = any(controller.config.axes_of(robot) for robot in range(2, ROBOTS + 1))
     for robot in range(1, ROBOTS + 1):
         for place, _ in enumerate(controller.config.axes_of(robot)):
             of_axis = f"axis {place + 1} [{unit}]" if unit == _PULSES else _COORDINATES[place]
-            titles.append(f"Robot {robot} {of_axis}")
+            titles.append(f"{f'Robot {robot}' if several else 'Position'} {of_axis}")
     return titles
 
 

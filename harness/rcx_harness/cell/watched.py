@@ -11,7 +11,7 @@ from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.types import ArrayType, BlockType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.spec.telegram import did_you_mean
-from rcx_harness.trace.values import is_long, leaves, members, value_text
+from rcx_harness.trace.values import is_long, members, parts, value_text
 
 __all__ = ["Watched"]
 
@@ -57,9 +57,9 @@ class Watched:
     def texts(self) -> dict[str, str]:
         """The values as texts, of structures and arrays for each member and element."""
         return {
-            name: value_text(leaf, held)
+            part.path: value_text(part.type, part.of(value))
             for path, value in self.values().items()
-            for name, leaf, held in leaves(path, self.types[path], value)
+            for part in parts(path, self.types[path])
         }
 
     def keep(self) -> None:

@@ -227,7 +227,9 @@ def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
         cell.trace.listen(timeline.take)
         if stimulus is not None:
             stimulus.schedule(cell)
-        wave = Wave(options.vcd, len(cell.robots)) if options.vcd is not None else None
+        wave = None
+        if options.vcd is not None:
+            wave = Wave(options.vcd, len(cell.robots), cell.trace)
         try:
             if wave is not None:
                 cell.trace.listen(wave.take)

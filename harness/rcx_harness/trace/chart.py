@@ -17,7 +17,7 @@ from typing import Any
 from rcx_harness.engine.types import ElementaryType, Type
 from rcx_harness.spec import Signal, command_name, signals
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
-from rcx_harness.trace.values import leaves, value_text
+from rcx_harness.trace.values import parts, value_text
 from rcx_harness.watch.wire import word
 
 __all__ = ["NOTHING", "Band", "Glyphs", "Lane", "Timeline", "column_widths", "glyphs"]
@@ -183,24 +183,25 @@ class _Variables:
     """The lanes of the watched variables: of structures and arrays for each member and element."""
 
     def __init__(self, watched: Mapping[str, Type]) -> None:
-        self._watched = watched
+        self._parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
         self._before: dict[str, Any] = {}
         self._lanes: dict[str, Lane] = {}
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
         """Take the values of a scan."""
-        for path, kind in self._watched.items():
+        for path, within in self._parts.items():
             value = values[path]
             if path in self._before and value == self._before[path]:
                 continue
             self._before[path] = value
-            for name, leaf, held in leaves(path, kind, value):
+            for part in within:
+                held = part.of(value)
                 if isinstance(held, float) and math.isnan(held):
                     held = "nan"  # the same one again is no change
-                if name in self._lanes:
-                    self._lanes[name].note(t_us, held)
+                if part.path in self._lanes:
+                    self._lanes[part.path].note(t_us, held)
                 else:
-                    self._lanes[name] = _of_variable(name, leaf, held)
+                    self._lanes[part.path] = _of_variable(part.path, part.type, held)
 
     def lanes(self) -> list[Lane]:
         """Those that changed, or all if they are few."""

@@ -126,7 +126,8 @@ class Look:
         digits: Where a word's digits begin, right of its edge and above OFF.
         room: Six digits are left out of a box that is narrower than this.
         filled: What is ON is filled, and a word's box shows its digits as a tip.
-        whole: A curve reaches over the values of the whole run, not only over those it shows.
+        whole: A curve reaches over the values of the whole run, not only over those it shows, and
+            has as many points as can be seen.
     """
 
     high: int = 18
@@ -289,7 +290,8 @@ def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[
         return float(round(base - (value - low) * scale, 1))
 
     path = f"M{axis.left} {y(values[0]):g}"
-    for t_us, value, rests_since in _bends(spans):
+    fine_us = 2 * (axis.end_us - axis.begin_us) // (axis.right - axis.left)
+    for t_us, value, rests_since in _bends(spans, fine_us if look.whole else _FINE_US):
         path += f"H{axis.x(rests_since):g}" if rests_since else ""
         path += f"L{axis.x(t_us):g} {y(value):g}"
     parts = [f'<path stroke="{colour}" d="{path}H{axis.right:g}"/>']
@@ -299,12 +301,12 @@ def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[
     return parts
 
 
-def _bends(spans: Sequence[tuple[int, int, Any]]) -> Iterator[tuple[int, Any, int]]:
+def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tuple[int, Any, int]]:
     """The points of a curve that are worth a line: time, value, where a rest before it ended."""
     drawn_us = spans[0][0]
     for (before_us, _, _), (start, stop, value) in pairwise(spans):
         rested = start - before_us > _REST_US
-        if rested or stop - start > _REST_US or start - drawn_us >= _FINE_US:
+        if rested or stop - start > _REST_US or start - drawn_us >= fine_us:
             yield start, value, start - _STEP_US if rested else 0
             drawn_us = start
 

@@ -51,10 +51,12 @@ def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
     if not timeline.instants():
         return []
     found = []
-    for begin in range(0, timeline.end_us + 1, line_us)[:_MOST_LINES]:
-        end = min(begin + line_us, timeline.end_us + 1)
+    last_us = max(timeline.end_us, 1)
+    for begin in range(0, last_us, line_us)[:_MOST_LINES]:
+        # What happens with the last record is a microsecond long.
+        end = begin + line_us if begin + line_us < last_us else last_us + 1
         lanes = tuple(lane for lane in timeline.lanes() if lane.tells(begin, end - 1))
-        found.append(_Line(begin, end, (end - begin) / line_us, lanes))
+        found.append(_Line(begin, end, min(1.0, (end - begin) / line_us), lanes))
     return found
 
 
@@ -62,13 +64,13 @@ def _chosen(timeline: Timeline, line_us: int) -> int:
     """How long a line is: as asked for, or so that there are few of them."""
     if line_us:
         return line_us
-    few = (step for step in _STEPS if timeline.end_us < _LINES * step)
+    few = (step for step in _STEPS if timeline.end_us <= _LINES * step)
     return next(few, -(-timeline.end_us // _LINES) or _STEPS[0])
 
 
 def _left_out(timeline: Timeline, line_us: int) -> str:
     shown = line_us * _MOST_LINES
-    if timeline.end_us < shown:
+    if timeline.end_us <= shown:
         return ""
     return f"what comes after {time_labels([shown])[0]} ms is left out; make a line longer"
 

@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from datetime import date, datetime, time, timedelta
+from functools import reduce
 from itertools import chain, product
-from typing import Any
+from operator import getitem
+from typing import Any, NamedTuple
 
 from rcx_harness.engine.types import (
     ArrayType,
@@ -20,7 +22,7 @@ from rcx_harness.engine.types import (
     Type,
 )
 
-__all__ = ["LONGEST", "described", "is_long", "leaves", "literal", "members", "value_text"]
+__all__ = ["LONGEST", "Part", "described", "is_long", "literal", "members", "parts", "value_text"]
 
 #: An array with more elements is one value: nobody reads as many lanes.
 LONGEST = 64
@@ -33,6 +35,18 @@ _PRECISION = {"REAL": 7, "LREAL": 15}
 #: Elements that are shown of an array that is one value.
 _SHOWN = 8
 _MILLISECOND = timedelta(milliseconds=1)
+
+
+class Part(NamedTuple):
+    """A plain variable in a variable; `way` leads to it in the value of the whole."""
+
+    path: str
+    type: Type
+    way: tuple[str | int, ...]
+
+    def of(self, value: Any) -> Any:
+        """Its own value."""
+        return reduce(getitem, self.way, value)
 
 
 def members(kind: Type) -> tuple[tuple[str, Type], ...]:
@@ -52,20 +66,18 @@ def is_long(kind: Type) -> bool:
     return math.prod(high - low + 1 for low, high in kind.bounds) > LONGEST
 
 
-def leaves(path: str, kind: Type, value: Any) -> Iterator[tuple[str, Type, Any]]:
-    """Path, type and value of what a value is made of; of a plain one, itself."""
+def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
+    """What a variable is made of; a plain one of itself."""
     if isinstance(kind, (StructType, BlockType)):
         for name, member in members(kind):
-            yield from leaves(f"{path}.{name}", member, value[name])
+            yield from parts(f"{path}.{name}", member, (*way, name))
     elif isinstance(kind, ArrayType) and not is_long(kind):
-        flat = value
-        for _ in kind.bounds[1:]:
-            flat = list(chain.from_iterable(flat))
-        places = product(*(range(low, high + 1) for low, high in kind.bounds))
-        for place, item in zip(places, flat, strict=True):
-            yield from leaves(f"{path}[{','.join(map(str, place))}]", kind.element, item)
+        for place in product(*(range(low, high + 1) for low, high in kind.bounds)):
+            steps = (index - low for index, (low, _) in zip(place, kind.bounds, strict=True))
+            name = f"{path}[{','.join(map(str, place))}]"
+            yield from parts(name, kind.element, (*way, *steps))
     else:
-        yield path, kind, value
+        yield Part(path, kind, way)
 
 
 def value_text(kind: Type, value: Any) -> str:
