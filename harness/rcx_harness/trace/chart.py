@@ -20,8 +20,8 @@ from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
 from rcx_harness.trace.values import parts, value_text
 from rcx_harness.watch.wire import word
 
-__all__ = ["NOTHING", "Band", "Glyphs", "Lane", "Timeline", "column_widths", "glyphs"]
-__all__ += ["name_width", "text_chart", "time_labels"]
+__all__ = ["LONGEST_TEXT", "MOST_INSTANTS", "NOTHING", "Band", "Glyphs", "Lane", "Timeline"]
+__all__ += ["column_widths", "glyphs", "name_width", "text_chart", "time_labels"]
 
 #: More instants than this make no chart that anybody reads; a wave file holds them all.
 MOST_INSTANTS = 400
@@ -33,7 +33,7 @@ _OFTEN = 50
 #: With more watched variables than this, those that never change are left out.
 _MOST_STILL = 16
 #: For a longer text a column is not made wider.
-_LONGEST_TEXT = 24
+LONGEST_TEXT = 24
 #: Letters of a text that nobody understands without those behind them.
 _TOO_FEW = 2
 
@@ -341,7 +341,7 @@ def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -
         begins = [k for k, value in enumerate(values) if not k or value != values[k - 1]]
         for begin, end in pairwise([*begins, len(values)]):
             if not lane.is_idle(values[begin]):
-                wanted = need(min(len(lane.short(values[begin])), _LONGEST_TEXT))
+                wanted = need(min(len(lane.short(values[begin])), LONGEST_TEXT))
                 widths[begin] += max(0, wanted - sum(widths[begin:end]))
     return widths
 

@@ -13,7 +13,15 @@ from itertools import accumulate, pairwise
 from math import ceil, isfinite
 from typing import Any
 
-from rcx_harness.trace.chart import NOTHING, Band, Lane, Timeline, column_widths, time_labels
+from rcx_harness.trace.chart import (
+    LONGEST_TEXT,
+    NOTHING,
+    Band,
+    Lane,
+    Timeline,
+    column_widths,
+    time_labels,
+)
 
 __all__ = ["COLOURS", "CURVE", "STYLE", "Columns", "Look", "Scale"]
 __all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
@@ -322,8 +330,8 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
     labels = time_labels([t_us for band in bands for t_us in band.instants])
     names = [lane.name for lane in timeline.lanes()]
     left = 24 + round(_LETTER * max(map(len, names)))
-    widest = max((sum(band.widths) for band in bands), default=_COLUMN)
-    width = left + _LEAD + widest + 10
+    widest = max((_lead(band) + sum(band.widths) for band in bands), default=_LEAD + _COLUMN)
+    width = left + widest + 10
     top = 44
     body = [f'<text x="12" y="24" font-weight="bold">{escape(title)}</text>']
     last: int | None = None
@@ -342,13 +350,23 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
     return document(width, top, STYLE, body)
 
 
+def _lead(band: Band) -> int:
+    """Room before the first column: for what ends there."""
+    wanted = [_LEAD]
+    for lane in band.lanes:
+        before, then = (lane.value_at(band.instants[0] - back) for back in (1, 0))
+        if lane.is_text and before != then and not lane.is_idle(before):
+            wanted.append(_box_width(min(len(lane.text(before)), LONGEST_TEXT)))
+    return max(wanted)
+
+
 def _box_width(letters: int) -> int:
     return ceil(letters * _VALUE) + _PLAIN.digits[0] + _PLAIN.edge
 
 
 def _band(band: Band, labels: list[str], left: int, top: int, last: int | None) -> list[str]:
     first, bottom = top + _HEAD - 8, top + _HEAD + len(band.lanes) * _ROW - 6
-    *xs, right = accumulate(band.widths, initial=left + _LEAD)
+    *xs, right = accumulate(band.widths, initial=left + _lead(band))
     axis = Columns(left, right, xs, band.instants)
     parts = [text(12, top + 20, "time [ms]")]
     for x, t_us, label in zip(xs, band.instants, labels, strict=True):
