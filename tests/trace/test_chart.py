@@ -125,6 +125,18 @@ def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
     assert f"'{'x' * 30}'" in tips, "the whole text"
 
 
+def test_texts_of_a_chart_in_ascii_are_in_ascii_and_pictures_are_of_whole_characters() -> None:
+    timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("WSTRING")}))
+    for ms, text in ((0, ""), (10, "\xe9\x1b<\ud83d")):
+        timeline.take(Scan(ms * 1000, 0, area(), area(), {"Main.Text": text}))
+    chart = text_chart(timeline, 80, ascii_only=True)
+    assert "X'?$1B<?'" in chart
+    assert chart.isascii()
+    texts = [node.text for node in ElementTree.fromstring(svg_chart(timeline)).iter(f"{SVG}text")]
+    assert "'\xe9$1B<\ufffd'" in texts
+    svg_chart(timeline).encode()
+
+
 @pytest.mark.parametrize(
     ("code", "name"),
     [(0x0001, "MovePtp"), (0x2001, "MovePtp R2"), (0x0FFF, "0x0FFF"), (0x1100, "0x1100")],

@@ -48,6 +48,8 @@ BLOCK = BlockType(
         (ElementaryType("LREAL"), 1 / 3, "0.333333333333333"),
         (ElementaryType("REAL"), float("inf"), "inf"),
         (ElementaryType("STRING", 20), "a b", "'a b'"),
+        (ElementaryType("STRING"), "it's\n5 $\x00\x1b\xe9", "'it$'s$0A5 $$$00$1B\xe9'"),
+        (ElementaryType("WSTRING"), "\ud83d\ude00 \ud83d", "'\U0001f600 \ufffd'"),
         (ElementaryType("TIME"), timedelta(milliseconds=1500), "T#1500ms"),
         (ElementaryType("LTIME"), timedelta(microseconds=-1500), "T#-1.5ms"),
         (ElementaryType("DATE"), date(2024, 12, 31), "D#2024-12-31"),
@@ -104,3 +106,4 @@ def test_a_header_says_of_what_type_a_variable_is() -> None:
 def test_what_json_does_not_know_is_a_literal() -> None:
     values = {"A": [timedelta(seconds=1), date(2024, 1, 2)], "B": float("nan"), "C": 5}
     assert literal(values) == {"A": ["T#1000ms", "D#2024-01-02"], "B": "nan", "C": 5}
+    assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", "no halves of characters"

@@ -311,9 +311,10 @@ def _say(text: str) -> None:
 def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     """Print chart (if wanted), violations and summary."""
     cell, violations = outcome.cell, outcome.cell.violations
+    encoding = sys.stdout.encoding or "ascii"
     if options.show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)
-        unicode = "utf" in (sys.stdout.encoding or "").lower()
+        unicode = "utf" in encoding.lower()
         line_us = options.line_us
         if line_us is None:
             print(text_chart(outcome.timeline, width, ascii_only=not unicode))
@@ -321,7 +322,8 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
             print(scaled_text(outcome.timeline, width, ascii_only=not unicode, line_us=line_us))
     if watched := cell.watched():
         print("watched, at the end:")
-        print("\n".join(f"  {path} = {value}" for path, value in watched.items()))
+        lines = "\n".join(f"  {path} = {value}" for path, value in watched.items())
+        print(lines.encode(encoding, "replace").decode(encoding))
     if outcome.notice:
         print(outcome.notice)
     if not cell.matched:

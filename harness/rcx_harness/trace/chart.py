@@ -375,7 +375,7 @@ def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False
         lines.append("")
     if timeline.left_out():
         lines.append(f"{timeline.left_out()} further instants are left out; --vcd has them all")
-    return "\n".join(lines).rstrip() + "\n"
+    return drawn.finished(lines)
 
 
 def name_width(names: Iterable[str], width: int) -> int:
@@ -400,6 +400,11 @@ class Glyphs:
     mark: str
     more: str
     levels: str
+
+    def finished(self, lines: Iterable[str]) -> str:
+        """The chart; what a terminal without Unicode does not have is a question mark."""
+        chart = "\n".join(lines).rstrip() + "\n"
+        return chart.encode("ascii", "replace").decode() if self is _ASCII else chart
 
     def name(self, name: str, width: int) -> str:
         """The beginning of a line: the name, cut to so many characters."""

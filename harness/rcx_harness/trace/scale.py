@@ -150,7 +150,7 @@ def scaled_text(
         lines.append("")
     notes = [] if lines else [NOTHING]
     lines += [note for note in [*notes, _left_out(timeline, line_us)] if note]
-    return "\n".join(lines).rstrip() + "\n"
+    return drawn.finished(lines)
 
 
 def _title(lane: Lane) -> str:

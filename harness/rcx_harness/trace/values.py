@@ -105,12 +105,26 @@ def value_text(kind: Type, value: Any) -> str:
     if kind.name in _PRECISION:
         return f"{value:.{_PRECISION[kind.name]}g}"
     if isinstance(value, str):
-        return f"'{value}'"
+        return f"'{''.join(map(_written, _whole(value)))}'"
     return str(literal(value))
+
+
+def _written(letter: str) -> str:
+    """A character as in a literal: `$0A`, and what has a meaning there with `$` before it."""
+    if letter in "$'":
+        return f"${letter}"
+    return letter if letter.isprintable() else f"${ord(letter):02X}"
+
+
+def _whole(text: str) -> str:
+    """A text without halves of characters, as a WSTRING of 16-bit characters can have them."""
+    return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 def literal(value: Any) -> Any:
     """A value as JSON can hold it: a moment as a literal, a REAL that is no number as a word."""
+    if isinstance(value, str):
+        return value if value.isascii() else _whole(value)
     if isinstance(value, timedelta):
         return f"T#{value / _MILLISECOND:.3f}".rstrip("0").rstrip(".") + "ms"
     if isinstance(value, datetime):
