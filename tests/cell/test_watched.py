@@ -164,6 +164,33 @@ def test_what_finds_nothing_is_told_with_names_that_are_near(
     assert message in str(caught.value)
 
 
+def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
+    build_cell: Build, tmp_path: Path
+) -> None:
+    files = {
+        "GVL": "VAR_GLOBAL\n  Limit : INT := 3;\n  Large : INT := 9;\nEND_VAR",
+        "Areas": "VAR_GLOBAL\n  InputArea, OutputArea : ARRAY [0..511] OF BYTE;\nEND_VAR",
+        "Plant": "PROGRAM Plant\nVAR n : INT; END_VAR\nn := n + GVL.Limit;\nEND_PROGRAM",
+    }
+    (tmp_path / "lib").mkdir()
+    for name, source in files.items():
+        (tmp_path / f"{name}.st").write_text(source, encoding="utf-8")
+    paths = [tmp_path / f"{name}.st" for name in files]
+    options = {"lib": tmp_path / "lib", "engine": "builtin"}
+    cell = build_cell(paths, watch="GVL.L*,Lim*,gvl.large,GVL.Limit", **options)
+    cell.scan()
+    assert cell.watched() == {
+        "GVL.Limit": "3",
+        "GVL.Large": "9",
+        "Limit": "3",
+        "gvl.large": "9",
+    }
+    with pytest.raises(InputError, match=r"no variable is like GVL.X\*; there are Limit, Large"):
+        build_cell(paths, watch="GVL.X*", **options)
+    with pytest.raises(InputError, match="there is no program instance GVX"):
+        build_cell(paths, watch="GVX.*", **options)
+
+
 def test_one_text_is_as_good_as_a_list(build_cell: Build, raw_cell: Build) -> None:
     cell = raw_cell(watch="Main.Data,Main.Code")
     cell.scan()

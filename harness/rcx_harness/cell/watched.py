@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from itertools import product
 
@@ -75,12 +76,12 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
         )
     first = next(k for k, part in enumerate(parts) if _WILD.search(part[0]))
     begin = pattern[: parts[first].start()]
-    found: list[_Found] = [(begin, program.type_of(begin))] if begin else []
-    for k, part in enumerate(parts[first:], first):
-        there = list(_below(found)) if k else list(_roots(program))
+    there = _within(program, begin) if begin else list(_roots(program))
+    for part in parts[first:]:
         found = [one for one in there if _is_like(one[0], part)]
         if not found:
             raise _nothing(pattern, part, there)
+        there = list(_below(found))
     if not _WILD.search(parts[-1][0]):
         return dict(found)
     shown = {one[0]: one[1] for one in found if not _is_much(one[1])}
@@ -102,6 +103,25 @@ def _roots(program: Program) -> Iterator[_Found]:
     """The program instances and the global variables."""
     yield from program.instances().items()
     yield from ((path, kind) for path, kind in program.walk() if "." not in path)
+
+
+def _within(program: Program, path: str) -> list[_Found]:
+    """The members and elements of a variable, or the variables of a list of globals."""
+    try:
+        return list(_below([(path, program.type_of(path))]))
+    except InputError:
+        listed = list(_listed(program, path))
+        if not listed:
+            raise
+        return listed
+
+
+def _listed(program: Program, name: str) -> Iterator[_Found]:
+    for one, kind in _roots(program):
+        path = f"{name}.{one}"
+        with suppress(InputError):
+            if program.type_of(path) == kind:
+                yield path, kind
 
 
 def _below(found: Iterable[_Found]) -> Iterator[_Found]:
