@@ -6,11 +6,13 @@ Expected values by hand: 1000 pulses are 1 mm by default; the axes start at 0.
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from rcx_harness import Cell, InputError, RobotConfig
 from rcx_harness.robot.config import Axis
+from rcx_harness.trace import read_trace
 
 Build = Callable[..., Cell]
 
@@ -52,6 +54,15 @@ def test_they_are_shown_when_they_have_changed(
     assert after == [0, 50_000]
     shown_as = f',"positions":{str(list(moved)).replace(" ", "")}}}'
     assert sum(line.endswith(shown_as) for line in cell.trace.lines()) == 1
+
+
+def test_a_trace_that_is_read_again_has_them(raw_cell: Build, tmp_path: Path) -> None:
+    cell = raw_cell(robot=TWO, positions="mm", trace=tmp_path / "t.jsonl")
+    cell.run("50ms")
+    cell.close()
+    _, records = read_trace(tmp_path / "t.jsonl")
+    assert list(records) == list(cell.trace)
+    assert shown(cell) == [(0, 0, 0)]
 
 
 def test_the_robot_of_a_controller_that_has_but_one_has_no_number(raw_cell: Build) -> None:
