@@ -319,12 +319,16 @@ def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Pat
     rows = (house / "out/verification/mutants-without-reason.toml").read_text("utf-8")
     row = f'block = "FC_Sample"\nline = "{line}"\nbecomes = "{line.replace(">=", ">")}"\n'
     assert rows == f'[[survivor]]\n{row}reason = ""\n'
-    table.write_text(rows.replace('""', f'"{reason}"'), encoding="utf-8")
+    lost = rows.replace('becomes = "IF', 'becomes = "UNTIL').replace('""', '"of long ago"')
+    table.write_text(rows.replace('""', f'"{reason}"') + lost, encoding="utf-8")
     _, told, report = _run(house)
     again = report["figures"]
     assert isinstance(again, dict)
     assert len(outcomes.read_text("utf-8").splitlines()) == len(known) + 1, told
     assert [row["reason"] for row in again["survivors"]] == [reason]
+    gone = "FC_Sample: UNTIL WORD_TO_INT(High) > WORD_TO_INT(Low) THEN"
+    assert again["rows_without_a_mutant"] == [gone]
+    assert f"there is no such mutant now: {gone}" in " ".join(told.split())
     assert not (house / "out/verification/mutants-without-reason.toml").read_text("utf-8")
     assert again["killed"] == figures["killed"]
 

@@ -80,7 +80,9 @@ class LibraryRun:
         judged = self._judging.of("library", tasks, judges, run)
         remove_folders(config)
         reasons = Reasons(self._root / "tests/tools/evidence/survivors.toml")
-        self._found = figures(judged, reasons, folder_of) | {
+        whole = {file.stem for file in self._wanted() if not self._is_sampled(file)}
+        complete = () if len(judged) < len(tasks) else whole
+        self._found = figures(judged, reasons, folder_of, complete) | {
             "no_mutants": {"refused": mutants.counted.refused, "equal": mutants.counted.equal},
             "not_run": len(tasks) - len(judged),
             "tests": len(baseline.ran),
@@ -140,12 +142,7 @@ class LibraryRun:
         self, mutants: Mutants, judges: Judges, named: dict[Path, tuple[str, ...]]
     ) -> list[Task]:
         tasks = []
-        for file in self._library:
-            path = file.relative_to(self._root).as_posix()
-            if self._options.blocks and not any(
-                name in path or name == file.stem for name in self._options.blocks
-            ):
-                continue
+        for file in self._wanted():
             others = [one for one in needed([file], self._library) if one != file]
             around = digest(self._root, others)
             for mutant in self._mutants_of(mutants, file):
@@ -155,11 +152,24 @@ class LibraryRun:
                 tasks.append(Task(mutant, tests, seconds, key))
         return tasks
 
+    def _wanted(self) -> list[Path]:
+        """The files of the library that the options name."""
+        names = self._options.blocks
+        return [
+            file
+            for file in self._library
+            if not names or any(name in self._path(file) or name == file.stem for name in names)
+        ]
+
+    def _path(self, file: Path) -> str:
+        return file.relative_to(self._root).as_posix()
+
+    def _is_sampled(self, file: Path) -> bool:
+        generated = self._path(file) in self._generated
+        return bool(self._options.sample) or (generated and not self._options.all)
+
     def _mutants_of(self, mutants: Mutants, file: Path) -> Iterator[Mutant]:
-        generated = file.relative_to(self._root).as_posix() in self._generated
-        if self._options.sample:
-            yield from mutants.sample(file, self._options.sample, self._options.seed)
-        elif generated and not self._options.all:
-            yield from mutants.sample(file, SAMPLE, self._options.seed)
+        if self._is_sampled(file):
+            yield from mutants.sample(file, self._options.sample or SAMPLE, self._options.seed)
         else:
             yield from mutants.of(file)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -56,15 +56,33 @@ class Reasons:
             f"{key[0]}: {key[2]}" for key in idle if any(_fits(key, mutant) for mutant in killed)
         ]
 
+    def lost(self, mutants: Sequence[Mutant], blocks: Collection[str]) -> list[str]:
+        """Rows of blocks, all of whose mutants are given, that are about none of them."""
+        return [
+            f"{key[0]}: {key[2]}"
+            for key in self._reasons
+            if key[0] in blocks and not any(_fits(key, mutant) for mutant in mutants)
+        ]
+
 
 def _fits(key: tuple[str, str, str], mutant: Mutant) -> bool:
     return key[1:] == (mutant.before, mutant.after) and fnmatchcase(mutant.pou, key[0])
 
 
 def figures(
-    judged: Sequence[Judged], reasons: Reasons, folder: Callable[[str], str]
+    judged: Sequence[Judged],
+    reasons: Reasons,
+    folder: Callable[[str], str],
+    whole: Collection[str] = (),
 ) -> dict[str, Any]:
-    """The figures of a run; `folder` says to which group a file belongs."""
+    """The figures of a run.
+
+    Args:
+        judged: All mutants, and what became of them.
+        reasons: Why some survive.
+        folder: Says to which group a file belongs.
+        whole: Names of the POUs of which there is no sample, but every mutant.
+    """
     survivors = [one.mutant for one in judged if not one.killed]
     rows = [
         {
@@ -84,6 +102,7 @@ def figures(
         "score_by_operator": _grouped(judged, lambda one: one.mutant.operator),
         "survivors_with_a_reason": sum(bool(row["reason"]) for row in rows),
         "rows_without_a_survivor": reasons.idle([one.mutant for one in judged if one.killed]),
+        "rows_without_a_mutant": reasons.lost([one.mutant for one in judged], whole),
         "survivors": rows,
     }
 
@@ -125,6 +144,8 @@ def print_report(
         console.print(f"without a reason by block: {most}", highlight=False)
     for row in found["rows_without_a_survivor"]:
         console.print(f"{table_of}: a test finds it now: {row}", markup=False)
+    for row in found["rows_without_a_mutant"]:
+        console.print(f"{table_of}: there is no such mutant now: {row}", markup=False)
     console.print(
         f"{kind}: {found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
         f" ({found['survivors_with_a_reason']} survivors with a reason)"
