@@ -77,8 +77,9 @@ def test_a_cell_that_was_set_back_shows_them_anew(raw_cell: Build) -> None:
     cell.robot.positions[0] = 9
     cell.run("20ms")
     cell.restore(before)
+    cell.robot.positions[0] = 9
     cell.run("20ms")
-    assert shown(cell) == [(0, 0, 0), (0, 0, 0)]
+    assert shown(cell) == [(0, 0, 0), (9, 0, 0)]
 
 
 def test_another_unit_is_refused(raw_cell: Build) -> None:
