@@ -118,8 +118,11 @@ def test_watched_variables_are_printed_at_the_end(run: Run, capsys: Captured) ->
     ]
 
 
-def test_a_chart_can_be_true_to_scale(run: Run, tmp_path: Path, capsys: Captured) -> None:
+def test_a_chart_can_be_true_to_scale(
+    run: Run, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
     chart = tmp_path / "c.svg"
+    monkeypatch.setenv("COLUMNS", "100")
     for scale, begins in (("time", ["0", "50", "100"]), ("200ms", ["0", "200"])):
         assert run("--for", "300ms", "--show", f"--scale={scale}", f"--chart={chart}") == 0
         heads = [one for one in capsys.readouterr().out.splitlines() if one.startswith("time")]
