@@ -78,7 +78,7 @@ def test_lines_count_as_drawn_only_with_every_character_that_is_printed(reposito
         if not name.startswith("rcx_harness.verify.coverage.html")
     }
     known = {one for one in texts.pop("rcx_harness.output.console") if not one.isascii()}
-    assert len(known) == 10
+    assert len(known) == 17
     assert {one for text in texts.values() for one in text if not one.isascii()} == known
 
 

@@ -23,6 +23,8 @@ from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
 from rcx_harness.cell.image import find_image
 from rcx_harness.cell.link import Link
 from rcx_harness.cell.node import Member, Node
+from rcx_harness.cell.positions import axes_of
+from rcx_harness.cell.watched import Watched
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.load import build as build_program
 from rcx_harness.errors import InputError
@@ -99,7 +101,8 @@ class Cell:
         seed: int = 0,
         on_loss: str = "hold",
         trace: str | Path | None = None,
-        watch: Sequence[str] = (),
+        watch: str | Sequence[str] = (),
+        positions: str = "",
         steady: Collection[str] = (),
         calls: CallPlan | None = None,
         notice: str = "",
@@ -117,9 +120,7 @@ class Cell:
         self.scans = 0
         self.violations: list[Violation] = []
         """All broken rules so far, the PLC's and the controllers', in order of time."""
-        self._watch = tuple(watch)
-        for path in self._watch:
-            program.read(path)
+        self._watch = Watched(program, watch)
         header: dict[str, Any] = {
             "scan_us": timing.scan_us,
             "cycle_us": CYCLE_US,
@@ -130,7 +131,8 @@ class Cell:
             header["controllers"] = len(self.robots)
         members = [Member(robot, link, m, n, far), *further]
         images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
-        self.trace = Trace(header, trace)
+        axes = axes_of(self.robots, positions)
+        self.trace = Trace(header, trace, watched=self._watch.types, axes=axes)
         self._agenda = Agenda() if agenda is None else agenda
         self._nodes = [
             Node(
@@ -144,6 +146,7 @@ class Cell:
                 self._report,
                 seed=seed + number - 1,
                 clear=on_loss == "clear",
+                positions=positions,
             )
             for number, (member, image) in enumerate(zip(members, images, strict=True), 1)
         ]
@@ -172,7 +175,8 @@ class Cell:
         on_loss: str = "hold",
         seed: int = 0,
         trace: str | Path | None = None,
-        watch: Sequence[str] = (),
+        watch: str | Sequence[str] = (),
+        positions: str = "",
         replace: Mapping[str, str | Path] | None = None,
         connect: Elsewhere | None = None,
     ) -> Cell:
@@ -197,7 +201,8 @@ class Cell:
             on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
             seed: Of everything that is drawn: phases, jitter, the controllers' delays.
             trace: File for the trace; that of an earlier run is written over.
-            watch: Paths of variables that the trace shows in every scan.
+            watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
+            positions: `"pulses"` or `"mm"`: the trace shows where the robots are.
             replace: ST files for POUs of a project, by the POU's name.
             connect: A controller that runs elsewhere, instead of a virtual one; `link` and `robot`
                 are then none of the cell's.
@@ -242,6 +247,7 @@ class Cell:
                 on_loss=on_loss,
                 trace=trace,
                 watch=watch,
+                positions=positions,
                 steady=steady_instances(files.own, files.lib),
                 calls=call_plan(*files.users),
                 notice="\n".join(filter(None, (*files.notes, built.notice))),
@@ -262,6 +268,14 @@ class Cell:
     def __setitem__(self, path: str, value: Value) -> None:
         """Set a variable between two scans."""
         self.program.write(path, value)
+
+    def watched(self) -> dict[str, str]:
+        """The watched variables as they stand in Structured Text, by path.
+
+        Structures and arrays are given by their members and elements. After `close` it is how the
+        run ended.
+        """
+        return self._watch.texts()
 
     # --- time --------------------------------------------------------------------------------
 
@@ -414,6 +428,7 @@ class Cell:
         """
         if self.closed:
             return
+        self._watch.keep()
         self.trace.close()
         for node in self._nodes:
             node.link.close()
@@ -450,7 +465,7 @@ class Cell:
             node.before_scan(now)
         self.program.scan(now)
         number, self.scans = self.scans, self.scans + 1
-        watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
+        watched = self._watch.values() if self._watch.types else None
         for node in self._nodes:
             node.after_scan(now, number, watched if node is self._first else None)
         if found := self._contract.scan(now, number) + self._calls.scan(now, number):
@@ -463,8 +478,8 @@ class Cell:
 
     def _timeout_text(self, waited_us: int) -> str:
         text = f"not within {format_us(waited_us)} (scan {self.scans}, {format_us(self.now_us)})"
-        for path in self._watch:
-            text += f"; {path} = {self.program.read(path)}"
+        for path, value in self._watch.values().items():
+            text += f"; {path} = {value}"
         if self.violations:
             text += f"; last violation: {self.violations[-1].text}"
         return text

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from rcx_harness.cell.clock import Agenda, Kind, Timing
 from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
+from rcx_harness.cell.positions import where
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.errors import InputError
@@ -49,6 +50,7 @@ class Node:
         report: Takes the rules that were broken.
         seed: Seed of the jitter.
         clear: The PLC's inputs read 0 without a connection.
+        positions: Unit of the positions that cycles show; empty: they do not.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class Node:
         *,
         seed: int,
         clear: bool,
+        positions: str = "",
     ) -> None:
         self.number, self.robot, self.link = number, member.robot, member.link
         self.far = member.far
@@ -75,6 +78,8 @@ class Node:
         self._trace, self._report = trace, report
         self._no_area = bytes(self.link.size)
         self._clear = clear
+        self._unit = positions
+        self._stood: tuple[float, ...] | None = None
         self._status = _status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
@@ -124,6 +129,7 @@ class Node:
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
         robot, network, wire, self.cycles, self._given = snapshot
+        self._stood = None
         self.robot.restore(robot)
         self.network.restore(network)
         self.wire.restore(wire)
@@ -135,13 +141,19 @@ class Node:
         if self.matched:
             link.robot_write(so)
         network.set_adapter(robot.online)
-        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number))
+        moved = self._moved() if self._unit else None
+        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved))
         if robot.violations:
             self._tell(
                 Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")
                 for one in robot.drain_violations()
             )
         self.cycles += 1
+
+    def _moved(self) -> tuple[float, ...] | None:
+        """Where the robots are, if that has changed."""
+        before, self._stood = self._stood, where(self.robot, self._unit)
+        return None if self._stood == before else self._stood
 
     def _tell(self, found: Iterable[Violation]) -> None:
         if self._prefix:

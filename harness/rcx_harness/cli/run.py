@@ -45,6 +45,7 @@ from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
 
@@ -60,6 +61,7 @@ _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 #: Nothing is said of what takes less than this [s of real time].
 _PATIENCE_S = 2.0
 _MOST_SHOWN = 20
+_SHORTEST_LINE_US = 1_000
 
 
 @dataclass(frozen=True)
@@ -139,8 +141,14 @@ class RunOptions:
     chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None
     vcd: Annotated[Path | None, typer.Option(help="Write a wave file (VCD).")] = None
     watch: Annotated[
-        list[str] | None, typer.Option(help="Variable for the trace, e.g. Main.Robot.Status.")
+        list[str] | None,
+        typer.Option(help="Variables to show, e.g. Main.Step,Main.Hmi.*; may be repeated."),
     ] = None
+    positions: Annotated[str, typer.Option(help="Show where the robot is: in pulses, or mm.")] = ""
+    scale: Annotated[
+        str,
+        typer.Option(help="Time axis of the charts: events, time (to scale), or a line, as 500ms."),
+    ] = "events"
     show: Annotated[
         bool, typer.Option("--show/--no-show", help="Print the timing chart at the end.")
     ] = False
@@ -191,6 +199,25 @@ class RunOptions:
         given |= {"replace": replacements(self.replace), "connect": self.where()}
         given |= {"link": self._link(), "timeout": self._timeout(), "phases": self._phases()}
         return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
+
+    @property
+    def line_us(self) -> int | None:
+        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events.
+
+        Raises:
+            InputError: no scale.
+        """
+        if self.scale in ("events", "time"):
+            return None if self.scale == "events" else 0
+        try:
+            line_us = parse_us(self.scale)
+        except InputError:
+            line_us = 0
+        if line_us < _SHORTEST_LINE_US:
+            raise InputError(
+                f"--scale is {self.scale!r}", hint="use events, time, or at least 1ms, as 500ms"
+            )
+        return line_us
 
     def _link(self) -> str:
         """The cell's link; in real time the network is a real one and has its own jitter."""
@@ -252,21 +279,24 @@ def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
     end_us = duration_us("--for", options.duration)
     if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
+    line_us = options.line_us
     files = source_files(list(options.files), options.lib, replacements(options.replace))
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
     late = stimulus.late(end_us) if stimulus is not None else ""
-    timeline = Timeline()
     connected = False
     try:
         made = Cell.build(list(options.files), **options.of_cell())
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
+        timeline = Timeline(cell.trace)
         cell.trace.listen(timeline.take)
         if stimulus is not None:
             stimulus.schedule(cell)
-        wave = Wave(options.vcd, len(cell.robots)) if options.vcd is not None else None
+        wave = None
+        if options.vcd is not None:
+            wave = Wave(options.vcd, len(cell.robots), cell.trace)
         try:
             if wave is not None:
                 cell.trace.listen(wave.take)
@@ -286,7 +316,11 @@ def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
             if wave is not None:
                 wave.close()
         if options.chart is not None:
-            chart = svg_chart(timeline, _title(options, cell))
+            title = _title(options, cell)
+            if line_us is None:
+                chart = svg_chart(timeline, title)
+            else:
+                chart = scaled_svg(timeline, title, line_us)
             replace_files({options.chart: chart.encode()})
     notice = "\n".join(filter(None, (cell.notice, late)))
     return _Outcome(cell, end_us, notice, timeline, connected)
@@ -352,7 +386,14 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     if options.show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)
         plain = not draws(sys.stdout.encoding)
-        print(text_chart(outcome.timeline, width, ascii_only=plain))
+        line_us = options.line_us
+        if line_us is None:
+            print(text_chart(outcome.timeline, width, ascii_only=plain))
+        else:
+            print(scaled_text(outcome.timeline, width, ascii_only=plain, line_us=line_us))
+    if watched := cell.watched():
+        print("watched, at the end:")
+        print("\n".join(f"  {path} = {value}" for path, value in watched.items()))
     if outcome.notice:
         print(outcome.notice)
     if not cell.matched:

@@ -9,7 +9,7 @@ import sys
 __all__ = ["draws", "quoted", "spare_no_character"]
 
 #: All that charts and tables draw with.
-_DRAWN = "▁▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
+_DRAWN = "▁▂▃▄▅▆▇█▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
 
 
 def draws(encoding: str | None) -> bool:

@@ -17,7 +17,7 @@ from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.units import format_us
 
-__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "write_files"]
+__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
 _SECOND_US = 1_000_000
 #: A chart goes back further than a second until it shows so many changes.
@@ -30,7 +30,7 @@ class LastChanges(Timeline):
     """The end of a run: the last second, or the last changes if there are few in it."""
 
     def __init__(self, cell: Cell) -> None:
-        super().__init__()
+        super().__init__(cell.trace)
         for record in cell.trace:
             self.take(record)
         every = super().instants()
@@ -66,6 +66,11 @@ def chart_of(cell: Cell) -> str:
 def state_of(cell: Cell) -> str:
     """The programs' plain variables, and the blocks that are busy or in error."""
     return "\n".join(_state(cell))
+
+
+def watched_of(cell: Cell) -> str:
+    """The watched variables, one per line."""
+    return "\n".join(f"{path} = {value}" for path, value in cell.watched().items())
 
 
 def broken_rules(cell: Cell) -> str:

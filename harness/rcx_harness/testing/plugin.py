@@ -35,7 +35,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     for name, about in OPTIONS.items():
         kind = {"type": _duration} if name == "scan" else {}
         group.addoption(f"--rcx-{name}", dest=f"rcx_{name}", default=None, **about, **kind)
-        many: dict[str, Any] = {"type": "linelist", "default": []} if name == "robot" else {}
+        several = about.get("action") == "append"
+        many: dict[str, Any] = {"type": "linelist", "default": []} if several else {}
         parser.addini(
             f"rcx_{name}", f"{about['help']}; as --rcx-{name}", **{"default": None, **many}
         )
