@@ -2,7 +2,7 @@
 # make test   run all tests
 # make fuzz   attack the EtherNet/IP adapter: FOR=60s or COUNT=20000, SEED=1 to repeat a run
 # make bench  measure speed beside targets, out/bench.json: ONLY=handshake,cyclic RPI=10ms FOR=60s
-#             ONLY=language: what is accepted of the libraries in the folders of RCX_LIBRARIES
+#             ONLY=language: what is accepted of the libraries (folders, projects) in RCX_LIBRARIES
 # make lint   check format, types, the portability of the ST, and that generated files are current
 # make docs   write the generated pages and the README's output blocks anew
 # make verification   run every check below whose sources have changed; write docs/verification.md

@@ -38,6 +38,29 @@ HABITS: dict[str, tuple[str, str, str]] = {
         "I := 1; END_PROGRAM ACTION A1 : I := 2; END_ACTION"
         " PROGRAM P2 VAR J : INT; END_VAR J := 1;",
     ),
+    "a PROGRAM called by its name": (
+        "PROGRAM P2 VAR J : INT; END_VAR J := 1; END_PROGRAM",
+        "I : INT;",
+        "P2(); I := P2.J;",
+    ),
+    "an array of open length": (
+        "FUNCTION F1 : INT VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR F1 := X[1]; END_FUNCTION",
+        "A : ARRAY [1..2] OF INT; I : INT;",
+        "I := F1(A);",
+    ),
+    "the time as a function": ("", "T1 : TIME;", "T1 := TIME();"),
+    "a calculated initial value": ("", "I : INT := ABS(-7);", "I := 1;"),
+    "memory looked at as another type": (
+        "",
+        "P : POINTER TO DWORD; R : REAL;",
+        "P := ADR(R); P^ := 1;",
+    ),
+    "pointers compared by < or >": (
+        "",
+        "A : ARRAY [0..3] OF INT; B : BOOL;",
+        "B := ADR(A[1]) < ADR(A[3]);",
+    ),
+    "a character of a text by its number": ("", "S : STRING; B : BYTE;", "B := S[1];"),
     "a METHOD": (
         _F.format("VAR K : INT; END_VAR METHOD M1 : INT M1 := 1; END_METHOD K := 1;"),
         "A : FB1; I : INT;",

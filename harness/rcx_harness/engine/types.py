@@ -59,11 +59,15 @@ class EnumType:
 
 @dataclass(frozen=True)
 class ArrayType:
-    """A named array type; `bounds` holds (lower, upper) per dimension, both inclusive."""
+    """A named array type; `bounds` holds (lower, upper) per dimension, both inclusive.
+
+    One that is `open` is the type of a VAR_IN_OUT alone; its bounds are those of what is given.
+    """
 
     name: str
     bounds: tuple[tuple[int, int], ...]
     element: Type
+    open: bool = False
 
 
 @dataclass(frozen=True)

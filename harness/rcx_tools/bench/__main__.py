@@ -32,7 +32,7 @@ POINTS: dict[str, str] = {
     "simulation": "simulated seconds a second, growth, memory, compile times",
     "explicit": "explicit messages beside stock cpppo, scans in lock-step",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
-    "language": "files of public libraries that the front end accepts (RCX_LIBRARIES: folders)",
+    "language": "files of public libraries that the front end accepts (RCX_LIBRARIES)",
     "suite": "the tests: time, the ten slowest, the same results in any number of processes",
 }
 

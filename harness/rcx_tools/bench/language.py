@@ -1,8 +1,11 @@
 """The share of files of public libraries of Structured Text that the front end accepts.
 
-The libraries are folders that whoever measures has fetched: `RCX_LIBRARIES` names them, separated
-as in PATH. Nothing of them is kept here. Each folder is one library: its files are checked
-together, since they use each other.
+The libraries are folders or project files that whoever measures has fetched: `RCX_LIBRARIES` names
+them, separated as in PATH. Nothing of them is kept here. What one entry names is one library: its
+files are checked together, since they use each other. A declaration of a project that is one file
+(PLCopen XML) counts as a file.
+
+Where matiec is found, random calls of what it takes, too, are compared (`agreement`).
 """
 
 from __future__ import annotations
@@ -16,15 +19,20 @@ from pathlib import Path
 
 from rich.console import Console
 
-from rcx_harness.cell.build import st_files
+from rcx_harness.cell.build import named_files
 from rcx_harness.engine.frontend import check
+from rcx_harness.engine.load import find_c_compiler, find_matiec
+from rcx_harness.engine.projects import is_project, project_sources
 from rcx_harness.errors import InputError
-from rcx_tools.bench.figure import Figure, Options, at_least
+from rcx_tools.bench.agreement import compared
+from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 
-__all__ = ["LEAST", "Share", "accepted", "measure"]
+__all__ = ["CALLS", "LEAST", "Share", "accepted", "measure", "sources_of"]
 
 #: Share of the files of each library that is to be accepted [%].
 LEAST = 95.0
+#: Random calls that are compared, over all libraries.
+CALLS = 100_000
 _VARIABLE = "RCX_LIBRARIES"
 #: Names and numbers of a message, which its reason does not depend on.
 _NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
@@ -33,16 +41,34 @@ _SHOWN = 10
 
 @dataclass(frozen=True)
 class Share:
-    """What became of a library: its files, those refused, and reasons with how often."""
+    """What became of a library.
+
+    Attributes:
+        files: How many there are.
+        refused: Those with errors.
+        reasons: Each reason with how often it occurs.
+    """
 
     files: int
-    refused: int
+    refused: frozenset[Path]
     reasons: tuple[tuple[str, int], ...]
 
     @property
     def percent(self) -> float:
         """The share of files without an error."""
-        return 100.0 * (self.files - self.refused) / self.files
+        return 100.0 * (self.files - len(self.refused)) / self.files
+
+
+def sources_of(entry: Path) -> list[Path]:
+    """The sources of a library: its files, and what its project declares.
+
+    Raises:
+        InputError: there are none, or the project cannot be read.
+    """
+    files = named_files(entry)
+    projects = [file for file in files if is_project(file)]
+    made = project_sources(projects, {}).paths if projects else ()
+    return [*(file for file in files if file not in projects), *made]
 
 
 def accepted(files: Sequence[Path]) -> Share:
@@ -52,30 +78,51 @@ def accepted(files: Sequence[Path]) -> Share:
         InputError: there are none.
     """
     if not files:
-        raise InputError("no .st files to measure", hint=f"look at {_VARIABLE}")
+        raise InputError("no files to measure", hint=f"look at {_VARIABLE}")
     errors = check(files)
-    refused = {error.file for error in errors if error.file}
+    refused = frozenset(file for file in files if any(_is_in(file, error) for error in errors))
     reasons = Counter(_NAMES.sub("…", error.message) for error in errors)
-    return Share(len(files), len(refused), tuple(reasons.most_common()))
+    return Share(len(files), refused, tuple(reasons.most_common()))
+
+
+def _is_in(file: Path, error: InputError) -> bool:
+    """Is an error in this file, or in this declaration of it?"""
+    if error.file != str(file):
+        return False
+    lines = [line.at for line in getattr(file, "lines", None) or ()]
+    return not lines or min(lines) <= (error.line or 0) <= max(lines)
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure each folder of `RCX_LIBRARIES`, and print why files are refused.
+    """Measure each library of `RCX_LIBRARIES`, and print why files are refused.
 
     Raises:
-        InputError: the variable is not set, or a folder has no ST files.
+        InputError: the variable is not set, or a library has no sources.
     """
-    del options
-    folders = [Path(part) for part in os.environ.get(_VARIABLE, "").split(os.pathsep) if part]
-    if not folders:
-        hint = f"set {_VARIABLE} to folders of Structured Text, separated by {os.pathsep!r}"
+    entries = [Path(part) for part in os.environ.get(_VARIABLE, "").split(os.pathsep) if part]
+    if not entries:
+        hint = f"set {_VARIABLE} to folders or projects of ST, separated by {os.pathsep!r}"
         raise InputError("no libraries to measure", hint=hint)
     console = Console(highlight=False, markup=False)
-    figures = {}
-    for folder in folders:
-        share = accepted(st_files(folder))
-        console.print(f"{folder.name}: {share.files - share.refused} of {share.files} files")
+    figures: dict[str, Figure] = {}
+    libraries: list[list[Path]] = []
+    for entry in entries:
+        files = sources_of(entry)
+        share = accepted(files)
+        name = entry.stem if entry.is_file() else entry.name
+        console.print(f"{name}: {share.files - len(share.refused)} of {share.files} files")
         for reason, times in share.reasons[:_SHOWN]:
             console.print(f"  {times} x {reason}")
-        figures[f"language {folder.name}"] = at_least(share.percent, "% of files", LEAST)
+        figures[f"language {name}"] = at_least(share.percent, "% of files", LEAST)
+        libraries.append([file for file in files if file not in share.refused])
+    matiec, compiler = find_matiec(), find_c_compiler()
+    if matiec is None or compiler is None:
+        console.print("calls are not compared: matiec or a C compiler is not found")
+        return figures
+    found = compared(libraries, matiec, compiler, 1000 if options.quick else CALLS)
+    console.print(f"{found.calls} calls of {found.pous} functions and blocks compared")
+    for text in found.differences:
+        console.print(f"  {text}")
+    figures["language calls"] = shown(found.calls, "calls", "matiec")
+    figures["language differences"] = at_most(len(found.differences), "functions", 0, "matiec")
     return figures

@@ -86,7 +86,7 @@ _STATEMENTS = [
     ("F(Data := P, Done => I);", "Done is a BOOL, its target a INT"),
     ("F(Data := P, Go := 7);", "a BOOL is expected here"),
     ("F(Data := P, Go := B, Go := B);", "Go is given twice"),
-    ("F(P, Go := TRUE);", "named and positional arguments are mixed"),
+    ("F(P, Data := P, Go := TRUE);", "Data is given twice"),
     ("F(P);", "Step1 takes 2 arguments, not 1"),
     ("F(Data := I);", "Data of Step1 needs a Pair, not a INT"),
     ("F(Data := 5);", "the VAR_IN_OUT Data of Step1 needs a variable"),

@@ -7,6 +7,7 @@ or, where the standard has no such construct, from what CODESYS says of it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -218,6 +219,66 @@ ROWS = [
         "A S= C; B R= C; C R= FALSE;",
         {"A": True, "B": False, "C": True},
     ),
+    Row(
+        "a UNION",
+        "U : Both; I : INT;",
+        "U.W := 16#0201; I := U.B[1];",
+        {"I": 2},
+        "TYPE Both : UNION W : WORD; B : ARRAY [0..1] OF USINT; END_UNION END_TYPE",
+    ),
+    Row(
+        "an ACTION",
+        "F : FB1; I : INT;",
+        "F(); F.Twice(); I := F.N;",
+        {"I": 12},
+        "FUNCTION_BLOCK FB1 VAR N : INT := 2; END_VAR N := N + 1; Twice(); END_FUNCTION_BLOCK\n"
+        "ACTION Twice: N := N * 2; END_ACTION",
+    ),
+    Row(
+        "a PROGRAM called by its name",
+        "I : INT;",
+        "Other(A := 5); I := Other.B;",
+        {"I": 6},
+        "PROGRAM Other VAR_INPUT A : INT; END_VAR VAR B : INT; END_VAR B := A + 1; END_PROGRAM",
+    ),
+    Row(
+        "several PROGRAMs without a CONFIGURATION",
+        "I : INT;",
+        "Other(); I := 1;",
+        {"I": 1},
+        "PROGRAM Other VAR B : INT; END_VAR B := 1; END_PROGRAM",
+    ),
+    Row(
+        "an array of open length",
+        "A : ARRAY [3..5] OF INT := [1, 2, 3]; I : INT;",
+        "I := F1(A);",
+        {"I": 532, "A": [1, 2, 9]},
+        "FUNCTION F1 : INT VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR\n"
+        "F1 := 100 * DINT_TO_INT(UPPER_BOUND(X, 1)) + 10 * DINT_TO_INT(LOWER_BOUND(X, 1)) + X[4];\n"
+        "X[5] := 9; END_FUNCTION",
+    ),
+    Row(
+        "the time as a function", "T1 : TIME;", "T1 := TIME() + T#1s;", {"T1": timedelta(seconds=1)}
+    ),
+    Row("a calculated initial value", "I : INT := ABS(-7);", "I := I + 1;", {"I": 8}),
+    Row(
+        "memory looked at as another type",
+        "P : POINTER TO DWORD; R : REAL := 1.0; D : DWORD;",
+        "P := ADR(R); D := P^;",
+        {"D": 0x3F800000},
+    ),
+    Row(
+        "pointers compared by < or >",
+        "A : ARRAY [0..3] OF INT; B : BOOL;",
+        "B := ADR(A[1]) < ADR(A[3]);",
+        {"B": True},
+    ),
+    Row(
+        "a character of a text by its number",
+        "S : STRING := 'abc'; B : BYTE;",
+        "B := S[1]; S[0] := 16#5A;",
+        {"B": 0x62, "S": "Zbc"},
+    ),
     Row("several targets of an assignment", "I : INT; J : INT;", "I := J := 5;", {"I": 5, "J": 5}),
     Row(
         "a member of a call's result",
@@ -356,6 +417,14 @@ _OF_TYPES = frozenset(
         "a structure without a name",
         "a constant instead of a literal",
         "a constant expression",
+        "a PROGRAM called by its name",
+        "several PROGRAMs without a CONFIGURATION",
+        "an array of open length",
+        "the time as a function",
+        "a calculated initial value",
+        "memory looked at as another type",
+        "pointers compared by < or >",
+        "a character of a text by its number",
     ]
 )
 

@@ -167,15 +167,13 @@ def test_a_pointer_that_leads_nowhere_is_one_message(
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
-        ("P := ADR(S);", "cannot lead to a ST_Point"),
-        ("P := ADR(Flag);", "cannot lead to a BOOL"),
-        ("PB := P;", "cannot lead to a INT"),
+        ("P := ADR(Buffer);", "cannot lead to a FB_Buffer"),
         ("P := N;", "a POINTER TO INT is expected here, not a INT"),
         ("P := 5;", "a POINTER TO INT is expected here"),
         ("X := P;", "a INT is expected here, not a POINTER TO INT"),
         ("X := N^;", "^ needs a pointer, not a INT"),
         ("X := R^;", "^ needs a pointer, not a INT"),
-        ("B[1] := P < Q;", "< is not defined for POINTER TO INT"),
+        ("B[1] := ADR(Buffer) < ADR(Buffer);", "< is not defined for POINTER TO FB_Buffer"),
         ("P := P * 2;", "* is not defined for POINTER TO INT"),
         ("P := P + 3;", "no whole number of INT; write a multiple of SIZEOF, 2 here"),
         ("P := ADR(N + 1);", "ADR needs a variable"),
@@ -233,3 +231,40 @@ def test_a_pointer_is_read_as_the_path_it_leads_to(build: Callable[[str], Builti
     ]
     with pytest.raises(InputError, match="cannot be set"):
         program.write("Main.P", "Main.A[1]")
+
+
+def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgram]) -> None:
+    program = build(
+        "FUNCTION FC_Where : POINTER TO INT VAR_INPUT P : POINTER TO INT; END_VAR\n"
+        "FC_Where := P + 2; END_FUNCTION\n"
+        "PROGRAM P1 VAR A : ARRAY [0..1] OF INT := [3, 4]; N : INT; END_VAR\n"
+        "N := FC_Where(ADR(A))^; END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert program.read("Main.N") == 4
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("F()();", "a call cannot stand here"),
+        ("N := F()^;", "^ needs a pointer, not a INT"),
+    ],
+)
+def test_calls_where_none_can_stand(
+    body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
+) -> None:
+    errors = mistakes_of(
+        "FUNCTION F : INT F := 1; END_FUNCTION\n"
+        f"PROGRAM P1 VAR N : INT; END_VAR {body} END_PROGRAM\n"
+    )
+    assert message in str(errors[0])
+
+
+def test_super_of_what_is_missing_is_told_once(
+    mistakes_of: Callable[[str], list[InputError]],
+) -> None:
+    errors = mistakes_of(
+        "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
+    )
+    assert [error.message for error in errors] == ["Nowhere is no function block of these sources"]

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
+from rcx_harness.engine.frontend import check
 from rcx_harness.engine.projects import project_sources
 from rcx_harness.engine.source import origin, source_text
 
@@ -256,3 +257,22 @@ def test_each_line_is_where_it_stands_in_the_file(
             assert str(source) == str(_DATA / file)
             return
     raise AssertionError(text)
+
+
+def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
+    """CODESYS writes such an array as a pointer, and says in its own data what it is."""
+    file = tmp_path / "open.xml"
+    file.write_text(
+        '<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>'
+        '<pou name="Total" pouType="function"><interface><returnType><DINT /></returnType>'
+        '<inOutVars><variable name="Row"><type><pointer><baseType><INT /></baseType></pointer>'
+        '</type><addData><data name="http://www.3s-software.com/plcopenxml/attributes"'
+        ' handleUnknown="implementation"><Attributes><Attribute Name="variable_length_array"'
+        ' Value="ARRAY[*] OF INT" /></Attributes></data></addData></variable></inOutVars>'
+        '</interface><body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">'
+        "Total := UPPER_BOUND(Row, 1);</xhtml></ST></body></pou></pous></types></project>",
+        encoding="utf-8",
+    )
+    (source,) = project_sources([file], {}).paths
+    assert "Row : ARRAY[*] OF INT;" in source_text(source)
+    assert check([source]) == []

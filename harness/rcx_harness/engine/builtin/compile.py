@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any
 
 from rcx_harness.engine import cache
-from rcx_harness.engine.builtin import references
+from rcx_harness.engine.builtin import memory, references
 from rcx_harness.engine.builtin.blocks import BODIES, CLASSES
 from rcx_harness.engine.builtin.coverage import (
     Collector,
@@ -63,7 +63,7 @@ class Module:
     def __init__(self, project: Project, collector: Collector | None = None) -> None:
         self.project = project
         self._collector = collector or environment_collector()
-        self.names: dict[str, Any] = {**NAMES, **references.NAMES}
+        self.names: dict[str, Any] = {**NAMES, **references.NAMES, **memory.NAMES}
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
         self._noted: set[str] = set()

@@ -207,6 +207,8 @@ def _parts(node: t.Expression) -> tuple[t.Expression, ...]:
         return node.base, node.bytes
     if isinstance(node, t.Valid):
         return (node.reference,)
+    if isinstance(node, t.Recast):
+        return (node.base,)
     return (node.left, node.right) if isinstance(node, t.Same) else ()
 
 

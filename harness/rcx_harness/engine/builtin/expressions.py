@@ -9,9 +9,17 @@ as in matiec's C, until the result is stored or passed.
 from __future__ import annotations
 
 from ctypes import c_float
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from rcx_harness.engine.builtin.pointing import POINTING, Pointing, has_effect
+from rcx_harness.engine.builtin.standard import (
+    JOINS,
+    Value,
+    of_type,
+    settle,
+    standard_call,
+    type_name,
+)
 from rcx_harness.engine.builtin.storage import (
     address_slot,
     in_cell,
@@ -23,17 +31,10 @@ from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.resolve import has_block
 from rcx_harness.engine.frontend.scalars import (
-    ANY_BIT,
-    ANY_CHARS,
     ANY_DURATION,
-    ANY_INT,
     ANY_REAL,
     ANY_STRING,
     INT_RANGE,
-    MOMENTS,
-    SIGNED,
-    STRING_MAX,
-    WIDTH,
     string_length,
 )
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
@@ -47,47 +48,6 @@ __all__ = [
     "standard_call",
     "type_name",
 ]
-
-
-@dataclass(frozen=True)
-class Value:
-    """Code of an expression.
-
-    Attributes:
-        code: Python, in parentheses where it needs them.
-        limits: Least and greatest value of an integer before it is wrapped; (0, 0) for others.
-        wide: A REAL in double precision, not rounded yet.
-    """
-
-    code: str
-    limits: tuple[int, int] = (0, 0)
-    wide: bool = False
-
-
-def type_name(kind: Type) -> str:
-    """Name of an elementary type; empty for others."""
-    return kind.name if isinstance(kind, ElementaryType) else ""
-
-
-def of_type(code: str, kind: Type) -> Value:
-    """Code whose value is one of the type."""
-    return Value(code, INT_RANGE.get(type_name(kind), (0, 0)))
-
-
-def settle(value: Value, kind: Type) -> str:
-    """Code for the value brought into its type: wrapped, or rounded to single precision."""
-    name = type_name(kind)
-    if value.wide and name == "REAL":
-        return f"f32({value.code})"
-    if name not in INT_RANGE:
-        return value.code
-    low, high = INT_RANGE[name]
-    if low <= value.limits[0] and value.limits[1] <= high:
-        return value.code
-    mask = (1 << WIDTH[name]) - 1
-    if low == 0:
-        return f"({value.code} & {mask})"
-    return f"(({value.code} + {-low} & {mask}) - {-low})"
 
 
 _COMPARISONS = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
@@ -107,9 +67,10 @@ class Expressions:
     def __init__(self, project: Project, pou: t.Pou) -> None:
         self._project = project
         self._shared: dict[str, bool] = {}
-        self._function = pou.kind == "FUNCTION"
+        self._function, self._method = pou.kind == "FUNCTION", pou.kind == "METHOD"
         self._own = set(map(id, pou.symbols.values())) if pou.kind == "METHOD" else set()
-        self.pointing = Pointing(self)
+        self.pointing = Pointing(self, views=project.views)
+        self._views = project.views
         self._parts = 0
         self._results = 0
         self.parts: list[tuple[str, str]] = []
@@ -126,15 +87,17 @@ class Expressions:
             return f"g.{address_slot(symbol.address)}" if symbol.address else f"g.{name}"
         if symbol.address is not None:
             return f"g.{address_slot(symbol.address)}"
+        cell = "[0]" if in_cell(symbol) else ""
         if self.is_local(symbol):
-            return f"{name}[0]" if in_cell(symbol) else name
-        return f"s.{name}"
+            return f"{name}{cell}"
+        return f"s.{name}{cell}" if symbol.shared else f"s.{name}"
 
     def is_local(self, symbol: t.Symbol) -> bool:
         """Whether a variable lasts for one call only, as a local of Python."""
         if symbol.section == "VAR_EXTERNAL" or symbol.address is not None:
             return False
-        if self._function or symbol.section in _LOCAL:
+        of_block = self._method and symbol.shared and id(symbol) not in self._own
+        if self._function or (symbol.section in _LOCAL and not of_block):
             return True
         return id(symbol) in self._own and "." not in symbol.name
 
@@ -147,7 +110,7 @@ class Expressions:
         if isinstance(node, t.Member):
             return f"{self.variable(node.base)}.{node.name.upper()}"
         if isinstance(node, t.Index):
-            return f"{self.variable(node.base)}[{self.position(node)}]"
+            return f"{self.elements(node)}[{self.position(node)}]"
         return self.pointing.variable(node)
 
     def is_shared(self, name: str) -> bool:
@@ -167,10 +130,34 @@ class Expressions:
         assert isinstance(kind, ElementaryType)
         return f"{code}[:{string_length(kind)}]"
 
+    def adapted(self, code: str, kind: Type, to: Type) -> str:
+        """Code of an output for a target of another type: a text is cut, a number converted."""
+        have, want = type_name(kind), type_name(to)
+        if have != want:
+            node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
+            return settle(standard_call(node, [code]), to)
+        return self.cut(code, to) if kind != to and have in ANY_STRING else code
+
+    def elements(self, node: t.Index) -> str:
+        """Code of the list that an element is in."""
+        base = self.variable(node.base)
+        kind = node.base.type
+        return f"{base}.held" if isinstance(kind, ArrayType) and kind.open else base
+
+    def given(self, variable: t.Variable, pin: Type) -> str:
+        """Code of what a VAR_IN_OUT is given; an array of open length comes with its bounds."""
+        code, kind = self.variable(variable), variable.type
+        if isinstance(pin, ArrayType) and pin.open and isinstance(kind, ArrayType):
+            return code if kind.open else f"Open({code}, {kind.bounds!r})"
+        return code
+
     def position(self, node: t.Index) -> str:
         """Code of the row-major position of an element, with the bounds checked."""
         kind = node.base.type
         assert isinstance(kind, ArrayType)
+        if kind.open:
+            indices = ", ".join(map(self.exact, node.indices))
+            return f"{self.variable(node.base)}.position({indices})"
         offset, parts = 0, []
         stride = 1
         for index, (low, high) in reversed(list(zip(node.indices, kind.bounds, strict=True))):
@@ -230,9 +217,9 @@ class Expressions:
         if isinstance(node, t.Constant):
             return self._constant(node)
         if isinstance(node, (t.Use, t.Member, t.Index)):
-            return of_type(self.variable(node), node.type)
+            return of_type(self._read(self.variable(node), node.type), node.type)
         if isinstance(node, POINTING):
-            return of_type(self.pointing.value(node), node.type)
+            return of_type(self._read(self.pointing.value(node), node.type), node.type)
         if isinstance(node, t.Unary):
             return self._unary(node)
         if isinstance(node, t.Binary):
@@ -240,6 +227,10 @@ class Expressions:
         if isinstance(node, t.CallFunction):
             return self._call(node)
         return self._standard(node, [self.exact(item) for item in node.arguments])
+
+    def _read(self, code: str, kind: Type) -> str:
+        """Code of what a variable holds; of a text up to the 0 that a pointer may have put in."""
+        return f"ended({code})" if self._views and type_name(kind) in ANY_STRING else code
 
     def _standard(self, node: t.Standard, arguments: list[str]) -> Value:
         if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:
@@ -267,7 +258,8 @@ class Expressions:
             repr(symbol.initial) if argument is None else self.exact(argument)
             for symbol, argument in zip(inputs, node.arguments, strict=True)
         ]
-        arguments += [self.variable(variable) for _, variable in node.in_outs]
+        types = {one.name: one.type for one in pou.section("VAR_IN_OUT")}
+        arguments += [self.given(variable, types[name]) for name, variable in node.in_outs]
         if self.is_shared(node.function):
             arguments.insert(0, "g")
         call = f"f_{node.function}({', '.join(arguments)})"
@@ -295,10 +287,11 @@ class Expressions:
         code = self.variable(target)
         if not is_scalar(kind):
             return f"filled({code}, {value})"
-        if kind != target.type:
-            value = self.cut(value, target.type)
+        value = self.adapted(value, kind, target.type)
         if isinstance(target, t.Index):
-            return f"{self.variable(target.base)}.__setitem__({self.position(target)}, {value})"
+            return f"{self.elements(target)}.__setitem__({self.position(target)}, {value})"
+        if isinstance(target, t.Use) and code.endswith("[0]"):
+            return f"{code[:-3]}.__setitem__(0, {value})"
         owner, _, slot = code.rpartition(".")
         return f"setattr({owner}, {slot!r}, {value})" if owner else f"{code} := {value}"
 
@@ -321,7 +314,7 @@ class Expressions:
             word = "and" if op == "AND_THEN" else "or"
             return Value(f"({self.exact(node.left)} {word} {self.exact(node.right)})")
         if op in ("AND", "OR", "XOR"):
-            symbols = _JOINS
+            symbols = JOINS
             if name == "BOOL" and not has_effect(node.right):
                 symbols = {"AND": "and", "OR": "or", "XOR": "!="}
             left, right = self.exact(node.left), self.exact(node.right)
@@ -405,230 +398,3 @@ def _brackets(code: str) -> int:
 
 def _real(value: float) -> str:
     return f"({value!r})" if value < 0 else repr(value)
-
-
-_LREAL_FUNCTIONS = {
-    **dict.fromkeys(("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "EXP", "SQRT")),
-    "LN": "log",
-    "LOG": "log10",
-}
-_CHAINS = {"GT": ">", "GE": ">=", "EQ": "==", "LE": "<=", "LT": "<"}
-_JOINS = {"ADD": "+", "MUL": "*", "AND": "&", "OR": "|", "XOR": "^"}
-_BOOL_JOINS = {"AND": "and", "OR": "or", "XOR": "^"}
-_JOINING = ("CONCAT", "INSERT", "REPLACE")
-_STRINGS = ("LEFT", "RIGHT", "MID", "DELETE", *_JOINING)
-_TEXTS = {
-    "TIME": "time_text",
-    "DATE": "date_text",
-    "TOD": "tod_text",
-    "DT": "dt_text",
-    "LTIME": "ltime_text",
-    "LDATE": "ldate_text",
-    "LTOD": "ltod_text",
-    "LDT": "ldt_text",
-}
-#: Of the third edition: what the generated code calls is named alike.
-_CALENDAR = (
-    *("CONCAT_DATE", "CONCAT_TOD", "CONCAT_LTOD", "CONCAT_DT", "CONCAT_LDT", "DAY_OF_WEEK"),
-)
-
-
-def standard_call(node: t.Standard, arguments: list[str]) -> Value:
-    """Code of a standard function.
-
-    Args:
-        node: The call.
-        arguments: Code of each argument, of its type exactly.
-    """
-    name, kind = node.name, node.type
-    if "_TO_" in name:
-        return _conversion(node, arguments[0])
-    if name in ("TO_BCD", "FROM_BCD"):
-        return _bcd(node, arguments[0])
-    if name in ("CONCAT_DATE_TOD", "CONCAT_DATE_LTOD"):
-        return Value(f"({' + '.join(arguments)})")
-    if name in _CALENDAR:
-        code = f"{name.lower().replace('_l', '_')}({', '.join(arguments)})"
-        return Value(code, (0, 6)) if name == "DAY_OF_WEEK" else Value(code)
-    if name == "ATAN2":
-        code = f"math.atan2({', '.join(arguments)})"
-        return Value(f"f32({code})" if type_name(kind) == "REAL" else code)
-    if name in _LREAL_FUNCTIONS:
-        function = _LREAL_FUNCTIONS[name] or name.lower()
-        code = f"math.{function}({arguments[0]})"
-        return Value(f"f32({code})" if type_name(kind) == "REAL" else code)
-    if name in _CHAINS:
-        return Value(f"({f' {_CHAINS[name]} '.join(arguments)})")
-    if name in _JOINS:
-        return _join(node, arguments)
-    if name in ("SHL", "SHR", "ROL", "ROR"):
-        return _shift(node, arguments)
-    if name == "ABS":
-        return _absolute(node, arguments[0])
-    if name == "TRUNC":
-        return _unbounded(f"trunc({arguments[0]})")
-    if name == "LEN":
-        return Value(f"len({arguments[0]})", (0, _longest(node)))
-    if name == "FIND":
-        return Value(f"find({', '.join(arguments)})", (0, _longest(node)))
-    if name == "MOVE":
-        return of_type(arguments[0], kind)
-    if name == "SEL":
-        select, no, yes = arguments
-        return of_type(f"({yes} if {select} else {no})", kind)
-    assert name in (*_STRINGS, "MAX", "MIN", "LIMIT", "MUX"), name
-    if name in _JOINING and isinstance(kind, ElementaryType) and kind.length is not None:
-        # The engine's functions cut at what a plain STRING holds, unless they are told another.
-        arguments = [*arguments, f"most={kind.length}"]
-    return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
-
-
-def _longest(node: t.Standard) -> int:
-    """What a text among the arguments can hold; a power of two, as of a plain one."""
-    lengths = [
-        string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)
-    ]
-    most = max(lengths)
-    return 1 << 7 if most <= STRING_MAX else most
-
-
-def _bcd(node: t.Standard, argument: str) -> Value:
-    if node.name == "FROM_BCD":
-        digits = WIDTH[type_name(node.arguments[0].type)] // 4
-        return Value(f"from_bcd({argument})", (0, 10**digits - 1))
-    return of_type(f"to_bcd({argument}, {WIDTH[type_name(node.type)] // 4})", node.type)
-
-
-def _unbounded(code: str) -> Value:
-    """An integer that may be anything, to be wrapped."""
-    return Value(code, (-(1 << 70), 1 << 70))
-
-
-def _join(node: t.Standard, arguments: list[str]) -> Value:
-    name = type_name(node.type)
-    if name in ANY_BIT:
-        joins = _BOOL_JOINS if name == "BOOL" else _JOINS
-        return of_type(f"({f' {joins[node.name]} '.join(arguments)})", node.type)
-    if name in ANY_REAL:
-        left, right = arguments
-        code = f"({left} {_JOINS[node.name]} {right})"
-        return Value(f"f32({code})" if name == "REAL" else code)
-    return _unbounded(f"({f' {_JOINS[node.name]} '.join(arguments)})")
-
-
-def _shift(node: t.Standard, arguments: list[str]) -> Value:
-    value, count = arguments
-    name, kind = type_name(node.type), node.type
-    if name == "BOOL":
-        return Value(value if node.name[:2] == "RO" else f"({value} and {count} == 0)")
-    constant = isinstance(node.arguments[1], t.Constant) and not count.startswith("(-")
-    if node.name == "SHL":
-        mask = INT_RANGE[name][1]
-        if constant and int(count) < WIDTH[name]:
-            return of_type(f"({value} << {count} & {mask})", kind)
-        return of_type(f"shl({value}, {count}, {mask})", kind)
-    if node.name == "SHR":
-        return of_type(f"({value} >> {count})" if constant else f"shr({value}, {count})", kind)
-    sign = "-" if node.name == "ROR" else ""
-    return of_type(f"rol({value}, {sign}{count}, {WIDTH[name]})", kind)
-
-
-def _absolute(node: t.Standard, argument: str) -> Value:
-    name = type_name(node.type)
-    if name not in INT_RANGE:
-        return Value(f"abs({argument})")
-    low, high = INT_RANGE[name]
-    return Value(f"abs({argument})", (0, max(-low, high)))
-
-
-def _conversion(node: t.Standard, argument: str) -> Value:
-    source, target = node.name.split("_TO_")
-    if source in ANY_CHARS or target in ANY_CHARS:
-        return _characters(node, source, target, argument)
-    if target == "BOOL":
-        return Value(f"({argument} != 0)")
-    if target in ANY_REAL:
-        return _to_real(source, target, argument)
-    if target in MOMENTS:
-        return Value(_to_moment(source, target, argument))
-    return _to_integer(source, target, argument)
-
-
-def _characters(node: t.Standard, source: str, target: str, argument: str) -> Value:
-    """Conversions from and to texts and characters."""
-    if target in ANY_STRING:
-        code = _text(source, argument)
-        if source.startswith("W") and target == "STRING":
-            code = f"narrow({code})"
-        assert isinstance(node.type, ElementaryType)
-        own = node.arguments[0].type
-        assert isinstance(own, ElementaryType)
-        held = string_length(own) if source in ANY_STRING else 1 if source in ANY_CHARS else 50
-        most = string_length(node.type)
-        return Value(f"{code}[:{most}]" if held > most else code)
-    if target in ("CHAR", "WCHAR"):
-        if source in ANY_CHARS:
-            code = argument if source in ("CHAR", "WCHAR") else f"first({argument})"
-            return Value(f"narrow({code})" if source[0] == "W" and target == "CHAR" else code)
-        mask = 0xFF if target == "CHAR" else 0xFFFF
-        return Value(f"chr({argument} & {mask})")
-    if source in ("CHAR", "WCHAR"):
-        return Value(f"ord({argument})", (0, 0xFF if source == "CHAR" else 0xFFFF))
-    if target == "BOOL":
-        return Value(f"string_to_bool({argument})")
-    if target in ANY_REAL:
-        code = f"string_to_real({argument})"
-        return Value(f"f32({code})" if target == "REAL" else code)
-    if target in MOMENTS:
-        return Value(f"string_to_moment({argument}, {target!r})")
-    return _unbounded(f"string_to_int({argument})")
-
-
-def _unit(moment: str) -> int:
-    """Nanoseconds of what a moment is as a number: seconds, as in matiec; L types in ns."""
-    return 1 if moment.startswith("L") else 1_000_000_000
-
-
-def _to_moment(source: str, target: str, argument: str) -> str:
-    if source in MOMENTS:
-        pair = source.removeprefix("L"), target.removeprefix("L")
-        if pair == ("DT", "DATE"):
-            return f"day_of({argument})"
-        return f"time_of({argument})" if pair in (("DT", "TOD"), ("TIME", "TOD")) else argument
-    code = f"int({argument})" if source == "BOOL" else argument
-    return f"trunc({code} * {_unit(target)})"
-
-
-def _text(source: str, argument: str) -> str:
-    if source == "BOOL":
-        return f"('TRUE' if {argument} else 'FALSE')"
-    if source in ANY_CHARS:
-        return argument
-    if source in ANY_INT:
-        return f"str({argument})"
-    if source in ANY_REAL:
-        return f"real_to_string({argument})"
-    if source in _TEXTS:
-        return f"{_TEXTS[source]}({argument})"
-    return f"bits_to_string({argument})"
-
-
-def _to_real(source: str, target: str, argument: str) -> Value:
-    if source in MOMENTS:
-        code = f"({argument} / {_unit(source)})"
-    elif source in ANY_REAL:
-        code = argument
-    else:
-        code = f"float({argument})"
-    return Value(f"f32({code})" if target == "REAL" and source != "BOOL" else code)
-
-
-def _to_integer(source: str, target: str, argument: str) -> Value:
-    if source == "BOOL":
-        return Value(f"int({argument})", (0, 1))
-    if source in ANY_REAL:
-        rounds = "round" if target in SIGNED else "to_unsigned"
-        return _unbounded(f"{rounds}({argument})")
-    if source in MOMENTS:
-        return _unbounded(f"div({argument}, {_unit(source)})")
-    return Value(argument, INT_RANGE[source])

@@ -74,12 +74,17 @@ class _Starts:
         roots = [
             f"    start_{block.name.upper()}(roots[{name!r}])"
             for name, block in self._project.instances.items()
-            if self._is_needed(block.name.upper())
+            if self._is_needed(block.name.upper()) and not self._is_shared(block)
         ]
         shared = list(self._inside(self._project.global_symbols.values(), "g"))
         if roots or shared:
             result += ["def start(g, roots):", *shared, *roots]
         return result
+
+    def _is_shared(self, block: BlockType) -> bool:
+        """Is it a program that others call by its name, and so one of the globals?"""
+        symbol = self._project.global_symbols.get(block.name.upper())
+        return symbol is not None and symbol.type is block
 
     def _block(self, key: str) -> Iterator[str]:
         objects = self._objects

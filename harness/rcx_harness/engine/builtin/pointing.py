@@ -8,7 +8,7 @@ from typing import Protocol
 from rcx_harness.engine.builtin.objects import attribute, handed_back
 from rcx_harness.engine.builtin.storage import Storage, is_scalar, slot_name
 from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.types import InterfaceType
+from rcx_harness.engine.types import InterfaceType, ReferenceType, Type
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
 
@@ -19,6 +19,7 @@ POINTING = (
     t.Deref,
     t.Address,
     t.Offset,
+    t.Recast,
     t.Null,
     t.Valid,
     t.Same,
@@ -37,6 +38,15 @@ class _Code(Protocol):
     def position(self, node: t.Index) -> str:
         """Code of the position of an element."""
 
+    def elements(self, node: t.Index) -> str:
+        """Code of the list that an element is in."""
+
+    def adapted(self, code: str, kind: Type, to: Type) -> str:
+        """Code of an output for a target of another type."""
+
+    def given(self, variable: t.Variable, pin: Type) -> str:
+        """Code of what a VAR_IN_OUT is given."""
+
     def exact(self, node: t.Expression) -> str:
         """Code of an expression with a value of its type."""
 
@@ -46,13 +56,15 @@ class Pointing:
 
     Args:
         code: What writes the other ones.
+        views: Whether pointers of the project look at memory as another type.
 
     Attributes:
         storage: For copies of structures and arrays; set by what writes the statements.
     """
 
-    def __init__(self, code: _Code) -> None:
+    def __init__(self, code: _Code, *, views: bool = False) -> None:
         self._code = code
+        self._views = views
         self._names = 0
         self.storage = Storage()
 
@@ -89,22 +101,36 @@ class Pointing:
             sign = "-" if node.sign < 0 else ""
             moved = f"{sign}{self._code.exact(node.bytes)}, {node.size}"
             return f"{self._code.exact(node.base)}.moved({moved})"
+        if isinstance(node, t.Recast):
+            own, other = self._layout(node.base.type), self._layout(node.type)
+            return f"recast({self._code.exact(node.base)}, {own}, {other})"
         assert isinstance(node, t.Same)
         left, right = self._code.exact(node.left), self._code.exact(node.right)
         if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
             return f"({left} {'is' if node.op == '=' else 'is not'} {right})"
+        if self._views or node.op not in ("=", "<>"):
+            given = f"{left}, {right}, {self._layout(node.left.type)}"
+            if node.op in ("=", "<>"):
+                return f"({'not ' if node.op == '=' else ''}unlike({given}))"
+            return f"(order({given}) {node.op} 0)"
         return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
+
+    def _layout(self, kind: Type) -> str:
+        """How what a pointer leads to lies in memory; None of what has no bytes."""
+        assert isinstance(kind, ReferenceType)
+        assert kind.target is not None
+        return self.storage.layout(kind.target)
 
     def address(self, node: t.Variable) -> str:
         """Code of a pointer to a variable."""
         if isinstance(node, t.Deref):
             return self._pointer(node)
         if isinstance(node, t.Index):
-            return f"Item({self._code.variable(node.base)}, {self._code.position(node)})"
+            return f"Item({self._code.elements(node)}, {self._code.position(node)})"
         if not is_scalar(node.type):
             return f"Whole({self._code.variable(node)})"
-        if isinstance(node, t.Use) and self._code.is_local(node.symbol):
-            return f"Item({slot_name(node.symbol.name)}, 0)"
+        if isinstance(node, t.Use) and self._code.variable(node).endswith("[0]"):
+            return f"Item({self._code.variable(node)[:-3]}, 0)"
         holder, _, slot = self._code.variable(node).rpartition(".")
         return f"Slot({holder}, {slot!r})"
 
@@ -123,7 +149,7 @@ class Pointing:
                 places[name.upper()] = place = self._place(variable, before)
                 arguments.append(_read(place))
             else:
-                arguments.append(self._code.variable(variable))
+                arguments.append(self._code.given(variable, method.symbols[name.upper()].type))
         if node.final:
             owner = slot_name(method.name)
             call = f"f_{owner}({', '.join([instance, *arguments])})"
@@ -139,7 +165,8 @@ class Pointing:
             target = targets.get(symbol.name.upper())
             if target is not None:
                 place = places.get(symbol.name.upper()) or self._place(target, after)
-                after.append(self._write(place, target, f"{result}[{number}]"))
+                value = self._code.adapted(f"{result}[{number}]", symbol.type, target.type)
+                after.append(self._write(place, target, value))
         parts = [*before, f"({result} := {call})", *after, f"{result}[0]"]
         return f"({', '.join(parts)})[-1]"
 
@@ -154,14 +181,13 @@ class Pointing:
         """
         code = self._code
         if isinstance(node, t.Index):
-            return self._once(code.variable(node.base), before), self._once(
-                code.position(node), before
-            )
+            return self._once(code.elements(node), before), self._once(code.position(node), before)
         if isinstance(node, t.Deref):
             return self._once(self._pointer(node), before), "'V'"
+        if isinstance(node, t.Use) and code.variable(node).endswith("[0]"):
+            return code.variable(node)[:-3], "0"
         if isinstance(node, t.Use) and code.is_local(node.symbol):
-            name = slot_name(node.symbol.name)
-            return (name, "0") if code.variable(node).endswith("[0]") else ("", name)
+            return "", slot_name(node.symbol.name)
         holder, _, slot = code.variable(node).rpartition(".")
         return self._once(holder, before), repr(slot)
 
@@ -205,6 +231,8 @@ def has_effect(node: t.Expression) -> bool:
             waiting.append(one.base)
         elif isinstance(one, t.Index):
             waiting += [one.base, *one.indices]
+        elif isinstance(one, t.Recast):
+            waiting.append(one.base)
         elif isinstance(one, (t.CallFunction, t.Standard)):
             waiting += [argument for argument in one.arguments if argument is not None]
     return False

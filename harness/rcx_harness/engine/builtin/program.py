@@ -80,10 +80,7 @@ class BuiltinProgram:
         self.tick_us = project.tick_us
         self._globals = names["b_globals"]()
         self._scans = 0
-        self._roots = {
-            name: names[f"b_{block.name.upper()}"](self._globals)
-            for name, block in project.instances.items()
-        }
+        self._roots = {name: self._made(block) for name, block in project.instances.items()}
         self._runs = [
             (
                 run.every,
@@ -104,6 +101,14 @@ class BuiltinProgram:
         self._places: dict[str, _Place] = {}
         self._looks: dict[str, Callable[[], Value]] = {}
         self._byte_lists: dict[str, tuple[Any, int]] = {}
+
+    def _made(self, block: BlockType) -> Any:
+        """An instance of a program: a new one, or the one that others call by its name."""
+        key = block.name.upper()
+        shared = self.module.project.global_symbols.get(key)
+        if shared is not None and shared.type is block:
+            return getattr(self._globals, key)
+        return self.module.names[f"b_{key}"](self._globals)
 
     @classmethod
     def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
@@ -208,6 +213,8 @@ class BuiltinProgram:
             }
         if isinstance(kind, (ReferenceType, InterfaceType)):
             return self._holders.path(held)
+        if isinstance(held, str) and self.module.project.views:
+            held = held.partition("\0")[0]
         return scalar_to_python(kind, held)
 
     def _slot(self, instance: Any, pin: Variable) -> tuple[Any, str]:
@@ -223,7 +230,7 @@ class BuiltinProgram:
     def _assign(self, place: _Place, value: Any) -> None:
         holder, key, kind, path = place
         if is_scalar(kind):
-            if isinstance(holder, list):
+            if isinstance(key, int):
                 holder[key] = value
             else:
                 setattr(holder, key, value)

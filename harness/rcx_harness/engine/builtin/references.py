@@ -10,6 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn, TypeAlias
 
+from rcx_harness.engine.builtin.memory import (
+    Elements,
+    Fields,
+    Held,
+    Layout,
+    Row,
+    Truth,
+    Union,
+    View,
+)
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.builtin.storage import is_scalar, slot_name, stored
 from rcx_harness.engine.frontend.project import Project
@@ -147,18 +157,92 @@ def _same(one: Any, other: Any) -> bool:
     return first[0] is second[0] and first[1] == second[1]
 
 
-def _place(pointer: Pointer) -> tuple[Any, Any]:
+def _place(pointer: Any) -> tuple[Any, Any]:
     if isinstance(pointer, Whole):
         return pointer.V, None
     if isinstance(pointer, Item) and 0 <= pointer.key < len(pointer.holder):
         value = pointer.holder[pointer.key]
-        if not isinstance(value, (bool, int, float, str, Slot, Item, Whole, _Null, _NoBlock)):
+        if not isinstance(value, (bool, int, float, str, Slot, Item, Whole, View, _Null, _NoBlock)):
             return value, None
     return pointer.holder, pointer.key
 
 
+def _viewed(pointer: Any, layout: Layout) -> View:
+    """A pointer as the memory it leads into and the byte there."""
+    if isinstance(pointer, View):
+        return pointer
+    held: Any
+    if isinstance(pointer, Whole):
+        held = pointer.V
+        if isinstance(held, (Elements, Fields)):
+            return View(held.memory, held.at, layout)
+        return View(Held(pointer, layout), 0, layout)
+    held = pointer.holder
+    if isinstance(held, Elements):
+        return View(held.memory, held.place(pointer.key), layout)
+    if isinstance(held, Fields):
+        return View(held.memory, held.at + held.places[pointer.key][0], layout)
+    if isinstance(held, list):
+        row = Row(layout, len(held))
+        return View(Held(Whole(held), row), pointer.key * layout.size, layout)
+    return View(Held(pointer, layout), 0, layout)
+
+
+def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
+    """A pointer to the same memory, which is looked at as another type."""
+    if pointer is _NULL:
+        return pointer
+    view = _viewed(pointer, own)
+    memory = view.memory
+    if isinstance(memory, Held):
+        whole, rest = memory.layout, view.at_ % other.size
+        if isinstance(whole, Row) and whole.element == other and not rest:
+            return Item(memory.pointer.V, view.at_ // other.size)  # back to what it is
+        if whole == other and not view.at_:
+            return memory.pointer
+    return View(memory, view.at_, other)
+
+
+def _order(one: Any, other: Any, layout: Layout) -> int:
+    """How many bytes one pointer leads beyond another; 0 (NULL) comes before all."""
+    if one is _NULL or other is _NULL:
+        return (one is not _NULL) - (other is not _NULL)
+    first, second = _viewed(one, layout), _viewed(other, layout)
+    if _base(first.memory) == _base(second.memory):
+        return first.at_ - second.at_
+    raise _ElsewhereError
+
+
+class _ElsewhereError(ProgramError):
+    """Two pointers into different variables, of which none comes first."""
+
+    def __init__(self) -> None:
+        super().__init__("pointers to different variables: which of them comes first is not known")
+
+
+def _unlike(one: Any, other: Any, layout: Layout) -> bool:
+    """Whether two pointers lead to different places."""
+    try:
+        return _order(one, other, layout) != 0
+    except _ElsewhereError:
+        return True
+
+
+def _base(memory: Any) -> tuple[int, Any]:
+    """What tells one memory from another."""
+    if not isinstance(memory, Held):
+        return id(memory), None
+    pointer = memory.pointer
+    if isinstance(pointer, Whole):
+        return id(pointer.V), None
+    return id(pointer.holder), pointer.key
+
+
 #: The names that generated code finds.
 NAMES: dict[str, Any] = {
+    "recast": _recast,
+    "order": _order,
+    "unlike": _unlike,
     "Slot": Slot,
     "Item": Item,
     "Whole": Whole,
@@ -175,7 +259,7 @@ class _Held(NamedTuple):
     """A pointer in a snapshot: its class, the way to what it leads to, and the slot or element."""
 
     kind: str
-    way: tuple[str | int, ...] | None
+    way: tuple[Any, ...] | None
     key: str | int | None
 
 
@@ -216,7 +300,7 @@ class Holders:
     def _walk(self, held: Any, kind: Type, way: tuple[str | int, ...], path: str) -> None:
         if isinstance(kind, (StructType, BlockType)):
             self._found[id(held)] = _Found(way, path, kind)
-            for name, part in self._members(kind):
+            for name, part in self._members(kind) if not isinstance(held, Union) else ():
                 slot = slot_name(name)
                 self._walk(getattr(held, slot), part, (*way, slot), f"{path}.{name}")
         elif isinstance(kind, ArrayType):
@@ -243,8 +327,16 @@ class Holders:
         """A value of a snapshot with places instead of pointers."""
         if isinstance(value, (tuple, list)):
             return type(value)(self.saved(part) for part in value)
-        if isinstance(value, (bool, int, float, str, _Null, _NoBlock)):
+        if isinstance(value, (bool, int, float, str, bytes, _Null, _NoBlock)):
             return value
+        held = getattr(value, "holder", None)
+        if isinstance(held, (Elements, Fields)) and self.find(held) is None:
+            # It was only made to look at memory.
+            whole = held.row if isinstance(held, Elements) else held.record
+            view = self.saved(View(held.memory, held.at, whole))
+            return _Held(type(value).__name__, ("", view), value.key)
+        if isinstance(value, View):
+            return _Held("View", ("", self._saved_memory(value.memory), value.layout), value.at_)
         if isinstance(value, (Slot, Item)):
             found = self.find(value.holder)
             return _Held(type(value).__name__, found and found.way, value.key)
@@ -256,7 +348,15 @@ class Holders:
         if isinstance(value, _Held):
             if value.way is None:
                 return _NULL if value.kind else _NO_BLOCK
-            held = self._at(value.way)
+            if value.kind == "View":
+                memory = self._loaded_memory(value.way[1])
+                return _NULL if memory is None else View(memory, int(value.key or 0), value.way[2])
+            held = self._at(value.way) if not isinstance(value.way[-1], _Held) else None
+            if held is None:
+                view = self.loaded(value.way[-1])
+                if view is _NULL:
+                    return _NULL
+                held = view.V
             if value.kind == "Slot":
                 return Slot(held, str(value.key))
             if value.kind == "Item":
@@ -266,11 +366,36 @@ class Holders:
             return type(value)(self.loaded(part) for part in value)
         return value
 
+    def _saved_memory(self, memory: Any) -> Any:
+        """What a view looks into: a union, or a variable with its layout."""
+        if isinstance(memory, Held):
+            return self.saved(memory.pointer), memory.layout
+        found = self.find(memory)
+        return found and found.way
+
+    def _loaded_memory(self, saved: Any) -> Any:
+        if saved is None:
+            return None
+        if isinstance(saved[0], _Held):
+            pointer = self.loaded(saved[0])
+            return None if pointer is _NULL else Held(pointer, saved[1])
+        return self._at(saved)
+
     def path(self, pointer: Any) -> str:
         """The path of what a pointer leads to; empty for none, `?` for what is no variable."""
         if isinstance(pointer, (_Null, _NoBlock)):
             return ""
+        if isinstance(pointer, View):
+            memory, at = pointer.memory, pointer.at_
+            found = self.find(memory)
+            base = self.path(memory.pointer) if isinstance(memory, Held) else ""
+            base = found.path if found is not None else base
+            return base if base in ("", "?") or not at else f"{base}+{at}"
         if isinstance(pointer, (Slot, Item)):
+            if isinstance(pointer.holder, (Elements, Fields)):
+                found = self.find(pointer.holder)
+                if found is None:
+                    return self.path(_viewed(pointer, Row(Truth(), 0)))
             found = self.find(pointer.holder)
             if found is None:
                 return "?"

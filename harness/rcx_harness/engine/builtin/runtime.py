@@ -58,6 +58,40 @@ def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
     return block
 
 
+class _Uncalled:
+    """What a method finds of a VAR_IN_OUT of its block before the block is called."""
+
+    __slots__ = ()
+
+    def _refuse(self, *_: Any) -> NoReturn:
+        raise ProgramError("a method uses a VAR_IN_OUT of its block before the block is called")
+
+    __getattr__ = __setattr__ = __getitem__ = __setitem__ = __iter__ = _refuse
+
+
+class _Open:
+    """An array of open length: the elements, and the bounds of each dimension."""
+
+    __slots__ = ("bounds", "held")
+
+    def __init__(self, held: list[Any], bounds: tuple[tuple[int, int], ...]) -> None:
+        self.held, self.bounds = held, bounds
+
+    def bound(self, dimension: int, upper: int) -> int:
+        return self.bounds[dimension - 1][upper]
+
+    def position(self, *indices: int) -> int:
+        place = 0
+        for index, (low, high) in zip(indices, self.bounds, strict=True):
+            place = place * (high - low + 1) + _inside(index, low, high) - low
+        return place
+
+
+def _ended(text: str) -> str:
+    """A text up to its first 0."""
+    return text.partition("\0")[0] if "\0" in text else text
+
+
 def _filled(target: Any, value: Any) -> None:
     """Give a structure or array the value of another one; what it is made of stays."""
     if isinstance(target, list):
@@ -353,6 +387,9 @@ NAMES: dict[str, Any] = {
     "mod": _mod,
     "f32": _f32,
     "filled": _filled,
+    "ended": _ended,
+    "Open": _Open,
+    "uncalled": _Uncalled(),
     "started": _started,
     "c_float": c_float,
     "to_unsigned": _to_unsigned,

@@ -18,6 +18,7 @@ from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.resolve import has_block
 from rcx_harness.engine.frontend.scalars import INT_RANGE
 from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.engine.types import ArrayType
 
 __all__ = ["Writer"]
 
@@ -96,9 +97,16 @@ class Writer:
         for symbol in (*pou.symbols.values(), *([pou.result] if pou.result else [])):
             if in_cell(symbol) and self._code.is_local(symbol):
                 self._emit(f"{symbol.name.upper()} = [{symbol.name.upper()}]")
+        self._share()
         self._prelude = len(self.lines)
         self._statements(pou.body)
         self._emit(self._return())
+
+    def _share(self) -> None:
+        """Leave what the methods of the block need of its VAR_IN_OUT in the instance."""
+        for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
+            if symbol.shared:
+                self._emit(f"s.{symbol.name.upper()} = {symbol.name.upper()}")
 
     def _has_globals(self) -> bool:
         """Whether the code of a body or method names `g`."""
@@ -321,12 +329,12 @@ class Writer:
             target = f"{instance}.{pin.upper()}"
             self._emit(self._storage.copy(types[pin], target, self._code.exact(value)))
         arguments, scalars = [instance], []
-        for _, variable in node.in_outs:
+        for name, variable in node.in_outs:
             if is_scalar(variable.type):
                 scalars.append(self._fixed(variable))
                 arguments.append(scalars[-1])
             else:
-                arguments.append(self._code.variable(variable))
+                arguments.append(self._code.given(variable, types[name]))
         prefix = "body_" if block.name in BLOCKS else "f_"
         call = f"{prefix}{block.name.upper()}({', '.join(arguments)})"
         if is_dynamic(self._project.objects, block, self._project):
@@ -349,6 +357,7 @@ class Writer:
         scalars = [code for code, pin in zip(symbols, pins, strict=True) if is_scalar(pin.type)]
         call = f"f_{node.block.name.upper()}({', '.join(['s', *symbols])})"
         self._emit(f"{', '.join(scalars)} = {call}" if scalars else call)
+        self._share()
 
     def _fixed(self, node: t.Variable) -> str:
         """Code of a variable whose indices are evaluated here, once for both ways of the copy."""
@@ -361,7 +370,10 @@ class Writer:
         position = self._code.position(node)
         if not position.isdigit():
             position = self._temporary(position)
-        return f"{self._fixed(node.base)}[{position}]"
+        base, kind = self._fixed(node.base), node.base.type
+        if isinstance(kind, ArrayType) and kind.open:
+            base = f"{base}.held"
+        return f"{base}[{position}]"
 
 
 def _continues(body: tuple[t.Statement, ...]) -> bool:

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from rcx_harness.engine.builtin.blocks import CLASSES
+from rcx_harness.engine.builtin.layouts import layout_of
+from rcx_harness.engine.frontend.sizes import size_of
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.types import (
     ArrayType,
@@ -56,8 +58,8 @@ def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
 
 
 def needs_globals(pou: Pou) -> bool:
-    """Whether the body of a block reads or writes global or located variables."""
-    return any(
+    """Whether a body reads the time, or reads or writes global or located variables."""
+    return pou.clock or any(
         item.section == "VAR_EXTERNAL" or item.address is not None for item in pou.symbols.values()
     )
 
@@ -78,11 +80,29 @@ class Storage:
     def __init__(self) -> None:
         self.lines: list[str] = []
         self._names: dict[Type, str] = {}
+        self._layouts: dict[str, str] = {}
+
+    def layout(self, kind: Type) -> str:
+        """The name of the layout of a type; None of what has no bytes of its own."""
+        if size_of(kind) is None:
+            return "None"
+        code = layout_of(kind)
+        if code not in self._layouts:
+            self._layouts[code] = name = f"y{len(self._layouts)}"
+            self.lines.append(f"{name} = {code}")
+        return self._layouts[code]
 
     def create(self, kind: Type, initial: Any) -> str:
         """Code that makes a new variable with its initial value."""
         if isinstance(kind, BlockType):
             return self._started(kind, f"b_{self._name(kind)}(g)", initial)
+        if isinstance(kind, StructType) and kind.union:
+            types = {name: (name.upper(), field) for name, field in kind.fields}
+            pairs = [
+                f"({types[name][0]!r}, {self.create(types[name][1], value)}), "
+                for name, value in initial.items()
+            ]
+            return f"started(Union({self.layout(kind)}), ({''.join(pairs)}))"
         if isinstance(kind, StructType):
             values = ", ".join(self.create(field, initial[name]) for name, field in kind.fields)
             return f"s_{self._name(kind)}({values})"
@@ -166,6 +186,15 @@ class Storage:
     def _structure(self, kind: StructType) -> None:
         fields = [(name.upper(), field) for name, field in kind.fields]
         name = kind.name.upper()
+        if kind.union:
+            self._names[kind] = name
+            layout = self.layout(kind)
+            self.lines += [
+                f"def copy_{name}(to, by): {layout}.write(to, 0, save_{name}(by))",
+                f"def save_{name}(of): return {layout}.read(of, 0, {layout}.size)",
+                f"def load_{name}(to, saved): {layout}.write(to, 0, saved)",
+            ]
+            return
         copies = [self.copy(field, f"to.{slot}", f"by.{slot}") for slot, field in fields]
         functions = self._save_and_load(name, fields)
         self._names[kind] = name
@@ -212,11 +241,13 @@ class Storage:
         slots = [(slot_name(item.name), item.type) for item in symbols]
         functions = self._save_and_load(name, slots)
         self._names[pou.block] = name
+        shared = [slot_name(one.name) for one in pou.section("VAR_IN_OUT") if one.shared]
         self.lines += [
             f"class b_{name}:",
-            f"    __slots__ = {('g', *(slot for slot, _ in slots))!r}",
+            f"    __slots__ = {('g', *(slot for slot, _ in slots), *shared)!r}",
             "    def __init__(self, g):",
             "        self.g = g",
+            *(f"        self.{slot} = uncalled" for slot in shared),
             *(f"        self.{slot} = {code}" for slot, code in creates),
             *functions,
         ]

@@ -12,12 +12,13 @@ from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.expressions import Expressions, group
 from rcx_harness.engine.frontend.functions import NOTHING, same_text
 from rcx_harness.engine.frontend.references import PLACES, place_of
-from rcx_harness.engine.frontend.resolve import ConsequenceError, has_block
-from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills, has_block
+from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.starting import Start, start_call, starting
 from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.types import BlockType, EnumType, ReferenceType, Type, Variable
+from rcx_harness.engine.frontend.widening import widens
+from rcx_harness.engine.types import ArrayType, BlockType, EnumType, ReferenceType, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["check_body", "check_start", "root_of"]
@@ -165,6 +166,9 @@ class _Statements:
             call = t.CallMethod(instance, method, final, given, (), (), NOTHING)
             return t.Evaluate(call, at)
         target = self._target(to)
+        if isinstance(target.type, ArrayType) and target.type.open:
+            text = "an array of open length cannot be assigned"
+            raise self._scope.error(text, at, "assign its elements")
         if has_block(target.type):
             self._scope.note("the assignment of a block", at)
         return t.Assign(target, self._expressions.check(value, target.type), at)
@@ -238,19 +242,30 @@ class _Statements:
                 for _, variable in (*found.in_outs, *found.outputs):
                     self._write(variable)
                 return [t.Evaluate(found, node.at)]
-        bits = tuple(one for one in node.arguments if one.output and isinstance(one.value, s.Part))
-        plain = tuple(one for one in node.arguments if one not in bits)
+        later = tuple(one for one in node.arguments if one.output and self._is_later(callee, one))
+        plain = tuple(one for one in node.arguments if one not in later)
         found_call = self._calls.check(replace(node, arguments=plain))
         for _, variable in (*found_call.in_outs, *found_call.outputs):
             self._write(variable)
         behind = []
-        for one in bits:
+        for one in later:
             assert one.name is not None
-            assert isinstance(one.value, s.Part)
             pin = s.Field(node.callee, one.name, one.at)
             self._made.append(pin)
-            behind.append(self._assign_part(one.value, pin, node.at))
+            behind.append(self._assign(one.value, pin, node.at))  # type: ignore[arg-type]
         return [found_call, *behind]
+
+    def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
+        """Whether an output goes to a bit or a wider type, so that an assignment does it."""
+        value = argument.value
+        if isinstance(value, s.Part) or not isinstance(value, PLACES):
+            return isinstance(value, s.Part)
+        block = self._expressions.variable(callee).type
+        if not isinstance(block, BlockType) or argument.name is None:
+            return False
+        pin = pin_of(block, argument.name.text)
+        found = self._expressions.infer(value)
+        return pin is not None and found is not None and widens(pin.type, found)
 
     def _write(self, variable: t.Variable) -> None:
         root = root_of(variable)
@@ -262,7 +277,9 @@ class _Statements:
         kind = counter.type
         if not isinstance(counter, t.Use):
             self._scope.note("a FOR counter that is no plain variable", node.counter.at)
-        if group(kind) not in ANY_INT:
+        if group(kind) in ANY_BIT and kind != BOOL:
+            self._scope.note("arithmetic of bit strings", node.counter.at, "a FOR counter")
+        elif group(kind) not in ANY_INT:
             raise self._scope.error(
                 f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
             )
@@ -274,13 +291,12 @@ class _Statements:
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
 
     def _case(self, node: s.Case) -> t.Case:
-        kind = self._expressions.infer(node.selector)
+        kind = self._expressions.infer(node.selector) or ELEMENTARY["DINT"]
         if group(kind) in WIDTH and group(kind) not in ANY_INT:
             self._scope.note("a CASE of bit strings", node.selector.at)
         elif not isinstance(kind, EnumType) and group(kind) not in ANY_INT:
-            shown = describe(kind) if kind is not None else "number"
             raise self._scope.error(
-                f"CASE needs an integer or enumeration, not a {shown}", node.selector.at
+                f"CASE needs an integer or enumeration, not a {describe(kind)}", node.selector.at
             )
         selector = self._expressions.check(node.selector, kind)
         seen: list[tuple[int, int]] = []
@@ -324,6 +340,9 @@ class _BlockCalls:
             InputError: no block instance, arguments that do not fit, or a VAR_IN_OUT left out.
         """
         instance = self._instance(node)
+        declarations = self._scope.declarations
+        if isinstance(instance, t.Use) and instance.symbol.source in declarations.programs:
+            declarations.called.add(instance.symbol.source)
         block = instance.type
         assert isinstance(block, BlockType)
         given = block_arguments(node, block, self._scope)
@@ -391,6 +410,7 @@ class _BlockCalls:
         objects, is_block = self._scope.declarations.objects, isinstance(pin.type, BlockType)
         found = self._expressions.variable(value) if is_block else self._expressions.writable(value)
         below = is_block and objects.is_a(found.type, pin.type)
+        below = below or fills(found.type, pin.type)
         if found.type != pin.type and not same_text(found.type, pin.type) and not below:
             raise self._scope.error(
                 f"{pin.name} of {block.name} needs a {describe(pin.type)},"

@@ -30,11 +30,13 @@ def function_arguments(
     outputs = {one.name.upper(): one for one in pou.section("VAR_OUTPUT")}
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
-    _are_named(node, scope, mixed=True)
+    _are_named(node, scope)
     if len(unnamed) > len(every) or (pins and not node.arguments):
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
         raise scope.error(message, node.at)
-    for symbol, argument in zip(every, unnamed, strict=False):
+    for symbol, argument in zip(every, node.arguments, strict=False):
+        if argument.name is not None:
+            continue
         if symbol.section == "VAR_OUTPUT":
             sent[symbol.name] = argument
         else:
@@ -135,8 +137,14 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
         return {pin.name.upper(): item for pin, item in zip(pins, node.arguments, strict=False)}
     given: dict[str, s.Argument] = {}
     sent: set[str] = set()
+    for pin, argument in zip(pins, node.arguments, strict=False):
+        if argument.name is None:
+            given[pin.name.upper()] = argument
+    if sum(one.name is None for one in node.arguments) > len(given):
+        raise scope.error(f"{block.name} takes {len(pins)} arguments without names", node.at)
     for argument in node.arguments:
-        assert argument.name is not None
+        if argument.name is None:
+            continue
         key = pin_name(block, argument.name.key)
         if key != argument.name.key:
             scope.note("another name of a pin", argument.at, f"{argument.name.key} is {key}")
@@ -152,12 +160,10 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
     return given
 
 
-def _are_named(node: s.Call | s.CallStatement, scope: Scope, *, mixed: bool = False) -> bool:
-    """Whether the arguments are named; with `mixed` the first ones need not be."""
+def _are_named(node: s.Call | s.CallStatement, scope: Scope) -> bool:
+    """Whether arguments are named; one without a name is for the pin at its own place."""
     named = [argument.name is not None for argument in node.arguments]
     if any(named) and not all(named):
-        if not mixed or named != sorted(named):
-            raise scope.error("named and positional arguments are mixed", node.at)
         scope.note("named and positional arguments together", node.at)
     return any(named)
 

@@ -15,6 +15,9 @@ __all__ = ["Checking"]
 class Operating(Protocol):
     """What others than the operators ask of `operators.Operators`."""
 
+    def number(self, kind: Type) -> Type:
+        """The type in which a value is calculated with."""
+
     def common(self, one: Type, other: Type, op: str = "") -> Type:
         """The type that two operands are brought to."""
 

@@ -31,6 +31,7 @@ from rcx_harness.engine.frontend.tree import Constant
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.frontend.widening import converted, widening
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
+from rcx_harness.errors import InputError
 
 __all__ = ["adapt", "constant", "evaluate", "literal", "member"]
 
@@ -223,6 +224,10 @@ def _converted(found: Constant, kind: Type, at: s.Position, where: Declared) -> 
     return adapt(found, kind, at, where)
 
 
+class NotConstantError(InputError):
+    """An expression is not constant, where only that is possible."""
+
+
 _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
     "+": operator.add,
     "-": operator.sub,
@@ -267,9 +272,10 @@ def evaluate(
         right = evaluate(node.right, types, where, lookup)
         where.note("a constant expression", node.at)
         return _calculated(node, left, right, where)
-    raise where.error(
-        "a constant is expected here", node.at, "write a literal, or a member of an enumeration"
-    )
+    hint = "write a literal, or a member of an enumeration"
+    error = where.error("a constant is expected here", node.at, hint)
+    at = {"line": error.line, "column": error.column}
+    raise NotConstantError(error.message, file=error.file, hint=hint, **at)
 
 
 def _negated(node: s.Unary, found: Constant, where: Declared) -> Constant:

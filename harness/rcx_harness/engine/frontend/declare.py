@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from rcx_harness.engine.frontend import syntax as s
+from rcx_harness.engine.frontend.constants import NotConstantError
 from rcx_harness.engine.frontend.inherit import Inheritance
 from rcx_harness.engine.frontend.registry import Declared, Registry
 from rcx_harness.engine.frontend.resolve import Types, has_block
@@ -14,8 +15,10 @@ from rcx_harness.engine.frontend.scalars import WIDTH
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import (
+    ArrayType,
     BlockType,
     ElementaryType,
+    EnumType,
     InterfaceType,
     ReferenceType,
     Type,
@@ -62,6 +65,10 @@ class Declarations(Types):
         """Upper-case names of variables whose declaration has an error."""
         self.qualified: set[str] = set()
         """Keys of globals that have to be named with their list."""
+        self.programs: set[str] = set()
+        """Keys of those globals that are programs, called by their names."""
+        self.called: set[str] = set()
+        """Those of them that are called, and not only looked at."""
         self._addresses: dict[str, Type] = {}
         self._external: list[tuple[s.VarDecl, Type, Declared]] = []
         self.inheritance = Inheritance(self, report)
@@ -110,9 +117,9 @@ class Declarations(Types):
             except InputError as error:
                 self._report(error)
                 self.broken.add(node.name.key)
-        for action in node.actions:
-            hint = "write a METHOD, or a block of its own"
-            self._report(where.error("ACTION is not supported", action.at, hint))
+        if node.kind == "FUNCTION" and node.members:
+            text = "a FUNCTION has no methods, properties or actions"
+            self._report(where.error(text, node.members[0].at, "use a FUNCTION_BLOCK"))
         if node.kind == "FUNCTION":
             self._note_function(symbols.values(), where)
         self.local, self.sections = {}, []
@@ -212,8 +219,14 @@ class Declarations(Types):
         self, node: s.VarDecl, section: s.Section, pou: str, where: Declared
     ) -> list[Symbol]:
         owner = node.names[0].text
+        open_array = self._open_array(node.spec, section, pou, where)
+        if open_array is not None:
+            return [
+                Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
+                for name in node.names
+            ]
         kind, initial = self.resolve(node.spec, where, owner)
-        constant_section = section.qualifier == "CONSTANT"
+        constant_section, calculated = section.qualifier == "CONSTANT", False
         if constant_section and section.kind == "VAR_IN_OUT":
             # What cannot be written may as well be an input; a block stays where it is.
             where.note("VAR_IN_OUT CONSTANT", section.at)
@@ -225,7 +238,17 @@ class Declarations(Types):
         if node.initial is not None and not held:
             if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
                 raise where.error("an initial value is not possible here", node.at)
-            initial = self.initial_value(node.initial, kind, where, initial)
+            try:
+                initial = self.initial_value(node.initial, kind, where, initial)
+            except NotConstantError:
+                calculated = isinstance(kind, (ElementaryType, EnumType)) and not constant_section
+                places = ("VAR",) if pou in ("PROGRAM", "FUNCTION_BLOCK") else ("VAR", "VAR_TEMP")
+                if not calculated or section.kind not in places or pou == "CONFIGURATION":
+                    raise
+                where.note("a calculated initial value", node.at)
+        if node.bound and not (isinstance(kind, ReferenceType) and kind.kind == "REFERENCE"):
+            text = f"REF= needs a variable of REFERENCE TO, not a {describe(kind)}"
+            raise where.error(text, node.at)
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note("arguments of FB_init", node.spec.at)
@@ -250,12 +273,32 @@ class Declarations(Types):
                 constant_section,
                 address,
                 started=started,
+                calculated=calculated,
             )
             for name in node.names
         ]
         if section.kind == "VAR_STAT":
             return [self._static(symbol, where) for symbol in found]
         return found
+
+    def _open_array(
+        self, spec: s.TypeSpec, section: s.Section, pou: str, where: Declared
+    ) -> Type | None:
+        """The type of a VAR_IN_OUT that is ARRAY [*]; None for any other.
+
+        A VAR_INPUT of a function or method can be one, too: it is not copied, and not written.
+        """
+        places = ("VAR_IN_OUT", "VAR_INPUT") if pou in ("FUNCTION", "METHOD") else ("VAR_IN_OUT",)
+        if not isinstance(spec, s.ArraySpec) or section.kind not in places:
+            return None
+        stars = [isinstance(one.low, s.Name) and one.low.text == "*" for one in spec.dimensions]
+        if not any(stars):
+            return None
+        if not all(stars):
+            raise where.error("either all dimensions are of open length, or none", spec.at)
+        where.note("an array of open length", spec.at)
+        element, _ = self.resolve(spec.element, where)
+        return ArrayType("", tuple((0, 0) for _ in stars), element, open=True)
 
     def _check_block(
         self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared
@@ -350,11 +393,27 @@ class Scope:
         if self.pou.owner is not None:
             found = self.pou.owner.symbols.get(key)
             if found is not None and found.section != "VAR_TEMP":
+                if found.section == "VAR_IN_OUT":
+                    found.shared = found.addressed = True
                 return found
         declarations = self.declarations
-        if key in declarations.globals and key not in declarations.qualified:
+        plain = key in declarations.globals and key not in declarations.qualified
+        if plain and key not in declarations.programs:
             return self._global(key, self.where.node.at)
-        return None
+        return self._program(key)
+
+    def _program(self, key: str) -> Symbol | None:
+        """The one instance of a PROGRAM, called by the name of the program."""
+        found = self.declarations.pous.get(key)
+        if found is None or found.kind != "PROGRAM" or found.block is None:
+            return None
+        if found is (self.pou.owner or self.pou):
+            return None
+        if key not in self.declarations.programs:
+            self.declarations.programs.add(key)
+            at = self.declarations.where(key).node.at
+            self.declarations.globals[key] = Symbol(found.name, found.block, "VAR_GLOBAL", at)
+        return self._global(key, self.where.node.at, "a PROGRAM called by its name")
 
     @property
     def block(self) -> Pou | None:
@@ -367,14 +426,21 @@ class Scope:
         found = self.declarations.lists.get(name, {}).get(key)
         return None if found is None else self._global(found, at)
 
-    def _global(self, key: str, at: s.Position) -> Symbol:
-        self.note("a global without VAR_EXTERNAL", at)
+    def _global(
+        self, key: str, at: s.Position, construct: str = "a global without VAR_EXTERNAL"
+    ) -> Symbol:
+        self.note(construct, at)
         known = self.pou.symbols.get(f" {key}")
         if known is None:
             known = self.declarations.global_symbol(key)
             assert known is not None
             self.pou.symbols[f" {key}"] = known  # no name of the source begins with a blank
         return known
+
+
+def _is_input(section: s.Section) -> bool:
+    """Is it only read?"""
+    return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
 
 
 def _bits(kind: ElementaryType) -> int:

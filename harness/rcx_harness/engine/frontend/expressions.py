@@ -16,28 +16,27 @@ from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.calls import pin_of
 from rcx_harness.engine.frontend.constants import adapt, literal, member
 from rcx_harness.engine.frontend.declare import Scope
+from rcx_harness.engine.frontend.fitting import Fitting
 from rcx_harness.engine.frontend.functions import Functions, group
 from rcx_harness.engine.frontend.methods import Methods
-from rcx_harness.engine.frontend.operators import COMPARISONS, LOGIC, Operators
+from rcx_harness.engine.frontend.operators import COMPARISONS, Operators
 from rcx_harness.engine.frontend.references import PLACES, References
 from rcx_harness.engine.frontend.resolve import ConsequenceError
 from rcx_harness.engine.frontend.scalars import (
     ANY_BIT,
     ANY_INT,
     ANY_REAL,
+    ANY_STRING,
     BOOL,
     ELEMENTARY,
     LREAL,
     MOMENTS,
     WIDTH,
-    string_length,
 )
-from rcx_harness.engine.frontend.standard import convertible, pin_name
+from rcx_harness.engine.frontend.standard import pin_name
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.frontend.widening import (
     BITS_OF,
-    converted,
-    widening,
 )
 from rcx_harness.engine.types import (
     ArrayType,
@@ -77,6 +76,7 @@ class Expressions:
         self.references = References(self)
         self.methods = Methods(self)
         self.operators = Operators(self)
+        self.fitting = Fitting(self)
 
     # --- variables ---
 
@@ -114,6 +114,9 @@ class Expressions:
                 node.at,
                 "copy it to a variable first",
             )
+        if isinstance(node, (s.Call, s.Invoke)):
+            hint = "call it in a statement before"
+            raise self.scope.error("a call cannot stand here", node.at, hint)
         base = self.base(node.base)
         if isinstance(node, s.Field):
             return self._member(base, node)
@@ -290,6 +293,8 @@ class Expressions:
         raise self.scope.error(f"{kind.name} has no member {node.name.text}", node.name.at, near)
 
     def _element(self, base: t.Variable, node: s.Index) -> t.Index:
+        if group(base.type) in ANY_STRING:
+            base = self.references.characters(base, node.at)
         kind = base.type
         if not isinstance(kind, ArrayType):
             raise self.scope.error(f"a {describe(kind)} has no elements", node.at)
@@ -309,7 +314,11 @@ class Expressions:
                     f"an index must be an integer, not a {describe(index_type)}", index.at
                 )
             found = self.check(index, index_type)
-            if isinstance(found, t.Constant) and not low <= int(found.value) <= high:
+            if (
+                isinstance(found, t.Constant)
+                and not kind.open
+                and not low <= int(found.value) <= high
+            ):
                 raise self.scope.error(f"index {found.value} is outside {low}..{high}", index.at)
             indices.append(found)
         return t.Index(base, tuple(indices), kind.element)
@@ -394,88 +403,16 @@ class Expressions:
                 node.at,
                 "assign parts of it to variables first",
             )
-        found = self._numbered(self._typed(node, want), want, node.at)
+        found = self.fitting.numbered(self._typed(node, want), want, node.at)
         if isinstance(found.type, BlockType) and want is not None and found.type is not want:
             raise self.scope.error(f"a block of type {found.type.name} is no value", node.at)
         if want is None or found.type == want:
             return found
-        return self.fitted(found, want, node)
-
-    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
-        """An expression in the type that is asked for, converted where it widens to that.
-
-        Raises:
-            InputError: it does not.
-        """
-        have = found.type
-        hint = ""
-        if isinstance(want, ElementaryType) and isinstance(have, ElementaryType):
-            if isinstance(found, t.Constant) and isinstance(found.value, str):
-                return adapt(found, want, node.at, self.scope.where)
-            if have.name == want.name:
-                return self._cut(found, have, want)
-            if widening(have.name, want.name) or self._leaves_fit(node, want.name):
-                shown = f"a {describe(have)} where a {describe(want)} is expected"
-                written = f"write {have.name}_TO_{want.name}"
-                self.scope.note("an implicit conversion", node.at, f"{shown}: {written}")
-                return self.converted(found, want)
-            name = f"{have.name}_TO_{want.name}"
-            hint = f"convert it with {name}" if convertible(have.name, want.name) else ""
-        raise self.scope.error(
-            f"a {describe(want)} is expected here, not a {describe(have)}", node.at, hint
-        )
+        return self.fitting.fitted(found, want, node)
 
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
         """The call of a conversion, or the constant that it gives."""
-        have = found.type
-        assert isinstance(have, ElementaryType)
-        if have == want:
-            return found
-        if isinstance(found, t.Constant) and widening(have.name, want.name):
-            return t.Constant(converted(found.value, have.name, want), want, True)
-        return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
-
-    def _cut(self, found: t.Expression, have: ElementaryType, want: ElementaryType) -> t.Expression:
-        """A text for a variable of another length: what it has no room for is cut off."""
-        if string_length(have) <= string_length(want):
-            return found
-        return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
-
-    def _leaves_fit(self, node: s.Expression, want: str) -> bool:
-        """Whether each operand of a calculation fits a type, though the common type is wider.
-
-        So in `I := I + U` of INT and UINT: the sum is a DINT, of which the INT takes the lower
-        half, as it would have come out with either of the two types.
-        """
-        if isinstance(node, s.Unary) and node.op == "-":
-            return self._leaves_fit(node.operand, want)
-        if isinstance(node, s.Binary) and node.op in (*LOGIC, "+", "-", "*", "/", "MOD"):
-            return self._leaf_fits(node.left, want) and self._leaf_fits(node.right, want)
-        return False
-
-    def _leaf_fits(self, node: s.Expression, want: str) -> bool:
-        kind = self.infer(node)
-        if kind is None or group(kind) == want or widening(group(kind), want):
-            return True
-        return self._leaves_fit(node, want)
-
-    def _numbered(self, found: t.Expression, want: Type | None, at: s.Position) -> t.Expression:
-        """A member of an enumeration where a number is wanted, and the other way round."""
-        if want is None or found.type == want:
-            return found
-        if isinstance(want, EnumType) and group(found.type) in ANY_INT:
-            self.scope.note("a number as an enumeration", at)
-            return t.Standard("MOVE", (found,), want)
-        if isinstance(found.type, EnumType) and group(want) in ANY_INT:
-            self.scope.note("an enumeration as a number", at)
-            base = ELEMENTARY[found.type.base]
-            moved = t.Standard("MOVE", (found,), base)
-            return (
-                moved
-                if base == want
-                else t.Standard(f"{base.name}_TO_{group(want)}", (moved,), want)
-            )
-        return found
+        return self.fitting.converted(found, want)
 
     def _typed(self, node: s.Expression, want: Type | None) -> t.Expression:
         if isinstance(node, s.Name) and not self.is_variable(node):

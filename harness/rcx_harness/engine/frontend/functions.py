@@ -8,7 +8,7 @@ from rcx_harness.engine.frontend.calls import function_arguments, standard_argum
 from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.methods import NOTHING
 from rcx_harness.engine.frontend.references import PLACES
-from rcx_harness.engine.frontend.resolve import ConsequenceError
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.scalars import (
     ANY_BIT,
     ANY_INT,
@@ -35,7 +35,7 @@ from rcx_harness.engine.frontend.standard import (
     truncation,
 )
 from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.frontend.widening import BITS_OF, joined, number_of
+from rcx_harness.engine.frontend.widening import BITS_OF, joined, number_of, widens
 from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, Type
 
 __all__ = ["NOTHING", "Functions", "group", "same_text"]
@@ -65,6 +65,8 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
+#: The time since the start, in CODESYS and TwinCAT.
+_CLOCKS = ("TIME", "LTIME")
 #: Of what is declared, not of its value.
 _OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
 
@@ -85,8 +87,8 @@ class Functions:
         if declared is not None:
             return None if declared.result is None else declared.result.type
         target = self._target(key)
-        if target:
-            return ELEMENTARY[target]
+        if target or key in _CLOCKS:
+            return ELEMENTARY[target or key]
         if key in MOMENT_OPERATORS:
             return ELEMENTARY[MOMENT_OPERATORS[key][3]]
         signature = FUNCTIONS.get(key)
@@ -158,6 +160,8 @@ class Functions:
             self._scope.note(construct, at, key)
         if self._target(key):
             return self._converted(node, want)
+        if key in _CLOCKS:
+            return self._now(node)
         if key in MOMENT_OPERATORS:
             return self._moment(node, *MOMENT_OPERATORS[key])
         if key in _OF_VARIABLES:
@@ -177,6 +181,15 @@ class Functions:
             return self._expressions.operators.binary(_OPERATORS[key], left, right, want, at)
         return self._standard(node, FUNCTIONS[key], want)
 
+    def _now(self, node: s.Call) -> t.Standard:
+        """`TIME()`: the time since the start of the PLC."""
+        key = node.function.key
+        if node.arguments:
+            raise self._scope.error(f"{key} takes 0 arguments, not {len(node.arguments)}", node.at)
+        self._scope.note("the time as a function", node.at)
+        self._scope.pou.clock = True
+        return t.Standard("NOW", (), ELEMENTARY[key])
+
     def user(self, node: s.Call, pou: t.Pou) -> t.CallFunction:
         """Type a call of a function of the sources.
 
@@ -192,27 +205,31 @@ class Functions:
             for symbol in pou.section("VAR_INPUT")
         )
         in_outs = tuple(
-            (symbol.name, self._passed(given[symbol.name.upper()], symbol.type, pou.name))
+            (symbol.name, self._passed(given[symbol.name.upper()], symbol, pou.name))
             for symbol in pou.section("VAR_IN_OUT")
         )
         outputs = tuple(
-            (name, self._passed(argument, pou.symbols[name.upper()].type, pou.name))
+            (name, self._passed(argument, pou.symbols[name.upper()], pou.name))
             for name, argument in sent.items()
         )
         kind = NOTHING if pou.result is None else pou.result.type
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
-    def _passed(self, argument: s.Argument, kind: Type, pou: str) -> t.Variable:
+    def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
         """A variable that a function writes.
 
         Raises:
             InputError: it is none, or of another type.
         """
-        value = argument.value
+        value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
-        found = self._expressions.writable(value)
-        if found.type != kind and not same_text(found.type, kind):
+        all_ = self._expressions
+        found = all_.variable(value) if pin.constant else all_.writable(value)
+        if pin.section == "VAR_OUTPUT" and widens(kind, found.type):
+            self._scope.note("an implicit conversion", argument.at, f"the output {pin.name}")
+            return found
+        if found.type != kind and not same_text(found.type, kind) and not fills(found.type, kind):
             raise self._scope.error(
                 f"{pou} needs a {describe(kind)} here, not a {describe(found.type)}", argument.at
             )
@@ -273,7 +290,9 @@ class Functions:
         first = node.arguments[0].value
         kind: Type | None = None
         if isinstance(first, s.Name) and self._scope.symbol(first.key) is None:
-            kind = self._scope.declarations.types.get(first.key) or ELEMENTARY.get(first.key)
+            declarations = self._scope.declarations
+            kind = declarations.types.get(first.key) or ELEMENTARY.get(first.key)
+            kind = kind or declarations.blocks.get(first.key)
         if kind is None:
             if not isinstance(first, PLACES):
                 raise self._scope.error(f"{key} needs a variable", first.at)
@@ -290,6 +309,15 @@ class Functions:
                 raise self._scope.error(f"a {describe(kind)} has no bounds", first.at)
             dimension = self._expressions.check(node.arguments[1].value, ELEMENTARY["DINT"])
             most = len(kind.bounds)
+            if (
+                kind.open
+                and isinstance(dimension, t.Constant)
+                and 1 <= int(dimension.value) <= most
+            ):
+                array = self._expressions.variable(first)  # type: ignore[arg-type]
+                bound = t.Standard(key, (array, dimension), ELEMENTARY["DINT"])
+                wanted = want if group(want) in ANY_INT else None
+                return self._expressions.converted(bound, wanted or bound.type)  # type: ignore[arg-type]
             if not isinstance(dimension, t.Constant) or not 1 <= int(dimension.value) <= most:
                 raise self._scope.error(
                     f"the dimension must be a number from 1 to {most}", node.arguments[1].at

@@ -260,7 +260,9 @@ class Inheritance:
                     if found is not None:
                         symbols[variable.key] = found
         for symbol in symbols.values():
-            if symbol.section == "VAR_IN_OUT" and symbol.constant and not has_block(symbol.type):
+            is_open = isinstance(symbol.type, ArrayType) and symbol.type.open
+            copied = not is_open and not has_block(symbol.type)
+            if symbol.section == "VAR_IN_OUT" and symbol.constant and copied:
                 symbol.section = "VAR_INPUT"  # It takes values, too, and none is handed back.
         result = None
         key = f"{owner.key}.{name.upper()}"

@@ -392,6 +392,10 @@ class _Lexer:
         return end + 2  # of those who do not nest them
 
     def _behind_pragma(self, offset: int) -> int:
+        if self._text.startswith("{{", offset):
+            end = self._text.find("}}", offset)
+            self._refuse("C code in a pragma is not supported", offset, "write Structured Text")
+            return end + 2 if end > 0 else -1
         end = self._text.find("}", offset)
         if end < 0:
             self._refuse("this pragma is never closed", offset, "end it with }")

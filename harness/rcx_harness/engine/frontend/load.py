@@ -47,7 +47,7 @@ class Schedule:
 def configure(registry: Registry, declarations: Declarations) -> Schedule:
     """Work out what runs when.
 
-    Sources without a CONFIGURATION run their only PROGRAM in every scan, as `Main`.
+    Sources without a CONFIGURATION run one PROGRAM in every scan, as `Main` (`_uncalled`).
 
     Raises:
         InputError: no program to run, more than one without a CONFIGURATION, or a mistake in
@@ -55,16 +55,33 @@ def configure(registry: Registry, declarations: Declarations) -> Schedule:
     """
     declared = registry.configuration
     if declared is None:
-        programs = [pou for pou in declarations.pous.values() if pou.kind == "PROGRAM"]
-        if len(programs) > 1:
-            second = registry.pous[programs[1].name.upper()]
-            raise second.error(
-                "several programs and no CONFIGURATION", second.node.name.at, "add one"
-            )
+        programs = _uncalled(registry, declarations)
         blocks = [pou.block for pou in programs if pou.block is not None]
         instances = dict(zip(("Main",), blocks, strict=False))
         return Schedule(instances, (), None, tuple(Run(name, 1) for name in instances))
     return _configured(declared, registry, declarations)
+
+
+def _uncalled(registry: Registry, declarations: Declarations) -> list[Pou]:
+    """The program that runs where no CONFIGURATION says it; none where all are called.
+
+    It is the only one that no other calls, or else what CODESYS and TwinCAT give a new project:
+    PLC_PRG or MAIN.
+    """
+    programs = [pou for pou in declarations.pous.values() if pou.kind == "PROGRAM"]
+    if len(programs) > 1:
+        first = registry.pous[programs[0].name.upper()]
+        first.note("several PROGRAMs without a CONFIGURATION", first.node.name.at)
+    free = [pou for pou in programs if pou.name.upper() not in declarations.called]
+    usual = [pou for pou in free if pou.name.upper() in ("MAIN", "PLC_PRG")]
+    if len(free) > 1 and len(usual) != 1:
+        second = registry.pous[free[1].name.upper()]
+        raise second.error(
+            f"several programs and no CONFIGURATION: {', '.join(pou.name for pou in free)}",
+            second.node.name.at,
+            "add one; or call the others from one of them, or call that MAIN or PLC_PRG",
+        )
+    return usual if len(free) > 1 else free
 
 
 def _configured(declared: Declared, registry: Registry, declarations: Declarations) -> Schedule:
@@ -143,11 +160,18 @@ def _instance(
     clash = registry.variable_clash(name.key)
     if clash and name.key != kind.key:  # tools name the only instance of a program as the program
         raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
-    if name.key in declarations.globals:
+    if name.key in declarations.globals and name.key not in declarations.programs:
         raise declared.error(f"{name.text} is also a global variable", name.at)
     pou = declarations.pous.get(kind.key)
     if pou is None or pou.kind != "PROGRAM" or pou.block is None:
         raise declared.error(f"there is no program {kind.text}", kind.at)
+    others = [one for one, block in instances.items() if block is pou.block]
+    if others and kind.key in declarations.programs:
+        raise declared.error(
+            f"{kind.text} is used by its name, and has the instances {others[0]} and {name.text}",
+            name.at,
+            "only a program with one instance can be",
+        )
     return pou.block
 
 
@@ -158,6 +182,16 @@ def located(instances: dict[str, BlockType], declarations: Declarations) -> tupl
         for symbol in declarations.globals.values()
         if symbol.address is not None
     ]
+    named = {
+        symbol.name: symbol.type
+        for key, symbol in declarations.globals.items()
+        if key in declarations.programs and isinstance(symbol.type, BlockType)
+    }
+    own = list(instances.values())
+    instances = {
+        **instances,
+        **{name: block for name, block in named.items() if block not in own},
+    }
     for instance, block in instances.items():
         pou: Pou = declarations.pous[block.name.upper()]
         found += [
@@ -385,6 +419,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         schedule=schedule.runs,
         objects=declarations.objects,
         uses=tuple(dict.fromkeys(registry.uses)),
+        views=declarations.views,
     )
 
 

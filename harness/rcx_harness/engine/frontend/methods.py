@@ -6,8 +6,9 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.references import PLACES, place_of
-from rcx_harness.engine.frontend.resolve import ConsequenceError
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.values import describe
+from rcx_harness.engine.frontend.widening import widens
 from rcx_harness.engine.types import BlockType, ElementaryType, InterfaceType, Type
 
 __all__ = ["NOTHING", "Methods"]
@@ -49,9 +50,10 @@ class Methods:
         if base is None:
             text = f"SUPER needs a block that extends another; {pou.name} does not"
             raise self._scope.error(text, at)
-        block = self._scope.declarations.pous[base].block
-        assert block is not None
-        return t.This(block)
+        above_it = self._scope.declarations.pous.get(base)
+        if above_it is None or above_it.block is None:
+            raise ConsequenceError(f"what {pou.name} extends has an error")
+        return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:
         """Whether a bare name is a property of the block this belongs to."""
@@ -120,6 +122,8 @@ class Methods:
         symbol = pou.symbols.get(node.name.key)
         if symbol is None or symbol.section == "VAR_TEMP":
             return None
+        if symbol.section == "VAR_IN_OUT" and self._scope.pou.owner is not None:
+            symbol.shared = symbol.addressed = True
         return t.Use(symbol, symbol.type)
 
     def method_hint(self, kind: Type, key: str) -> str:
@@ -254,8 +258,8 @@ class Methods:
         order = list(pins)
         given: dict[str, s.Argument] = {}
         named = [argument.name is not None for argument in node.arguments]
-        if named != sorted(named):
-            raise self._scope.error("a positional argument behind a named one", node.at)
+        if any(named) and not all(named):
+            self._scope.note("named and positional arguments together", node.at)
         if len(node.arguments) > len(order):
             text = f"{method.name} takes {len(order)} arguments, not {len(node.arguments)}"
             raise self._scope.error(text, node.at)
@@ -285,8 +289,13 @@ class Methods:
             text = f"{symbol.section} {symbol.name} of {method.name} needs a variable"
             raise self._scope.error(text, argument.at)
         block = isinstance(symbol.type, BlockType)
-        found = self._all.variable(value) if block else self._all.writable(value)
+        read = block or symbol.constant
+        found = self._all.variable(value) if read else self._all.writable(value)
         fits = found.type == symbol.type or (block and self._objects.is_a(found.type, symbol.type))
+        fits = fits or fills(found.type, symbol.type)
+        if symbol.section == "VAR_OUTPUT" and widens(symbol.type, found.type):
+            self._scope.note("an implicit conversion", argument.at, f"the output {symbol.name}")
+            fits = True
         if not fits or place_of(found) is None:
             raise self._scope.error(
                 f"{symbol.name} of {method.name} needs a variable of {describe(symbol.type)},"

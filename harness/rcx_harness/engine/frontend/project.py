@@ -73,6 +73,7 @@ class Project:
         key: Names the sources with their contents where what is made of them may be kept
             (`engine.cache`); else empty.
         uses: Constructs beyond the portable subset.
+        views: Whether memory is looked at as another type: by pointers, or in a UNION.
     """
 
     files: tuple[Path, ...]
@@ -93,3 +94,4 @@ class Project:
     objects: Objects
     key: str = ""
     uses: tuple[Use, ...] = ()
+    views: bool = False

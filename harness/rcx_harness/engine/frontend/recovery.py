@@ -129,11 +129,17 @@ class _Run:
         states = self._state.parse_conf.states
         return set(states[self._state.state_stack[-1]])
 
+    def _takes_error(self) -> bool:
+        """May ERROR stand here? The table also says so where only its own reductions fail."""
+        if "ERROR" not in self._acceptable():
+            return False
+        return "ERROR" in self._parser.accepts()  # type: ignore[no-untyped-call]
+
     def _back(self) -> int:
         """Forget what was begun, up to where ERROR may stand; gives the groups left open."""
         depth = 0
         states, values = self._state.state_stack, self._state.value_stack
-        while "ERROR" not in self._acceptable():
+        while not self._takes_error():
             states.pop()
             value = values.pop()
             depth += isinstance(value, Token) and value.type in _OPENERS

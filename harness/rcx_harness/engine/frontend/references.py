@@ -6,7 +6,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.checking import Checking
 from rcx_harness.engine.frontend.resolve import ConsequenceError, is_null
-from rcx_harness.engine.frontend.scalars import ANY_INT, BOOL, ELEMENTARY
+from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
 from rcx_harness.engine.frontend.sizes import size_of
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import (
@@ -59,7 +59,7 @@ class References:
         Raises:
             InputError: no pointer.
         """
-        base = self._all.variable(node.base)
+        base = self._all.base(node.base)
         kind = base.type
         if not isinstance(kind, ReferenceType):
             raise self._scope.error(
@@ -76,6 +76,9 @@ class References:
         if len(node.indices) != 1:
             raise self._scope.error("a pointer takes one index", node.at)
         index = self._all.infer(node.indices[0]) or ELEMENTARY["DINT"]
+        if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
+            self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
+            index = self._all.operators.number(index)
         if not isinstance(index, ElementaryType) or index.name not in ANY_INT:
             text = f"an index must be an integer, not a {describe(index)}"
             raise self._scope.error(text, node.indices[0].at)
@@ -95,6 +98,9 @@ class References:
             this = self._all.variable(node)
             return self._fitted(_to(this, "POINTER"), want, node)
         if isinstance(node, s.Binary) and isinstance(want, ReferenceType):
+            if self._is_smaller(node.left, want):
+                moved = self.moved(node.op, node.left, node.right, node.at)
+                return self._fitted(moved, want, node)
             base = self.wanted(node.left, want)
             return self._moved(node.op, base, node.right, node.at)
         if isinstance(node, s.Call) and node.function.key in ("ADR", "REF"):
@@ -113,6 +119,14 @@ class References:
                 raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
             return found
         return self._fitted(found, want, node)
+
+    def _is_smaller(self, node: s.Expression, want: ReferenceType) -> bool:
+        """Whether a pointer leads to less than is wanted, so that it is moved before."""
+        kind = self._all.infer(node)
+        if not isinstance(kind, ReferenceType):
+            return False
+        have, need = size_of(_target(kind)), size_of(_target(want))
+        return have is not None and need is not None and have < need
 
     def _bound(self, node: s.Expression) -> t.Expression:
         """A reference to the variable that is named, or the one that is held already."""
@@ -141,13 +155,38 @@ class References:
             if array.element == want.target:
                 lows = tuple(t.Constant(low, ELEMENTARY["DINT"]) for low, _ in array.bounds)
                 return t.Address(t.Index(found.variable, lows, array.element), want)
+        sizes = [size_of(_target(one)) for one in (kind, want)]
+        if "REFERENCE" not in (kind.kind, want.kind) and None not in sizes:
+            return self._recast(found, want, node.at)
         raise self._scope.error(
-            f"a {describe(want)} cannot lead to a {describe(kind.target)}"
-            if kind.target is not None
-            else f"a {describe(want)} is expected here",
+            f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,
-            "memory has the type of its variable; it cannot be looked at as another",
+            "only a pointer to data looks at memory as another type",
         )
+
+    def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
+        assert isinstance(found.type, ReferenceType)
+        shown = f"a {describe(_target(found.type))} as a {describe(_target(want))}"
+        self._scope.note("memory looked at as another type", at, shown)
+        self._scope.declarations.views = True
+        return t.Recast(found, want)
+
+    def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
+        """The characters of a text as an array of BYTE or WORD, from 0 on.
+
+        Raises:
+            InputError: it is the result of a call.
+        """
+        kind = base.type
+        assert isinstance(kind, ElementaryType)
+        if place_of(base) is None:
+            hint = "assign it to a variable first, or use MID"
+            raise self._scope.error("a text without a variable has no characters", at, hint)
+        self._scope.note("a character of a text by its number", at)
+        element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
+        row = ArrayType("", ((0, string_length(kind)),), element)
+        self._scope.declarations.views = True
+        return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
 
     # --- functions ---
 
@@ -189,6 +228,9 @@ class References:
         argument = self._argument(node)
         found = self._all.check(argument, None)
         place = place_of(found)
+        if isinstance(place, t.Use) and isinstance(place.type, ArrayType) and place.type.open:
+            hint = "take that of its first element"
+            raise self._scope.error("an array of open length has no address", node.at, hint)
         if place is None or isinstance(place.type, InterfaceType):
             raise self._scope.error(f"{node.function.text} needs a variable", node.at)
         kind = "REF_TO" if node.function.key == "REF" else "POINTER"
@@ -208,7 +250,10 @@ class References:
         if kind is None:
             return None
         if op not in ("=", "<>"):
-            raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+            data = isinstance(kind, ReferenceType) and size_of(_target(kind)) is not None
+            if not data or op not in ("<", ">", "<=", ">="):
+                raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+            self._scope.note("pointers compared by < or >", at)
         first, second = self.wanted(left, kind), self.wanted(right, kind)
         return t.Same(op, first, second, BOOL)
 
@@ -231,6 +276,9 @@ class References:
         if op not in ("+", "-") or size is None:
             raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
         number = self._all.infer(right) or ELEMENTARY["DINT"]
+        if isinstance(number, ElementaryType) and number.name in ANY_BIT and number != BOOL:
+            self._scope.note("arithmetic of bit strings", right.at)
+            number = self._all.operators.number(number)
         if not isinstance(number, ElementaryType) or number.name not in ANY_INT:
             text = f"a pointer is moved by an integer, not by a {describe(number)}"
             raise self._scope.error(text, right.at)

@@ -60,6 +60,7 @@ class Types:
         lists: Lists of globals: for each variable's upper-case name its key in `globals`.
         local: Variables of the POU that is being declared.
         sections: All its sections.
+        views: Whether memory is looked at as another type, see `Project`.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
@@ -73,6 +74,7 @@ class Types:
         self.lists: dict[str, dict[str, str]] = {}
         self.local: dict[str, Symbol] = {}
         self.sections: list[tuple[s.Section, Declared]] = []
+        self.views = False
         self._under_way: set[str] = set()
         self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
 
@@ -167,9 +169,6 @@ class Types:
     def _structure(
         self, name: str, spec: s.StructSpec, where: Declared, base: s.Name | None = None
     ) -> tuple[Type, Any]:
-        if spec.union:
-            hint = "use a STRUCT, and convert where the bits are wanted"
-            raise where.error("UNION is not supported", spec.at, hint)
         fields: list[tuple[str, Type]] = []
         values: dict[str, Any] = {}
         if base is not None:
@@ -189,15 +188,31 @@ class Types:
                 if field.key in (known.upper() for known, _ in fields):
                     raise where.error(f"{field.text} is a field twice", field.at)
                 fields.append((field.text, kind))
-                values[field.text] = initial
+                if spec.union:
+                    self._check_overlaid(kind, declaration, where)
+                if not spec.union or declaration.initial is not None:
+                    values[field.text] = initial
+        if spec.union and len(values) > 1:
+            raise where.error("more than one field of a UNION has an initial value", spec.at)
+        self.views = self.views or spec.union
         return StructType(name, tuple(fields), spec.union), values
+
+    @staticmethod
+    def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
+        if has_address(kind):
+            text = f"a field of a UNION cannot be a {describe(kind)}"
+            raise where.error(text, node.at, "only data lies in one memory with other data")
 
     def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
         bounds = []
         for dimension in spec.dimensions:
             if isinstance(dimension.low, s.Name) and dimension.low.text == "*":
+                hint = "write the bounds"
                 raise where.error(
-                    "arrays of open length are not supported", dimension.at, "write the bounds"
+                    "an array of open length can only be a VAR_IN_OUT,"
+                    " or a VAR_INPUT of a function or method",
+                    dimension.at,
+                    hint,
                 )
             low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
             if low > high:
@@ -466,11 +481,24 @@ class Types:
                 if field.key not in known:
                     raise where.error(f"{kind.name} has no field {field.text}", field.at)
                 name, field_type = known[field.key]
-                result[name] = self.initial_value(item, field_type, where, result[name])
+                if kind.union and len(node.fields) > 1:
+                    text = f"{kind.name} is a UNION and takes one initial value"
+                    raise where.error(text, field.at)
+                before = self._plain_value(field_type) if kind.union else result[name]
+                value = self.initial_value(item, field_type, where, before)
+                result = {name: value} if kind.union else {**result, name: value}
             return result
         if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
             return self._block_value(node, kind, where, default)
         raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
+
+    def _plain_value(self, kind: Type) -> Any:
+        """The initial value of a type."""
+        if isinstance(kind, ElementaryType):
+            return default_scalar(kind)
+        if isinstance(kind, ArrayType):
+            return [self._plain_value(kind.element)] * array_length(kind)
+        return self.initial[kind.name.upper()]
 
     def _block_value(
         self, node: s.StructInit, kind: BlockType, where: Declared, default: Any
@@ -524,6 +552,26 @@ def is_null(node: Any) -> bool:
     if isinstance(node, s.Literal):
         return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
     return isinstance(node, s.Name) and node.key == "NULL"
+
+
+def fills(have: Type, want: Type) -> bool:
+    """Whether an array can be given to a VAR_IN_OUT that is an array of open length."""
+    return (
+        isinstance(have, ArrayType)
+        and isinstance(want, ArrayType)
+        and want.open
+        and len(have.bounds) == len(want.bounds)
+        and have.element == want.element
+    )
+
+
+def has_address(kind: Type) -> bool:
+    """Is it a block, pointer, reference or interface, or has it one inside?"""
+    if isinstance(kind, ArrayType):
+        return has_address(kind.element)
+    if isinstance(kind, StructType):
+        return any(has_address(field) for _, field in kind.fields)
+    return isinstance(kind, (BlockType, InterfaceType, ReferenceType))
 
 
 def has_block(kind: Type) -> bool:

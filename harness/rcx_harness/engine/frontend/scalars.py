@@ -92,6 +92,9 @@ NANOSECONDS_PER_DAY = 86_400_000_000_000
 ELEMENTARY = {name: ElementaryType(name) for name in (*ANY_BIT, *ANY_NUM, *MOMENTS, *ANY_CHARS)}
 for _short, _long in (("TOD", "TIME_OF_DAY"), ("DT", "DATE_AND_TIME")):
     ELEMENTARY[_long], ELEMENTARY[f"L{_long}"] = ELEMENTARY[_short], ELEMENTARY[f"L{_short}"]
+# Types as wide as a pointer, in CODESYS; here a pointer has 32 bits.
+for _short, _long in (("DWORD", "__XWORD"), ("UDINT", "__UXINT"), ("DINT", "__XINT")):
+    ELEMENTARY[_long] = ELEMENTARY[_short]
 
 #: The types of the standard's second edition, which every tool has but for WSTRING; the others
 #: came with the third, and their names are free for what a program declares.

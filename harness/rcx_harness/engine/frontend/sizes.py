@@ -13,7 +13,7 @@ from rcx_harness.engine.types import (
     Type,
 )
 
-__all__ = ["size_of"]
+__all__ = ["places_of", "size_of"]
 
 _SIZES = {
     **{name: bits // 8 for name, bits in WIDTH.items()},
@@ -44,9 +44,11 @@ def _layout(kind: Type) -> tuple[int, int] | None:
             return (string_length(kind) + 1) * width, width
         return _SIZES[kind.name], _SIZES[kind.name]
     if isinstance(kind, EnumType):
-        return 2, 2
+        return _SIZES[kind.base], _SIZES[kind.base]
     if isinstance(kind, ReferenceType):
         return 4, 4
+    if isinstance(kind, ArrayType) and kind.open:
+        return None
     if isinstance(kind, ArrayType):
         element = _layout(kind.element)
         return None if element is None else (element[0] * array_length(kind), element[1])
@@ -58,6 +60,21 @@ def _layout(kind: Type) -> tuple[int, int] | None:
         if found is None:
             return None
         size, alignment = found
-        end = -(-end // alignment) * alignment + size
-        most = max(most, alignment)
+        begin = 0 if kind.union else -(-end // alignment) * alignment
+        end, most = max(end, begin + size), max(most, alignment)
     return -(-end // most) * most, most
+
+
+def places_of(kind: StructType) -> list[int]:
+    """Where each field of a structure begins; all of a union at 0.
+
+    The structure has a size (`size_of`).
+    """
+    end, places = 0, []
+    for _, field in kind.fields:
+        found = _layout(field)
+        assert found is not None
+        size, alignment = found
+        places.append(0 if kind.union else -(-end // alignment) * alignment)
+        end = places[-1] + size
+    return places

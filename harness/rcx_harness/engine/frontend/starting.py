@@ -1,4 +1,4 @@
-"""Initial values that are set when the program starts: pointers, interfaces, FB_init."""
+"""Initial values that are set when the program or call starts: pointers, FB_init, calculated."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from rcx_harness.engine.frontend.methods import NOTHING
 from rcx_harness.engine.types import BlockType, InterfaceType, ReferenceType
 
 __all__ = ["Start", "start_call", "starting"]
+
+_NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
 
 @dataclass(frozen=True)
@@ -46,12 +48,14 @@ def _one(
 ) -> Iterator[s.Assign | s.Latch | Start]:
     kind, initial = symbol.type, variable.initial
     if isinstance(kind, (ReferenceType, InterfaceType)):
-        if initial is None or isinstance(initial, (s.ArrayInit, s.StructInit, s.Sequence)):
+        if initial is None or isinstance(initial, _NO_EXPRESSION):
             return
         if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE":
             yield s.Latch(name, "REF", initial, name.at)
         elif section.kind != "VAR_INPUT":
             yield s.Assign(name, initial, name.at)
+    elif symbol.calculated and not isinstance(initial, _NO_EXPRESSION) and initial is not None:
+        yield s.Assign(name, initial, name.at)
     elif isinstance(variable.spec, s.NamedSpec) and variable.spec.arguments:
         yield Start(name, variable.spec.arguments, variable.spec.at)
 

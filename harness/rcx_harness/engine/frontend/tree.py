@@ -11,7 +11,7 @@ from typing import Any
 
 from rcx_harness.engine.frontend.scalars import Scalar
 from rcx_harness.engine.frontend.syntax import Continue, Exit, Position, Return
-from rcx_harness.engine.types import BlockType, Type
+from rcx_harness.engine.types import BlockType, ReferenceType, Type
 
 __all__ = [
     "Address",
@@ -35,6 +35,7 @@ __all__ = [
     "Null",
     "Offset",
     "Pou",
+    "Recast",
     "Repeat",
     "Return",
     "Same",
@@ -58,7 +59,9 @@ class Symbol:
     for the variable that holds a function's result, RESULT. `initial` is the complete initial
     value as `resolve.Types.initial_value` gives it. `source` is the key of the global variable
     that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
-    pointer is made to it, `started` that its declaration gives FB_init arguments.
+    pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
+    methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
+    constant.
     """
 
     name: str
@@ -71,6 +74,8 @@ class Symbol:
     source: str = ""
     addressed: bool = False
     started: bool = False
+    shared: bool = False
+    calculated: bool = False
 
 
 @dataclass(frozen=True)
@@ -216,6 +221,14 @@ class Offset:
 
 
 @dataclass(frozen=True)
+class Recast:
+    """A pointer to the same memory, which is looked at as another type."""
+
+    base: Expression
+    type: ReferenceType
+
+
+@dataclass(frozen=True)
 class Null:
     """The pointer to nothing, or an interface without a block."""
 
@@ -232,7 +245,10 @@ class Valid:
 
 @dataclass(frozen=True)
 class Same:
-    """Whether two pointers or interfaces lead to the same, or not (`op` is = or <>)."""
+    """Whether two pointers or interfaces lead to the same, or not (`op` is = or <>).
+
+    Of two pointers `op` may also be < > <= >=: which of them leads further on in one memory.
+    """
 
     op: str
     left: Expression
@@ -250,6 +266,7 @@ Expression = (
     | Variable
     | Address
     | Offset
+    | Recast
     | Null
     | Valid
     | Same
@@ -383,6 +400,8 @@ class Pou:
     words: tuple[str, ...] = ()
     calls: set[str] = field(default_factory=set)
     """Functions of the sources that it calls, by upper-case name."""
+    clock: bool = False
+    """Whether it reads the time."""
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""
 

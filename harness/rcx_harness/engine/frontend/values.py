@@ -40,6 +40,8 @@ _TIME_LIMIT = timedelta(microseconds=(1 << 63) // 1000)
 
 def describe(kind: Type) -> str:
     """The name of a type as a message shows it."""
+    if isinstance(kind, ArrayType) and kind.open:
+        return f"ARRAY [{', '.join('*' for _ in kind.bounds)}] OF {describe(kind.element)}"
     if isinstance(kind, ArrayType) and not kind.name:
         bounds = ", ".join(f"{low}..{high}" for low, high in kind.bounds)
         return f"ARRAY [{bounds}] OF {describe(kind.element)}"

@@ -25,7 +25,7 @@ from rcx_harness.engine.frontend.scalars import (
     string_kind,
     string_length,
 )
-from rcx_harness.engine.types import ElementaryType
+from rcx_harness.engine.types import ElementaryType, Type
 
 __all__ = [
     "BITS_OF",
@@ -35,6 +35,7 @@ __all__ = [
     "joined",
     "number_of",
     "widening",
+    "widens",
 ]
 
 STANDARD, VENDOR = "standard", "vendor"
@@ -50,6 +51,12 @@ BITS_OF = {name: _BITS[WIDTH[name]] for name in ANY_INT}
 def number_of(name: str) -> str:
     """The unsigned integer type of the width of a bit string; any other type is its own."""
     return _UNSIGNED[WIDTH[name]] if name in ANY_BIT and name != "BOOL" else name
+
+
+def widens(have: Type, want: Type) -> bool:
+    """Whether a value becomes another elementary type by itself."""
+    both = isinstance(have, ElementaryType) and isinstance(want, ElementaryType)
+    return both and bool(widening(have.name, want.name))
 
 
 def widening(source: str, target: str) -> str:

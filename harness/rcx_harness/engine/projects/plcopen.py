@@ -193,7 +193,7 @@ class _Reader:
         given = element.first("type")
         if given is None:
             raise self._error(f"the variable {self._name(element)} has no type", element)
-        kind = self._type(_only(given, self._file))
+        kind = _open_array(element) or self._type(_only(given, self._file))
         text = f"{self._name(element)}{address} : {kind}{self._initial(element)};"
         return made(element.at, f"{indent}{text}{_note(element)}")
 
@@ -348,6 +348,13 @@ class _Reader:
 def _unnamed(element: Element) -> list[Element]:
     """The global variables of a configuration or resource; lists have a name."""
     return [one for one in element.all("globalVars") if not one.get("name")]
+
+
+def _open_array(variable: Element) -> str:
+    """The type of an array of open length: CODESYS calls it a pointer, and adds what it is."""
+    found = variable.all("addData", "data", "Attributes", "Attribute")
+    kinds = [one.get("Value") for one in found if one.get("Name") == "variable_length_array"]
+    return kinds[0] if kinds else ""
 
 
 def _only(element: Element, file: Path) -> Element:

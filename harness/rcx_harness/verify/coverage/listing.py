@@ -287,6 +287,8 @@ def _pointing(node: t.Expression) -> str:
         return f"{text_of(node.left)} {node.op} {text_of(node.right)}"
     if isinstance(node, t.Valid):
         return f"__ISVALIDREF({text_of(node.reference)})"
+    if isinstance(node, t.Recast):
+        return text_of(node.base)
     if isinstance(node, t.Address):
         return f"ADR({text_of(node.variable)})"
     if isinstance(node, t.Offset):

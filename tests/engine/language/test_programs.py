@@ -1,0 +1,326 @@
+"""Programs that others call by name, which of several runs, actions, and arrays of open length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.frontend import check, load
+from rcx_harness.errors import InputError
+
+Build = Callable[[str], BuiltinProgram]
+Mistakes = Callable[[str], list[InputError]]
+
+_COUNT = "PROGRAM {0} VAR N : INT; END_VAR N := N + 1; END_PROGRAM\n"
+
+
+def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
+    program = build(
+        "FUNCTION_BLOCK FB1 VAR_OUTPUT Q : INT; END_VAR Other.N := Other.N + 10; Q := Other.N;"
+        " END_FUNCTION_BLOCK\n"
+        + _COUNT.format("Other")
+        + "PROGRAM Start VAR F : FB1; Seen : INT; END_VAR Other(); F(); Seen := Other.N;"
+        " END_PROGRAM\n"
+    )
+    program.scan(0)
+    program.scan(10_000)
+    # Each scan: + 1 in the program, + 10 in the block.
+    assert (program.read("Main.Seen"), program.read("Other.N")) == (22, 22)
+    assert [path for path, _ in program.walk() if path.startswith("Other")] == ["Other", "Other.N"]
+
+    copy = program.instance()
+    copy.restore(program.snapshot())
+    copy.scan(20_000)
+    assert (copy.read("Other.N"), program.read("Other.N")) == (33, 22)
+
+
+@pytest.mark.parametrize("name", ["MAIN", "PLC_PRG"])
+def test_of_several_programs_that_no_other_calls_the_usual_one_runs(
+    name: str, build: Build
+) -> None:
+    program = build(_COUNT.format("Other") + _COUNT.format(name))
+    program.scan(0)
+    assert program.read("Main.N") == 1
+    assert [(one, kind.name) for one, kind in program.instances().items()] == [("Main", name)]
+
+
+def test_without_it_nobody_knows_which_runs(mistakes_of: Mistakes) -> None:
+    (error,) = mistakes_of(_COUNT.format("P1") + _COUNT.format("P2"))
+    assert "several programs and no CONFIGURATION: P1, P2" in str(error)
+    assert "MAIN or PLC_PRG" in str(error)
+
+
+def test_the_instance_of_a_configuration_is_the_one_that_is_named(build: Build) -> None:
+    program = build(
+        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
+        + _COUNT.format("Counter")
+        + "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
+        "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
+    )
+    program.scan(0)
+    program.scan(10_000)
+    assert (program.read("A.N"), program.read("B.Seen")) == (2, 2)
+
+
+def test_two_instances_of_it_have_no_one_name(mistakes_of: Mistakes) -> None:
+    (error,) = mistakes_of(
+        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
+        + _COUNT.format("Counter")
+        + "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
+        "PROGRAM A WITH T : Counter; PROGRAM A2 WITH T : Counter; PROGRAM B WITH T : Start;\n"
+        "END_RESOURCE END_CONFIGURATION\n"
+    )
+    assert "has the instances A and A2" in str(error)
+
+
+def test_programs_that_call_each_other_are_one_message(build: Build) -> None:
+    program = build(
+        "PROGRAM MAIN Other(); END_PROGRAM\nPROGRAM Other Third(); END_PROGRAM\n"
+        "PROGRAM Third Other(); END_PROGRAM\n"
+    )
+    with pytest.raises(InputError, match="calls itself"):
+        program.scan(0)
+
+
+def test_a_library_may_have_programs_that_nothing_runs(mistakes_of: Mistakes) -> None:
+    source = _COUNT.format("Roots") + "FUNCTION_BLOCK F Roots(); END_FUNCTION_BLOCK\n"
+    assert mistakes_of(source) == []
+
+
+def test_an_action_is_run_for_the_instance_and_sees_its_pins(build: Build) -> None:
+    program = build(
+        "FUNCTION_BLOCK FB1 VAR_IN_OUT Io : INT; Row : ARRAY [0..1] OF INT; END_VAR\n"
+        "VAR N : INT; END_VAR Step(); N := N + 1; END_FUNCTION_BLOCK\n"
+        "ACTION Step: Io := Io + 5; Row[1] := Io; IF N > 0 THEN RETURN; END_IF; Io := Io + 100;"
+        " END_ACTION\n"
+        "PROGRAM P VAR F : FB1; X : INT; A : ARRAY [0..1] OF INT; END_VAR\n"
+        "F(Io := X, Row := A); END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert (program.read("Main.X"), program.read("Main.A")) == (105, [0, 5])
+    program.scan(10_000)  # RETURN ends the action, and not the block.
+    assert (program.read("Main.X"), program.read("Main.F.N")) == (110, 2)
+
+
+def test_an_action_before_the_first_call_knows_no_in_out(build: Build) -> None:
+    program = build(
+        "FUNCTION_BLOCK FB1 VAR_IN_OUT Io : INT; END_VAR Step(); END_FUNCTION_BLOCK\n"
+        "ACTION Step: Io := Io + 5; END_ACTION\n"
+        "PROGRAM P VAR F : FB1; END_VAR\nF.Step();\nEND_PROGRAM\n"
+    )
+    with pytest.raises(InputError, match="before the block is called"):
+        program.scan(0)
+
+
+def test_an_array_of_open_length_has_the_bounds_of_what_is_given(build: Build) -> None:
+    program = build(
+        "FUNCTION Total : DINT VAR_INPUT Row : ARRAY [*] OF INT; END_VAR VAR I : DINT; END_VAR\n"
+        "FOR I := LOWER_BOUND(Row, 1) TO UPPER_BOUND(Row, 1) DO Total := Total + Row[I]; END_FOR\n"
+        "END_FUNCTION\n"
+        "FUNCTION_BLOCK Fill VAR_IN_OUT G : ARRAY [*, *] OF INT; END_VAR VAR I, J : DINT; END_VAR\n"
+        "FOR I := LOWER_BOUND(G, 1) TO UPPER_BOUND(G, 1) DO\n"
+        "FOR J := LOWER_BOUND(G, 2) TO UPPER_BOUND(G, 2) DO\n"
+        "G[I, J] := DINT_TO_INT(10 * I + J); END_FOR END_FOR\n"
+        "END_FUNCTION_BLOCK\n"
+        "PROGRAM P VAR A : ARRAY [-1..1] OF INT := [1, 2, 4]; B : ARRAY [5..6] OF INT := [8, 16];\n"
+        "G : ARRAY [1..2, 0..1] OF INT; F : Fill; S, S2 : DINT; END_VAR\n"
+        "S := Total(A); S2 := Total(B); F(G := G); END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert (program.read("Main.S"), program.read("Main.S2")) == (7, 24)
+    assert program.read("Main.G") == [[10, 11], [20, 21]]
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("X[9] := 1;", "index 9 is outside 3..4"),
+        ("X[I] := 1;", "index 0 is outside 3..4"),
+    ],
+)
+def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Build) -> None:
+    program = build(
+        f"FUNCTION F1 : INT VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR VAR I : INT; END_VAR\n{body}\n"
+        "F1 := 0; END_FUNCTION\n"
+        "PROGRAM P VAR A : ARRAY [3..4] OF INT; R : INT; END_VAR R := F1(A); END_PROGRAM\n"
+    )
+    with pytest.raises(InputError, match=message) as caught:
+        program.scan(0)
+    assert caught.value.line == 2
+
+
+@pytest.mark.parametrize(
+    ("declaration", "body", "message"),
+    [
+        ("VAR X : ARRAY [*] OF INT; END_VAR", "", "can only be a VAR_IN_OUT"),
+        ("VAR_IN_OUT X : ARRAY [*, 1..2] OF INT; END_VAR", "", "of open length, or none"),
+        ("VAR_INPUT X : ARRAY [*] OF INT; END_VAR", "X[1] := 2;", "X is CONSTANT"),
+        ("VAR_IN_OUT X, Y : ARRAY [*] OF INT; END_VAR", "X := Y;", "cannot be assigned"),
+        (
+            "VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR VAR P : POINTER TO INT; END_VAR",
+            "P := ADR(X);",
+            "has no address",
+        ),
+        ("VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR", "F1 := SIZEOF(X);", "SIZEOF is not supported"),
+        ("VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR", "F1 := UPPER_BOUND(X, 2);", "from 1 to 1"),
+    ],
+)
+def test_what_it_cannot_do_is_refused(
+    declaration: str, body: str, message: str, mistakes_of: Mistakes
+) -> None:
+    errors = mistakes_of(f"FUNCTION F1 : DINT {declaration}\n{body} F1 := 0;\nEND_FUNCTION\n")
+    assert errors, "nothing was refused"
+    assert message in str(errors[0])
+
+
+def test_another_array_does_not_fit(mistakes_of: Mistakes) -> None:
+    function = "FUNCTION F1 : INT VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR F1 := 0; END_FUNCTION\n"
+    for kind in ("ARRAY [1..2] OF DINT", "ARRAY [1..2, 1..2] OF INT", "INT"):
+        errors = mistakes_of(
+            f"{function}PROGRAM P VAR A : {kind}; I : INT; END_VAR I := F1(A); END_PROGRAM\n"
+        )
+        assert "needs a ARRAY [*] OF INT" in str(errors[0])
+
+
+def test_calculated_initial_values_and_references(build: Build) -> None:
+    """Of a function in each call, of a program before its first scan."""
+    program = build(
+        "FUNCTION Size : INT VAR_INPUT N : INT; END_VAR VAR M : INT := 2 * N; END_VAR\n"
+        "M := M + 1; Size := M; END_FUNCTION\n"
+        "PROGRAM P VAR A : INT := Size(4); B, C : INT; Own : INT := 3;\n"
+        "R : REFERENCE TO INT REF= Own; END_VAR\n"
+        "B := Size(1); C := Size(2); R := R + 1; END_PROGRAM\n"
+    )
+    program.scan(0)
+    program.scan(10_000)
+    assert [program.read(f"Main.{name}") for name in ("A", "B", "C", "Own")] == [9, 3, 5, 5]
+
+
+@pytest.mark.parametrize(
+    ("declaration", "message"),
+    [
+        ("VAR X : INT REF= Y; Y : INT; END_VAR", "REF= needs a variable of REFERENCE TO"),
+        ("VAR X : BOOL S= TRUE; END_VAR", "S= is no initial value"),
+        ("VAR CONSTANT X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
+        ("VAR_TEMP X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
+    ],
+)
+def test_what_is_no_initial_value_is_refused(
+    declaration: str, message: str, mistakes_of: Mistakes
+) -> None:
+    errors = mistakes_of(f"PROGRAM P {declaration}\nY := 1; END_PROGRAM\n")
+    assert message in str(errors[0])
+
+
+def test_time_is_that_of_the_scan_and_of_a_function_too(build: Build) -> None:
+    program = build(
+        "FUNCTION Since : TIME VAR_INPUT T0 : TIME; END_VAR Since := TIME() - T0; END_FUNCTION\n"
+        "PROGRAM P VAR T1 : TIME; L : LTIME; END_VAR T1 := Since(T#5ms); L := LTIME();\n"
+        "END_PROGRAM\n"
+    )
+    program.scan(20_000)
+    assert str(program.read("Main.T1")) == "0:00:00.015000"
+    assert str(program.read("Main.L")) == "0:00:00.020000"
+
+
+@pytest.mark.parametrize(
+    ("call", "values"),
+    [
+        ("F(1, B := 2);", [1, 2]),
+        ("F(B := 2, A := 1);", [1, 2]),
+        ("F(A := 1, 2);", [1, 2]),
+        ("R := G(1, B := 2);", [12]),
+        ("R := G(A := 1, 2);", [12]),
+        ("R := F.M(A := 1, 2);", [12]),
+    ],
+)
+def test_an_argument_without_a_name_is_for_the_pin_at_its_place(
+    call: str, values: list[int], build: Build
+) -> None:
+    pins = "VAR_INPUT A : INT; B : INT; END_VAR"
+    program = build(
+        f"FUNCTION G : INT {pins} G := 10 * A + B; END_FUNCTION\n"
+        f"FUNCTION_BLOCK FB1 {pins} METHOD M : INT {pins} M := 10 * A + B; END_METHOD\n"
+        "END_FUNCTION_BLOCK\n"
+        f"PROGRAM P VAR F : FB1; R : INT; END_VAR {call} END_PROGRAM\n"
+    )
+    program.scan(0)
+    names = ["F.A", "F.B"] if len(values) == 2 else ["R"]
+    assert [program.read(f"Main.{name}") for name in names] == values
+
+
+def test_outputs_widen_to_their_targets(build: Build) -> None:
+    program = build(
+        "FUNCTION G : BOOL VAR_OUTPUT N : USINT; END_VAR N := 200; G := TRUE; END_FUNCTION\n"
+        "FUNCTION_BLOCK FB1 VAR_OUTPUT N : INT; END_VAR N := -3;\n"
+        "METHOD M : BOOL VAR_OUTPUT K : SINT; END_VAR K := -4; M := TRUE; END_METHOD\n"
+        "END_FUNCTION_BLOCK\n"
+        "PROGRAM P VAR F : FB1; A : UDINT; B, C : DINT; R : REAL; END_VAR\n"
+        "G(N => A); F(N => B); F.M(K => C); G(N => R); END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert [program.read(f"Main.{name}") for name in "ABCR"] == [200, -3, -4, 200.0]
+
+
+def test_a_counter_may_be_a_bit_string(build: Build) -> None:
+    program = build(
+        "PROGRAM P VAR B : BYTE; N : INT; END_VAR\n"
+        "FOR B := 250 TO 255 DO N := N + 1; END_FOR END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert program.read("Main.N") == 6
+
+
+@pytest.mark.parametrize(
+    ("contents", "message"),
+    [
+        (b"\xff\xfeP\0R\0O\0", "the file is UTF-16"),
+        (b"\xef\xbb\xbfPROGRAM P VAR A : INT; END_VAR (* \xe4 *) A := 1; END_PROGRAM", "not UTF-8"),
+        (b"PROGRAM P VAR A : INT; END_VAR A := 1; (* no end", "this comment is never closed"),
+        (
+            b"PROGRAM P VAR A : INT; END_VAR A := " + b"(" * 1000 + b"1" + b")" * 1000
+            + b"; END_PROGRAM",
+            "",
+        ),
+        (b"PROGRAM P VAR A : INT; END_VAR A := 1" + b" + A" * 300 + b"; END_PROGRAM", ""),
+        (
+            b"PROGRAM P VAR A : INT; END_VAR " + b"IF A = 1 THEN " * 1000 + b"A := 2;"
+            + b"END_IF; " * 1000 + b"END_PROGRAM",
+            "statements inside each other",
+        ),
+        (b"TYPE A : STRUCT X : B; END_STRUCT END_TYPE TYPE B : STRUCT Y : A; END_STRUCT END_TYPE",
+         "a type cannot contain itself: A uses B uses A"),
+        (b"FUNCTION F : INT F := F(); END_FUNCTION", "recursion is not supported: F uses F"),
+        (b"PROGRAM P A.B^.C(; END_PROGRAM", "is not expected here"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_a_message(contents: bytes, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "bad.st"
+    file.write_bytes(contents)
+    errors = check([file])
+    assert len(errors) == (1 if message else 0)
+    assert all(message in str(error) for error in errors)
+
+
+def test_one_name_in_two_files_is_one_message(tmp_path: Path) -> None:
+    files = [tmp_path / "one.st", tmp_path / "two.st"]
+    for file in files:
+        file.write_text(_COUNT.format("P"))
+    (error,) = check(files)
+    assert "P is declared twice" in str(error)
+    assert "one.st, line 1" in str(error)
+
+
+def test_a_mistake_in_a_call_leaves_the_rest_readable(tmp_path: Path) -> None:
+    """The parser goes on behind it, also where its table would take more than it can."""
+    file = tmp_path / "wrong.st"
+    file.write_text(
+        "PROGRAM P VAR A : INT; END_VAR\nA.B(A)\n;\nTEST_OVER()\nEND_PROGRAM\n"
+        "FUNCTION F : INT F := 1; END_FUNCTION\n"
+    )
+    assert check([file])
+    with pytest.raises(InputError):
+        load([file])
