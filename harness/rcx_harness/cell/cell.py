@@ -24,6 +24,7 @@ from rcx_harness.cell.image import find_image
 from rcx_harness.cell.link import Link
 from rcx_harness.cell.node import Member, Node
 from rcx_harness.engine.base import Program, Value
+from rcx_harness.engine.builtin.coverage import collecting
 from rcx_harness.engine.load import build as build_program
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
@@ -200,6 +201,8 @@ class Cell:
         """
         files = source_files(program, lib, replace)
         check_outputs({"trace": trace}, files, *several(robot))
+        if collector := collecting():
+            collector.leave_out(files.folder)
         built = build_program(files.all, engine)
         compiled = built.program
         try:
