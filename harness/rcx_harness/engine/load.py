@@ -79,8 +79,6 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         return Built(BuiltinProgram.build(project), notice)
     if engine == "matiec":
         refuse(project.uses, "matiec", _OF_MATIEC)
-    if collector is not None and engine != "builtin":
-        collector.elsewhere.add(engine)
     matiec = find_matiec() if engine in ("auto", "matiec") else None
     beyond = [use for use in project.uses if use.construct not in _OF_MATIEC]
     if beyond and matiec is not None:
@@ -90,6 +88,9 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         return Built(BuiltinProgram.build(project), notice)
     strucpp = find_strucpp() if engine == "strucpp" else None
     compiler = find_cxx_compiler() if strucpp else find_c_compiler()
+    compiled = compiler is not None and (matiec is not None or strucpp is not None)
+    if collector is not None and compiled:
+        collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
         return Built(MatiecProgram.build(project, matiec, compiler), "")
     if strucpp is not None and compiler is not None:

@@ -24,26 +24,30 @@ def _lines(result: FileResult) -> dict[int, int]:
     return dict(sorted(lines.items()))
 
 
-def tracefile(results: Sequence[FileResult], folder: Path | None = None) -> str:
+def tracefile(
+    results: Sequence[FileResult], folder: Path | None = None, *, mcdc: bool = False
+) -> str:
     """The tracefile of lcov; what is justified in place is left out of it.
 
-    A branch stands at the line of its IF, CASE or loop, since readers want a line with
-    statements, and so do the conditions of MC/DC, which lcov knows from its version 2.2 on.
+    Readers want lines with statements: a block stands at its first one, a branch at that of its
+    IF, CASE or loop.
 
     Args:
         results: All files.
         folder: What their paths start from, where they are to be absolute.
+        mcdc: With the conditions, which lcov knows from version 2.2 on and other readers refuse.
     """
     lines = []
     for result in results:
         path = str(folder / result.path) if folder else result.path
-        lines += ["TN:rcx_coverage", f"SF:{path}", *_records(result), "end_of_record"]
+        lines += ["TN:rcx_coverage", f"SF:{path}", *_records(result, mcdc=mcdc), "end_of_record"]
     return "\n".join(lines) + "\n"
 
 
-def _records(result: FileResult) -> Iterator[str]:
-    for name, line, _ in result.pous:
-        yield f"FN:{line},{name}"
+def _records(result: FileResult, *, mcdc: bool) -> Iterator[str]:
+    lines = _lines(result)
+    for (name, _, _), body in zip(result.pous, result.bodies, strict=True):
+        yield f"FN:{body[0]},{name}"
     for name, _, calls in result.pous:
         yield f"FNDA:{calls},{name}"
     yield f"FNF:{len(result.pous)}"
@@ -55,8 +59,8 @@ def _records(result: FileResult) -> Iterator[str]:
         yield f"BRDA:{item.at},{item.fork},{number},{taken}"
     yield f"BRF:{len(branches)}"
     yield f"BRH:{sum(1 for item in branches if item.hits)}"
-    yield from _conditions(result)
-    lines = _lines(result)
+    if mcdc:
+        yield from _conditions(result)
     for line, hits in lines.items():
         yield f"DA:{line},{hits}"
     yield f"LF:{len(lines)}"

@@ -124,8 +124,8 @@ def _file(result: FileResult) -> Iterator[str]:
     yield f"<h2>Not covered: {len(found) or 'nothing'}</h2><ul class='gaps'>"
     yield from (_gap(one, "", "line ") for one in sorted(found, key=lambda one: one.line))
     yield "</ul><h2>Source</h2><p class='note'>Keys: <kbd>n</kbd> and <kbd>p</kbd> go to the next"
-    yield "and the previous line that is not covered, <kbd>i</kbd> to all files. How often a line"
-    yield "was executed stands before it, its branches behind it.</p>"
+    yield "and the previous line that is not covered, <kbd>i</kbd> to all files. Before a"
+    yield "line stand how often it was executed, and its branches.</p>"
     yield "<div class='wide' tabindex='0'><table class='code'>"
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)
@@ -140,8 +140,8 @@ def _file(result: FileResult) -> Iterator[str]:
         chips = "".join(_chip(way) for way in ways)
         yield (
             f'<tr id="L{number}" class="{style}"><td class="no">{number}</td>'
-            f'<td class="hits">{hits}</td><td class="text">{escape(line)}</td>'
-            f'<td class="marks">{chips}</td></tr>'
+            f'<td class="hits">{hits}</td><td class="marks">{chips}</td>'
+            f'<td class="text">{escape(line)}</td></tr>'
         )
     yield "</table></div>"
     if result.decisions:

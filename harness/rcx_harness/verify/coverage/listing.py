@@ -214,6 +214,8 @@ class _Lister:
     def _if(self, node: t.If) -> None:
         words = self._words_of(node)
         self._branches(node, self._ways_of_if(node, words))
+        if (node.at.line, node.at.column) not in self._words:
+            return  # `S=` is one statement
         for line, (condition, body) in zip(words.branches, node.branches, strict=True):
             number = self._plan.number.get(id(condition))
             if number is not None:

@@ -122,6 +122,7 @@ class FileResult:
         path: As it is shown, `folder/Block.st`.
         source: Its lines, by their numbers.
         pous: Name, line and number of calls of each function or block in it.
+        bodies: The lines of the statements of each of these, sorted.
         stale: Lines with a reason although everything on them was executed.
         changed: There are counts, but of another version of the file.
         demands_mcdc: MC/DC is demanded of it.
@@ -131,6 +132,7 @@ class FileResult:
     path: str
     source: dict[int, str] = field(default_factory=dict)
     pous: list[tuple[str, int, int]] = field(default_factory=list)
+    bodies: list[list[int]] = field(default_factory=list)
     statements: list[Item] = field(default_factory=list)
     branches: list[Item] = field(default_factory=list)
     decisions: list[DecisionResult] = field(default_factory=list)
@@ -230,6 +232,7 @@ def _fill(
     if not found.statements:
         return
     result.pous.append((found.name, found.line, counters[found.statements[0].counter]))
+    result.bodies.append(sorted({point.line for point in found.statements}))
     for point in found.statements:
         hits, run = counters[point.counter], runs + point.counter
         reason = why.get(point.line, "")

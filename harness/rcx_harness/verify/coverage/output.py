@@ -98,14 +98,14 @@ def check_folder(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise InputError("is no folder", file=folder, hint="name another for the coverage")
-    for name in ("index.html", "coverage.lcov", "coverage.xml"):
+    for name in ("index.html", "coverage.lcov", "mcdc.lcov", "coverage.xml"):
         _check(folder / name)
 
 
 def write_report(
     results: Sequence[FileResult], folder: Path, title: str, home: Path, *, absolute: bool = False
 ) -> list[Path]:
-    """Write index.html, a page per file, coverage.lcov and coverage.xml.
+    """Write index.html, a page per file, coverage.lcov (mcdc.lcov: with MC/DC) and coverage.xml.
 
     Pages of an earlier report that this one does not have are removed.
 
@@ -124,7 +124,9 @@ def write_report(
     """
     made = {folder / name: text.encode() for name, text in pages(results, title).items()}
     others = [folder / name for name in ("coverage.lcov", "coverage.xml")]
-    made[others[0]] = tracefile(results, home if absolute else None).encode()
+    above = home if absolute else None
+    made[others[0]] = tracefile(results, above).encode()
+    made[folder / "mcdc.lcov"] = tracefile(results, above, mcdc=True).encode()
     made[others[1]] = cobertura(results, home)
     for file in made:
         _check(file)

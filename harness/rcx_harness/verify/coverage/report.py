@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 from rich.console import Console
 from rich.table import Table
@@ -81,7 +82,8 @@ def conditions(result: FileResult) -> Iterator[Gap]:
     for decision in result.decisions:
         for one in decision.conditions:
             if not one.judged.masking:
-                text = f"no MC/DC of {one.text} in {decision.text}"
+                of = "" if one.text == decision.text else f" in {decision.text}"
+                text = f"no MC/DC of {one.text}{of}"
                 yield Gap(result.path, decision.line, text, one.reason)
             elif one.reason:
                 text = f"a reason for no MC/DC of {one.text}, but it has it"
@@ -98,13 +100,13 @@ def missing(result: FileResult) -> str:
     executed: dict[int, bool] = {}
     for item in result.statements:
         executed[item.line] = executed.get(item.line, True) and _counts(item)
-    runs: list[list[int]] = []
-    open_ = False
-    for line, hit in sorted(executed.items()):
-        if not hit:
-            runs = [*runs[:-1], [*runs[-1], line]] if open_ else [*runs, [line]]
-        open_ = not hit
-    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs]
+    runs = [
+        [*run]
+        for body in result.bodies
+        for hit, run in groupby(body, lambda line: executed[line])
+        if not hit
+    ]
+    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in sorted(runs)]
     dead = {item.run for item in result.statements if not _counts(item)}
     ways = sorted({one.line for one in result.branches if not _counts(one) and one.run not in dead})
     branches = f"branches {', '.join(map(str, ways))}" if ways else ""
