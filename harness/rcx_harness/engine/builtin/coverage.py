@@ -7,6 +7,7 @@ programs that have been compiled from one file share its counters.
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -395,7 +396,7 @@ class Collector:
 
     def counts(self, pou: t.Pou, plan: Plan, project: Project) -> Counts | None:
         """Where a POU counts; None if its source is none of those counted."""
-        file = _resolved(pou.file)
+        file = _resolved(os.path.abspath(pou.file))
         if self._folder is not None and self._folder not in file.parents:
             return None
         if not self._apart.isdisjoint(file.parents) or not file.is_file():
