@@ -168,8 +168,16 @@ def _options(arguments: Sequence[str] | None) -> tuple[Namespace, list[str]]:
 
 
 def main(arguments: Sequence[str] | None = None, run: Run = _run) -> int:
-    """Run or reuse; 0 where every check is met."""
+    """Run or reuse; 0 where every check is met, 130 where Ctrl-C has ended it."""
     options, rest = _options(arguments)
+    try:
+        return _main(options, rest, run)
+    except KeyboardInterrupt:
+        print("stopped; the next run goes on from here", file=sys.stderr)
+        return 130
+
+
+def _main(options: Namespace, rest: list[str], run: Run) -> int:
     console = Console(highlight=False)
     if options.check or options.remind:
         why = stale(DOCS / "verification.json")

@@ -88,6 +88,18 @@ def test_a_result_that_is_not_met_is_never_reused_and_shows(root: Path) -> None:
     assert "not met, not run or older: a" in report.stale(root / "docs/verification.json")
 
 
+@pytest.mark.parametrize("arguments", [[], ["--only", "a"]])
+def test_ctrl_c_ends_it_with_one_line(
+    root: Path, arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(check: Check, given: Sequence[str]) -> int:
+        raise KeyboardInterrupt
+
+    assert report.main(arguments, run) == 130
+    assert capsys.readouterr().err == "stopped; the next run goes on from here\n"
+    assert not (root / "docs/verification.json").exists()
+
+
 def test_sources_that_change_under_way_give_no_result_to_reuse(root: Path) -> None:
     tool = _Tool(root)
 

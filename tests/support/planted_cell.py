@@ -1,0 +1,48 @@
+"""The cell of tests/data/planted, good or with one of its faults."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from plc_bench import ROOT
+from rcx_harness.spec import load_toml
+
+__all__ = ["FAULTS", "PLANTED", "Fault", "planted"]
+
+PLANTED = ROOT / "tests/data/planted"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One row of faults.toml; `before` stands once in `file`, and becomes `after`."""
+
+    name: str
+    file: str
+    what: str
+    breaks: str
+    before: str
+    after: str
+
+
+FAULTS = tuple(Fault(**row) for row in load_toml(PLANTED / "faults.toml")["fault"])
+
+
+def planted(folder: Path, fault: Fault | None = None) -> Path:
+    """Copy the project into a new folder `cell` in `folder`, with the fault in it.
+
+    Returns:
+        The project's folder.
+
+    Raises:
+        ValueError: `before` does not stand once in the file.
+    """
+    project = Path(shutil.copytree(PLANTED / "cell", folder / "cell"))
+    if fault:
+        file = folder / fault.file
+        text = file.read_text(encoding="utf-8")
+        if text.count(fault.before) != 1:
+            raise ValueError(f"{fault.name}: `before` does not stand once in {fault.file}")
+        file.write_text(text.replace(fault.before, fault.after), encoding="utf-8")
+    return project
