@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine import load as engines
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.matiec.program import MatiecProgram
 
 #: 4 statements, 2 branches, 1 condition; line 6 runs where Start is TRUE.
 _LAMP = """\
@@ -218,8 +220,7 @@ def test_what_another_engine_runs_is_told_as_not_counted(
     """A test may demand an engine that cannot count; it is not refused for that."""
     monkeypatch.setattr(engines, "find_matiec", object)
     monkeypatch.setattr(engines, "find_c_compiler", lambda: "cc")
-    built = engines.BuiltinProgram.build
-    monkeypatch.setattr(engines.MatiecProgram, "build", lambda project, *_: built(project))
+    monkeypatch.setattr(MatiecProgram, "build", lambda project, *_: BuiltinProgram.build(project))
     demands = "import pytest\n@pytest.mark.rcx(engine='matiec')\ndef test_matiec(cell): pass\n"
     result = run(demands + _DARK, "--rcx-coverage")
     result.assert_outcomes(passed=2)
