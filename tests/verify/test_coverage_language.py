@@ -18,7 +18,7 @@ from rcx_harness.verify.coverage.html import pages
 from rcx_harness.verify.coverage.measure import FileResult, judge, measure
 from rcx_harness.verify.coverage.output import write_report
 from rcx_harness.verify.coverage.parts import merge, part_of
-from rcx_harness.verify.coverage.report import conditions, gaps, missing
+from rcx_harness.verify.coverage.report import conditions, gaps, missing, summary
 
 #: Values of variables for one scan.
 Scan = dict[str, bool | int]
@@ -417,6 +417,11 @@ def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:
         "MCF:6",
         "MCH:4",
     ]
+
+
+def test_the_table_shows_names_as_they_are(result: FileResult) -> None:
+    other = FileResult("[b]old[/b]/P.st", {1: ""}, statements=result.statements[:1])
+    assert "[b]old[/b]/P.st" in summary([result, other], 120)
 
 
 def test_pages_need_nothing_but_themselves(result: FileResult) -> None:

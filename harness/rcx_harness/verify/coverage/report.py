@@ -135,8 +135,8 @@ def summary(results: Sequence[FileResult], width: int) -> str:
     if len(results) > 1:
         table.add_section()
         table.add_row("all", *_cells(results), "")
-    console = Console(file=io.StringIO(), width=width, color_system=None, emoji=False)
-    console.print(table, markup=False, highlight=False)
+    console = Console(file=io.StringIO(), width=width, color_system=None, emoji=False, markup=False)
+    console.print(table, highlight=False)
     assert isinstance(console.file, io.StringIO)
     return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
 
