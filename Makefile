@@ -1,4 +1,4 @@
-# make demo   run the first example against the virtual robot and draw its timing chart
+# make demo   run the first example against the virtual robot and draw its timing chart: rcx demo
 # make test   run all tests
 # make fuzz   attack the EtherNet/IP adapter: FOR=60s or COUNT=20000, SEED=1 to repeat a run
 # make bench  measure speed beside targets, out/bench.json: ONLY=handshake,cyclic RPI=10ms FOR=60s
@@ -17,7 +17,6 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
-DEMO := plc/examples/01_power_up
 
 CHECKS := prove contract coverage mutants explore campaign metamorphic
 
@@ -28,9 +27,7 @@ COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10
 .PHONY: demo test fuzz bench lint docs newest lock clean verification $(CHECKS)
 
 demo: $(READY)
-	@$(BIN)/rcx run $(DEMO)/*.st --stimulus $(DEMO)/stimulus.toml --robot $(DEMO)/robot.toml \
-	  --scan 10ms --for 3s --show --trace out/demo/trace.jsonl --chart out/demo/chart.svg \
-	  --vcd out/demo/wave.vcd
+	@$(BIN)/rcx demo
 
 test: $(READY)
 	@$(BIN)/python -m pytest -n auto --dist worksteal
@@ -47,6 +44,8 @@ lint: $(READY)
 	$(BIN)/ruff check harness tests
 	$(BIN)/ruff format --check harness tests
 	$(BIN)/mypy
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 harness/rcx_harness
+	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin harness/rcx_harness
 	$(BIN)/rcx check --lint plc
 	$(BIN)/python -m rcx_tools.docs.pages --check
 	@$(BIN)/python -m rcx_tools.evidence.report --remind

@@ -351,3 +351,12 @@ def test_a_library_that_is_no_folder_is_named(
         assert f"--lib {lib} is no folder; it is the folder of the library" in said
         assert "Mine.st:" not in said
         assert said.count("\n") == 1
+
+
+def test_the_demo_writes_over_nothing_of_the_users(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "trace.jsonl").write_text("mine", encoding="utf-8")
+    assert main(["demo", "-o", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.startswith(f"rcx: {tmp_path / 'trace.jsonl'}: is there already")
+    assert [file.name for file in tmp_path.iterdir()] == ["trace.jsonl"]

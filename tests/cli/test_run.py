@@ -106,6 +106,41 @@ def test_trace_chart_and_wave_are_written(run: Run, tmp_path: Path, capsys: Capt
     assert printed.endswith(f"written: {paths[0]}, {paths[1]}, {paths[2]}\n")
 
 
+def test_watched_variables_are_printed_at_the_end(run: Run, capsys: Captured) -> None:
+    """Variables of the program without a stimulus: 30 scans, all else is 0."""
+    assert run("--for", "300ms", "--watch", "Main.Bits?,Main.Scans", "--watch", "Main.Con*") == 0
+    assert capsys.readouterr().out.splitlines()[:-1] == [
+        "watched, at the end:",
+        "  Main.Bits0 = 16#00",
+        "  Main.Bits1 = 16#00",
+        "  Main.Scans = 30",
+        "  Main.Connected = TRUE",
+    ]
+
+
+def test_a_chart_can_be_true_to_scale(run: Run, tmp_path: Path, capsys: Captured) -> None:
+    chart = tmp_path / "c.svg"
+    for scale, begins in (("time", ["0", "50", "100"]), ("200ms", ["0", "200"])):
+        assert run("--for", "300ms", "--show", f"--scale={scale}", f"--chart={chart}") == 0
+        heads = [one for one in capsys.readouterr().out.splitlines() if one.startswith("time")]
+        assert [head.split()[2] for head in heads][: len(begins)] == begins
+        assert chart.read_text().startswith("<svg ")
+    assert run("--for", "300ms", "--show") == 0
+    assert capsys.readouterr().out.split("\n")[0].split() == ["time", "[ms]", "0"], "events"
+
+
+def test_positions_are_in_every_output_where_they_are_asked_for(
+    run: Run, tmp_path: Path, capsys: Captured
+) -> None:
+    paths = {kind: tmp_path / kind for kind in ("trace", "chart", "vcd")}
+    options = [f"--{kind}={path}" for kind, path in paths.items()]
+    assert run("--for", "300ms", "--positions", "mm", "--show", *options) == 0
+    assert "Position X [mm]" in capsys.readouterr().out
+    assert '"positions":[0.0,0.0,0.0,0.0]}' in paths["trace"].read_text()
+    assert "Position X [mm]" in paths["chart"].read_text()
+    assert "Position_X_mm" in paths["vcd"].read_text()
+
+
 def test_sizes_that_differ_are_told(run: Run, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("size = 256\n")
@@ -131,6 +166,10 @@ def test_the_robot_takes_the_size_of_the_plc_if_its_file_says_none(
         (["--size", "47"], "an area of 47 bytes does not exist"),
         (["--n", "480"], "the area at n = 480 needs 48 bytes"),
         (["--watch", "Main.Nothing"], "no member Nothing"),
+        (["--watch", "Main.Scans,Main.Dta*"], "no variable is like Main.Dta*; did you mean Data"),
+        (["--positions", "inch"], "positions are in 'inch'; use pulses or mm"),
+        (["--scale", "wide"], "--scale is 'wide'; use events, time, or at least 1ms, as 500ms"),
+        (["--scale", "10us"], "--scale is '10us'"),
         (["--engine", "quick"], "no engine 'quick'"),
         (["--link", "wifi"], "unknown link 'wifi'"),
         (["--phases", "scan=1h"], "the phase of scan"),
@@ -263,7 +302,9 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
     Source: RunOptions.
     """
     of_cell = set(inspect.signature(Cell.build).parameters) - {"program"}
-    of_run = {"files", "duration", "realtime", "stimulus", "chart", "vcd", "show"}
+    of_run = {"files", "duration", "realtime", "stimulus", "chart", "vcd", "scale", "show"}
+    of_run |= {"yes", "input_instance", "output_instance", "config_instance", "config_data"}
+    of_run |= {"address"}
     of_run |= {"coverage", "coverage_out", "coverage_library", "cover_fail_under"}
     assert {one.name for one in fields(RunOptions)} == of_cell | of_run
     given = RunOptions([Path("a.st")], m=[4], n=[], phases="scan=3ms, cycle=1ms", watch=["Main.X"])

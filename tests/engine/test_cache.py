@@ -146,3 +146,29 @@ def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
     """Source: engine.frontend.load: cannot read the file."""
     with pytest.raises(InputError, match="cannot read the file"):
         build([tmp_path / "missing.st"], "builtin")
+
+
+def test_an_entry_that_cannot_take_its_place_leaves_nothing_beside_it(
+    kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On Windows it cannot, while another process reads the one that is there."""
+
+    def refuse(source: str, target: Path) -> None:
+        raise PermissionError(13, "in use", str(target))
+
+    kept.mkdir(parents=True)
+    monkeypatch.setattr("os.replace", refuse)
+    with pytest.raises(PermissionError):
+        cache.put(kept / "one.program", b"new")
+    assert list(kept.iterdir()) == []
+    assert cache.kept("program", "one", lambda: 5) == 5
+
+
+def test_without_a_home_nothing_is_kept_and_all_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr("pathlib.Path.home", homeless)
+    for name in ("XDG_CACHE_HOME", "RCX_CACHE"):
+        monkeypatch.delenv(name, raising=False)
+    assert cache.folder() is None

@@ -40,6 +40,14 @@ def test_a_lane_holds_the_changes_of_its_own_bit_or_word() -> None:
     assert _lane(history, "Remote status") == [(10_000, 0x0200)]
 
 
+def test_the_chart_names_the_command() -> None:
+    history = History()
+    history.add([_change(10_000, si="01200000", so="00010000")], 10_000)
+    drawn = live_chart(history.lanes(), 1_000_000, 1.0)
+    assert ">MovePtp R2<" in drawn
+    assert ">0x0100<" in drawn
+
+
 def test_what_is_older_is_forgotten_but_for_the_state_it_left() -> None:
     history = History(kept_us=1_000_000)
     history.add([_change(0, si="00004000"), _change(500_000, si="00004100")], 500_000)

@@ -51,6 +51,41 @@ def test_a_failed_test_shows_the_chart_and_the_variables_of_its_end(run: Run) ->
     )
 
 
+def test_a_failed_test_shows_what_was_watched(run: Run, pytester: pytest.Pytester) -> None:
+    """In its report, its chart and the chart's file: by ini file, option, marker or fixture."""
+    test = """
+        import pytest
+        def go(cell):
+            cell.at(2_400_000, lambda: cell.__setitem__("Main.Code", 0x0001))
+            cell.run("2500ms")
+            assert False
+        def test_ini(cell):
+            go(cell)
+        @pytest.mark.rcx(watch="Main.Code,Main.Scans")
+        def test_marker(cell):
+            go(cell)
+        def test_fixture(rcx_build):
+            go(rcx_build(watch=["Main.Code", "Main.Sc*"]))
+        """
+    result = run(test, watch="Main.Code,Main.Scans", artifacts="kept")
+    again = run(test, "--rcx-watch=Main.Code", "--rcx-watch=Main.Scans", "-k", "ini")
+    assert "Main.Code = 16#0001\nMain.Scans = 250\n" in "\n".join(again.outlines)
+    result.assert_outcomes(failed=3)
+    lines = "\n".join(result.outlines)
+    assert lines.count("rcx: watched variables of the cell") == 3
+    assert lines.count("\nMain.Code = 16#0001\nMain.Scans = 250\n") == 3
+    assert lines.count("\u257316#0001") == 3
+    charts = [file.read_text(encoding="utf-8") for file in Path("kept").rglob("chart.svg")]
+    assert len(charts) == 3
+    assert all(">Main.Scans<" in chart and ">16#0001<" in chart for chart in charts)
+
+
+def test_a_watched_variable_that_does_not_exist_is_one_message(run: Run) -> None:
+    result = run("def test_it(cell):\n    pass\n", watch="Main.Dta*")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["rcx: no variable is like Main.Dta[*]; did you mean Data*"])
+
+
 def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) -> None:
     """SI(01) changes every 100 ms from 500 ms on; the test ends at 2600 ms."""
     result = run("""

@@ -71,6 +71,7 @@ def test_every_key_of_the_ini_file_reaches_the_cell(run: Run, pytester: pytest.P
             cell["Main.Data"] = 9
             cell.run("100ms")
             assert cell.trace.scans()[-1].vars == {"Main.Data": 9}
+            assert cell.trace.cycles()[0].positions == (0.0, 0.0, 0.0, 0.0)
             assert cell["Main.InputArea[132]"] & 2, "SO(01) lies at m + 32"
             assert cell.trace.scans()[-1].si[0] == 0, "the area to the robot begins at n = 200"
         """,
@@ -82,7 +83,8 @@ def test_every_key_of_the_ini_file_reaches_the_cell(run: Run, pytester: pytest.P
         m="100",
         n="200",
         on_loss="clear",
-        watch="Main.Data",
+        watch="Main.Da*",
+        positions="mm",
     )
     result.assert_outcomes(passed=1)
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-from rcx_harness.trace import Scan, Violation
+import pytest
+
+from rcx_harness.engine.types import ElementaryType
+from rcx_harness.spec import command_name
+from rcx_harness.trace import Cycle, Scan, Trace, Violation
 from rcx_harness.trace.chart import Timeline, text_chart, time_labels
 from rcx_harness.trace.chart_svg import svg_chart
 
@@ -38,7 +42,7 @@ def test_the_chart_shows_what_changed_and_when() -> None:
         "time [ms]                       100   150   250   300   320   900\n"
         "SI(01) Servo ON input         ▁▁╱▔▔▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁\n"
         "SO(02) Servo ON status output ▁▁▁▁▁▁▁▁╱▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔\n"
-        "Remote command code           ────────────────────╳0001───────╳─────\n"
+        "Remote command code           ────────────────────╳MovePtp────╳─────\n"
         "Remote status                 ──────────────────────────╳0100─╳0200─\n"
     )
 
@@ -85,10 +89,10 @@ def test_the_svg_names_every_signal_and_time_and_is_the_same_every_time() -> Non
     picture = svg_chart(servo_on(), "a < b")
     assert picture == svg_chart(servo_on(), "a < b")
     texts = [node.text for node in ElementTree.fromstring(picture).iter(f"{SVG}text")]
-    for expected in ("a < b", "SI(01) Servo ON input", "SO(02) Servo ON status output", "250"):
+    names = ("SI(01) Servo ON input", "SO(02) Servo ON status output")
+    for expected in ("a < b", *names, "250", "MovePtp"):
         assert expected in texts
     assert [text for text in texts if text and text.startswith("0x")] == [
-        "0x0001",
         "0x0100",
         "0x0200",
     ]
@@ -101,3 +105,67 @@ def test_a_long_run_says_what_the_chart_leaves_out() -> None:
         timeline.take(Scan(number * 100_000, number, area(), area(byte32=number % 2)))
     assert "99 further instants are left out" in text_chart(timeline, 100)
     assert "99 further instants are left out" in svg_chart(timeline)
+
+
+def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
+    """ReadPositionPulses (0x0505) is out for one column only; a very long text is cut."""
+    timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("STRING")}))
+    for ms, code, text in ((0, 0, ""), (100, 0x0505, "a"), (110, 0, "x" * 30), (120, 0, "b")):
+        timeline.take(Scan(ms * 1000, 0, area(), area(code), {"Main.Text": text}))
+    lines = {line[:19].strip(): line[20:] for line in text_chart(timeline, 100).splitlines()}
+    assert "\u2573ReadPositionPulses\u2500\u2573" in lines["Remote command code"]
+    assert f"\u2573'{'x' * 23}\u2026" in lines["Main.Text"], (
+        "24 characters, and that there are more"
+    )
+    assert "\u2573'b'" in lines["Main.Text"]
+    texts = [n.text or "" for n in ElementTree.fromstring(svg_chart(timeline)).iter(f"{SVG}text")]
+    assert "ReadPositionPulses" in texts
+    assert [len(one) for one in texts if one.startswith("'xx")] == [24]
+    tips = [node.text for node in ElementTree.fromstring(svg_chart(timeline)).iter(f"{SVG}title")]
+    assert f"'{'x' * 30}'" in tips, "the whole text"
+
+
+def test_texts_of_a_chart_in_ascii_are_in_ascii_and_pictures_are_of_whole_characters() -> None:
+    timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("WSTRING")}))
+    for ms, text in ((0, ""), (10, "\xe9\x1b<\ud83d")):
+        timeline.take(Scan(ms * 1000, 0, area(), area(), {"Main.Text": text}))
+    chart = text_chart(timeline, 80, ascii_only=True)
+    assert "X'?$1B<?'" in chart
+    assert chart.isascii()
+    texts = [node.text for node in ElementTree.fromstring(svg_chart(timeline)).iter(f"{SVG}text")]
+    assert "'\xe9$1B<\ufffd'" in texts
+    svg_chart(timeline).encode()
+
+
+@pytest.mark.parametrize(
+    ("code", "name"),
+    [(0x0001, "MovePtp"), (0x2001, "MovePtp R2"), (0x0FFF, "0x0FFF"), (0x1100, "0x1100")],
+)
+def test_a_code_is_shown_by_the_commands_name_or_as_it_is(code: int, name: str) -> None:
+    """0x0100, WritePoint, takes no robot: with one it is no command."""
+    assert command_name(code) == name
+
+
+def test_variables_that_rest_are_left_out_where_there_are_many() -> None:
+    def lanes(many: int) -> list[str]:
+        paths = [f"Main.V{k}" for k in range(many)]
+        timeline = Timeline(Trace({}, watched=dict.fromkeys(paths, ElementaryType("BOOL"))))
+        for ms in (0, 10):
+            values = {path: path == "Main.V3" and ms > 0 for path in paths}
+            timeline.take(Scan(ms * 1000, 0, area(), area(), values))
+        return [lane.name for lane in timeline.lanes() if lane.name.startswith("Main.")]
+
+    assert len(lanes(16)) == 16
+    assert lanes(17) == ["Main.V3"]
+
+
+def test_positions_are_values_at_the_columns_and_make_none() -> None:
+    timeline = Timeline(Trace({}, axes=[["X [mm]"]]))
+    for ms in range(0, 1000, 5):
+        timeline.take(Cycle(ms * 1000, 0, b"", area(), 1, (ms / 10,)))
+        timeline.take(Scan(ms * 1000, 0, area(), area(byte32=0x02 if ms >= 500 else 0)))
+    lines = text_chart(timeline, 80).splitlines()
+    assert lines[0].split()[2:] == ["500"]
+    assert next(line for line in lines if line.startswith("X [mm]")).endswith(
+        "\u257350\u2500\u2500\u2500"
+    )

@@ -53,6 +53,7 @@ def test_a_cell_writes_every_record_to_the_file(raw_cell: Build, tmp_path: Path)
         "engine": "builtin",
         "link": "direct",
         "seed": 4,
+        "watch": {"Main.Scans": "UDINT"},
     }
     assert list(records) == list(cell.trace)
     assert {type(record) for record in cell.trace} == {Scan, Cycle, Violation}

@@ -60,6 +60,7 @@ def test_library_tables_and_template_are_in_it_as_in_the_repository(
     with ZipFile(wheel) as archive:
         held = {name: archive.read(name) for name in archive.namelist()}
     folders = {
+        "plc/examples/01_power_up": "rcx_harness/_data/plc/examples/01_power_up",
         "plc/lib": "rcx_harness/_data/plc/lib",
         "spec": "rcx_harness/_data/spec",
         "harness/rcx_harness/new/template": "rcx_harness/new/template",
@@ -105,6 +106,20 @@ def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     assert "2 passed" in _call(command, cell, environment)
 
 
+def test_without_the_repository_the_demo_prints_the_chart_of_the_readme(
+    wheel: Path, repository: Path, tmp_path: Path
+) -> None:
+    site = tmp_path / "site"
+    with ZipFile(wheel) as archive:
+        archive.extractall(site)
+    environment = _own(dict(os.environ)) | {"PYTHONPATH": str(site), "PYTHONUTF8": "1"}
+    environment["PATH"] = ""  # as in the README: no other engine
+    printed = _call([sys.executable, "-m", "rcx_harness", "demo"], tmp_path, environment)
+    assert f"-->\n```text\n{printed}```\n" in (repository / "README.md").read_text(encoding="utf-8")
+    names = sorted(path.name for path in (tmp_path / "out" / "demo").iterdir())
+    assert names == ["chart.svg", "trace.jsonl", "wave.vcd"]
+
+
 @_FULL
 def test_installed_by_pip_into_an_empty_environment_all_commands_work(
     wheel: Path, tmp_path: Path
@@ -137,6 +152,7 @@ def test_installed_by_pip_into_an_empty_environment_all_commands_work(
         _call([rcx, "export", target, *options], cell, environment)
     _call([rcx, "eds", "out/robot.eds"], cell, environment)
     _call([rcx, "encode", "MovePtp", "point=19"], cell, environment)
+    _call([rcx, "demo"], cell, environment)
     for command in ("serve", "scan", "new", "export"):
         _call([rcx, command, "--help"], cell, environment)
     failing = cell / "tests" / "test_failing.py"

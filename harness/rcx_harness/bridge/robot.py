@@ -2,97 +2,16 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable
-
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.enip.errors import CipError
-from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
-from rcx_harness.enip.originator.scanner import ScannerStatistics
-from rcx_harness.errors import InputError
+from rcx_harness.enip.originator.kept import KeptConnection
 
 __all__ = ["RobotLink"]
 
-_WAITS = "packets have not come yet"
-_OPTIONS = ("--size", "--rpi")
 
-
-class RobotLink:
-    """One exclusive-owner connection, as long as there is a robot.
-
-    Reading and writing never wait. Whatever does (a connection is opened) is the opener's.
-
-    Args:
-        name: Of the robot, in messages.
-        size: Bytes of each area.
-        connect: Makes the scanner; raises EnipError where the robot is not there.
-
-    Attributes:
-        opener: Opens the connection, and anew what has been lost.
-    """
-
-    def __init__(self, name: str, size: int, connect: Callable[[], MasterLink]) -> None:
-        self.name = name
-        self.opener = Opener(self._opened)
-        self._connect = connect
-        self._scanner: MasterLink | None = None
-        self._state = f"{name}: not connected yet"
-        self._image = bytes(size)
-        self._lock = threading.Lock()
+class RobotLink(KeptConnection):
+    """One exclusive-owner connection, as long as there is a robot."""
 
     def read(self) -> RobotSeen | Lost:
         """What has come from the robot."""
-        with self._lock:
-            if self._scanner is None:
-                return Lost(self.opener.reason or self._state)
-            received = self._scanner.read()
-            ended, failure = self._scanner.ended, self._scanner.failure
-        if received.connected:
-            return RobotSeen(received.image)
-        reason = _WAITS if ended is None else f"the connection has ended: {ended.value}"
-        if failure:
-            reason = f"{failure}; it is started again"
-        return Lost(f"{self.name}: {reason}")
-
-    def write(self, image: bytes, valid_us: int | None) -> None:
-        """Set what the next packets carry.
-
-        Args:
-            image: The area to the robot.
-            valid_us: The packets stop if nothing new is written for so long; None: they never do.
-        """
-        with self._lock:
-            if self._scanner is not None:
-                self._scanner.write(image, valid_us=valid_us)
-
-    def look(self) -> tuple[ScannerStatistics, int | None] | None:
-        """Figures of the packets, and the age of the last one [us]; None without a scanner."""
-        with self._lock:
-            scanner = self._scanner
-            return None if scanner is None else (scanner.statistics(), scanner.read().age_us)
-
-    def close(self) -> None:
-        """Close the connection: to the robot its master is gone (manual chapter 1, 5.2)."""
-        with self._lock:
-            scanner, self._scanner = self._scanner, None
-        if scanner is not None:
-            scanner.close()
-
-    def _opened(self) -> MasterLink:
-        """A new scanner with an open connection; what was there before is closed."""
-        self._state = f"{self.name}: the connection is being opened"
-        self.close()
-        scanner = self._connect()
-        scanner.write(self._image)  # zeros: the first packet must ask for nothing
-        try:
-            scanner.open()
-        except CipError as error:
-            scanner.close()
-            hint = refusal_hint(error, len(self._image), _OPTIONS)
-            raise InputError(f"{self.name}: {error.message}", hint=hint) from None
-        except BaseException:
-            scanner.close()
-            raise
-        with self._lock:
-            self._scanner = scanner
-        return scanner
+        received = self.received()
+        return Lost(received) if isinstance(received, str) else RobotSeen(received.image)

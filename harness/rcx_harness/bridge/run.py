@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import queue
-import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 from rich.console import Console, Group
@@ -26,6 +25,7 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.opening import multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
+from rcx_harness.output.system import fine_timers, told_to_end
 from rcx_harness.output.throttle import Throttle
 
 __all__ = ["BridgeOptions", "Running", "bridge", "news_lines"]
@@ -88,9 +88,10 @@ class Running(Closing):
     """
 
     def __init__(self, options: BridgeOptions) -> None:
+        fine_timers()
         self._options = options
         self._stop = threading.Event()
-        self.start_s = time.monotonic()
+        self.start_s = time.perf_counter()
         self.news: queue.SimpleQueue[tuple[float, State, str] | None] = queue.SimpleQueue()
         timeout_s = options.limits.gap_us / 1e6
         self._plc = PlcLink(
@@ -112,7 +113,7 @@ class Running(Closing):
         self.robot = RobotLink(f"{options.robot}:{options.robot_port}", size, connect)
         self.loop = Loop(
             *(self._plc, self.robot, options.registers, options.limits),
-            on_state=lambda state, reason: self.news.put((time.monotonic(), state, reason)),
+            on_state=lambda state, reason: self.news.put((time.perf_counter(), state, reason)),
         )
         self._first_contact()
         self._thread = threading.Thread(target=self._exchange, daemon=True)
@@ -146,19 +147,19 @@ class Running(Closing):
 
     def _first_packet(self) -> None:
         """It is no news that the first packet takes a moment."""
-        until_s = time.monotonic() + _FIRST_S
-        while isinstance(self.robot.read(), Lost) and time.monotonic() < until_s:
+        until_s = time.perf_counter() + _FIRST_S
+        while isinstance(self.robot.read(), Lost) and time.perf_counter() < until_s:
             self._stop.wait(_LOOK_S)
 
     def _exchange(self) -> None:
         period_s = self._options.period_us / 1e6
-        due_s = time.monotonic()
+        due_s = time.perf_counter()
         try:
             while not self._stop.is_set():
                 self.loop.turn()
                 # Late by more than a period: go on from now, never in a burst.
-                due_s = max(due_s + period_s, time.monotonic() - period_s)
-                self._stop.wait(max(0.0, due_s - time.monotonic()))
+                due_s = max(due_s + period_s, time.perf_counter() - period_s)
+                self._stop.wait(max(0.0, due_s - time.perf_counter()))
         finally:
             if not self._stop.is_set():
                 self.news.put(None)
@@ -174,25 +175,13 @@ def bridge(options: BridgeOptions) -> int:
         InputError: as `Running`.
     """
     stop = threading.Event()
-    with _signals(stop), Running(options) as running:
+    with told_to_end(stop.set), Running(options) as running:
         if not options.quiet:
             _announce(options)
         ended = _show(running, stop, options)
     if ended:
         print("rcx: the exchange has ended by itself", file=sys.stderr)
     return int(ended)
-
-
-@contextmanager
-def _signals(stop: threading.Event) -> Iterator[None]:
-    """SIGINT and SIGTERM set the event meanwhile."""
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, lambda *_: stop.set()) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
 
 
 def _announce(options: BridgeOptions) -> None:
@@ -216,7 +205,7 @@ def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bo
     throttle = Throttle()
     with Live(console=console, auto_refresh=False) if live else nullcontext() as screen:
         while not stop.wait(_SHOW_EVERY_S):
-            now_s = time.monotonic()
+            now_s = time.perf_counter()
             news = []
             while not running.news.empty():
                 if (one := running.news.get()) is None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.link import DirectLink, Link
@@ -20,6 +21,9 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 from rcx_harness.spec.wire import check_size
 from rcx_harness.trace import FORMAT
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = [
     "Areas",
@@ -168,7 +172,8 @@ def st_files(folder: Path) -> list[Path]:
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     left out; the folder itself may be in one. So is what `rcx export` has written.
     """
-    found = sorted(file for file in folder.rglob("*.st") if _is_users(file, folder))
+    every = (file for file in folder.rglob("*.st") if _is_users(file, folder))
+    found = sorted(every, key=lambda file: file.parts)  # as on Linux also where case is nothing
     written = own_output(found)
     return [file for file in found if file not in written]
 
@@ -259,13 +264,32 @@ def several(robots: Robots) -> Sequence[RobotConfig | str | Path | None]:
 
 
 def make_members(
-    robots: Robots, link: str, *, size: int | None, m: Areas, n: Areas, timing: Timing, seed: int
+    robots: Robots,
+    link: str,
+    *,
+    size: int | None,
+    m: Areas,
+    n: Areas,
+    timing: Timing,
+    seed: int,
+    connect: Elsewhere | None = None,
 ) -> list[Member]:
     """The controllers of a cell, each with its link and its areas.
 
     Raises:
-        InputError: as `make_robot` and `make_link`; areas that overlap, or more than robots.
+        InputError: as `make_robot` and `make_link`; areas that overlap, or more than robots;
+            properties of a controller that runs elsewhere.
     """
+    if connect is not None:
+        from rcx_harness.cell.elsewhere import FarLink
+
+        if robots is not None:
+            hint = "leave its properties out"
+            raise InputError("a controller elsewhere is what it is", hint=hint)
+        stand_in = make_robot(None, size=size, seed=seed)
+        area = stand_in.config.size
+        (begin_m,), (begin_n,) = _begins("m", m, [area]), _begins("n", n, [area])
+        return [Member(stand_in, FarLink(area, timing, connect), begin_m, begin_n, far=True)]
     given = several(robots)
     if not given:
         raise InputError("no robot is given")
@@ -301,9 +325,9 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
     return begins
 
 
-def make_agenda(link: str) -> Agenda:
+def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
     """The agenda of a cell with this link: at the pace of the clock where its packets are."""
-    if link != "enip-realtime":
+    if link != "enip-realtime" and connect is None:
         return Agenda()
     from rcx_harness.cell.live import RealTimeAgenda
 

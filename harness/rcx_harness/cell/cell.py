@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
 from rcx_harness.cell.build import (
     Areas,
@@ -23,6 +23,8 @@ from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
 from rcx_harness.cell.image import find_image
 from rcx_harness.cell.link import Link
 from rcx_harness.cell.node import Member, Node
+from rcx_harness.cell.positions import axes_of
+from rcx_harness.cell.watched import Watched
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.builtin.coverage import collecting
 from rcx_harness.engine.load import build as build_program
@@ -35,6 +37,9 @@ from rcx_harness.units import format_us, parse_us
 from rcx_harness.watch.calls import CallMonitor
 from rcx_harness.watch.calls_source import CallPlan, call_plan, steady_instances
 from rcx_harness.watch.contract import ContractMonitor
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
 
@@ -92,11 +97,13 @@ class Cell:
         *,
         m: int = 0,
         n: int = 0,
+        far: bool = False,
         further: Sequence[Member] = (),
         seed: int = 0,
         on_loss: str = "hold",
         trace: str | Path | None = None,
-        watch: Sequence[str] = (),
+        watch: str | Sequence[str] = (),
+        positions: str = "",
         steady: Collection[str] = (),
         calls: CallPlan | None = None,
         notice: str = "",
@@ -114,9 +121,7 @@ class Cell:
         self.scans = 0
         self.violations: list[Violation] = []
         """All broken rules so far, the PLC's and the controllers', in order of time."""
-        self._watch = tuple(watch)
-        for path in self._watch:
-            program.read(path)
+        self._watch = Watched(program, watch)
         header: dict[str, Any] = {
             "scan_us": timing.scan_us,
             "cycle_us": CYCLE_US,
@@ -125,9 +130,10 @@ class Cell:
         header |= {"engine": program.engine, "link": link.name, "seed": seed}
         if further:
             header["controllers"] = len(self.robots)
-        members = [Member(robot, link, m, n), *further]
+        members = [Member(robot, link, m, n, far), *further]
         images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
-        self.trace = Trace(header, trace)
+        axes = axes_of(self.robots, positions)
+        self.trace = Trace(header, trace, watched=self._watch.types, axes=axes)
         self._agenda = Agenda() if agenda is None else agenda
         self._nodes = [
             Node(
@@ -141,6 +147,7 @@ class Cell:
                 self._report,
                 seed=seed + number - 1,
                 clear=on_loss == "clear",
+                positions=positions,
             )
             for number, (member, image) in enumerate(zip(members, images, strict=True), 1)
         ]
@@ -169,8 +176,10 @@ class Cell:
         on_loss: str = "hold",
         seed: int = 0,
         trace: str | Path | None = None,
-        watch: Sequence[str] = (),
+        watch: str | Sequence[str] = (),
+        positions: str = "",
         replace: Mapping[str, str | Path] | None = None,
+        connect: Elsewhere | None = None,
     ) -> Cell:
         """Compile a program with the library and put it into a cell.
 
@@ -193,11 +202,15 @@ class Cell:
             on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
             seed: Of everything that is drawn: phases, jitter, the controllers' delays.
             trace: File for the trace; that of an earlier run is written over.
-            watch: Paths of variables that the trace shows in every scan.
+            watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
+            positions: `"pulses"` or `"mm"`: the trace shows where the robots are.
             replace: ST files for POUs of a project, by the POU's name.
+            connect: A controller that runs elsewhere, instead of a virtual one; `link` and `robot`
+                are then none of the cell's.
 
         Raises:
-            InputError: anything wrong with the sources or the arguments.
+            InputError: anything wrong with the sources or the arguments; the controller elsewhere
+                is not there, or refuses.
         """
         files = source_files(program, lib, replace)
         check_outputs({"trace": trace}, files, *several(robot))
@@ -210,7 +223,15 @@ class Cell:
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
-            members = make_members(robot, link, size=size, m=m, n=n, timing=timing, seed=seed)
+            members = make_members(
+                *(robot, link),
+                size=size,
+                m=m,
+                n=n,
+                timing=timing,
+                seed=seed,
+                connect=connect,
+            )
         except BaseException:
             compiled.close()
             raise
@@ -223,15 +244,17 @@ class Cell:
                 timing,
                 m=first.m,
                 n=first.n,
+                far=first.far,
                 further=further,
                 seed=seed,
                 on_loss=on_loss,
                 trace=trace,
                 watch=watch,
+                positions=positions,
                 steady=steady_instances(files.own, files.lib),
                 calls=call_plan(*files.users),
                 notice="\n".join(filter(None, (*files.notes, built.notice))),
-                agenda=make_agenda(link),
+                agenda=make_agenda(link, connect),
             )
         except BaseException:
             for member in members:
@@ -248,6 +271,14 @@ class Cell:
     def __setitem__(self, path: str, value: Value) -> None:
         """Set a variable between two scans."""
         self.program.write(path, value)
+
+    def watched(self) -> dict[str, str]:
+        """The watched variables as they stand in Structured Text, by path.
+
+        Structures and arrays are given by their members and elements. After `close` it is how the
+        run ended.
+        """
+        return self._watch.texts()
 
     # --- time --------------------------------------------------------------------------------
 
@@ -300,6 +331,7 @@ class Cell:
             InputError: no such event or controller, or arguments it does not take.
         """
         node = self._node(controller)
+        self.check_near()
         if event in ("link_down", "link_up"):
             if args:
                 raise InputError(
@@ -321,6 +353,12 @@ class Cell:
             InputError: no such controller, or more bytes than the area has.
         """
         self._node(controller).give_area(area, connected)
+
+    def check_near(self) -> None:
+        """Refuse what only a virtual controller can be asked for (InputError)."""
+        if any(node.far for node in self._nodes):
+            hint = "leave events, hold and release out"
+            raise InputError("nothing befalls a controller that runs elsewhere", hint=hint)
 
     def _node(self, controller: int) -> Node:
         if not 1 <= controller <= len(self._nodes):
@@ -393,6 +431,7 @@ class Cell:
         """
         if self.closed:
             return
+        self._watch.keep()
         self.trace.close()
         for node in self._nodes:
             node.link.close()
@@ -429,7 +468,7 @@ class Cell:
             node.before_scan(now)
         self.program.scan(now)
         number, self.scans = self.scans, self.scans + 1
-        watched = {path: self.program.read(path) for path in self._watch} if self._watch else None
+        watched = self._watch.values() if self._watch.types else None
         for node in self._nodes:
             node.after_scan(now, number, watched if node is self._first else None)
         if found := self._contract.scan(now, number) + self._calls.scan(now, number):
@@ -442,8 +481,8 @@ class Cell:
 
     def _timeout_text(self, waited_us: int) -> str:
         text = f"not within {format_us(waited_us)} (scan {self.scans}, {format_us(self.now_us)})"
-        for path in self._watch:
-            text += f"; {path} = {self.program.read(path)}"
+        for path, value in self._watch.values().items():
+            text += f"; {path} = {value}"
         if self.violations:
             text += f"; last violation: {self.violations[-1].text}"
         return text

@@ -12,12 +12,13 @@ from typing import Any
 
 from rcx_harness.cell.clock import Action, Agenda, Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.cyclic.shared import LinkState
+from rcx_harness.enip.cyclic.shared import LinkState, now_us
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.links import Class1Link
 from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.errors import InputError
+from rcx_harness.output.system import fine_timers
 from rcx_harness.units import format_us
 
 __all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
@@ -43,10 +44,11 @@ class RealTimeAgenda(Agenda):
 
     def __init__(
         self,
-        clock_us: Callable[[], int] = lambda: time.monotonic_ns() // 1000,
+        clock_us: Callable[[], int] = now_us,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         super().__init__()
+        fine_timers()
         self._clock_us, self._sleep = clock_us, sleep
         self._start_us: int | None = None
         self.stalls = self.stalled_us = 0

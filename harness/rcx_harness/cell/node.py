@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from rcx_harness.cell.clock import Agenda, Kind, Timing
 from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
+from rcx_harness.cell.positions import where
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.errors import InputError
@@ -23,12 +24,16 @@ Report = Callable[[Iterable[Violation]], None]
 
 
 class Member(NamedTuple):
-    """A controller with its link, and where its areas begin in the process image, in bytes."""
+    """A controller with its link, and where its areas begin in the process image, in bytes.
+
+    One that is `far` runs elsewhere: `robot` stands for its size alone and never runs.
+    """
 
     robot: Controller
     link: Link
     m: int = 0
     n: int = 0
+    far: bool = False
 
 
 class Node:
@@ -45,6 +50,7 @@ class Node:
         report: Takes the rules that were broken.
         seed: Seed of the jitter.
         clear: The PLC's inputs read 0 without a connection.
+        positions: Unit of the positions that cycles show; empty: they do not.
     """
 
     def __init__(
@@ -60,8 +66,11 @@ class Node:
         *,
         seed: int,
         clear: bool,
+        positions: str = "",
     ) -> None:
         self.number, self.robot, self.link = number, member.robot, member.link
+        self.far = member.far
+        """Does the controller run elsewhere?"""
         self.matched = self.link.size == self.robot.config.size
         """Do master and robot agree on the area's size? Without that there is no connection."""
         self.cycles = 0
@@ -69,13 +78,16 @@ class Node:
         self._trace, self._report = trace, report
         self._no_area = bytes(self.link.size)
         self._clear = clear
+        self._unit = positions
+        self._stood: tuple[float, ...] | None = None
         self._status = _status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
         self._given: tuple[bytes, bool] | None = None
         self.wire = WireMonitor(self.link.size)
         self._prefix = "" if number == 1 else f"controller {number}: "
-        agenda.repeat(timing.phases[0], Kind.CYCLE, CYCLE_US, self._cycle, number)
+        if not self.far:
+            agenda.repeat(timing.phases[0], Kind.CYCLE, CYCLE_US, self._cycle, number)
         self.network = make_network(
             self.link, timing, agenda, matched=self.matched, seed=seed, controller=number
         )
@@ -117,6 +129,7 @@ class Node:
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
         robot, network, wire, self.cycles, self._given = snapshot
+        self._stood = None
         self.robot.restore(robot)
         self.network.restore(network)
         self.wire.restore(wire)
@@ -128,13 +141,19 @@ class Node:
         if self.matched:
             link.robot_write(so)
         network.set_adapter(robot.online)
-        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number))
+        moved = self._moved() if self._unit else None
+        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved))
         if robot.violations:
             self._tell(
                 Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")
                 for one in robot.drain_violations()
             )
         self.cycles += 1
+
+    def _moved(self) -> tuple[float, ...] | None:
+        """Where the robots are, if that has changed."""
+        before, self._stood = self._stood, where(self.robot, self._unit)
+        return None if self._stood == before else self._stood
 
     def _tell(self, found: Iterable[Violation]) -> None:
         if self._prefix:

@@ -238,6 +238,8 @@ def _try(entry: Entry, cell: Cell) -> None:
         cell[path] = _typed(cell, path, value)
     if entry.controller > len(cell.robots):
         raise InputError(f"no controller {entry.controller}; the cell has {len(cell.robots)}")
+    if entry.events or entry.hold + entry.release:
+        cell.check_near()
     robot = cell.robots[entry.controller - 1]
     for event, args in entry.events:
         if not event.startswith("link_"):

@@ -12,6 +12,7 @@ import typer
 from rcx_harness.cli.bridge import bridge
 from rcx_harness.cli.check import check
 from rcx_harness.cli.codec import decode, encode
+from rcx_harness.cli.demo import demo
 from rcx_harness.cli.export import EPILOG, export
 from rcx_harness.cli.import_ import import_
 from rcx_harness.cli.new import new
@@ -56,6 +57,7 @@ app.command()(check)
 app.command()(encode)
 app.command()(decode)
 app.command()(bridge)
+app.command()(demo)
 app.command()(eds)
 app.command(epilog=EPILOG)(export)
 app.command("import")(import_)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import check_ipv4, duration_us
+from rcx_harness.cli.options import check_ipv4, duration_us, host_port
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE
@@ -14,7 +14,6 @@ from rcx_harness.spec.wire import SIZE
 __all__ = ["bridge"]
 
 _SHORTEST_US, _LONGEST_US = 1_000, 1_000_000
-_DIGITS = 5
 
 
 def bridge(
@@ -81,8 +80,8 @@ def bridge(
     if gap_us < 2 * period_us:
         hint = "give a longer --timeout or a shorter --period"
         raise InputError(f"--timeout {timeout} is less than two periods of {period}", hint=hint)
-    plc_host, plc_port = _address("--plc", plc, 502)
-    robot_host, robot_port = _address("--robot", robot, PORT)
+    plc_host, plc_port = host_port("--plc", plc, 502)
+    robot_host, robot_port = host_port("--robot", robot, PORT)
     options = BridgeOptions(
         plc_host=plc_host,
         plc_port=plc_port,
@@ -103,17 +102,3 @@ def bridge(
     )
     if code := run_bridge(options):
         raise typer.Exit(code)
-
-
-def _address(option: str, text: str, port: int) -> tuple[str, int]:
-    """`HOST` or `HOST:PORT`."""
-    host, colon, number = text.partition(":")
-    if colon:
-        right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
-        port = int(number) if right else 0
-    if not host or not 1 <= port <= 0xFFFF:
-        raise InputError(
-            f"{option} {text!r:.60} is no address",
-            hint="write it as 192.168.0.10 or 127.0.0.1:5020",
-        )
-    return host, port

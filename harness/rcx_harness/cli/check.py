@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -15,6 +16,8 @@ from rcx_harness.engine.frontend.syntax import Pou
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.portability import LintFinding, lint, unportable
+from rcx_harness.errors import InputError
+from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings
 
 __all__ = ["check"]
@@ -27,14 +30,24 @@ def check(
     lint_only: Annotated[
         bool, typer.Option("--lint", help="Only the portability rules; they bind every file.")
     ] = False,
+    tool: Annotated[
+        str | None,
+        typer.Option("--for", help=f"Only what this tool refuses: {', '.join(tools())}."),
+    ] = None,
 ) -> None:
     """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
 
     Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea.
 
+    With --for: what that tool refuses of your files, or may refuse, where no public document says.
+
     Exit code: 0 if all is well (warnings allowed), 1 if a rule of the library or of its calls is
-    broken, 2 on an error in the sources.
+    broken, or the tool of --for refuses something, 2 on an error in the sources.
     """
+    if tool is not None and tool not in tools():
+        raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
+    if tool is not None and lint_only:
+        raise InputError("--for and --lint exclude each other")
     # With --lint each file is looked at by itself: folders with several programs go at once.
     sources = source_files(files, lib, replacements(replace))
     for note in sources.notes:
@@ -44,6 +57,9 @@ def check(
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:
         raise typer.Exit(2)
+    if tool is not None and project is not None:
+        _refused(tools()[tool], sources, project, None if replace else files)
+        return
     users, library = sources.users
     findings = lint(sources.own, library, sources.lib, binding=lint_only)
     if not lint_only:
@@ -64,6 +80,24 @@ def check(
             f"{_compile(sources, project)}"
         )
     if strict:
+        raise typer.Exit(1)
+
+
+def _refused(
+    tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
+) -> None:
+    """Print what a tool refuses; exit code 1 if there is anything."""
+    found = refused(tool, sources, project, program)
+    for one in found:
+        print(one)
+    if tool.note:
+        print(f"note: {tool.note}; rcx export {tool.export} writes them")
+    certain = sum(one.certain for one in found)
+    print(
+        f"{counted(len(sources.own), 'file')} checked for {tool.title}: "
+        f"{certain or 'nothing'} refused, {len(found) - certain or 'nothing'} that may be refused"
+    )
+    if found:
         raise typer.Exit(1)
 
 

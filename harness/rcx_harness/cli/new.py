@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.new import CI, new_project
+from rcx_harness.output.console import quoted
 from rcx_harness.spec.wire import SIZE
 
 __all__ = ["new"]
@@ -32,10 +33,6 @@ def new(
     files = new_project(folder, name, size, ci)
     for file in files:
         print(f"  {file.as_posix()}")
-    print(f"written: {len(files)} files in {folder}\n\nnext:\n  cd {_quoted(folder)}")
+    print(f"written: {len(files)} files in {folder}\n\nnext:\n  cd {quoted(folder)}")
     for line in _INSTALL if find_spec("pytest") is None else _TRY:
         print(f"  {line}")
-
-
-def _quoted(folder: Path) -> str:
-    return f'"{folder}"' if " " in str(folder) else str(folder)

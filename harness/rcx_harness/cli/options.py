@@ -14,8 +14,12 @@ from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
-__all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "counted", "duration_us"]
-__all__ += ["interval_us", "replacements", "with_options"]
+__all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
+__all__ += ["config_instance", "counted", "duration_us", "host_port", "interval_us"]
+__all__ += ["replacements", "with_options"]
+
+#: Of a number in a port or an instance.
+_DIGITS = 5
 
 #: What a command reads.
 Sources = Annotated[
@@ -109,3 +113,36 @@ def interval_us(option: str, text: str) -> int:
     if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
         raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
     return given_us
+
+
+def host_port(option: str, text: str, port: int) -> tuple[str, int]:
+    """`HOST` or `HOST:PORT`; what is none is refused (InputError)."""
+    host, colon, number = text.partition(":")
+    if colon:
+        right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
+        port = int(number) if right else 0
+    if not host or not 1 <= port <= 0xFFFF:
+        raise InputError(
+            f"{option} {text!r:.60} is no address",
+            hint="write it as 192.168.0.10 or 127.0.0.1:5020",
+        )
+    return host, port
+
+
+def config_instance(text: str) -> int | None:
+    """What `--config-instance` says: a number, or none (InputError: neither)."""
+    if text.lower() == "none":
+        return None
+    if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
+        hint = "write it as 151, or none"
+        raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
+    return int(text)
+
+
+def config_data(text: str) -> bytes:
+    """What `--config-data` says (InputError: no bytes)."""
+    try:
+        return bytes.fromhex(text)
+    except ValueError:
+        hint = "write it in hexadecimal, as 01000A00"
+        raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None

@@ -22,21 +22,31 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
 from rcx_harness.cell.clock import Duration
+from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm
 from rcx_harness.cli.options import (
     Lib,
     Replace,
     Sources,
+    check_ipv4,
+    config_data,
+    config_instance,
     counted,
     duration_us,
+    host_port,
     replacements,
     with_options,
 )
 from rcx_harness.engine.builtin.coverage import Collector, counting
+from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
+from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
 from rcx_harness.verify.coverage.output import (
@@ -62,6 +72,7 @@ _PATIENCE_S = 2.0
 _MOST_SHOWN = 20
 #: Where the report of the coverage goes.
 _COVERAGE = Path("out/coverage")
+_SHORTEST_LINE_US = 1_000
 
 
 @dataclass(frozen=True)
@@ -83,6 +94,28 @@ class RunOptions:
     realtime: Annotated[
         bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
     ] = False
+    connect: Annotated[
+        str | None,
+        typer.Option(help="Drive a controller that runs elsewhere, in real time: HOST[:PORT]."),
+    ] = None
+    yes: Annotated[
+        bool, typer.Option("--yes", help="With --connect: a robot may move, the cell is clear.")
+    ] = False
+    input_instance: Annotated[
+        int, typer.Option(help="With --connect: assembly from the controller.")
+    ] = TO_MASTER
+    output_instance: Annotated[
+        int, typer.Option(help="With --connect: assembly to the controller.")
+    ] = TO_ROBOT
+    config_instance: Annotated[
+        str, typer.Option(help="With --connect: configuration instance, a number or none.")
+    ] = "none"
+    config_data: Annotated[
+        str, typer.Option(help="With --connect: data for it, in hexadecimal.")
+    ] = ""
+    address: Annotated[
+        str, typer.Option("--from", help="With --connect: address of this machine to work from.")
+    ] = ""
     size: Annotated[
         int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
     ] = None
@@ -119,8 +152,14 @@ class RunOptions:
     chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None
     vcd: Annotated[Path | None, typer.Option(help="Write a wave file (VCD).")] = None
     watch: Annotated[
-        list[str] | None, typer.Option(help="Variable for the trace, e.g. Main.Robot.Status.")
+        list[str] | None,
+        typer.Option(help="Variables to show, e.g. Main.Step,Main.Hmi.*; may be repeated."),
     ] = None
+    positions: Annotated[str, typer.Option(help="Show where the robot is: in pulses, or mm.")] = ""
+    scale: Annotated[
+        str,
+        typer.Option(help="Time axis of the charts: events, time (to scale), or a line, as 500ms."),
+    ] = "events"
     show: Annotated[
         bool, typer.Option("--show/--no-show", help="Print the timing chart at the end.")
     ] = False
@@ -143,6 +182,36 @@ class RunOptions:
         """Where to write, by kind."""
         return {"trace": self.trace, "chart": self.chart, "vcd": self.vcd}
 
+    @property
+    def live(self) -> bool:
+        """At the pace of the clock, over a network that has jitter of its own."""
+        return self.realtime or self.connect is not None
+
+    def where(self) -> Elsewhere | None:
+        """The controller of `--connect`, if it is given.
+
+        Raises:
+            InputError: no address, or options that go with no such controller.
+        """
+        if self.connect is None:
+            return None
+        if self.robot:
+            hint = "leave --robot out, its properties are its own"
+            raise InputError("--robot is for a virtual controller", hint=hint)
+        if self.address:
+            check_ipv4("--from", self.address)
+        host, port = host_port("--connect", self.connect, PORT)
+        return Elsewhere(
+            host,
+            port,
+            self.input_instance,
+            self.output_instance,
+            config_instance(self.config_instance),
+            config_data(self.config_data),
+            self.address,
+            Teller(),
+        )
+
     def of_cell(self) -> dict[str, Any]:
         """The arguments of `Cell.build`; where nothing is given, its own defaults.
 
@@ -151,25 +220,44 @@ class RunOptions:
         """
         arguments = inspect.signature(Cell.build).parameters
         given = {one.name: getattr(self, one.name) for one in fields(self)}
-        given |= {"replace": replacements(self.replace)}
+        given |= {"replace": replacements(self.replace), "connect": self.where()}
         given |= {"link": self._link(), "timeout": self._timeout(), "phases": self._phases()}
         return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
 
+    @property
+    def line_us(self) -> int | None:
+        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events.
+
+        Raises:
+            InputError: no scale.
+        """
+        if self.scale in ("events", "time"):
+            return None if self.scale == "events" else 0
+        try:
+            line_us = parse_us(self.scale)
+        except InputError:
+            line_us = 0
+        if line_us < _SHORTEST_LINE_US:
+            raise InputError(
+                f"--scale is {self.scale!r}", hint="use events, time, or at least 1ms, as 500ms"
+            )
+        return line_us
+
     def _link(self) -> str:
         """The cell's link; in real time the network is a real one and has its own jitter."""
-        if not self.realtime:
+        if not self.live:
             return self.link
-        if self.link != "enip":
+        if self.connect is None and self.link != "enip":
             raise InputError("only a real network runs in real time", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
                 "in real time the jitter is what it is", hint="leave --jitter or --realtime out"
             )
-        return "enip-realtime"
+        return "enip-realtime"  # of --connect the link is another, whatever is said here
 
     def _timeout(self) -> str | int | None:
         """In real time this computer may be late without the link being lost."""
-        if self.timeout is None and self.realtime:
+        if self.timeout is None and self.live:
             return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
         return self.timeout
 
@@ -197,9 +285,14 @@ class _Outcome:
 def run(options: RunOptions) -> None:
     """Run a program in a virtual cell.
 
+    With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
+    zeros go out before the connection is closed.
+
     Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input.
     """
     collector = _collector(options)
+    if (where := options.where()) is not None:
+        confirm(where, yes=options.yes)
     with _Progress() as progress, counting(collector) if collector else nullcontext():
         outcome = _run(options, progress, collector)
     _print_outcome(options, outcome)
@@ -249,36 +342,48 @@ def _run(
     end_us = duration_us("--for", options.duration)
     if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
+    line_us = options.line_us
     files = source_files(list(options.files), options.lib, replacements(options.replace))
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
     stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
     late = stimulus.late(end_us) if stimulus is not None else ""
-    timeline = Timeline()
     connected = False
     try:
         made = Cell.build(list(options.files), **options.of_cell())
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
+        timeline = Timeline(cell.trace)
         cell.trace.listen(timeline.take)
         if stimulus is not None:
             stimulus.schedule(cell)
-        wave = Wave(options.vcd, len(cell.robots)) if options.vcd is not None else None
+        wave = None
+        if options.vcd is not None:
+            wave = Wave(options.vcd, len(cell.robots), cell.trace)
         try:
             if wave is not None:
                 cell.trace.listen(wave.take)
             reported = 0.0
-            for number in range(1, _SLICES + 1):
-                cell.run(end_us * number // _SLICES - cell.now_us)
-                connected = connected or cell.connected
-                if time.monotonic() - reported >= _REPORT_S:
-                    reported = time.monotonic()
-                    progress(cell.now_us, end_us)
+            with ended_by_sigterm() if options.connect else nullcontext():
+                for number in range(1, _SLICES + 1):
+                    cell.run(end_us * number // _SLICES - cell.now_us)
+                    connected = connected or cell.connected
+                    if time.monotonic() - reported >= _REPORT_S:
+                        reported = time.monotonic()
+                        progress(cell.now_us, end_us)
+        except KeyboardInterrupt:
+            if options.connect is None:
+                raise
+            end_us = cell.now_us  # seen enough; the connection is closed, and all is written
         finally:
             if wave is not None:
                 wave.close()
         if options.chart is not None:
-            chart = svg_chart(timeline, _title(options, cell))
+            title = _title(options, cell)
+            if line_us is None:
+                chart = svg_chart(timeline, title)
+            else:
+                chart = scaled_svg(timeline, title, line_us)
             replace_files({options.chart: chart.encode()})
     notice = "\n".join(filter(None, (cell.notice, late)))
     coverage = _concluded(options, collector) if collector is not None else None
@@ -344,8 +449,15 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     cell, violations = outcome.cell, outcome.cell.violations
     if options.show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)
-        unicode = "utf" in (sys.stdout.encoding or "").lower()
-        print(text_chart(outcome.timeline, width, ascii_only=not unicode))
+        plain = not draws(sys.stdout.encoding)
+        line_us = options.line_us
+        if line_us is None:
+            print(text_chart(outcome.timeline, width, ascii_only=plain))
+        else:
+            print(scaled_text(outcome.timeline, width, ascii_only=plain, line_us=line_us))
+    if watched := cell.watched():
+        print("watched, at the end:")
+        print("\n".join(f"  {path} = {value}" for path, value in watched.items()))
     if outcome.notice:
         print(outcome.notice)
     if not cell.matched:

@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
+from rcx_harness.cli.options import config_data as data_of
+from rcx_harness.cli.options import config_instance as instance_of
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.scanner import Assemblies
@@ -16,8 +18,6 @@ from rcx_harness.look.look import scan as look
 from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["scan"]
-
-_DIGITS = 5
 
 
 def scan(
@@ -84,8 +84,8 @@ def scan(
         input_instance,
         output_instance,
         heartbeat,
-        _config_instance(config_instance),
-        _config_data(config_data),
+        instance_of(config_instance),
+        data_of(config_data),
     )
     kind = ConnectionKind.EXCLUSIVE_OWNER if write else ConnectionKind.INPUT_ONLY
     options = ScanOptions(
@@ -104,20 +104,3 @@ def scan(
         return  # connection and session are closed
     if not held:
         raise typer.Exit(1)
-
-
-def _config_instance(text: str) -> int | None:
-    if text.lower() == "none":
-        return None
-    if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
-        hint = "write it as 151, or none"
-        raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
-    return int(text)
-
-
-def _config_data(text: str) -> bytes:
-    try:
-        return bytes.fromhex(text)
-    except ValueError:
-        hint = "write it in hexadecimal, as 01000A00"
-        raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None

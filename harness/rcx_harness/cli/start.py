@@ -19,6 +19,9 @@ def main() -> int:
         The exit code: 0, 1 or 2; 130 after Ctrl-C.
     """
     try:
+        from rcx_harness.output.console import spare_no_character
+
+        spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
 
         code = command()
@@ -28,7 +31,9 @@ def main() -> int:
         code = INTERRUPTED
     except OSError as error:  # what is printed goes nowhere: a full disk, or nobody reads it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if isinstance(error, BrokenPipeError):
+        from rcx_harness.output.system import nobody_reads
+
+        if nobody_reads(error):
             return 1
         print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 2

@@ -1,7 +1,8 @@
 """What is kept of earlier compilations: in this process, and in a folder of the user.
 
-The folder is `$XDG_CACHE_HOME/rcx-harness` (`~/.cache/rcx-harness`); `RCX_CACHE=off` does without
-it. Entries are written under another name and renamed, so that several processes may work at once.
+The folder is `rcx-harness` in the system's folder for that, `~/.cache` on Linux, or in
+`XDG_CACHE_HOME`; `RCX_CACHE=off` does without it. Entries are written under another name and
+renamed, so that several processes may work at once.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from rcx_harness.output.system import cache_root
+
 __all__ = ["folder", "is_lasting", "kept", "memory", "put", "remembered", "sources_key"]
 
 #: Entries of one kind in the folder, and of all kinds in this process.
@@ -32,11 +35,10 @@ def folder() -> Path | None:
     """Where entries are kept; None where nothing can or shall be."""
     if os.environ.get("RCX_CACHE", "").lower() == "off":
         return None
-    root = os.environ.get("XDG_CACHE_HOME")
-    found = (Path(root) if root else Path.home() / ".cache") / "rcx-harness"
     try:
+        found = cache_root() / "rcx-harness"
         found.mkdir(parents=True, exist_ok=True)
-    except OSError:
+    except (OSError, RuntimeError):
         return None
     return found
 
@@ -49,7 +51,11 @@ def put(entry: Path, content: bytes) -> None:
     """
     with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
         file.write(content)
-    os.replace(file.name, entry)
+    try:
+        os.replace(file.name, entry)
+    except OSError:  # on Windows, while another process reads that one
+        os.unlink(file.name)
+        raise
     entries = sorted(entry.parent.glob(f"*{entry.suffix}"), key=lambda path: path.stat().st_mtime)
     for old in entries[:-IN_FOLDER]:
         old.unlink(missing_ok=True)

@@ -22,7 +22,7 @@ from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.syntax import Position
 from rcx_harness.engine.source import origin, source_text, title_of
 
-__all__ = ["LintFinding", "lint", "text_findings", "unportable"]
+__all__ = ["LintFinding", "lint", "reserved_names", "text_findings", "unportable"]
 
 _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
@@ -114,7 +114,7 @@ def lint(
         found = list(text_findings(file))
         for declaration in source.declarations:
             found += _declaration(declaration, members)
-            found += _reserved(declaration)
+            found += reserved_names(declaration)
             found += _third_edition(declaration)
         if file in library:
             found += _library(source)
@@ -177,7 +177,7 @@ def _declaration(one: s.Declaration, members: set[str]) -> _Found:
             yield from _code(statement, members)
 
 
-def _reserved(declaration: s.Declaration) -> _Found:
+def reserved_names(declaration: s.Declaration) -> Iterator[tuple[Position, str]]:
     """Names that are declared and that a newer edition has for itself."""
     for node in _nodes(declaration):
         if isinstance(node, (s.TypeDecl, s.Pou)):

@@ -15,14 +15,14 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import IO, Any
+from typing import IO, Any, Literal
 
 from rcx_harness.enip.errors import ProcessDiedError
+from rcx_harness.output import system
 
 __all__ = ["Child", "be_punctual", "how_ended", "tell"]
 
 _STOP_S, _WAIT_S = 5.0, 1.0
-_PRIORITY = 1
 
 
 class Child:
@@ -48,8 +48,8 @@ class Child:
             [sys.executable, "-m", module, json.dumps(settings)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            text=True,
-            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
+            encoding="utf-8",
+            **system.APART,
         )
         assert self.process.stdin is not None
         assert self.process.stdout is not None
@@ -95,17 +95,12 @@ def how_ended(code: int | None) -> str:
 
 def tell(message: Mapping[str, Any]) -> None:
     """Say something to the parent, in the process itself."""
-    with suppress(BrokenPipeError):  # the parent has ended
+    with suppress(OSError):  # the parent has ended
         os.write(1, json.dumps(message).encode() + b"\n")
 
 
-def be_punctual(policy: str) -> None:
-    """Ask for real time, for the threads to come too; where it is not allowed we do without.
-
-    Args:
-        policy: Name in `os`: SCHED_FIFO or SCHED_RR.
-    """
+def be_punctual(policy: Literal["first", "in turn"]) -> None:
+    """Ask for what makes the times of this process exact; see `system.ask_for_priority`."""
     gc.freeze()
-    if hasattr(os, "sched_setscheduler"):
-        with suppress(OSError):
-            os.sched_setscheduler(0, getattr(os, policy), os.sched_param(_PRIORITY))
+    system.fine_timers()
+    system.ask_for_priority(policy)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, conversion
+from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, conversion, reserved
 from rcx_harness.export.losses import missing
 from rcx_harness.export.output import Missing
 from rcx_harness.export.parts import Part
@@ -27,6 +27,7 @@ FOLDER = Path(__file__).parent / "words"
 _CALL = re.compile(r"(\w+)\((.*)\)")
 _COMPARED = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINED = ("CONCAT", "MAX", "MIN")
+_OF_EDITION_3 = ("AND_THEN", "OR_ELSE")
 _OTHERWISE = {
     **dict.fromkeys(("SEL", "MAX", "MIN", "LIMIT"), "write IF"),
     "MUX": "write CASE",
@@ -138,13 +139,28 @@ class Words:
         """
         if isinstance(part.node, s.Configuration):
             return None
-        for what, name, at in _used(part.node, functions):
+        first = next(self.lacking(part.node, functions), None)
+        return missing(part, first[1], at=first[0]) if first is not None else None
+
+    def lacking(
+        self, node: s.Pou | s.TypeDecl, functions: Collection[str]
+    ) -> Iterator[tuple[s.Position, str]]:
+        """All that a declaration uses and the list does not have: where, and what to write.
+
+        What came with the third edition is passed over: it is a construct of its own.
+
+        Args:
+            node: The declaration.
+            functions: Functions of the sources, in upper case.
+        """
+        for what, name, at in _used(node, functions):
             if not self._has(what, name):
                 key, _, count = name.partition("/")
+                if what in ("function", "block") and not reserved(key):
+                    continue
                 of = f" of {count} arguments" if key in self.functions else ""
                 said = f"{key}{of} is not on the list for {self.tool}"
-                return missing(part, f"{said}; {self._otherwise(what, key)}", at=at)
-        return None
+                yield at, f"{said}; {self._otherwise(what, key)}"
 
     def _has(self, what: str, name: str) -> bool:
         if what == "function":
@@ -252,7 +268,7 @@ def _used(
             key = one.function.key
             if key in FUNCTIONS or conversion(key) is not None:
                 yield "function", f"{key}/{len(one.arguments)}", one.at
-        elif isinstance(one, s.Binary):
+        elif isinstance(one, s.Binary) and one.op not in _OF_EDITION_3:
             yield "operator", "AND" if one.op == "&" else one.op, one.at
         elif isinstance(one, s.Unary):
             yield "operator", one.op, one.at

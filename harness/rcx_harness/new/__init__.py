@@ -55,7 +55,7 @@ def new_project(
     words = {"@NAME@": title, "@SIZE@": str(size), "@VERSION@": version("rcx-harness")}
     others = {path for system, path in CI.items() if ci not in ("all", system)}
     files = {}
-    for source in sorted(_TEMPLATE.rglob("*")):
+    for source in sorted(_TEMPLATE.rglob("*"), key=lambda file: file.parts):
         place = re.sub(r"(^|/)dot_", r"\1.", source.relative_to(_TEMPLATE).as_posix())
         if source.is_file() and place not in others and "__pycache__" not in source.parts:
             files[Path(place)] = _filled(source.read_text(encoding="utf-8"), words)

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 
 from rcx_harness.serve.status import Change
-from rcx_harness.spec import signals
+from rcx_harness.spec import command_name, signals
 from rcx_harness.trace.chart import Lane
 from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, rule, text
 
@@ -54,7 +54,8 @@ class History:
         """All dedicated signals, code, status and the connection, each with its changes."""
         table = signals()
         connection = Lane("Connection with the master", "event")
-        code, status = Lane("Remote command code", "word"), Lane("Remote status", "word")
+        code = Lane("Remote command code", "word", show=command_name)
+        status = Lane("Remote status", "word")
         inputs = [Lane(f"{one.signal} {one.title}", "input") for one in table.input]
         outputs = [Lane(f"{one.signal} {one.title}", "output") for one in table.output]
         for change in self._changes:

@@ -16,6 +16,7 @@ from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.output import system
 from rcx_harness.serve.history import History
 from rcx_harness.serve.status import Status
 
@@ -106,7 +107,7 @@ class Host:
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             limit=_LONGEST_LINE,
-            start_new_session=True,  # Ctrl-C is for the parent, which decides when it ends
+            **system.APART,
         )
         first = await self._read_line()
         if first is None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
-import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -14,6 +13,8 @@ from rich.console import Console
 from rich.live import Live
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.console import draws
+from rcx_harness.output.system import told_to_end
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.terminal import Lines, screen
 
@@ -42,8 +43,13 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, stop.set)
+    with told_to_end(lambda: loop.call_soon_threadsafe(stop.set)):
+        return await _serve(every, web_port, stop, quiet=quiet)
+
+
+async def _serve(
+    every: Sequence[Settings], web_port: int | None, stop: asyncio.Event, *, quiet: bool
+) -> int:
     hosts = [Host(settings) for settings in every]
     page = _page(hosts, web_port)
     try:
@@ -145,7 +151,8 @@ async def _show(hosts: Sequence[Host], page: WebServer | None, quiet: bool) -> N
             for line in lines.new():
                 print(line, flush=True)
             await asyncio.sleep(_SHOW_EVERY_S)
+    plain = not draws(console.encoding)
     with Live(console=console, auto_refresh=False, screen=False) as live:
         while True:
-            live.update(screen(hosts, console.height - 4), refresh=True)
+            live.update(screen(hosts, console.height - 4, ascii_only=plain), refresh=True)
             await asyncio.sleep(_SHOW_EVERY_S)

@@ -199,7 +199,7 @@ def main(argument: str) -> None:
         station = Station(controller, adapter.shared)
         channel = Channel()
         channel.tell(json.dumps({"port": adapter.address[1], "size": adapter.size}))
-        be_punctual("SCHED_RR")
+        be_punctual("in turn")
         channel.start()
         try:
             reason = run(

@@ -19,6 +19,8 @@ __all__ = ["Lines", "screen"]
 _STYLES = {"green": "bold green", "red": "bold red", "off": "dim"}
 _FULL_HEIGHT = 23  # lines of a controller with all its dedicated bits
 _COMMANDS = 3
+#: Lamps that are on, and off.
+_LAMPS, _PLAIN = ("●", "○"), ("*", ".")
 
 
 class Lines:
@@ -47,10 +49,11 @@ class Lines:
         return lines
 
 
-def screen(hosts: Sequence[Host], height: int) -> RenderableType:
+def screen(hosts: Sequence[Host], height: int, *, ascii_only: bool = False) -> RenderableType:
     """The table for a terminal of `height` lines; with little room only the bits that are ON."""
     full = len(hosts) * _FULL_HEIGHT <= height
-    return Group(*(_panel(view(number, host), full) for number, host in enumerate(hosts)))
+    lamps = _PLAIN if ascii_only else _LAMPS
+    return Group(*(_panel(view(number, host), full, lamps) for number, host in enumerate(hosts)))
 
 
 def _told(number: int, host: Host) -> dict[str, Any]:
@@ -86,7 +89,7 @@ def _changes(before: dict[str, Any], now: dict[str, Any]) -> dict[str, list[str]
     return lines
 
 
-def _panel(shown: dict[str, Any], full: bool) -> Panel:
+def _panel(shown: dict[str, Any], full: bool, lamps: tuple[str, str]) -> Panel:
     head = Table.grid(padding=(0, 2))
     head.add_column(style="dim", no_wrap=True)
     head.add_column(ratio=1)
@@ -94,7 +97,8 @@ def _panel(shown: dict[str, Any], full: bool) -> Panel:
     for led in shown["leds"]:
         style = _STYLES[led["state"].split(",")[0].split()[0]]
         head.add_row(
-            led["title"], Text.assemble(("● ", style), f"{led['state']} ({led['meaning']})")
+            led["title"],
+            Text.assemble((f"{lamps[0]} ", style), f"{led['state']} ({led['meaning']})"),
         )
     packets = shown["packets"]
     head.add_row(
@@ -109,18 +113,18 @@ def _panel(shown: dict[str, Any], full: bool) -> Panel:
         head.add_row("command", Text(f"{one['request']}: {one['result'] or 'running'}"))
     for one in shown["violations"][:1]:
         head.add_row("rule broken", Text(f"{one['time']}: {one['text']}", "yellow"))
-    bits = _all_bits(shown) if full else _bits_on(shown)
+    bits = _all_bits(shown, lamps) if full else _bits_on(shown)
     running = "" if shown["running"] else " (ended)"
     title = f"{shown['name']}, {shown['size']} bytes{running}"
     return Panel(Group(head, bits), title=title, title_align="left")
 
 
-def _all_bits(shown: dict[str, Any]) -> RenderableType:
+def _all_bits(shown: dict[str, Any], lamps: tuple[str, str]) -> RenderableType:
     grid = Table.grid(padding=(0, 4))
     rows = max(len(shown["inputs"]), len(shown["outputs"]))
     for row in range(rows):
         cells = [side[row] if row < len(side) else None for side in _sides(shown)]
-        grid.add_row(*(_bit(one) if one else Text() for one in cells))
+        grid.add_row(*(_bit(one, lamps) if one else Text() for one in cells))
     return grid
 
 
@@ -132,6 +136,6 @@ def _sides(shown: dict[str, Any]) -> tuple[list[dict[str, Any]], list[dict[str, 
     return shown["inputs"], shown["outputs"]
 
 
-def _bit(one: dict[str, Any]) -> Text:
-    lamp, style = ("●", "bold") if one["on"] else ("○", "dim")
+def _bit(one: dict[str, Any], lamps: tuple[str, str]) -> Text:
+    lamp, style = (lamps[0], "bold") if one["on"] else (lamps[1], "dim")
     return Text(f"{lamp} {one['signal']} {one['title']}", style)

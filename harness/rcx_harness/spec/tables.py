@@ -26,6 +26,7 @@ __all__ = [
     "Signals",
     "alarms",
     "command",
+    "command_name",
     "commands",
     "folder",
     "load_toml",
@@ -193,6 +194,14 @@ def command(name: str) -> Command:
     meant = [by_name[key].name for key in get_close_matches(name.lower(), by_name)]
     hint = did_you_mean(meant) or "docs/commands.md lists all names and codes"
     raise InputError(f"no remote command is called {name!r}", hint=hint)
+
+
+def command_name(word: int) -> str:
+    """A command code in a chart: `MovePtp`, of robot 2 `MovePtp R2`; 0xFFFF if there is none."""
+    found, robot = commands().get(word & 0x0FFF), word >> 12
+    if found is None or (robot and not found.robot):
+        return f"0x{word:04X}"
+    return f"{found.name} R{robot}" if robot else found.name
 
 
 def whole_number(text: str) -> int:

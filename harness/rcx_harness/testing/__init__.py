@@ -24,6 +24,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "FILE",
         "help": "properties of the robot (TOML); once for each robot",
     },
+    "watch": {
+        "action": "append",
+        "metavar": "PATHS",
+        "help": "variables that charts and traces show, as Main.Step,Main.Hmi.*",
+    },
     "artifacts": {"metavar": "DIR", "help": "folder for charts and traces of failed tests"},
 }
 
@@ -50,7 +55,6 @@ COVERAGE: dict[str, dict[str, Any]] = {
 LISTS = {
     "sources": "ST files of the program: names, patterns or folders, one per line",
     "replace": "ST files for POUs of a project, POU=file.st, one per line",
-    "watch": "variables that traces show in every scan, one per line",
 }
 
 #: The other keys of the ini file.
@@ -61,5 +65,6 @@ VALUES = {
     "n": "where in the outputs the area begins",
     "rpi": "packet interval",
     "jitter": "greatest delay of a packet",
+    "positions": "charts and traces show where the robot is: in pulses, or mm",
     "on_loss": "the PLC's inputs without a link: hold or clear",
 }

@@ -15,7 +15,13 @@ import pytest
 from rcx_harness.cell import Cell, CellTimeout
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
-from rcx_harness.testing.evidence import broken_rules, chart_of, state_of, write_files
+from rcx_harness.testing.evidence import (
+    broken_rules,
+    chart_of,
+    state_of,
+    watched_of,
+    write_files,
+)
 from rcx_harness.testing.settings import artifacts, settings_of
 from rcx_harness.units import format_us
 
@@ -121,6 +127,8 @@ class Cells:
         sections = [(f"rcx: timing chart of the {name}", chart_of(cell))]
         if not cell.closed:
             sections.append((f"rcx: variables of the {name}", state_of(cell)))
+        if watched := watched_of(cell):
+            sections.append((f"rcx: watched variables of the {name}", watched))
         if cell.violations:
             sections.append((f"rcx: broken rules in the {name}", broken_rules(cell)))
         return sections

@@ -11,12 +11,13 @@ from pathlib import Path
 from rcx_harness import spec
 from rcx_harness.cell import Cell
 from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
+from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.units import format_us
 
-__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "write_files"]
+__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
 _SECOND_US = 1_000_000
 #: A chart goes back further than a second until it shows so many changes.
@@ -29,7 +30,7 @@ class LastChanges(Timeline):
     """The end of a run: the last second, or the last changes if there are few in it."""
 
     def __init__(self, cell: Cell) -> None:
-        super().__init__()
+        super().__init__(cell.trace)
         for record in cell.trace:
             self.take(record)
         every = super().instants()
@@ -52,19 +53,24 @@ def chart_of(cell: Cell) -> str:
     chart = LastChanges(cell)
     width = max(_WIDTH[0], min(shutil.get_terminal_size((100, 24)).columns, _WIDTH[1]))
     out = sys.__stdout__
-    unicode = "utf" in ((out.encoding if out is not None else "") or "utf").lower()
+    plain = not draws((out.encoding if out is not None else "") or "utf-8")
     trace = cell.trace.header
     head = (
         f"{format_us(chart.since_us)} to {format_us(cell.now_us)}, the end of the test "
         f"(scan {cell.scans}); scan {format_us(cell.timing.scan_us)}, engine {trace['engine']}, "
         f"link {trace['link']}, seed {trace['seed']}"
     )
-    return f"{head}\n\n{text_chart(chart, width, ascii_only=not unicode)}"
+    return f"{head}\n\n{text_chart(chart, width, ascii_only=plain)}"
 
 
 def state_of(cell: Cell) -> str:
     """The programs' plain variables, and the blocks that are busy or in error."""
     return "\n".join(_state(cell))
+
+
+def watched_of(cell: Cell) -> str:
+    """The watched variables, one per line."""
+    return "\n".join(f"{path} = {value}" for path, value in cell.watched().items())
 
 
 def broken_rules(cell: Cell) -> str:

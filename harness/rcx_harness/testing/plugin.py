@@ -36,7 +36,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         kind = {"type": _duration} if name == "scan" else {}
         option = f"--rcx-{name.replace('_', '-')}"
         group.addoption(option, dest=f"rcx_{name}", default=None, **about, **kind)
-        many: dict[str, Any] = {"type": "linelist", "default": []} if name == "robot" else {}
+        several = about.get("action") == "append"
+        many: dict[str, Any] = {"type": "linelist", "default": []} if several else {}
         parser.addini(f"rcx_{name}", f"{about['help']}; as {option}", **{"default": None, **many})
     for name, text in LISTS.items():
         parser.addini(f"rcx_{name}", text, type="linelist", default=[])

@@ -29,7 +29,7 @@ _BUILD = inspect.signature(Cell.build).parameters
 _KEYS = ("sources", *(name for name in _BUILD if name not in ("program", "trace")))
 
 _ON_COMMAND_LINE = [name for name in OPTIONS if name != "artifacts"]
-_IN_INI = [name for name in (*OPTIONS, *VALUES) if name not in ("robot", "artifacts")]
+_IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifacts")]
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
 
@@ -233,7 +233,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
             found.append(place)
             continue
         try:
-            matching = sorted(home.glob(str(source)))
+            matching = sorted(home.glob(str(source)), key=lambda file: file.parts)
         except (NotImplementedError, ValueError):  # an absolute pattern, or an empty one
             matching = []
         if not matching:

@@ -6,22 +6,39 @@ interval and a 5 ms answer are both seen. Long runs go on in bands below each ot
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
-from rcx_harness.spec import Signal, signals
-from rcx_harness.trace.records import Record, Scan, Violation
+from rcx_harness.engine.types import ElementaryType, Type
+from rcx_harness.spec import Signal, command_name, signals
+from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
+from rcx_harness.trace.values import parts, value_text
 from rcx_harness.watch.wire import word
 
-__all__ = ["Band", "Lane", "Timeline", "text_chart", "time_labels"]
+__all__ = ["LONGEST_TEXT", "MOST_INSTANTS", "NOTHING", "Band", "Glyphs", "Lane", "Timeline"]
+__all__ += ["column_widths", "glyphs", "name_width", "text_chart", "time_labels"]
 
 #: More instants than this make no chart that anybody reads; a wave file holds them all.
 MOST_INSTANTS = 400
 
 #: Characters for the names: at least, at most; in between two fifths of the width.
 _LABEL = (26, 50)
+#: A watched variable that changes more often makes no columns of its own.
+_OFTEN = 50
+#: With more watched variables than this, those that never change are left out.
+_MOST_STILL = 16
+#: For a longer text a column is not made wider.
+LONGEST_TEXT = 24
+#: Letters of a text that nobody understands without those behind them.
+_TOO_FEW = 2
+
+#: In place of a chart without a change.
+NOTHING = "no dedicated signal and no remote command changed"
 
 
 def _when(change: tuple[int, Any]) -> int:
@@ -35,19 +52,56 @@ class Lane:
     Attributes:
         name: What stands beside it.
         kind: `input`, `output`, `variable` or `event` for what is ON or OFF, `word` for a word,
-            `stage` for the names of an enumeration, `curve` for a number over time, `finding` for
-            broken rules.
+            `value` for what stands there as text, `stage` for the names of an enumeration, `curve`
+            for a number over time, `finding` for broken rules.
         changes: In order of time.
+        first: The value before the first change.
+        show: A value as text; without it a word has its hexadecimal digits.
+        always: It is drawn even while there is nothing to see but OFF.
     """
 
     name: str
     kind: str
     changes: list[tuple[int, Any]] = field(default_factory=list)
+    first: Any = 0
+    show: Callable[[Any], str] | None = None
+    always: bool = False
 
     def note(self, t_us: int, value: Any) -> None:
         """The value from `t_us` on."""
-        if value != (self.changes[-1][1] if self.changes else 0):
+        if value != (self.changes[-1][1] if self.changes else self.first):
             self.changes.append((t_us, value))
+
+    def text(self, value: Any) -> str:
+        """A value as text."""
+        if self.show is not None:
+            return self.show(value)
+        return f"0x{value:04X}" if self.kind == "word" else str(value)
+
+    def short(self, value: Any) -> str:
+        """A value as text for a terminal, where there is little room."""
+        return self.text(value).removeprefix("0x")
+
+    @property
+    def is_text(self) -> bool:
+        """In columns its values stand there as text."""
+        return self.kind in ("word", "value", "curve")
+
+    def is_idle(self, value: Any) -> bool:
+        """Is it a value for which there is but a line: the word 0?"""
+        return self.kind == "word" and not value
+
+    @property
+    def is_curve(self) -> bool:
+        """To scale it is a curve: a position, or a number that changes all the time."""
+        if self.kind == "curve":
+            return True
+        return self.kind == "value" and self.is_restless and isinstance(self.first, (int, float))
+
+    @property
+    def is_restless(self) -> bool:
+        """It changes so often that each change is worth no column."""
+        return len(self.changes) > _OFTEN
 
     def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
         """From, to, value, within these times; values that come and go in no time are left out."""
@@ -59,22 +113,31 @@ class Lane:
                 yield start, stop, value
 
     def value_at(self, t_us: int) -> Any:
-        """The value from `t_us` on; 0 before the first change."""
+        """The value from `t_us` on."""
         found = bisect_right(self.changes, t_us, key=_when)
-        return self.changes[found - 1][1] if found else 0
+        return self.changes[found - 1][1] if found else self.first
 
     def tells(self, first_us: int, last_us: int) -> bool:
         """Is there anything but OFF to see from `first_us` to `last_us`?"""
+        if self.always:
+            return True
         on = self.kind == "word" or (self.kind != "finding" and self.value_at(first_us - 1))
-        return bool(on) or self._has(first_us, last_us)
+        return bool(on) or self.count(first_us, last_us + 1) > 0
+
+    def limits(self) -> tuple[float, float]:
+        """The least and the greatest number among its values."""
+        values = (self.first, *(value for _, value in self.changes))
+        numbers = [v for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
+        return min(numbers, default=0), max(numbers, default=0)
+
+    def count(self, begin_us: int, end_us: int) -> int:
+        """How many changes there are from `begin_us` on, before `end_us`."""
+        first = bisect_left(self.changes, begin_us, key=_when)
+        return bisect_left(self.changes, end_us, key=_when) - first
 
     def changes_at(self, t_us: int) -> bool:
         """Is there a change at exactly this time?"""
-        return self._has(t_us, t_us)
-
-    def _has(self, first_us: int, last_us: int) -> bool:
-        found = bisect_left(self.changes, first_us, key=_when)
-        return found < len(self.changes) and self.changes[found][0] <= last_us
+        return self.count(t_us, t_us + 1) > 0
 
 
 @dataclass(frozen=True)
@@ -82,6 +145,7 @@ class Band:
     """Some successive instants of a chart, with the lanes to draw."""
 
     instants: tuple[int, ...]
+    widths: tuple[int, ...]
     lanes: tuple[Lane, ...]
 
 
@@ -92,7 +156,7 @@ class _Signals:
         table, who = signals(), "" if controller == 1 else f"{controller}: "
         self.inputs = [(one.byte, one.bit, _lane(one, "input", who)) for one in table.input]
         self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
-        self.code = Lane(f"{who}Remote command code", "word")
+        self.code = Lane(f"{who}Remote command code", "word", show=command_name)
         self.status = Lane(f"{who}Remote status", "word")
         self._si = self._so = b""
 
@@ -115,49 +179,171 @@ class _Signals:
         return [*bits, self.code, self.status]
 
 
+class _Variables:
+    """The lanes of the watched variables: of structures and arrays for each member and element."""
+
+    def __init__(self, watched: Mapping[str, Type]) -> None:
+        self._parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
+        self._before: dict[str, Any] = {}
+        self._lanes: dict[str, Lane] = {}
+
+    def take(self, t_us: int, values: Mapping[str, Any]) -> None:
+        """Take the values of a scan."""
+        for path, within in self._parts.items():
+            value = values[path]
+            if path in self._before and value == self._before[path]:
+                continue
+            self._before[path] = value
+            for part in within:
+                held = part.of(value)
+                if isinstance(held, float) and math.isnan(held):
+                    held = "nan"  # the same one again is no change
+                if part.path in self._lanes:
+                    self._lanes[part.path].note(t_us, held)
+                else:
+                    self._lanes[part.path] = _of_variable(part.path, part.type, held)
+
+    def lanes(self) -> list[Lane]:
+        """Those that changed, or all if they are few."""
+        every = list(self._lanes.values())
+        return every if len(every) <= _MOST_STILL else [lane for lane in every if lane.changes]
+
+
+def _of_variable(name: str, kind: Type, first: Any) -> Lane:
+    if kind == ElementaryType("BOOL"):
+        return Lane(name, "variable", first=first, always=True)
+    return Lane(name, "value", first=first, show=partial(_text_of, kind), always=True)
+
+
+def _text_of(kind: Type, value: Any) -> str:
+    return value if value == "nan" else value_text(kind, value)
+
+
 class Timeline:
     """Collects the changes of the dedicated signals, as the PLC reads and writes them.
 
-    Give `take` to `Trace.listen`. Memory grows with the changes, not with the time.
+    With a trace also those of the watched variables and positions that it records. Give `take` to
+    `Trace.listen`. Memory grows with the changes, not with the time.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, trace: Trace | None = None) -> None:
         self._controllers = {1: _Signals(1)}
+        self._variables = _Variables(trace.watched if trace is not None else {})
+        self._positions = [
+            [_of_axis(title, number) for title in titles]
+            for number, titles in enumerate(trace.axes if trace is not None else (), 1)
+        ]
         self._findings = Lane("Rule broken", "finding")
+        self.end_us = 0
+        """The time of the last record."""
 
     def take(self, record: Record) -> None:
         """Take the next record of the run."""
+        self.end_us = record.t_us
         if isinstance(record, Scan):
             if record.controller not in self._controllers:
                 self._controllers[record.controller] = _Signals(record.controller)
             self._controllers[record.controller].take(record)
+            if record.vars is not None:
+                self._variables.take(record.t_us, record.vars)
         elif isinstance(record, Violation):
             self._findings.changes.append((record.t_us, 1))
+        elif record.positions is not None and self._positions:
+            self._take_positions(record, record.positions)
+
+    def _take_positions(self, record: Cycle, positions: tuple[float, ...]) -> None:
+        for lane, value in zip(self._positions[record.controller - 1], positions, strict=True):
+            if lane.first is None:
+                lane.first = value
+            lane.note(record.t_us, value)
 
     def lanes(self) -> list[Lane]:
-        """The lanes of each controller; broken rules if there are any."""
+        """Signals of each controller, variables, positions; broken rules if there are any."""
         every = [lane for one in self._controllers.values() for lane in one.lanes()]
+        every += self._of_cell()
         return [*every, *([self._findings] if self._findings.changes else [])]
 
-    def instants(self) -> list[int]:
-        """All times at which something changed, in order."""
-        return sorted({when for lane in self.lanes() for when, _ in lane.changes})
+    def _of_cell(self) -> list[Lane]:
+        """Variables and positions."""
+        found = self._variables.lanes()
+        for lanes in self._positions:
+            found += [lane for lane in lanes if lane.first is not None]
+        return found
 
-    def bands(self, columns: int) -> list[Band]:
-        """The chart in bands of at most `columns` instants.
+    def instants(self) -> list[int]:
+        """The times at which something changed, in order.
+
+        What moves, or changes all the time, counts only if there is nothing else.
+        """
+        moving = {id(one) for one in self._of_cell() if one.kind == "curve" or one.is_restless}
+        lanes = self.lanes()
+        calm = [lane for lane in lanes if id(lane) not in moving]
+        return _times(calm) or _times(lanes)
+
+    def bands(self, widths: Sequence[int], room: int) -> list[Band]:
+        """The chart in bands as wide as there is room.
 
         A bit that is OFF all through a band is left out of it.
+
+        Args:
+            widths: Of the columns of all instants.
+            room: For the columns of a band; one at least.
         """
-        instants = self.instants()[:MOST_INSTANTS]
-        parts = [tuple(instants[k : k + columns]) for k in range(0, len(instants), columns)]
-        return [
-            Band(part, tuple(lane for lane in self.lanes() if lane.tells(part[0], part[-1])))
-            for part in parts
-        ]
+        instants = self.instants()[: len(widths)]
+        found = []
+        begin = 0
+        for end in [*_breaks(widths, room), len(instants)]:
+            part = tuple(instants[begin:end])
+            if part:
+                lanes = tuple(lane for lane in self.lanes() if lane.tells(part[0], part[-1]))
+                found.append(Band(part, tuple(widths[begin:end]), lanes))
+            begin = end
+        return found
 
     def left_out(self) -> int:
         """How many instants the chart does not show."""
         return max(0, len(self.instants()) - MOST_INSTANTS)
+
+
+def _of_axis(title: str, controller: int) -> Lane:
+    who = "" if controller == 1 else f"{controller}: "
+    return Lane(f"{who}{title}", "curve", first=None, show="{:g}".format, always=True)
+
+
+def _times(lanes: Iterable[Lane]) -> list[int]:
+    return sorted({when for lane in lanes for when, _ in lane.changes})
+
+
+def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
+    """Where bands begin, but for the first."""
+    used = 0
+    for number, width in enumerate(widths):
+        if number and used + width > room:
+            yield number
+            used = 0
+        used += width
+
+
+def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -> list[int]:
+    """The widths of the columns of a chart: so that values can be read, as far as they are short.
+
+    Args:
+        timeline: What is drawn.
+        narrow: Of a column at least.
+        need: How wide a text of so many characters is, with what is beside it.
+    """
+    instants = timeline.instants()[:MOST_INSTANTS]
+    widths = [narrow] * len(instants)
+    for lane in timeline.lanes():
+        if not lane.is_text:
+            continue
+        values = [lane.value_at(t_us) for t_us in instants]
+        begins = [k for k, value in enumerate(values) if not k or value != values[k - 1]]
+        for begin, end in pairwise([*begins, len(values)]):
+            if not lane.is_idle(values[begin]):
+                wanted = need(min(len(lane.short(values[begin])), LONGEST_TEXT))
+                widths[begin] += max(0, wanted - sum(widths[begin:end]))
+    return widths
 
 
 def time_labels(instants: Sequence[int]) -> list[str]:
@@ -177,26 +363,34 @@ def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False
     """
     labels = time_labels(timeline.instants()[:MOST_INSTANTS])
     if not labels:
-        return "no dedicated signal and no remote command changed\n"
-    cell = max(6, max(map(len, labels)) + 1)
-    longest = max(len(lane.name) for lane in timeline.lanes())
-    names = min(longest, max(_LABEL[0], width * 2 // 5), _LABEL[1])
-    columns = max(1, (max(width, 60) - names - 3) // cell)
-    glyphs = _ASCII if ascii_only else _UNICODE
+        return NOTHING + "\n"
+    names = name_width((lane.name for lane in timeline.lanes()), width)
+    widths = column_widths(timeline, max(6, *(len(label) + 1 for label in labels)), _with_edge)
+    drawn = glyphs(ascii_only)
     lines = []
-    for number, band in enumerate(timeline.bands(columns)):
-        times = labels[number * columns : (number + 1) * columns]
-        head = "".join(f"{label:<{cell}}" for label in times)
+    for band in timeline.bands(widths, max(width, 60) - names - 3):
+        head = "".join(f"{labels.pop(0):<{cell}}" for cell in band.widths)
         lines.append(f"{'time [ms]':<{names}}   {head}".rstrip())
-        lines += [_line(lane, band.instants, names, cell, glyphs) for lane in band.lanes]
+        lines += [_line(lane, band, names, drawn) for lane in band.lanes]
         lines.append("")
     if timeline.left_out():
         lines.append(f"{timeline.left_out()} further instants are left out; --vcd has them all")
-    return "\n".join(lines).rstrip() + "\n"
+    return drawn.finished(lines)
+
+
+def name_width(names: Iterable[str], width: int) -> int:
+    """Characters for the names of the lanes of a chart that is so wide."""
+    return min(max(map(len, names)), max(_LABEL[0], width * 2 // 5), _LABEL[1])
+
+
+def _with_edge(letters: int) -> int:
+    return letters + 2
 
 
 @dataclass(frozen=True)
-class _Glyphs:
+class Glyphs:
+    """The characters that a chart on a terminal is drawn with; `levels` from low to high."""
+
     low: str
     high: str
     rise: str
@@ -205,42 +399,62 @@ class _Glyphs:
     cross: str
     mark: str
     more: str
+    levels: str
+
+    def finished(self, lines: Iterable[str]) -> str:
+        """The chart; what a terminal without Unicode does not have is a question mark."""
+        chart = "\n".join(lines).rstrip() + "\n"
+        return chart.encode("ascii", "replace").decode() if self is _ASCII else chart
+
+    def name(self, name: str, width: int) -> str:
+        """The beginning of a line: the name, cut to so many characters."""
+        return f"{self.cut(name, width):<{width}} "
+
+    def cut(self, text: str, room: int) -> str:
+        """A text in so little room; nothing where it would not be understood."""
+        if len(text) <= room:
+            return text
+        return text[: room - 1] + self.more if room > _TOO_FEW + 1 else ""
 
 
-_UNICODE = _Glyphs("▁", "▔", "╱", "╲", "─", "╳", "▲", "…")  # noqa: RUF001 - drawn lines
-_ASCII = _Glyphs("_", '"', "/", "\\", "-", "X", "!", "~")
+_UNICODE = Glyphs("▁", "▔", "╱", "╲", "─", "╳", "▲", "…", "▁▂▃▄▅▆▇█")  # noqa: RUF001 - drawn lines
+_ASCII = Glyphs("_", '"', "/", "\\", "-", "X", "!", "~", "_.:-=+*#")
 
 
-def _line(lane: Lane, instants: tuple[int, ...], names: int, cell: int, glyphs: _Glyphs) -> str:
-    name = lane.name if len(lane.name) <= names else lane.name[: names - 1] + glyphs.more
-    value = lane.value_at(instants[0] - 1)
-    parts = [f"{name:<{names}} "]
+def glyphs(ascii_only: bool) -> Glyphs:
+    """The characters for a terminal with or without Unicode."""
+    return _ASCII if ascii_only else _UNICODE
+
+
+def _line(lane: Lane, band: Band, names: int, drawn: Glyphs) -> str:
+    value = lane.value_at(band.instants[0] - 1)
+    parts = [drawn.name(lane.name, names)]
+    columns = list(zip(band.instants, band.widths, strict=True))
     if lane.kind == "finding":
-        marks = (glyphs.mark if lane.changes_at(t_us) else " " for t_us in instants)
-        return "".join([*parts, "  ", *(f"{mark:<{cell}}" for mark in marks)]).rstrip()
-    if lane.kind == "word":
-        return "".join([*parts, glyphs.idle * 2, *_words(lane, instants, cell, glyphs)])
-    parts.append((glyphs.high if value else glyphs.low) * 2)
-    for t_us in instants:
+        marks = ((drawn.mark if lane.changes_at(t_us) else " ", cell) for t_us, cell in columns)
+        return "".join([*parts, "  ", *(f"{mark:<{cell}}" for mark, cell in marks)]).rstrip()
+    if lane.is_text:
+        return "".join([*parts, drawn.idle * 2, *_texts(lane, band, drawn)])
+    parts.append((drawn.high if value else drawn.low) * 2)
+    for t_us, cell in columns:
         before, value = value, lane.value_at(t_us)
-        level = glyphs.high if value else glyphs.low
-        edge = level if value == before else glyphs.rise if value else glyphs.fall
+        level = drawn.high if value else drawn.low
+        edge = level if value == before else drawn.rise if value else drawn.fall
         parts.append(edge + level * (cell - 1))
     return "".join(parts)
 
 
-def _words(lane: Lane, instants: tuple[int, ...], cell: int, glyphs: _Glyphs) -> list[str]:
-    """Zero is a plain line; any other value stands where it begins, and at each band's start."""
-    parts = []
-    before = lane.value_at(instants[0] - 1)
-    for number, t_us in enumerate(instants):
-        value = lane.value_at(t_us)
-        begins = lane.changes_at(t_us)
-        edge = glyphs.cross if begins and value != before else glyphs.idle
-        shown = f"{value:04X}" if value and (begins or number == 0) else ""
-        parts.append(edge + shown + glyphs.idle * (cell - 1 - len(shown)))
+def _texts(lane: Lane, band: Band, drawn: Glyphs) -> Iterator[str]:
+    """The word 0 is a plain line; any other value stands where it begins, and at a band's start."""
+    before = lane.value_at(band.instants[0] - 1)
+    values = [lane.value_at(t_us) for t_us in band.instants]
+    begins = [k for k, value in enumerate(values) if not k or value != values[k - 1]]
+    for begin, end in pairwise([*begins, len(values)]):
+        value, width = values[begin], sum(band.widths[begin:end])
+        shown = "" if lane.is_idle(value) else drawn.cut(lane.short(value), width - 1)
+        edge = drawn.cross if value != before else drawn.idle
+        yield edge + shown + drawn.idle * (width - 1 - len(shown))
         before = value
-    return parts
 
 
 def _lane(signal: Signal, kind: str, who: str) -> Lane:

@@ -9,10 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
-from itertools import pairwise
+from itertools import accumulate, pairwise
+from math import ceil, isfinite
 from typing import Any
 
-from rcx_harness.trace.chart import Band, Lane, Timeline, time_labels
+from rcx_harness.trace.chart import (
+    LONGEST_TEXT,
+    NOTHING,
+    Band,
+    Lane,
+    Timeline,
+    column_widths,
+    time_labels,
+)
 
 __all__ = ["COLOURS", "CURVE", "STYLE", "Columns", "Look", "Scale"]
 __all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
@@ -21,8 +30,10 @@ __all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
 CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-_LETTER, _SMALL = 7.6, 5.9
-_COLUMNS = 12
+#: Width of a letter of a name, of one in a small box, of one of a value.
+_LETTER, _SMALL, _VALUE = 7.6, 5.9, 7.3
+#: Room for the columns of a band.
+_ROOM = 12 * _COLUMN
 _LEAD = 24
 _HEAD = 46
 _GAP = 18
@@ -36,6 +47,7 @@ COLOURS = {
     "input": "#1f5fa8",
     "output": "#1b7a3d",
     "word": "#6a4a8f",
+    "value": "#444444",
     "stage": "#6a4a8f",
     "curve": "#a03a6a",
     "variable": "#444444",
@@ -75,6 +87,11 @@ class Columns:
         ends = [*(x for x, _ in found[1:]), self.right]
         return [(x, end, value) for (x, value), end in zip(found, ends, strict=True)]
 
+    def marks(self, lane: Lane) -> list[float]:
+        """Where a lane has a change."""
+        columns = zip(self.xs, self.instants, strict=True)
+        return [x for x, t_us in columns if lane.changes_at(t_us)]
+
 
 @dataclass(frozen=True)
 class Scale:
@@ -95,6 +112,10 @@ class Scale:
         spans = lane.spans(max(self.begin_us, 0), self.end_us)
         return [(self.x(start), self.x(stop), value) for start, stop, value in spans]
 
+    def marks(self, lane: Lane) -> list[float]:
+        """Where a lane has a change."""
+        return [self.x(t_us) for t_us, _ in lane.changes if self.begin_us <= t_us < self.end_us]
+
     def round_times(self, steps_us: Sequence[int], most: int) -> Iterator[tuple[int, float]]:
         """Times to mark, each with its place: at the first of the steps that gives few of them."""
         whole = self.end_us - self.begin_us
@@ -111,8 +132,10 @@ class Look:
         high: From OFF to ON.
         edge: Half the width of an edge.
         digits: Where a word's digits begin, right of its edge and above OFF.
-        room: They are left out of a box that is narrower than this.
+        room: Six digits are left out of a box that is narrower than this.
         filled: What is ON is filled, and a word's box shows its digits as a tip.
+        whole: A curve reaches over the values of the whole run, not only over those it shows, and
+            has as many points as can be seen.
     """
 
     high: int = 18
@@ -120,6 +143,7 @@ class Look:
     digits: tuple[int, int] = (9, 5)
     room: int = 0
     filled: bool = False
+    whole: bool = False
 
 
 _PLAIN = Look()
@@ -154,9 +178,9 @@ def document(
 def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN) -> list[str]:
     """The elements of one lane.
 
-    A word is drawn as boxes with its digits, a stage as boxes with its names, a curve as a line
-    over its least and greatest value, a broken rule as a mark, and any other lane as a wave, or as
-    boxes where it has other values than 0 and 1.
+    A word or a value is drawn as boxes with its text, a stage as boxes with its names, a broken
+    rule as a mark, and any other lane as a wave, or as boxes where it has other values than 0
+    and 1. What is a curve is a line over its least and greatest value, but in columns a value.
 
     Args:
         lane: What to draw.
@@ -166,27 +190,20 @@ def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN)
     """
     colour = COLOURS[lane.kind]
     if lane.kind == "finding":
-        assert isinstance(axis, Columns)
-        return _marks(lane, axis, base, colour)
+        return [
+            f'<path style="fill:{colour}" d="M{x - 6:g} {base}h12l-6 -13Z"/>'
+            for x in axis.marks(lane)
+        ]
     spans = axis.spans(lane)
     if not spans:
         return []
-    if lane.kind == "word":
-        return _words(spans, base, colour, look)
-    if lane.kind == "curve":
-        assert isinstance(axis, Scale)
-        return _curve(lane, axis, base, colour)
+    if lane.is_curve and isinstance(axis, Scale):
+        return _curve(lane, axis, base, colour, look)
+    if lane.is_text:
+        return _texts(lane, spans, base, colour, look)
     if lane.kind == "stage" or any(value not in (0, 1) for _, value in lane.changes):
         return _boxes(spans, base, colour, _names(lane), look)
     return _wave(spans, base, colour, look)
-
-
-def _marks(lane: Lane, axis: Columns, base: int, colour: str) -> list[str]:
-    return [
-        f'<path style="fill:{colour}" d="M{x - 6} {base}h12l-6 -13Z"/>'
-        for x, t_us in zip(axis.xs, axis.instants, strict=True)
-        if lane.changes_at(t_us)
-    ]
 
 
 def _wave(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
@@ -203,24 +220,35 @@ def _wave(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[st
     return [*parts, f'<path stroke="{colour}" d="{path}H{spans[-1][1]:g}"/>']
 
 
-def _words(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
-    """Zero is a line in the middle, any other value a box, with its digits if there is room."""
+def _texts(lane: Lane, spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
+    """The word 0 is a line in the middle, any other value a box, with its text if there is room."""
     middle, top, edge = base - look.high // 2, base - look.high, look.edge
     parts = []
     for x, end, value in spans:
-        if not value:
+        if lane.is_idle(value):
             parts.append(f'<path stroke="{colour}" d="M{x:g} {middle}H{end:g}"/>')
             continue
         box = (
             f"M{x:g} {middle}L{x + edge:g} {top}H{end - edge:g}L{end:g} {middle}"
             f"L{end - edge:g} {base}H{x + edge:g}Z"
         )
-        shown = f"0x{value:04X}"
-        tip = f"><title>{shown}</title></path>" if look.filled else "/>"
+        whole = lane.text(value)
+        shown = _fitting(whole, end - x, look)
+        tip = f"><title>{escape(whole)}</title></path>" if look.filled or shown != whole else "/>"
         parts.append(f'<path stroke="{colour}" d="{box}"{tip}')
-        if end - x >= look.room:
+        if shown:
             parts.append(text(x + look.digits[0], base - look.digits[1], shown, "v"))
     return parts
+
+
+def _fitting(whole: str, width: float, look: Look) -> str:
+    """As much of a text as its box has room for; nothing where that would not be understood."""
+    if look.room:
+        return whole if width >= look.room * len(whole) / 6 else ""
+    letters = int((width - look.digits[0] - look.edge) / _VALUE)
+    if letters >= len(whole):
+        return whole
+    return whole[: letters - 1] + "…" if letters > 3 else ""
 
 
 def _box(x: float, end: float, base: int, more: str, look: Look) -> str:
@@ -252,18 +280,26 @@ def _boxes(
     return parts
 
 
-def _curve(lane: Lane, axis: Scale, base: int, colour: str) -> list[str]:
+def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[str]:
     """A number over time, its least and its greatest value at the left."""
-    spans = list(lane.spans(axis.begin_us, axis.end_us))
+    numbers = (int, float)
+    spans = [
+        span
+        for span in lane.spans(axis.begin_us, axis.end_us)
+        if isinstance(span[2], numbers) and isfinite(span[2])
+    ]
+    if not spans:
+        return []
     values = [value for _, _, value in spans]
-    low, high = min(values), max(values)
+    low, high = lane.limits() if look.whole else (min(values), max(values))
     scale = CURVE / (high - low) if high != low else 0
 
     def y(value: Any) -> float:
         return float(round(base - (value - low) * scale, 1))
 
     path = f"M{axis.left} {y(values[0]):g}"
-    for t_us, value, rests_since in _bends(spans):
+    fine_us = 2 * (axis.end_us - axis.begin_us) // (axis.right - axis.left)
+    for t_us, value, rests_since in _bends(spans, fine_us if look.whole else _FINE_US):
         path += f"H{axis.x(rests_since):g}" if rests_since else ""
         path += f"L{axis.x(t_us):g} {y(value):g}"
     parts = [f'<path stroke="{colour}" d="{path}H{axis.right:g}"/>']
@@ -273,12 +309,12 @@ def _curve(lane: Lane, axis: Scale, base: int, colour: str) -> list[str]:
     return parts
 
 
-def _bends(spans: Sequence[tuple[int, int, Any]]) -> Iterator[tuple[int, Any, int]]:
+def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tuple[int, Any, int]]:
     """The points of a curve that are worth a line: time, value, where a rest before it ended."""
     drawn_us = spans[0][0]
     for (before_us, _, _), (start, stop, value) in pairwise(spans):
         rested = start - before_us > _REST_US
-        if rested or stop - start > _REST_US or start - drawn_us >= _FINE_US:
+        if rested or stop - start > _REST_US or start - drawn_us >= fine_us:
             yield start, value, start - _STEP_US if rested else 0
             drawn_us = start
 
@@ -290,22 +326,22 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
         timeline: What to draw.
         title: A line above the chart.
     """
-    bands = timeline.bands(_COLUMNS)
+    bands = timeline.bands(column_widths(timeline, _COLUMN, _box_width), _ROOM)
     labels = time_labels([t_us for band in bands for t_us in band.instants])
     names = [lane.name for lane in timeline.lanes()]
     left = 24 + round(_LETTER * max(map(len, names)))
-    widest = max((len(band.instants) for band in bands), default=1)
-    width = left + _LEAD + widest * _COLUMN + 10
+    widest = max((_lead(band) + sum(band.widths) for band in bands), default=_LEAD + _COLUMN)
+    width = left + widest + 10
     top = 44
     body = [f'<text x="12" y="24" font-weight="bold">{escape(title)}</text>']
     last: int | None = None
-    for number, band in enumerate(bands):
-        times = labels[number * _COLUMNS : (number + 1) * _COLUMNS]
+    for band in bands:
+        times, labels = labels[: len(band.instants)], labels[len(band.instants) :]
         body += _band(band, times, left, top, last)
         last = band.instants[-1]
         top += _HEAD + len(band.lanes) * _ROW + _GAP
     if not bands:
-        body.append(text(12, 60, "no dedicated signal and no remote command changed"))
+        body.append(text(12, 60, NOTHING))
         top = 80
     if timeline.left_out():
         note = f"{timeline.left_out()} further instants are left out; the wave file has them all"
@@ -314,10 +350,24 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
     return document(width, top, STYLE, body)
 
 
+def _lead(band: Band) -> int:
+    """Room before the first column: for what ends there."""
+    wanted = [_LEAD]
+    for lane in band.lanes:
+        before, then = (lane.value_at(band.instants[0] - back) for back in (1, 0))
+        if lane.is_text and before != then and not lane.is_idle(before):
+            wanted.append(_box_width(min(len(lane.text(before)), LONGEST_TEXT)))
+    return max(wanted)
+
+
+def _box_width(letters: int) -> int:
+    return ceil(letters * _VALUE) + _PLAIN.digits[0] + _PLAIN.edge
+
+
 def _band(band: Band, labels: list[str], left: int, top: int, last: int | None) -> list[str]:
     first, bottom = top + _HEAD - 8, top + _HEAD + len(band.lanes) * _ROW - 6
-    xs = [left + _LEAD + column * _COLUMN for column in range(len(band.instants))]
-    axis = Columns(left, xs[-1] + _COLUMN, xs, band.instants)
+    *xs, right = accumulate(band.widths, initial=left + _lead(band))
+    axis = Columns(left, right, xs, band.instants)
     parts = [text(12, top + 20, "time [ms]")]
     for x, t_us, label in zip(xs, band.instants, labels, strict=True):
         parts += [rule("g", x, first, x, bottom), text(x, top + 20, label, "t")]

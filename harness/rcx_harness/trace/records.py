@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import re
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from datetime import timedelta
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO, TypeVar
 
+from rcx_harness.engine.types import Type
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import OutputFile
 from rcx_harness.robot import Violation
+from rcx_harness.trace.values import described, literal
 
 __all__ = ["FORMAT", "Cycle", "Record", "Scan", "Trace", "Violation", "read_trace"]
 
@@ -39,25 +40,32 @@ class Scan(NamedTuple):
         head = f'{{"t_us":{self.t_us},"scan":{self.scan}{which},"so":"{self.so.hex()}"'
         if self.vars is None:
             return f'{head},"si":"{self.si.hex()}"}}'
-        shown = json.dumps({path: _plain(value) for path, value in self.vars.items()}, **_COMPACT)
+        shown = json.dumps({path: literal(value) for path, value in self.vars.items()}, **_COMPACT)
         return f'{head},"si":"{self.si.hex()}","vars":{shown}}}'
 
 
 class Cycle(NamedTuple):
-    """One controller cycle: the area sampled (empty without a connection), the area answered."""
+    """One controller cycle: the area sampled (empty without a connection), the area answered.
+
+    `positions` are those after it, where they are recorded and have changed.
+    """
 
     t_us: int
     cycle: int
     rcx_si: bytes
     rcx_so: bytes
     controller: int = 1
+    positions: tuple[float, ...] | None = None
 
     def line(self) -> str:
-        """The record as JSON."""
-        return (
+        """The record as JSON; `positions` only when they are recorded and have changed."""
+        head = (
             f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
-            f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"}}'
+            f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"'
         )
+        if self.positions is None:
+            return head + "}"
+        return f'{head},"positions":{json.dumps(self.positions, **_COMPACT)}}}'
 
 
 Record = Scan | Cycle | Violation
@@ -87,15 +95,28 @@ class Trace:
         header: Entries of the first line after `format`, in this order.
         path: File to write; None for memory only.
         keep: How many records stay in memory.
+        watched: The variables that scans show, by path, and their types; as `watch` in the header.
+        axes: What positions are recorded of, for each controller; as `positions` in the header.
 
     Raises:
         InputError: the file cannot be written.
     """
 
     def __init__(
-        self, header: Mapping[str, Any], path: str | Path | None = None, *, keep: int = _KEPT
+        self,
+        header: Mapping[str, Any],
+        path: str | Path | None = None,
+        *,
+        keep: int = _KEPT,
+        watched: Mapping[str, Type] | None = None,
+        axes: Sequence[Sequence[str]] = (),
     ) -> None:
         self.header = {"format": FORMAT, **header}
+        self.watched, self.axes = dict(watched or {}), axes
+        if self.watched:
+            self.header["watch"] = {path: described(kind) for path, kind in self.watched.items()}
+        if axes:
+            self.header["positions"] = [list(names) for names in axes]
         self.path = Path(path) if path is not None else None
         self._kept: deque[Record] = deque(maxlen=keep)
         self._listeners: list[Callable[[Record], None]] = []
@@ -220,19 +241,7 @@ def _record(entry: dict[str, Any]) -> Record:
         return Scan(entry["t_us"], entry["scan"], so, si, entry.get("vars"), controller)
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
-        return Cycle(entry["t_us"], entry["cycle"], si, so, controller)
+        where = tuple(entry["positions"]) if "positions" in entry else None
+        return Cycle(entry["t_us"], entry["cycle"], si, so, controller, where)
     named = _RULE.match(entry["violation"])
     return Violation(entry["t_us"], named[1] if named else "", entry["violation"])
-
-
-def _plain(value: Any) -> Any:
-    """A value as JSON can hold it: TIME as a literal, a REAL that is no number as a word."""
-    if isinstance(value, timedelta):
-        return f"T#{value / timedelta(milliseconds=1):.3f}".rstrip("0").rstrip(".") + "ms"
-    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
-        return str(value)
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    return value

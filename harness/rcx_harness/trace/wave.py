@@ -1,21 +1,39 @@
-"""The run as a VCD file for wave viewers: all dedicated bits and words, on both sides."""
+"""The run as a VCD file for wave viewers: all dedicated bits and words, on both sides.
+
+Also what the trace was asked to show: watched variables by their paths, and positions.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Mapping
+from datetime import timedelta
 from pathlib import Path
-from typing import TextIO, cast
+from typing import Any, TextIO, cast
 
 from vcd import VCDWriter
 from vcd.writer import Variable
 
+from rcx_harness.engine.types import ElementaryType, Type
 from rcx_harness.output.files import OutputFile
 from rcx_harness.spec import Signal, signals
-from rcx_harness.trace.records import Cycle, Record, Scan
+from rcx_harness.trace.records import Cycle, Record, Scan, Trace
+from rcx_harness.trace.values import Part, parts, value_text
 from rcx_harness.watch.wire import word
 
 __all__ = ["Wave"]
 
 _WORDS = 16
+#: Bits of the elementary types that are whole numbers; the negative ones in two's complement.
+_BITS = {
+    "BOOL": 1,
+    **dict.fromkeys(("BYTE", "SINT", "USINT"), 8),
+    **dict.fromkeys(("WORD", "INT", "UINT"), 16),
+    **dict.fromkeys(("DWORD", "DINT", "UDINT"), 32),
+    **dict.fromkeys(("LWORD", "LINT", "ULINT"), 64),
+}
+_UNSIGNED = ("BOOL", "BYTE", "WORD", "DWORD", "LWORD")
+_MILLISECOND = timedelta(milliseconds=1)
 
 
 class _Area:
@@ -52,18 +70,75 @@ class _Area:
         self._before = area
 
 
+class _Values:
+    """The watched variables, each in the scopes of its path below `variables`.
+
+    BOOLs and bit strings are wires, whole numbers integers, REAL and LREAL numbers; durations are
+    numbers, too, in ms. All others are texts: an enumeration has its member's name.
+    """
+
+    def __init__(self, writer: VCDWriter, watched: Mapping[str, Type]) -> None:
+        self._writer = writer
+        self._before: dict[str, Any] = {}
+        every = {part.path: part for path, kind in watched.items() for part in parts(path, kind)}
+        known = {name: self._register(part) for name, part in every.items()}
+        self._parts = {
+            path: [(part, *known[part.path]) for part in parts(path, kind)]
+            for path, kind in watched.items()
+        }
+
+    def _register(self, part: Part) -> tuple[Variable[Any], Callable[[Any], Any]]:
+        *scope, last = part.path.split(".")
+        form, size, shown = _form(part.type)
+        return self._writer.register_var(("variables", *scope), last, form, size), shown
+
+    def take(self, t_us: int, values: Mapping[str, Any]) -> None:
+        """Note the changes of a scan."""
+        for path, within in self._parts.items():
+            value = values[path]
+            if path in self._before and value == self._before[path]:
+                continue
+            self._before[path] = value
+            for part, variable, shown in within:
+                self._writer.change(variable, t_us, shown(part.of(value)))
+
+
+def _form(kind: Type) -> tuple[str, int | None, Callable[[Any], Any]]:
+    """The form of a variable in the file, its bits, and its values for it."""
+    name = kind.name if isinstance(kind, ElementaryType) else ""
+    if name in _BITS:
+        return "wire" if name in _UNSIGNED else "integer", _BITS[name], int
+    if name in ("REAL", "LREAL"):
+        return "real", 64, float
+    if name in ("TIME", "LTIME"):
+        return "real", 64, lambda value: value / _MILLISECOND
+    return "string", 1, lambda value: _readable(kind, value)
+
+
+def _readable(kind: Type, value: Any) -> str:
+    """A text in the characters that a wave file has."""
+    shown = value if isinstance(value, str) else value_text(kind, value)
+    return shown.encode("unicode_escape").decode("ascii")
+
+
+def _which(controllers: int) -> list[str]:
+    """What the scopes of each controller end with."""
+    return ["", *(f"_{k}" for k in range(2, controllers + 1))]
+
+
 class Wave:
     """Writes a VCD file as the run goes; give `take` to `Trace.listen`.
 
     Args:
         path: File to write.
         controllers: How many there are; the scopes of all but the first bear their number.
+        trace: Whose watched variables and positions it shows, too.
 
     Raises:
         InputError: the file cannot be written.
     """
 
-    def __init__(self, path: str | Path, controllers: int = 1) -> None:
+    def __init__(self, path: str | Path, controllers: int = 1, trace: Trace | None = None) -> None:
         self._file = OutputFile(path, "ascii")
         # No date and no version: the same run gives the same bytes.
         self._writer = VCDWriter(
@@ -72,13 +147,25 @@ class Wave:
         table = signals()
         self._plc: list[tuple[_Area, _Area]] = []
         self._robot: list[tuple[_Area, _Area]] = []
-        for which in ("", *(f"_{k}" for k in range(2, controllers + 1))):
+        for which in _which(controllers):
             for sides, scope in ((self._plc, f"plc{which}"), (self._robot, f"robot{which}")):
                 so = _Area(self._writer, scope, "SOW", table.output)
                 sides.append((so, _Area(self._writer, scope, "SIW", table.input)))
+        watched = trace.watched if trace is not None else {}
+        self._values = _Values(self._writer, watched) if watched else None
+        self._axes = [
+            [self._axis(f"positions{which}", title) for title in titles]
+            for which, titles in zip(
+                _which(controllers), trace.axes if trace is not None else (), strict=False
+            )
+        ]
         self._broken = self._writer.register_var("rules", "broken", "integer", size=32, init=0)
         self._count = 0
         self._end_us = 0
+
+    def _axis(self, scope: str, title: str) -> Variable[float]:
+        name = re.sub(r"\W+", "_", title).strip("_")
+        return self._writer.register_var(scope, name, "real", size=64)
 
     def take(self, record: Record) -> None:
         """Take the next record of the run."""
@@ -87,10 +174,16 @@ class Wave:
             so, si = self._plc[record.controller - 1]
             so.take(record.t_us, record.so)
             si.take(record.t_us, record.si)
+            if self._values is not None and record.vars is not None:
+                self._values.take(record.t_us, record.vars)
         elif isinstance(record, Cycle):
             so, si = self._robot[record.controller - 1]
             si.take(record.t_us, record.rcx_si)
             so.take(record.t_us, record.rcx_so)
+            if self._axes and record.positions is not None:
+                axes = self._axes[record.controller - 1]
+                for variable, value in zip(axes, record.positions, strict=True):
+                    self._writer.change(variable, record.t_us, value)
         else:
             self._count += 1
             self._writer.change(self._broken, record.t_us, self._count)

@@ -218,7 +218,8 @@ def _run(command: str) -> str:
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )
-    return (done.stdout + done.stderr).strip("\n")
+    # Of a command that has done its work only that: a busy machine has its progress on stderr.
+    return (done.stdout + (done.stderr if done.returncode else "")).strip("\n")
 
 
 def every_page() -> dict[str, Callable[[], str]]:

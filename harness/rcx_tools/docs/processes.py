@@ -17,7 +17,7 @@ from typing import Any
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml, signals
+from rcx_harness.spec import command_name, load_toml, signals
 from rcx_harness.trace import Cycle, Record, Scan
 from rcx_harness.trace.chart import Lane, time_labels
 from rcx_harness.units import parse_us
@@ -327,6 +327,8 @@ def _track(signal: str, label: str | None) -> Track:
     match = re.fullmatch(r"([mn])\+(\d+)", signal)
     if match:
         lane, at = Lane(label or signal, "word"), int(match[2])
+        if signal == "n+0":
+            lane.show = command_name
         if match[1] == "n":
             return Track(signal, _TO_ROBOT, lane, Scan, lambda scan: word(scan.si, at))
         return Track(signal, _TO_PLC, lane, Scan, lambda scan: word(scan.so, at))

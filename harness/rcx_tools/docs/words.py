@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from rcx_harness.engine.frontend.constructs import CONSTRUCTS
+from rcx_harness.export.refused import tools
 from rcx_harness.export.words import Form, Words, words
 
 __all__ = ["words_page"]
@@ -33,6 +35,36 @@ def words_page() -> Iterator[str]:
     for name, title in _LISTS.items():
         yield f"\n## {title}\n"
         yield from _list(words(name))
+    yield from _constructs()
+
+
+_CONSTRUCTS = """
+## Constructs beyond the portable subset
+
+What `rcx check --for` says of them: **yes** is taken and **no** is refused, by the source with that
+number below; an empty cell is *assumed* to be refused, because no public document was found that
+says so or denies it, and is told as "may be refused". What each means: [language.md](language.md).
+"""
+
+
+def _constructs() -> Iterator[str]:
+    """Who takes which construct, and what says so."""
+    yield _CONSTRUCTS
+    every = tools().values()
+    said = [one for tool in every for one in (*tool.takes.values(), *tool.refuses.values())]
+    numbers = {source: at for at, source in enumerate(dict.fromkeys(said), 1)}
+    details = sorted({name for tool in every for name in tool.takes} - CONSTRUCTS.keys())
+    yield f"| | {' | '.join(tool.title for tool in every)} |"
+    yield "|---" * (len(every) + 1) + "|"
+    for name in (*CONSTRUCTS, *details):
+        cells = []
+        for tool in every:
+            source = tool.takes.get(name) or tool.refuses.get(name)
+            word = "yes" if name in tool.takes else "no"
+            cells.append(f"{word} {numbers[source]}" if source else "")
+        yield f"| {name} | {' | '.join(cells)} |"
+    yield ""
+    yield from (f"{number}. {source}" for source, number in numbers.items())
 
 
 def _list(found: Words) -> Iterator[str]:

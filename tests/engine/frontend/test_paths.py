@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import Project, resolve, walk
+from rcx_harness.engine.frontend import Project, load, resolve, walk
 from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
 
@@ -107,6 +108,27 @@ def test_walk_gives_parents_before_children_and_arrays_whole(project: Project) -
         "Main.Nested",
         "Main.Lamp",
     ]
+
+
+def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path) -> None:
+    """A list is called as its file, as in CODESYS and TwinCAT."""
+    (tmp_path / "Plant.st").write_text("PROGRAM Plant\nVAR a : INT; END_VAR\na := 1;\nEND_PROGRAM")
+    (tmp_path / "GVL.st").write_text(
+        "VAR_GLOBAL\n  Limit : INT;\n  Grid : ARRAY [1..2] OF INT;\nEND_VAR"
+    )
+    project = load([tmp_path / "Plant.st", tmp_path / "GVL.st"])
+    for path in ("Limit", "GVL.Limit", "gvl.limit"):
+        found = resolve(project, path)
+        assert (found.path, found.is_global) == ("Limit", True)
+    assert resolve(project, "GVL.Grid[2]").steps == (1,)
+    for path, message in (
+        ("GVL.Limt", "the list GVL has no variable Limt; did you mean Limit?"),
+        ("GVL", "there is no program instance GVL"),
+        ("Main.Limit", "has no member Limit"),
+    ):
+        with pytest.raises(InputError) as caught:
+            resolve(project, path)
+        assert message in str(caught.value)
 
 
 def test_a_global_variable_is_a_path_of_its_own_and_reached_through_var_external(

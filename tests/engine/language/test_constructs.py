@@ -12,11 +12,14 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from matiec_habits import iec2c_takes
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.frontend.constructs import CONSTRUCTS, TRANSLATED, refuse
+from rcx_harness.engine.load import find_matiec
 from rcx_harness.engine.portability import lint
 from rcx_harness.errors import InputError
+from rcx_harness.export.refused import tools
 from rcx_harness.export.targets import TARGETS, export
 
 
@@ -304,6 +307,13 @@ def test_it_is_named_as_not_portable(row: Row, written: Callable[[Row], Path]) -
     if left:
         with pytest.raises(InputError, match="rcx prove does not take"):
             refuse(project.uses, "rcx prove", TRANSLATED)
+
+
+@pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
+@pytest.mark.parametrize("row", ROWS, ids=_IDS)
+def test_check_for_matiec_says_what_matiec_does(row: Row, tmp_path: Path) -> None:
+    takes = iec2c_takes(row.before, row.variables, row.body, tmp_path)
+    assert takes is (row.construct in tools()["matiec"].takes)
 
 
 @pytest.mark.parametrize("target", sorted(TARGETS))

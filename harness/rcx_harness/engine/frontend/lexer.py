@@ -240,9 +240,9 @@ class _Lexer:
             raise error
         self._notes.errors.append(error)
 
-    def _note(self, construct: str, offset: int) -> None:
+    def _note(self, construct: str, offset: int, detail: str = "") -> None:
         if self._notes is not None:
-            self._notes.uses.append(Use(construct, self._file, self._at(offset)))
+            self._notes.uses.append(Use(construct, self._file, self._at(offset), detail))
 
     def tokens(self) -> Iterator[Token]:
         """See the function of this name."""
@@ -361,7 +361,7 @@ class _Lexer:
             self._note("a comment with // or /* */", offset)
             return text.find("\n", offset)
         if kind == "block_comment":
-            self._note("a comment with // or /* */", offset)
+            self._note("a comment with // or /* */", offset, "/* */")
             end = text.find("*/", offset + 2)
             if end < 0:
                 self._refuse("this comment is never closed", offset, "end it with */")

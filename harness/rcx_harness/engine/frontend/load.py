@@ -378,6 +378,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
             for key, symbol in declarations.globals.items()
         },
         global_symbols=declarations.globals,
+        lists=declarations.lists,
         located=located(schedule.instances, declarations),
         tasks=schedule.tasks,
         tick_us=schedule.tick_us,

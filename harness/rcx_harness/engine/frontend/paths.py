@@ -46,8 +46,8 @@ def resolve(project: Project, path: str) -> Resolved:
     """Find a variable.
 
     Names are compared without case. Where the project has one program instance, `Main` and the
-    name of the program are accepted for it; a global variable is a path of its own. A
-    VAR_EXTERNAL leads to its global variable.
+    name of the program are accepted for it; a global variable is a path of its own, or stands
+    behind the name of its list. A VAR_EXTERNAL leads to its global variable.
 
     Args:
         project: Where to look.
@@ -57,9 +57,13 @@ def resolve(project: Project, path: str) -> Resolved:
         InputError: no such variable (names near it are given), an index out of range, or a
             VAR_IN_OUT, which has no value outside a call.
     """
-    parts = _split(path)
-    found = _root(project, path, str(parts[0]))
-    for part in parts[1:]:
+    first, *parts = _split(path)
+    found = _root(project, str(first))
+    if found is None and parts:
+        found = _listed(project, str(first), str(parts.pop(0)))
+    if found is None:
+        raise _no_root(project, path, str(first))
+    for part in parts:
         found = _member(project, found, part) if isinstance(part, str) else _element(found, part)
     return found
 
@@ -94,7 +98,7 @@ def _near(name: str, known: Iterable[str]) -> str:
     return f"there are {', '.join(list(names.values())[:12])}" if names else ""
 
 
-def _root(project: Project, path: str, name: str) -> Resolved:
+def _root(project: Project, name: str) -> Resolved | None:
     key = name.upper()
     for instance, block in project.instances.items():
         aliases = {"MAIN", block.name.upper()} if len(project.instances) == 1 else set()
@@ -102,8 +106,23 @@ def _root(project: Project, path: str, name: str) -> Resolved:
             return Resolved(instance, instance, False, (), block)
     if key in project.globals:
         return _global(project.globals[key])
+    return None
+
+
+def _listed(project: Project, name: str, variable: str) -> Resolved | None:
+    """A global variable behind the name of its list; None where there is no such list."""
+    found = project.lists.get(name.upper())
+    if found is None:
+        return None
+    if variable.upper() not in found:
+        names = [project.globals[key].name for key in found.values()]
+        raise InputError(f"the list {name} has no variable {variable}", hint=_near(variable, names))
+    return _global(project.globals[found[variable.upper()]])
+
+
+def _no_root(project: Project, path: str, name: str) -> InputError:
     known = [*project.instances, *(variable.name for variable in project.globals.values())]
-    raise InputError(f"{path}: there is no program instance {name}", hint=_near(name, known))
+    return InputError(f"{path}: there is no program instance {name}", hint=_near(name, known))
 
 
 def _global(variable: Variable) -> Resolved:

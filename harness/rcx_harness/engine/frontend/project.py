@@ -64,6 +64,7 @@ class Project:
         configured: Whether the sources have a CONFIGURATION.
         globals: Global variables by upper-case name, with their declared name and type.
         global_symbols: The same with initial values.
+        lists: Lists of globals by upper-case name: for each variable's its key in `globals`.
         located: Directly represented variables in order of declaration.
         tasks: Tasks in order of declaration.
         tick_us: Greatest common divisor of the intervals; None without tasks.
@@ -84,6 +85,7 @@ class Project:
     configured: bool
     globals: dict[str, Variable]
     global_symbols: dict[str, Symbol]
+    lists: dict[str, dict[str, str]]
     located: tuple[Located, ...]
     tasks: tuple[Task, ...]
     tick_us: int | None

@@ -98,6 +98,7 @@ class References:
             base = self.wanted(node.left, want)
             return self._moved(node.op, base, node.right, node.at)
         if isinstance(node, s.Call) and node.function.key in ("ADR", "REF"):
+            self._scope.note("ADR or REF", node.at)
             found = self._address(node, want)
             if isinstance(want, ReferenceType):
                 return self._fitted(found, want, node)

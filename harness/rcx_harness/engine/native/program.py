@@ -6,7 +6,6 @@ What the shared object shows: `rcx_start`, `rcx_scan`, `rcx_tick`, and the table
 
 from __future__ import annotations
 
-import _ctypes
 import ctypes
 import os
 import struct
@@ -25,6 +24,7 @@ from rcx_harness.engine.frontend.values import array_length, describe, from_pyth
 from rcx_harness.engine.native.memory import Codec, Dialect, Layout, layout_expressions, memory_at
 from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from rcx_harness.errors import InputError
+from rcx_harness.output import system
 
 __all__ = ["NativeProgram", "layout_of"]
 
@@ -320,19 +320,20 @@ def _load_private_copy(
     Returns:
         The library, and the call that unloads it (at the latest when `owner` is gone).
     """
-    with tempfile.NamedTemporaryFile(prefix="rcx-", suffix=".so", delete=False) as file:
+    with tempfile.NamedTemporaryFile(prefix="rcx-", suffix=system.DLL, delete=False) as file:
         file.write(image)
     try:
         # PyDLL: no other thread may scan meanwhile, the handlers of faults.h are the process's.
         library = ctypes.PyDLL(file.name)
     except OSError as error:
+        os.unlink(file.name)
         raise InputError(
             f"the compiled program cannot be loaded: {error}",
             hint="set TMPDIR to a directory from which programs may be run",
         ) from None
-    finally:
-        os.unlink(file.name)
-    return library, weakref.finalize(owner, _ctypes.dlclose, library._handle)  # noqa: SLF001
+    system.loaded(file.name)
+    handle = library._handle  # noqa: SLF001
+    return library, weakref.finalize(owner, system.unload, handle, file.name)
 
 
 def _table(library: ctypes.PyDLL, name: str, kind: Any) -> list[Any]:

@@ -12,6 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from rcx_harness.engine import cache
+from rcx_harness.output.system import DLL, WHOLE
 
 __all__ = [
     "CompilerError",
@@ -24,7 +25,7 @@ __all__ = [
 ]
 
 _HERE = Path(__file__).parent
-_FLAGS = ("-O1", "-w", "-fPIC", "-shared")
+_FLAGS = ("-O1", "-w", "-fPIC", "-shared", *WHOLE)
 # Signed overflow wraps and a float stays a float, whatever the optimiser would like.
 _ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
 # With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
@@ -98,7 +99,7 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     Raises:
         CompilerError: the compiler refuses it.
     """
-    shared = unit.with_suffix(".so")
+    shared = unit.with_suffix(DLL)
     command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
     done = subprocess.run(command, capture_output=True, check=False)
     if done.returncode != 0:

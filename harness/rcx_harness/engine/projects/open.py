@@ -82,7 +82,8 @@ def in_folder(files: Iterable[Path]) -> list[Path]:
     projects = suffixes.get(_PLCPROJ, [])
     if projects:
         return sorted(projects)
-    return sorted(file for suffix in (*twincat.OBJECTS, _TASK) for file in suffixes.get(suffix, []))
+    found = [file for suffix in (*twincat.OBJECTS, _TASK) for file in suffixes.get(suffix, [])]
+    return sorted(found, key=lambda file: file.parts)
 
 
 def read_project(files: Sequence[Path]) -> Project:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import gc
 import json
-import os
 import select
 import signal
 import socket
@@ -21,11 +20,10 @@ from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
 from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, Word, now_us
+from rcx_harness.output.system import DirectInput, RelayedInput, StandardInput, group_address
 
 __all__ = ["main"]
 
-_ORDERS = 0  # standard input
-_CHUNK = 65536
 _DATAGRAM = 2048
 _AT_ONCE = 128
 """So many packets are read before the next ones are sent: a flood delays nothing."""
@@ -52,6 +50,7 @@ class _Cyclic:
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, interface)
         self._dscp = 0
         self._groups: dict[int, socket.socket] = {}
+        self._input = StandardInput()
         self._orders = bytearray()
         self._parent_lives = True
 
@@ -64,9 +63,9 @@ class _Cyclic:
             idle = due_us is None and self._role is Role.ORIGINATOR
             sockets = () if idle else (self._socket, *self._groups.values())
             # A packet may be that of a connection whose order has come before it.
-            waiting: list[int | socket.socket] = [_ORDERS, *sockets]
+            waiting: list[DirectInput | RelayedInput | socket.socket] = [self._input, *sockets]
             ready = select.select(waiting, (), (), timeout)[0]
-            if _ORDERS in ready:
+            if self._input in ready:
                 self._obey()
             for one in sockets:
                 if one in ready and one.fileno() != -1:
@@ -110,9 +109,9 @@ class _Cyclic:
 
     def _obey(self) -> bool:
         """Carry out the orders that have come; was there one?"""
-        if not select.select((_ORDERS,), (), (), 0)[0]:
+        if not select.select((self._input,), (), (), 0)[0]:
             return False
-        received = os.read(_ORDERS, _CHUNK)
+        received = self._input.read()
         self._parent_lives = bool(received)
         self._orders += received
         *lines, self._orders = self._orders.split(b"\n")
@@ -161,7 +160,7 @@ def main(argument: str) -> None:
             tell({"error": str(error)})
             return
         gc.disable()  # the loop makes no cycles
-        be_punctual("SCHED_FIFO")
+        be_punctual("first")
         tell({"port": cyclic.port})
         cyclic.run()
 
@@ -171,7 +170,7 @@ def _group_socket(group: str, port: int, host: str) -> socket.socket:
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listener.bind((group, port))
+        listener.bind((group_address(group), port))
         membership = socket.inet_aton(group) + socket.inet_aton(host)
         listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
     except OSError:

@@ -16,6 +16,7 @@ from rcx_harness.engine.frontend.constructs import TRANSLATED, refuse
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.errors import InputError
+from rcx_harness.output.console import quoted
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.prove.assertions import Copies, with_assertions
 from rcx_harness.verify.prove.invariants import Candidate, candidates, kept
@@ -371,12 +372,12 @@ class _Work:
         return came.error is not None and (came.error.file, came.error.line) == (file, line)
 
     def _command(self, run: Run, stimulus: Path) -> str:
-        words = ["rcx run", *map(str, self.files)]
-        words += [f"--lib {self.settings.lib}"] if self.settings.lib else []
+        words = ["rcx run", *map(quoted, self.files)]
+        words += [f"--lib {quoted(self.settings.lib)}"] if self.settings.lib else []
         words += [
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]
-        words += ["--engine builtin", f"--stimulus {stimulus}"]
+        words += ["--engine builtin", f"--stimulus {quoted(stimulus)}"]
         areas = self.around.areas
         if len(areas) > 1 or areas[0].m or areas[0].n:
             words += [f"--m {area.m} --n {area.n}" for area in areas]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from rcx_harness.spec import signals
+from rcx_harness.spec import command_name, signals
 from rcx_harness.spec.telegram import Field
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.chart import Lane
@@ -29,10 +29,16 @@ _ALARM = {1: "alarm group", 2: "alarm category"}
 class Track:
     """A signal: how it is drawn, and where in a scan its value is."""
 
-    def __init__(self, name: str, kind: str, value: Callable[[Scan], int]) -> None:
+    def __init__(
+        self,
+        name: str,
+        kind: str,
+        value: Callable[[Scan], int],
+        show: Callable[[int], str] | None = None,
+    ) -> None:
         self.name = name
         self._value = value
-        self._lane = Lane(name, kind)
+        self._lane = Lane(name, kind, show=show)
 
     def take(self, record: Record) -> None:
         """Note a change."""
@@ -47,7 +53,7 @@ class Track:
     def lane_of(self, begin: int) -> Lane:
         """Its lane, with times from `begin` on."""
         changes = [(t_us - begin, value) for t_us, value in self._lane.changes]
-        return Lane(self.name, self._lane.kind, changes)
+        return Lane(self.name, self._lane.kind, changes, show=self._lane.show)
 
 
 def tracks_of(snippet: Snippet, flags: Sequence[str]) -> Iterator[Track]:
@@ -127,7 +133,8 @@ def _words(letter: str, snippet: Snippet) -> Iterator[Track]:
         elif not name and letter == "m":
             name = _ALARM.get(k, "") if ends_abnormally else "" if mixed else f"SOW({k})"
         label = f"{letter} + {2 * k}{': ' if name else ''}{name}"
-        yield Track(label, "word", _word(letter, 2 * k))
+        show = command_name if not k and letter == "n" else None
+        yield Track(label, "word", _word(letter, 2 * k), show)
 
 
 def _part(part: Field, k: int) -> str:

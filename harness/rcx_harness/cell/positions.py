@@ -1,0 +1,50 @@
+"""Where the robots are, for the trace: as the controller answers the position commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Controller
+from rcx_harness.robot.stored import ROBOTS
+
+__all__ = ["axes_of", "where"]
+
+_PULSES, _MM = "pulses", "mm"
+#: Coordinates of a robot (robot/geometry.py); what turns is in degrees.
+_COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
+
+
+def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
+    """What the values of `where` are, for each controller: `Position X [mm]`; none without a unit.
+
+    Raises:
+        InputError: no such unit.
+    """
+    if unit not in ("", _PULSES, _MM):
+        raise InputError(f"positions are in {unit!r}", hint=f"use {_PULSES} or {_MM}")
+    return [_titles(one, unit) for one in controllers] if unit else []
+
+
+def _titles(controller: Controller, unit: str) -> list[str]:
+    titles = []
+    several = any(controller.config.axes_of(robot) for robot in range(2, ROBOTS + 1))
+    for robot in range(1, ROBOTS + 1):
+        for place, _ in enumerate(controller.config.axes_of(robot)):
+            of_axis = f"axis {place + 1} [{unit}]" if unit == _PULSES else _COORDINATES[place]
+            titles.append(f"{f'Robot {robot}' if several else 'Position'} {of_axis}")
+    return titles
+
+
+def where(controller: Controller, unit: str) -> tuple[float, ...]:
+    """The position of each axis, robot by robot, in pulses, or in mm and degrees.
+
+    In mm it is the tool, in the coordinates of the selected shift and hand.
+    """
+    found: list[float] = []
+    for robot in range(1, ROBOTS + 1):
+        axes = len(controller.config.axes_of(robot))
+        if axes:
+            shown = controller.machine.arm(robot).shown(mm=unit == _MM)[:axes]
+            found += [value / 1000 for value in shown] if unit == _MM else shown
+    return tuple(found)

@@ -1,0 +1,158 @@
+"""The variables of a program that a run shows: found by their paths or by patterns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from difflib import get_close_matches
+from itertools import product
+
+from rcx_harness.engine.base import Program, Value
+from rcx_harness.engine.types import ArrayType, BlockType, Type
+from rcx_harness.errors import InputError
+from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.trace.values import is_long, members, parts, value_text
+
+__all__ = ["Watched"]
+
+#: Between two patterns; a comma in brackets is between two indices.
+_COMMA = re.compile(r",(?![^\[\]]*\])")
+_WILD = re.compile(r"[*?]")
+_PART = re.compile(r"\.?([A-Za-z_*?][\w*?]*)|\[([^\[\]]*)\]")
+_MOST_NAMED = 12
+
+#: A path and the type of what is there.
+_Found = tuple[str, Type]
+
+
+class Watched:
+    """The watched variables of a program.
+
+    Args:
+        program: The program.
+        patterns: Paths as for `Program.read`, also several in one text with commas between. `*`
+            stands for any characters of one name or index and `?` for one character; with these,
+            blocks are left out and arrays that are too long to look at.
+
+    Raises:
+        InputError: no such variable, or none that is like the pattern; with names near it.
+    """
+
+    def __init__(self, program: Program, patterns: str | Sequence[str]) -> None:
+        given = [patterns] if isinstance(patterns, str) else patterns
+        self.types: dict[str, Type] = {}
+        for pattern in (one.strip() for part in given for one in _COMMA.split(part)):
+            if _WILD.search(pattern):
+                self.types |= _matching(program, pattern)
+            else:
+                self.types[pattern] = program.type_of(pattern)
+        self._read = program.reader(list(self.types))
+        self._last: tuple[Value, ...] | None = None
+
+    def values(self) -> dict[str, Value]:
+        """The values by path."""
+        read = self._read() if self._last is None else self._last
+        return dict(zip(self.types, read, strict=True))
+
+    def texts(self) -> dict[str, str]:
+        """The values as texts, of structures and arrays for each member and element."""
+        return {
+            part.path: value_text(part.type, part.of(value))
+            for path, value in self.values().items()
+            for part in parts(path, self.types[path])
+        }
+
+    def keep(self) -> None:
+        """Read them for the last time: the program ends."""
+        self._last = self._read()
+
+
+def _matching(program: Program, pattern: str) -> dict[str, Type]:
+    parts = list(_PART.finditer(pattern))
+    if "".join(part[0] for part in parts) != pattern or pattern[0] in ".[":
+        raise InputError(
+            f"{pattern!r} is no pattern of variables", hint="write it as Main.Hmi.* or Main.A[*]"
+        )
+    first = next(k for k, part in enumerate(parts) if _WILD.search(part[0]))
+    begin = pattern[: parts[first].start()]
+    there = _within(program, begin) if begin else list(_roots(program))
+    for part in parts[first:]:
+        found = [one for one in there if _is_like(one[0], part)]
+        if not found:
+            raise _nothing(pattern, part, there)
+        there = list(_below(found))
+    if not _WILD.search(parts[-1][0]):
+        return dict(found)
+    shown = {one[0]: one[1] for one in found if not _is_much(one[1])}
+    if not shown:
+        name = found[0][0]
+        more = f", or its variables as {name}.*" if isinstance(found[0][1], BlockType) else ""
+        raise InputError(
+            f"{pattern} finds only blocks and long arrays", hint=f"name one: {name}{more}"
+        )
+    return shown
+
+
+def _is_much(kind: Type) -> bool:
+    """Is it too much to show without being named?"""
+    return isinstance(kind, BlockType) or is_long(kind)
+
+
+def _roots(program: Program) -> Iterator[_Found]:
+    """The program instances and the global variables."""
+    yield from program.instances().items()
+    yield from ((path, kind) for path, kind in program.walk() if "." not in path)
+
+
+def _within(program: Program, path: str) -> list[_Found]:
+    """The members and elements of a variable, or the variables of a list of globals."""
+    try:
+        return list(_below([(path, program.type_of(path))]))
+    except InputError:
+        listed = list(_listed(program, path))
+        if not listed:
+            raise
+        return listed
+
+
+def _listed(program: Program, name: str) -> Iterator[_Found]:
+    for one, kind in _roots(program):
+        path = f"{name}.{one}"
+        with suppress(InputError):
+            if program.type_of(path) == kind:
+                yield path, kind
+
+
+def _below(found: Iterable[_Found]) -> Iterator[_Found]:
+    """The members and elements of what was found."""
+    for path, kind in found:
+        for name, member in members(kind):
+            yield f"{path}.{name}", member
+        if isinstance(kind, ArrayType):
+            for place in product(*(range(low, high + 1) for low, high in kind.bounds)):
+                yield f"{path}[{','.join(map(str, place))}]", kind.element
+
+
+def _is_like(path: str, part: re.Match[str]) -> bool:
+    """Does the last part of a path fit this part of a pattern?"""
+    if part[2] is not None:
+        index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
+        wanted, given = part[2].split(","), index.split(",")
+        return len(wanted) == len(given) and all(map(_fits, wanted, given))
+    return not path.endswith("]") and _fits(part[1], path.rpartition(".")[2])
+
+
+def _fits(pattern: str, name: str) -> bool:
+    regular = re.escape(pattern.strip()).replace(r"\*", ".*").replace(r"\?", ".")
+    return re.fullmatch(regular, name, re.IGNORECASE) is not None
+
+
+def _nothing(pattern: str, part: re.Match[str], there: Sequence[_Found]) -> InputError:
+    """That no variable is like the pattern, with the names that are near."""
+    names = list(dict.fromkeys(re.split(r"\.(?!.*\.)|(?=\[)", path)[-1] for path, _ in there))
+    meant = _WILD.sub("", part[0]).strip(".").upper()
+    by_name = {name.upper(): name for name in names}
+    near = [by_name[key] for key in get_close_matches(meant, by_name)]
+    there_are = f"there are {', '.join(names[:_MOST_NAMED])}" if names else ""
+    return InputError(f"no variable is like {pattern}", hint=did_you_mean(near) or there_are)

@@ -1,0 +1,81 @@
+"""`rcx run --connect`: where the controller is, and the question before a real one is driven."""
+
+from __future__ import annotations
+
+import ipaddress
+import signal
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+import typer
+
+from rcx_harness.cell.elsewhere import Elsewhere
+from rcx_harness.errors import InputError
+from rcx_harness.output.throttle import Throttle
+from rcx_harness.units import format_us
+
+__all__ = ["Teller", "confirm", "ended_by_sigterm"]
+
+_QUESTION = """\
+The program will drive the controller at {name}. If that is a real one, its robot moves.
+These blocks are no safety function: try the program on the virtual controller first, keep the speed
+low, clear the cell, and have a hand on the emergency stop.
+Go on?"""
+
+
+def confirm(where: Elsewhere, *, yes: bool) -> None:
+    """Ask before anything but this computer is driven.
+
+    Args:
+        where: The controller.
+        yes: The question is answered already.
+
+    Raises:
+        InputError: nobody is there to answer, or the answer is no.
+    """
+    if yes or _is_here(where.host):
+        return
+    if not sys.stdin.isatty():
+        raise InputError(
+            f"--connect {where.name} drives a controller that may be a real one",
+            hint="--yes says that the cell is clear",
+        )
+    if not typer.confirm(_QUESTION.format(name=where.name)):
+        raise InputError("nothing was sent", hint="rcx serve is a virtual controller to try it on")
+
+
+def _is_here(host: str) -> bool:
+    """Is this an address of this computer that nobody else has?"""
+    try:
+        return ipaddress.ip_address(socket.gethostbyname(host)).is_loopback
+    except (OSError, ValueError, UnicodeError):  # no such host: the connection will say so
+        return False
+
+
+class Teller:
+    """Tells on stderr when the connection comes and goes; of a flood only some."""
+
+    def __init__(self) -> None:
+        self._throttle = Throttle()
+
+    def __call__(self, now_us: int, text: str) -> None:
+        """Tell a line with the time of the run."""
+        for line in self._throttle.let_pass("connection", [text], now_us):
+            print(f"{format_us(now_us)}: {line}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def ended_by_sigterm() -> Iterator[None]:
+    """Meanwhile SIGTERM ends the run as Ctrl-C does, so that the connection is closed."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,38 @@
+"""`rcx demo`: the first example against the virtual robot, with its timing chart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cell.build import default_lib, st_files
+from rcx_harness.cli.run import run
+
+__all__ = ["demo"]
+
+_EXAMPLE = "01_power_up"
+
+
+def demo(
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder for trace, chart and wave file.")
+    ] = Path("out/demo"),
+) -> None:
+    """Run the first example against the virtual robot, and draw its timing chart.
+
+    Exit code: as `rcx run`, which does it.
+    """
+    example = default_lib().parent / "examples" / _EXAMPLE
+    run(
+        files=st_files(example),
+        stimulus=example / "stimulus.toml",
+        robot=[example / "robot.toml"],
+        scan="10ms",
+        duration="3s",
+        show=True,
+        trace=out / "trace.jsonl",
+        chart=out / "chart.svg",
+        vcd=out / "wave.vcd",
+    )

@@ -1,0 +1,199 @@
+"""What Windows, macOS and Linux do differently: here with its counterparts, and nowhere else.
+
+No other module names what one of them lacks; docs/platforms.md says what is missing where.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, Final, Literal
+
+if sys.platform == "win32":
+    from _ctypes import FreeLibrary
+else:
+    from _ctypes import dlclose
+
+__all__ = [
+    "APART",
+    "DLL",
+    "WHOLE",
+    "DirectInput",
+    "RelayedInput",
+    "StandardInput",
+    "addresses",
+    "ask_for_priority",
+    "cache_root",
+    "fine_timers",
+    "group_address",
+    "loaded",
+    "nobody_reads",
+    "told_to_end",
+    "unload",
+]
+
+_PRIORITY = 1
+_CHUNK = 65536
+_FINEST_MS = 1
+
+APART: dict[str, Any]
+"""For a process that Ctrl-C does not reach: its parent decides when it ends."""
+
+DLL: Final = ".dll" if sys.platform == "win32" else ".so"
+"""How the name of a shared object ends."""
+
+WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
+"""For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
+
+_ENDS = [signal.SIGINT, signal.SIGTERM]
+
+if sys.platform == "win32":
+    APART = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    _ENDS.append(signal.SIGBREAK)
+else:
+    APART = {"start_new_session": True}
+
+
+def cache_root() -> Path:
+    """The folder in which programs keep what they can make anew.
+
+    Raises:
+        RuntimeError: the user has no home.
+    """
+    if named := os.environ.get("XDG_CACHE_HOME"):
+        return Path(named)
+    if sys.platform == "win32":
+        local = os.environ.get("LOCALAPPDATA")
+        return Path(local) if local else Path.home() / "AppData" / "Local"
+    return Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
+
+
+@contextmanager
+def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
+    """Meanwhile Ctrl-C, Ctrl-Break and SIGTERM call this function, in the main thread."""
+    before = [(number, signal.signal(number, lambda *_: tell())) for number in _ENDS]
+    try:
+        yield
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)
+
+
+def fine_timers() -> None:
+    """Let this process sleep by the millisecond; Windows wakes it every 15.6 ms otherwise."""
+    if sys.platform == "win32":
+        ctypes.WinDLL("winmm").timeBeginPeriod(_FINEST_MS)
+
+
+def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
+    """Ask for real time, for the threads to come too; where it is not allowed we do without.
+
+    Linux alone is asked.
+
+    Args:
+        policy: Go on until it waits, or in turn with others of its priority.
+    """
+    if sys.platform == "linux":
+        number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
+        with suppress(OSError):
+            os.sched_setscheduler(0, number, os.sched_param(_PRIORITY))
+
+
+def nobody_reads(error: OSError) -> bool:
+    """Has the reader of a pipe that was written to gone?"""
+    if sys.platform == "win32":
+        return isinstance(error, BrokenPipeError) or error.errno == errno.EINVAL
+    return isinstance(error, BrokenPipeError)
+
+
+class DirectInput:
+    """Standard input, to be waited for by `select` beside sockets."""
+
+    def fileno(self) -> int:
+        """What `select` takes."""
+        return 0
+
+    def read(self) -> bytes:
+        """What has come; empty at its end."""
+        return os.read(0, _CHUNK)
+
+
+class RelayedInput:
+    """The same where `select` takes sockets alone: a thread passes on what comes.
+
+    So something may arrive a moment after what was sent later on another way.
+    """
+
+    def __init__(self) -> None:
+        self._socket, into = socket.socketpair()
+        threading.Thread(target=self._relay, args=(into,), daemon=True).start()
+
+    def fileno(self) -> int:
+        """What `select` takes."""
+        return self._socket.fileno()
+
+    def read(self) -> bytes:
+        """What has come; empty at its end."""
+        return self._socket.recv(_CHUNK)
+
+    def _relay(self, into: socket.socket) -> None:
+        with into:
+            while some := os.read(0, _CHUNK):
+                into.sendall(some)
+
+
+StandardInput = RelayedInput if sys.platform == "win32" else DirectInput
+"""The one for this system."""
+
+
+def group_address(group: str) -> str:
+    """What a socket binds to that hears a multicast group."""
+    return "0.0.0.0" if sys.platform == "win32" else group
+
+
+def addresses() -> Iterator[tuple[str, str, bytes]]:
+    """IPv4 address, netmask and hardware address of each interface; only Linux tells."""
+    if sys.platform != "linux":
+        return
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        for _, name in socket.if_nameindex():
+            with suppress(OSError):  # without an IPv4 address, or gone
+                own, mask = (_ask(any_socket, name, one)[4:8] for one in (0x8915, 0x891B))
+                hardware = _ask(any_socket, name, 0x8927)[2:8]
+                yield socket.inet_ntoa(own), socket.inet_ntoa(mask), hardware
+
+
+def _ask(any_socket: socket.socket, name: str, question: int) -> bytes:
+    """A `struct sockaddr` about an interface by ioctl: family, then port or hardware address."""
+    if sys.platform != "linux":
+        return b""
+    import fcntl
+
+    request = struct.pack("256s", name.encode()[:15])
+    return fcntl.ioctl(any_socket.fileno(), question, request)[16:32]
+
+
+def loaded(file: str) -> None:
+    """Remove the file of a library that has just been loaded, unless it must stay meanwhile."""
+    if sys.platform != "win32":
+        os.unlink(file)
+
+
+def unload(handle: int, file: str) -> None:
+    """Unload a library, and remove its file where that was not possible before."""
+    if sys.platform == "win32":
+        FreeLibrary(handle)
+        with suppress(OSError):
+            os.unlink(file)
+    else:
+        dlclose(handle)

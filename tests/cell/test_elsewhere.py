@@ -1,0 +1,234 @@
+"""A cell whose controller runs elsewhere: the PLC alone, its real connection, and its losses.
+
+The controller is an adapter on the loopback, in a process of its own, whose areas the tests hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from rcx_harness import Cell, RobotConfig
+from rcx_harness.cell.clock import Timing
+from rcx_harness.cell.elsewhere import Elsewhere, FarLink
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.enip import Adapter
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.shared import LinkState
+from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.errors import InputError
+from rcx_harness.trace import Cycle, Scan, read_trace
+
+Build = Callable[..., Cell]
+
+#: Repeats SO(150) to SO(157) as SI(150) to SI(157), and shows what the scanner says.
+_PROGRAM = """\
+PROGRAM Echo
+VAR
+  Connected : BOOL;
+  InputArea : ARRAY [0..511] OF BYTE;
+  OutputArea : ARRAY [0..511] OF BYTE;
+END_VAR
+OutputArea[45] := InputArea[45];
+END_PROGRAM
+"""
+#: Nothing that this computer does meanwhile is a loss of the link.
+_PATIENT = "5s"
+_WITHIN = "60s"
+
+
+@pytest.fixture
+def adapter() -> Iterator[Adapter]:
+    with Adapter(48, cyclic=0) as made:
+        yield made
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    file = tmp_path / "echo.st"
+    file.write_text(_PROGRAM)
+    return file
+
+
+class Told:
+    """Takes what the connection says."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def __call__(self, now_us: int, text: str) -> None:
+        """Note it."""
+        assert now_us >= 0
+        self.lines.append(text)
+
+
+@pytest.fixture
+def told() -> Told:
+    return Told()
+
+
+@pytest.fixture
+def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build:
+    """Builds cells of the program that are connected to the adapter."""
+    host, port = adapter.address
+
+    def build(**options: object) -> Cell:
+        given = {"rpi": "10ms", "timeout": _PATIENT} | options
+        return build_cell(program, connect=Elsewhere(host, port, tell=told), **given)
+
+    return build
+
+
+def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
+    """The byte goes from the controller into the program and back."""
+    adapter.write_to_master(bytes(45) + bytes([value]) + bytes(2))
+    cell.run_until(lambda: cell["Main.InputArea"][45] == value, within=_WITHIN)
+    cell.run_until(lambda: adapter.read_to_robot()[45] == value, within=_WITHIN)
+
+
+def test_the_program_reads_and_writes_the_controllers_areas(
+    far: Build, adapter: Adapter, told: Told, tmp_path: Path
+) -> None:
+    """Nothing is simulated: the trace has the PLC's scans alone, judged as in every run."""
+    trace = tmp_path / "trace.jsonl"
+    cell = far(trace=trace)
+    assert not cell["Main.Connected"]
+    cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
+    assert cell.connected
+    _echoes(cell, adapter, 0x5A)
+    assert (cell.cycles, cell.violations) == (0, [])
+    host, port = adapter.address
+    assert told.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
+    cell.close()
+
+    header, records = read_trace(trace)
+    assert header["link"] == "enip-connect"
+    entries = list(records)
+    assert not any(isinstance(one, Cycle) for one in entries)
+    scans = [one for one in entries if isinstance(one, Scan)]
+    assert scans[-1].so[45] == 0x5A
+
+
+def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> None:
+    """SI(00) and SI(06) at once, where 100 ms are needed between any two.
+
+    Source: manual chapter 5, 3.1
+    """
+    text = _PROGRAM.replace("  OutputArea :", "  Word : BYTE;\n  OutputArea :")
+    text = text.replace("OutputArea[45] :=", "OutputArea[32] := Word;\nOutputArea[45] :=")
+    program.write_text(text)
+    cell = far()
+    cell.run_until(lambda: cell.connected, within=_WITHIN)
+    cell["Main.Word"] = 0x41
+    cell.scan(2)
+    assert [one.rule for one in cell.violations] == ["interval"]
+
+
+def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
+    """What the controller assumes of SI(00) and SI(06) without a master, whatever was asked for.
+
+    Source: manual chapter 1, 5.2
+    """
+    cell = far()
+    _echoes(cell, adapter, 0xFF)
+    cell.close()
+    assert adapter.shared.status().owner is OwnerState.CLOSED
+    assert adapter.read_to_robot() == bytes(48)
+
+
+def test_a_loss_is_seen_by_the_program_and_the_connection_comes_again(
+    far: Build, adapter: Adapter, told: Told
+) -> None:
+    cell = far(timeout="200ms")
+    cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
+    adapter.shared.link = LinkState.CUT
+    cell.run_until(lambda: not cell["Main.Connected"], within=_WITHIN)
+    adapter.shared.link = LinkState.UP
+    cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
+    _echoes(cell, adapter, 0x17)
+    lost = [line for line in told.lines if "connected, 48" not in line]
+    assert any("the connection has ended: timed out" in line for line in lost), told.lines
+
+
+def test_inputs_are_held_or_cleared_at_a_loss_as_asked(far: Build, adapter: Adapter) -> None:
+    cell = far(timeout="200ms", on_loss="clear")
+    _echoes(cell, adapter, 0x33)
+    adapter.shared.link = LinkState.CUT
+    cell.run_until(lambda: not cell["Main.Connected"], within=_WITHIN)
+    assert cell["Main.InputArea"][45] == 0
+    adapter.shared.link = LinkState.UP
+
+
+def test_another_size_is_refused_with_what_to_try(
+    build_cell: Build, program: Path, adapter: Adapter
+) -> None:
+    """Source: manual chapter 3, 1: both sides have the same size."""
+    with pytest.raises(InputError) as refused:
+        build_cell(program, size=256, connect=Elsewhere(*adapter.address))
+    assert "0x0127" in refused.value.message or "0x0128" in refused.value.message
+    assert refused.value.hint == "its areas have another size: try --size 48"
+
+
+def test_other_assemblies_are_asked_for(build_cell: Build, program: Path, adapter: Adapter) -> None:
+    host, port = adapter.address
+    for where, word in (
+        (Elsewhere(host, port, input_instance=101), "producing"),
+        (Elsewhere(host, port, configuration=77), "configuration"),
+    ):
+        with pytest.raises(InputError, match=f"there is no such {word}"):
+            build_cell(program, connect=where)
+    cell = build_cell(program, connect=Elsewhere(host, port, configuration=151))
+    cell.run_until(lambda: cell.connected, within=_WITHIN)
+
+
+def test_a_controller_that_has_a_master_is_left_to_it(
+    build_cell: Build, program: Path, adapter: Adapter
+) -> None:
+    host, port = adapter.address
+    with Scanner(host, port=port, io_port=0, multiplier=7) as master:
+        master.write(bytes(40) + b"\x01" + bytes(7))
+        master.open()
+        with pytest.raises(InputError) as refused:
+            build_cell(program, connect=Elsewhere(host, port))
+        assert refused.value.hint == "another master has it: disconnect that first"
+        assert master.read().connected
+
+
+def test_nobody_there_is_one_message(build_cell: Build, program: Path) -> None:
+    with Adapter(48, cyclic=0) as gone:
+        where = Elsewhere(*gone.address)
+    with pytest.raises(InputError, match="no connection to the EtherNet/IP adapter"):
+        build_cell(program, connect=where)
+
+
+def test_what_only_a_virtual_controller_can_do_is_refused(far: Build, tmp_path: Path) -> None:
+    cell = far()
+    for event in ("emergency_stop", "link_down"):
+        with pytest.raises(InputError, match="nothing befalls a controller that runs elsewhere"):
+            cell.inject(event)
+    with pytest.raises(InputError, match="no snapshot"):
+        cell.snapshot()
+    for entry in ('robot = "alarm"', 'hold = "SO02"'):
+        file = tmp_path / "stimulus.toml"
+        file.write_text(f'[[at]]\ntime = "1s"\n{entry}\n')
+        with pytest.raises(InputError, match="nothing befalls") as refused:
+            Stimulus.load(file).schedule(cell)
+        assert (refused.value.file, refused.value.line) == (str(file), 1)
+
+
+def test_its_properties_are_its_own(far: Build) -> None:
+    with pytest.raises(InputError, match="a controller elsewhere is what it is"):
+        far(robot=RobotConfig())
+
+
+def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each image is valid for the link's time-out, or for four scans where those take longer."""
+    for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
+        link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))
+        written: list[tuple[bytes, int | None]] = []
+        monkeypatch.setattr(link.kept, "write", lambda *one, to=written: to.append(one))
+        link.scanner_write(bytes(48))
+        assert written == [(bytes(48), valid_us)]
+        link.close()

@@ -1,0 +1,217 @@
+"""`rcx run --connect`: the question, the options, Ctrl-C, and a whole run with `rcx serve`."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.elsewhere import Elsewhere
+from rcx_harness.cli.app import main
+from rcx_harness.cli.connect import confirm, ended_by_sigterm
+from rcx_harness.cli.run import RunOptions
+from rcx_harness.enip import Adapter
+from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.errors import InputError
+from rcx_harness.trace import Scan, read_trace
+from serve_process import ServeProcess, own_addresses
+
+Captured = pytest.CaptureFixture[str]
+DEMO = ("plc", "examples", "01_power_up")
+#: An address that is nobody's (RFC 5737).
+NOBODY = "192.0.2.1"
+
+
+class Terminal:
+    """A standard input at which somebody sits, or nobody."""
+
+    def __init__(self, somebody: bool) -> None:
+        self._somebody = somebody
+
+    def isatty(self) -> bool:
+        """Does somebody sit there?"""
+        return self._somebody
+
+
+@pytest.fixture
+def adapter() -> Iterator[Adapter]:
+    with Adapter(48, cyclic=0) as made:
+        yield made
+
+
+def test_without_anybody_to_ask_it_is_one_message(
+    repository: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
+    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("it was started"))
+    assert main(["run", str(repository.joinpath(*DEMO)), "--connect", NOBODY]) == 2
+    error = capsys.readouterr().err
+    assert error == (
+        f"rcx: --connect {NOBODY} drives a controller that may be a real one; "
+        "--yes says that the cell is clear\n"
+    )
+
+
+@pytest.mark.parametrize("answer", [True, False])
+def test_somebody_is_asked_and_only_yes_goes_on(
+    monkeypatch: pytest.MonkeyPatch, answer: bool
+) -> None:
+    asked: list[str] = []
+
+    def ask(text: str) -> bool:
+        asked.append(text)
+        return answer
+
+    monkeypatch.setattr(sys, "stdin", Terminal(somebody=True))
+    monkeypatch.setattr("rcx_harness.cli.connect.typer.confirm", ask)
+    if answer:
+        confirm(Elsewhere(NOBODY, 5000), yes=False)
+    else:
+        with pytest.raises(InputError, match="nothing was sent"):
+            confirm(Elsewhere(NOBODY, 5000), yes=False)
+    (text,) = asked
+    assert f"the controller at {NOBODY}:5000" in text
+    assert "its robot moves" in text
+
+
+@pytest.mark.parametrize(
+    ("host", "yes"),
+    [("127.0.0.1", False), ("127.9.9.9", False), ("localhost", False), (NOBODY, True)],
+)
+def test_the_loopback_and_yes_need_no_answer(
+    monkeypatch: pytest.MonkeyPatch, host: str, yes: bool
+) -> None:
+    monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
+    confirm(Elsewhere(host), yes=yes)
+
+
+def test_a_name_that_nobody_knows_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(host: str) -> str:
+        raise OSError
+
+    monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
+    monkeypatch.setattr("rcx_harness.cli.connect.socket.gethostbyname", unknown)
+    with pytest.raises(InputError, match="may be a real one"):
+        confirm(Elsewhere("robot-7"), yes=False)
+
+
+def test_each_option_reaches_the_connection() -> None:
+    options = RunOptions(
+        [],
+        connect="127.0.0.1:5000",
+        input_instance=101,
+        output_instance=102,
+        config_instance="104",
+        config_data="0a 0B",
+        address="127.0.0.6",
+        rpi="20ms",
+    )
+    arguments = options.of_cell()
+    where = arguments["connect"]
+    assert (where.host, where.port, where.address) == ("127.0.0.1", 5000, "127.0.0.6")
+    assert (where.input_instance, where.output_instance) == (101, 102)
+    assert (where.configuration, where.configuration_data) == (104, b"\x0a\x0b")
+    assert arguments["timeout"] == 640_000  # 32 intervals, as --realtime
+    assert RunOptions([]).of_cell().get("connect") is None
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--connect", ""], "--connect '' is no address"),
+        (["--connect", "here:x"], "--connect 'here:x' is no address"),
+        (["--connect", "127.0.0.1:99999"], "is no address"),
+        (["--connect", "127.0.0.1", "--robot", "r.toml"], "--robot is for a virtual controller"),
+        (["--connect", "127.0.0.1", "--from", "here"], "--from 'here' is no IPv4 address"),
+        (["--connect", "127.0.0.1", "--jitter", "2ms"], "in real time the jitter is what it is"),
+        (
+            ["--connect", "127.0.0.1", "--config-instance", "x"],
+            "--config-instance x is no instance",
+        ),
+        (["--connect", "127.0.0.1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
+        (["--connect", "127.0.0.1", "--input-instance", "0"], "0 is no instance of an assembly"),
+        (["--connect", "127.0.0.1", "--size", "64"], "an area of 64 bytes does not exist"),
+        (["--connect", "127.0.0.1", "--timeout", "1m"], "cannot be asked for"),
+        (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m, but 1 robot"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_one_message(
+    repository: Path, capsys: Captured, options: list[str], message: str
+) -> None:
+    assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"),
+    reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
+)
+def test_the_demo_drives_a_served_controller(
+    repository: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    """Power-up, servo ON, program reset: as with the virtual controller in the same cell.
+
+    Source: manual chapter 5, 3.1 and 3.2
+    """
+    demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
+    (address,) = own_addresses(1)
+    stimulus = tmp_path / "stimulus.toml"
+    stimulus.write_text('[[at]]\ntime = "1s"\nset = { "Main.Start" = true }\n')
+    with ServeProcess("--address", address, "--robot", str(demo / "robot.toml")) as served:
+        served.wait_for("alarm 12.551 EtherNet/IP link error")
+        options = ["--for", "6s", "--stimulus", str(stimulus), "--trace", str(trace)]
+        options += ["--timeout", "5s", "--engine", "builtin", "--connect", address]
+        assert main(["run", str(demo), *options]) == 0
+        assert "every 10 ms" in served.wait_for("connected: 127.")
+        served.wait_for("the master has closed the connection")
+        served.interrupt()
+        assert served.end()[0] == 0
+    captured = capsys.readouterr()
+    assert "600 scans, no controller cycles" in captured.out
+    assert "no violations" in captured.out
+    assert f"{address}: connected, 48 bytes, packets every 10 ms\n" in captured.err
+    scans = [one for one in read_trace(trace)[1] if isinstance(one, Scan)]
+    risen = [name for name, byte, bit in _SIGNALS if any(one.so[byte] >> bit & 1 for one in scans)]
+    assert risen == [name for name, _, _ in _SIGNALS]
+
+
+#: SO(00), SO(02) servo ON and SO(14) program reset, in bytes 32 and 33 (chapter 5, 2).
+_SIGNALS = (("SO00", 32, 0), ("SO02", 32, 2), ("SO14", 33, 4))
+
+
+def test_ctrl_c_ends_the_run_with_zeros_and_all_that_was_asked_for(
+    repository: Path,
+    tmp_path: Path,
+    adapter: Adapter,
+    capsys: Captured,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    trace, run, slices = tmp_path / "trace.jsonl", Cell.run, iter(range(3))
+
+    def interrupted(cell: Cell, duration: int) -> None:
+        run(cell, duration)
+        if next(slices, None) is None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Cell, "run", interrupted)
+    where = "{}:{}".format(*adapter.address)
+    demo = str(repository.joinpath(*DEMO))
+    options = ["--connect", where, "--engine", "builtin", "--trace", str(trace)]
+    assert main(["run", demo, "--for", "40s", "--timeout", "5s", *options]) == 0
+    assert adapter.shared.status().owner is OwnerState.CLOSED
+    assert adapter.read_to_robot() == bytes(48)
+    assert "0.4 s on the builtin engine: 40 scans" in capsys.readouterr().out
+    assert len([one for one in read_trace(trace)[1] if isinstance(one, Scan)]) == 40
+
+
+def test_sigterm_ends_it_as_ctrl_c_does() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt), ended_by_sigterm():
+        signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) is before

@@ -1,0 +1,208 @@
+"""`rcx check --for`: what a tool will refuse of a program as it is written."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from matiec_habits import HABITS, iec2c_takes
+from rcx_harness.cli.app import main
+from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
+from rcx_harness.engine.frontend.syntax import Position
+from rcx_harness.engine.load import find_matiec
+from rcx_harness.export.refused import CONSTRUCTS_FILE, tools
+from rcx_harness.export.targets import TARGETS
+from rcx_harness.spec import load_toml
+
+Captured = pytest.CaptureFixture[str]
+_TOOLS = (
+    *("codesys", "twincat", "siemens", "rockwell", "omron", "mitsubishi", "keyence", "matiec"),
+)
+
+#: Line 3 has a comment with //, 4 a pointer, 8 another comment, 9 a conversion, 10 a bit and no ;
+_HABITS = """\
+PROGRAM P1
+VAR
+  I : INT; // counter
+  P : POINTER TO INT;
+  D : DINT;
+  C : CTU;
+END_VAR
+/* block */
+D := I;
+IF I.3 THEN I := 1; END_IF
+C(CU := TRUE, PV := 3);
+END_PROGRAM
+"""
+_PLAIN = "PROGRAM P1\nVAR\n  I : INT;\nEND_VAR\nI := I + 1;\nEND_PROGRAM\n"
+
+
+def _check(tool: str, file: Path) -> int:
+    return main(["check", str(file), "--for", tool])
+
+
+def _found(out: str, file: Path) -> list[tuple[int, bool, str]]:
+    """Line, whether it is certain, and the text, of each finding."""
+    pattern = re.compile(rf"{re.escape(str(file))}:(\d+):\d+: (refused|may be refused): (.+)")
+    return [(int(one[1]), one[2] == "refused", one[3]) for one in pattern.finditer(out)]
+
+
+@pytest.fixture
+def habits(tmp_path: Path) -> Path:
+    file = tmp_path / "habits.st"
+    file.write_text(_HABITS)
+    return file
+
+
+@pytest.mark.parametrize(
+    ("tool", "expected"),
+    [
+        ("codesys", [(8, False, "(/* */)")]),
+        ("twincat", [(6, False, "CTU is not on the list"), (8, False, "(/* */)")]),
+        (
+            "rockwell",
+            [
+                (4, True, "POINTER TO"),
+                (6, False, "CTU is not on the list"),
+                (9, False, "an implicit conversion"),
+                (10, False, "a bit by its number"),
+                (11, False, "no ; after END"),
+            ],
+        ),
+        (
+            "siemens",
+            [
+                (4, False, "POINTER TO"),
+                (8, False, "(/* */)"),
+                (9, False, "an implicit conversion"),
+                (10, False, "a bit by its number"),
+                (11, False, "no ; after END"),
+            ],
+        ),
+        (
+            "matiec",
+            [
+                (3, True, "a comment with //"),
+                (4, True, "POINTER TO"),
+                (8, True, "(/* */)"),
+                (9, True, "an implicit conversion"),
+                (10, True, "a bit by its number"),
+                (11, True, "no ; after END"),
+            ],
+        ),
+    ],
+)
+def test_all_findings_are_told_with_line_and_what_to_write(
+    habits: Path, capsys: Captured, tool: str, expected: list[tuple[int, bool, str]]
+) -> None:
+    assert _check(tool, habits) == 1
+    found = _found(capsys.readouterr().out, habits)
+    assert [one[:2] for one in found] == [one[:2] for one in expected]
+    for (*_, text), (*_, part) in zip(found, expected, strict=True):
+        assert part in text
+        assert "; " in text, "it does not say what to write instead"
+
+
+@pytest.mark.parametrize("tool", _TOOLS)
+def test_a_portable_program_is_refused_by_none(tmp_path: Path, capsys: Captured, tool: str) -> None:
+    file = tmp_path / "plain.st"
+    file.write_text(_PLAIN)
+    assert _check(tool, file) == 0
+    assert "nothing refused, nothing that may be refused" in capsys.readouterr().out
+
+
+def test_what_an_export_does_not_carry_is_refused(
+    repository: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    """GX Works3 has no BYTE; TwinCAT has no CONFIGURATION in text."""
+    program = repository / "plc/examples/01_power_up"
+    assert _check("mitsubishi", program) == 1
+    out = capsys.readouterr().out
+    assert "PowerUp.st:2:1: refused: PROGRAM PowerUp: has an array of BYTE" in out
+    assert "note: declarations are label tables there" in out
+    assert _check("twincat", program) == 1
+    assert "refused: CONFIGURATION Config0: TASK Cyclic (line 4)" in capsys.readouterr().out
+    assert _check("codesys", program) == 0
+
+
+def test_a_reserved_word_of_the_third_edition_may_be_refused_but_not_by_matiec(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    file = tmp_path / "word.st"
+    file.write_text("PROGRAM P1\nVAR\n  Overlap : INT;\nEND_VAR\nOverlap := 1;\nEND_PROGRAM\n")
+    assert _check("omron", file) == 1
+    assert _found(capsys.readouterr().out, file)[0][:2] == (3, False)
+    assert _check("matiec", file) == 0
+
+
+@pytest.mark.parametrize(
+    ("file", "tool", "other"), [("cell.L5X", "rockwell", "omron"), ("cell.scl", "siemens", "omron")]
+)
+def test_of_its_own_files_a_tool_refuses_nothing(
+    repository: Path, capsys: Captured, file: str, tool: str, other: str
+) -> None:
+    path = repository / "tests" / "engine" / "projects" / "data" / file
+    assert _check(tool, path) == 0
+    assert "nothing refused, nothing that may be refused" in capsys.readouterr().out
+    assert _check(other, path) == 1
+
+
+def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> None:
+    file = tmp_path / "wrong.st"
+    file.write_text("PROGRAM P1\nVAR\n  I : INT;\nEND_VAR\nI := TRUE;\nEND_PROGRAM\n")
+    assert _check("codesys", file) == 2
+    assert f"error: {file}:5:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--for", "codesis"], "--for codesis: no such tool; use codesys, twincat, siemens"),
+        (["--for", "codesys", "--lint"], "--for and --lint exclude each other"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_message(
+    habits: Path, capsys: Captured, arguments: list[str], message: str
+) -> None:
+    assert main(["check", str(habits), *arguments]) == 2
+    assert capsys.readouterr().err.startswith(f"rcx: {message}")
+
+
+def test_the_table_names_known_constructs_tools_and_sources() -> None:
+    """Each with a source that is told, none both taken and refused."""
+    assert tuple(tools()) == _TOOLS
+    content = load_toml(CONSTRUCTS_FILE)
+    used = set()
+    for name in _TOOLS:
+        table = content[name]
+        for lists in (table.get("takes", {}), table.get("refuses", {})):
+            used |= lists.keys()
+            for listed in lists.values():
+                assert {one.split(" (")[0] for one in listed if one not in CONSTRUCTS} <= set(
+                    CONSTRUCTS
+                )
+        tool = tools()[name]
+        assert not tool.takes.keys() & tool.refuses.keys(), name
+        assert tool.export in TARGETS
+    assert used == content["sources"].keys()
+
+
+def test_what_no_source_speaks_of_is_assumed() -> None:
+    """Neither taken nor refused: `None`, told as "may be refused"."""
+    at = Position(1, 1)
+    keyence = tools()["keyence"]
+    assert all(keyence.verdict(Use(name, Path("x.st"), at)) is None for name in CONSTRUCTS)
+    verdict = tools()["codesys"].verdict
+    comment = "a comment with // or /* */"
+    assert verdict(Use(comment, Path("x.st"), at)) is True
+    assert verdict(Use(comment, Path("x.st"), at, "/* */")) is None
+    assert tools()["rockwell"].verdict(Use(comment, Path("x.st"), at, "/* */")) is True
+
+
+@pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
+def test_matiec_takes_and_refuses_what_the_table_says(tmp_path: Path) -> None:
+    """Each program has its construct alone; those of `test_constructs` are tried there."""
+    said = {name: name in tools()["matiec"].takes for name in HABITS}
+    assert {name: iec2c_takes(*HABITS[name], tmp_path) for name in HABITS} == said

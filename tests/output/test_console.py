@@ -1,0 +1,92 @@
+"""Nothing that is printed fails, whatever characters the console knows."""
+
+from __future__ import annotations
+
+import ast
+import io
+import sys
+from pathlib import Path
+
+import pytest
+
+from imports import modules
+from rcx_harness.output.console import draws, quoted, spare_no_character
+
+
+@pytest.mark.parametrize(
+    ("encoding", "expected"),
+    [
+        ("utf-8", True),
+        ("UTF-8", True),
+        ("utf-16", True),
+        ("cp1252", False),
+        ("cp437", False),
+        ("latin-1", False),
+        ("ascii", False),
+        (None, False),
+        ("no such thing", False),
+    ],
+)
+def test_lines_are_drawn_where_all_their_characters_are(
+    encoding: str | None, expected: bool
+) -> None:
+    assert draws(encoding) is expected
+
+
+def test_a_character_that_is_not_known_is_written_by_its_number(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    written = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, "cp1252"))
+    spare_no_character()
+    print("Müller ●", end="", flush=True)
+    assert written.getvalue() == b"M\xfcller \\u25cf"
+
+
+def test_what_the_user_has_chosen_for_such_characters_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    written = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii", errors="replace"))
+    spare_no_character()
+    print("●", end="", flush=True)
+    assert written.getvalue() == b"?"
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("plc", "plc"),
+        ("out/prove-1/ü.toml", "out/prove-1/ü.toml"),
+        (r"C:\cell\plc", r"C:\cell\plc"),
+        ("my cell", '"my cell"'),
+        (r"C:\Program Files (x86)\plc", r'"C:\Program Files (x86)\plc"'),
+        ("a&b;c", '"a&b;c"'),
+        ("", '""'),
+    ],
+)
+def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected: str) -> None:
+    """Source: quoting of POSIX shells, of cmd and of PowerShell."""
+    assert quoted(name) == expected
+
+
+def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
+    """Those of the pages that `verify` writes are of UTF-8 files."""
+    texts = {
+        name: "".join(_texts(ast.parse(file.read_text(encoding="utf-8"))))
+        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        if not name.startswith("rcx_harness.verify.coverage.html")
+    }
+    known = {one for one in texts.pop("rcx_harness.output.console") if not one.isascii()}
+    assert len(known) == 10
+    assert {one for text in texts.values() for one in text if not one.isascii()} == known
+
+
+def _texts(tree: ast.Module) -> list[str]:
+    """All strings but those that stand by themselves: they are documentation."""
+    alone = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    return [
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in alone
+    ]

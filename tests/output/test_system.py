@@ -1,0 +1,162 @@
+"""What systems do differently is in one module, and each of them has what it needs there."""
+
+from __future__ import annotations
+
+import ast
+import errno
+import os
+import select
+import signal
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from imports import modules
+from rcx_harness.output import system
+from system_names import SYSTEMS, names_of, used
+
+SYSTEM = "rcx_harness.output.system"
+
+
+def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
+    """Source: docs/architecture.md, the rooms."""
+    found = {
+        name: used(file.read_text(encoding="utf-8"))
+        for name, file in modules(repository / "harness" / "rcx_harness").items()
+    }
+    assert found.pop(SYSTEM) > {"os.sched_setscheduler", "fcntl", "_ctypes.dlclose"}
+    assert {name: names for name, names in found.items() if names} == {}
+
+
+def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
+    """Source: docs/architecture.md, the rooms."""
+    asks = {
+        name
+        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and ast.unparse(node) in ("sys.platform", "os.name")
+    }
+    assert asks == {SYSTEM}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("import os\nos.fork()", {"os.fork"}),
+        ("import os as o\ndef f():\n    o.geteuid()", {"os.geteuid"}),
+        ("from os import link, fork", {"os.fork"}),  # Windows has links
+        ("import os\nos.open('a', os.O_DIRECTORY)", {"os.O_DIRECTORY"}),
+        ("import os\nos.sched_getaffinity(0)", {"os.sched_getaffinity"}),
+        ("import os\ngetattr(os, 'fork')", {"os.'fork'"}),
+        ("import os\nif hasattr(os, name): pass", {"os.name"}),
+        ("import signal\nsignal.alarm(1)", {"signal.alarm"}),
+        ("import signal\nsignal.signal(signal.SIGALRM, f)", {"signal.SIGALRM"}),
+        ("import signal\nsignal.SIGBREAK", {"signal.SIGBREAK"}),
+        ("import socket\nsocket.socket(socket.AF_UNIX)", {"socket.AF_UNIX"}),
+        ("def f(one):\n    return one.recvmsg(1)", set()),
+        ("import socket\ndef f(one):\n    return one.recvmsg(1)", {"recvmsg"}),
+        ("def f(loop):\n    loop.add_signal_handler(2, g)", {"add_signal_handler"}),
+        ("import resource", {"resource"}),
+        ("def f():\n    from fcntl import flock", {"fcntl", "fcntl.flock"}),
+        ("import termios, pwd, grp", {"termios", "pwd", "grp"}),
+        ("import _ctypes\n_ctypes.dlclose(1)", {"_ctypes.dlclose"}),
+        ("import ctypes\nctypes.windll", {"ctypes.windll"}),
+        ("import subprocess\nsubprocess.STARTUPINFO", {"subprocess.STARTUPINFO"}),
+        ("import time\ntime.clock_gettime(1)", {"time.clock_gettime"}),
+        ("import os, signal\nos.kill(1, signal.SIGTERM)\nos.replace('a', 'b')", set()),
+        ("import typer\ntyper.fork()", set()),
+    ],
+)
+def test_what_one_system_lacks_is_seen(text: str, expected: set[str]) -> None:
+    """Source: the documentation of the standard library, availability."""
+    assert used(text) == expected
+
+
+def test_the_names_are_those_of_each_system() -> None:
+    """Source: the documentation of the standard library, availability."""
+    windows, mac, linux = (names_of("os", one) for one in SYSTEMS)
+    assert "startfile" in windows
+    assert {"fork", "chroot"} <= mac & linux - windows
+    assert "sched_setaffinity" in linux - mac - windows
+    assert {"replace", "getpid", "environ"} <= windows & mac & linux
+
+
+@pytest.fixture
+def piped_input() -> Iterator[int]:
+    """The end to write to of a pipe that is standard input meanwhile."""
+    kept = os.dup(0)
+    reading, writing = os.pipe()
+    os.dup2(reading, 0)
+    os.close(reading)
+    yield writing
+    os.dup2(kept, 0)
+    os.close(kept)
+
+
+@pytest.mark.parametrize("kind", [system.DirectInput, system.RelayedInput])
+def test_standard_input_is_waited_for_beside_sockets(
+    piped_input: int, kind: type[system.DirectInput] | type[system.RelayedInput]
+) -> None:
+    given = kind()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        assert select.select([given, other], (), (), 0)[0] == []
+        os.write(piped_input, b"one\ntwo")
+        assert select.select([given, other], (), (), 30)[0] == [given]
+        assert given.read() == b"one\ntwo"
+        assert select.select([given, other], (), (), 0)[0] == []
+    os.close(piped_input)
+    assert select.select([given], (), (), 30)[0] == [given]
+    assert given.read() == b""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_who_waits_is_told_to_end_and_then_no_more(number: signal.Signals) -> None:
+    told = threading.Event()
+    before = signal.getsignal(number)
+    with system.told_to_end(told.set):
+        signal.raise_signal(number)
+        assert told.wait(30)
+    assert signal.getsignal(number) is before
+
+
+@pytest.mark.parametrize(
+    ("platform", "number", "expected"),
+    [
+        ("linux", errno.EPIPE, True),
+        ("linux", errno.EINVAL, False),
+        ("win32", errno.EPIPE, True),
+        ("win32", errno.EINVAL, True),
+        ("win32", errno.ENOSPC, False),
+    ],
+)
+def test_a_reader_that_has_gone_is_told_from_a_full_disk(
+    monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
+) -> None:
+    """On Windows writing to such a pipe is an invalid argument."""
+    monkeypatch.setattr("sys.platform", platform)
+    assert system.nobody_reads(OSError(number, "")) is expected
+
+
+@pytest.mark.parametrize(
+    ("environment", "platform", "expected"),
+    [
+        ({"XDG_CACHE_HOME": "/kept"}, "win32", "/kept"),
+        ({"LOCALAPPDATA": "/local", "USERPROFILE": "/me"}, "win32", "/local"),
+        ({"HOME": "/me"}, "darwin", "/me/Library/Caches"),
+        ({"HOME": "/me"}, "linux", "/me/.cache"),
+    ],
+)
+def test_the_cache_is_where_the_system_keeps_such_things(
+    monkeypatch: pytest.MonkeyPatch, environment: dict[str, str], platform: str, expected: str
+) -> None:
+    """Source: XDG base directories; Windows known folders; Apple's file system guide."""
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("sys.platform", platform)
+    assert system.cache_root() == Path(expected)

@@ -1,0 +1,141 @@
+"""Makes a Python process, and those that it starts, one of Windows to `rcx_harness`.
+
+Python imports this module at its start where its folder is on PYTHONPATH (`windows.py` beside the
+folder puts it there). The modules of rcx_harness then see: `sys.platform` of win32; none of the
+names and modules that Windows lacks, with stand-ins for those that only Windows has; `select` for
+sockets alone; no group address to bind to; no loop that can wait for a signal; no file removed or
+replaced while it is open or loaded; and an error where a text file has no encoding. Processes
+start by spawn. The standard library itself stays that of this system.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import builtins
+import ipaddress
+import json
+import multiprocessing
+import os
+import select
+import signal
+import socket
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+
+class _Seen(ModuleType):
+    """A module as our modules see it."""
+
+    def __init__(self, real: ModuleType, hidden: Sequence[str], instead: Mapping[str, Any]) -> None:
+        super().__init__(real.__name__)
+        self.__dict__.update(instead)
+        self.__dict__["_real"], self.__dict__["_hidden"] = real, frozenset(hidden)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._hidden:
+            raise AttributeError(f"Windows has no {self.__name__}.{name}")
+        return getattr(self._real, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self._real, name, value)
+
+
+class _Socket(socket.socket):
+    def bind(self, address: Any) -> None:
+        host = ipaddress.ip_address(address[0] or "0.0.0.0")
+        if host.is_multicast or host.packed[-1] == 0xFF:
+            raise OSError("Windows binds to addresses of its own alone")
+        super().bind(address)
+
+
+def _select(*some: Any) -> Any:
+    if not any(some[:3]):
+        raise OSError("Windows waits for nothing, if there is no socket")
+    for one in [one for each in some[:3] for one in each]:
+        number = one if isinstance(one, int) else one.fileno()
+        if not os.readlink(f"/proc/self/fd/{number}").startswith("socket:"):
+            raise OSError("Windows waits for sockets alone")
+    return select.select(*some)
+
+
+def _dll(name: str) -> Any:
+    known = {"winmm": SimpleNamespace(timeBeginPeriod=lambda milliseconds: 0)}
+    return known[name]
+
+
+_INSTEAD: dict[str, dict[str, Any]] = {
+    "sys": {"platform": "win32"},
+    "ctypes": {"WinDLL": _dll},
+    "_ctypes": {"FreeLibrary": getattr(import_module("_ctypes"), "dlclose", None)},
+    "signal": {"SIGBREAK": signal.SIGUSR1},
+    "subprocess": {"CREATE_NEW_PROCESS_GROUP": 0},
+    "select": {"select": _select},
+    "socket": {"socket": _Socket},
+}
+
+
+def _install(lacks: Mapping[str, Sequence[str]], absent: Sequence[str]) -> None:
+    seen: dict[str, _Seen] = {}
+    real = builtins.__import__
+
+    def found(
+        name: str,
+        globals: Mapping[str, Any] | None = None,
+        locals: Mapping[str, Any] | None = None,
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> ModuleType:
+        package = str((globals or {}).get("__package__")).partition(".")[0]
+        if package == "rcx_harness" and name in absent:
+            raise ModuleNotFoundError(f"Windows has no module {name}", name=name)
+        module = real(name, globals, locals, fromlist, level)
+        if package != "rcx_harness" or module.__name__ not in lacks:
+            return module
+        own = module.__name__
+        if own not in seen:
+            seen[own] = _Seen(module, lacks[own], _INSTEAD.get(own, {}))
+        return seen[own]
+
+    builtins.__import__ = found
+
+
+def _guard_files(event: str, arguments: tuple[Any, ...]) -> None:
+    if event == "os.remove":
+        _check_closed(arguments[0])
+    elif event == "os.rename":  # and os.replace
+        _check_closed(arguments[0])
+        _check_closed(arguments[1])
+
+
+def _check_closed(path: Any) -> None:
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        return
+    place = os.path.realpath(os.fsdecode(path))
+    for one in os.listdir("/proc/self/fd"):
+        try:
+            used = os.readlink(f"/proc/self/fd/{one}")
+        except OSError:
+            continue
+        if used == place:
+            raise PermissionError(13, "Windows removes no open file", place)
+    if place in Path("/proc/self/maps").read_text(encoding="utf-8"):
+        raise PermissionError(13, "Windows removes no loaded file", place)
+
+
+def _no_signals(*_: Any) -> None:
+    raise NotImplementedError
+
+
+if "RCX_AS_WINDOWS" in os.environ:
+    _told = json.loads(Path(os.environ["RCX_AS_WINDOWS"]).read_text(encoding="utf-8"))
+    _loop: Any = asyncio.SelectorEventLoop
+    _loop.add_signal_handler = _no_signals
+    multiprocessing.set_start_method("spawn")
+    warnings.filterwarnings("error", category=EncodingWarning, module=r"rcx_harness\b")
+    sys.addaudithook(_guard_files)
+    _install(_told["lacks"], _told["absent"])

@@ -1,0 +1,32 @@
+"""The environment of a process that is one of Windows, as far as that can be had elsewhere."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from system_names import absent_on, hidden_on
+
+__all__ = ["as_windows"]
+
+_FOLDER = Path(__file__).with_name("as_windows")
+_SEEN = ("_ctypes", "asyncio", "ctypes", "os", "select", "signal", "socket", "subprocess", "sys")
+
+
+def as_windows(folder: Path) -> dict[str, str]:
+    """The environment for such a process; it and those it starts read a file in this folder.
+
+    They print in code page 1252, as Python does there into a file or a pipe.
+    """
+    told = folder / "windows.json"
+    lacks = {name: sorted(hidden_on(name, "win32")) for name in _SEEN}
+    told.write_text(json.dumps({"lacks": lacks, "absent": sorted(absent_on("win32"))}))
+    ways = [str(_FOLDER), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return dict(os.environ) | {
+        "RCX_AS_WINDOWS": str(told),
+        "PYTHONPATH": os.pathsep.join(ways),
+        "PYTHONIOENCODING": "cp1252",
+        "PYTHONWARNDEFAULTENCODING": "1",
+        "LOCALAPPDATA": str(folder / "local"),
+    }

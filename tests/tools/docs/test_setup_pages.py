@@ -1,0 +1,113 @@
+"""docs/setup: sizes and assemblies as on the wire, snippets compile, links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+from rcx_harness.export.refused import tools
+from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT
+
+_ROOT = Path(__file__).resolve().parents[3]
+_FOLDER = _ROOT / "docs" / "setup"
+#: Pages by the tools of `rcx check --for`.
+_PAGES = {
+    "codesys": "codesys",
+    "twincat": "twincat",
+    "siemens": "s7-1500",
+    "rockwell": "studio-5000",
+    "omron": "sysmac-studio",
+    "mitsubishi": "gx-works3",
+    "keyence": "kv-studio",
+}
+_HEADINGS = (
+    "The connection",
+    "The device",
+    "Variables and byte order",
+    "Connected",
+    "The program",
+    "What is called differently",
+    "Sources",
+)
+
+
+def _page(name: str) -> str:
+    return (_FOLDER / f"{name}.md").read_text(encoding="utf-8")
+
+
+def test_each_tool_has_its_page_and_readme_and_index_link_it() -> None:
+    assert set(_PAGES) == set(tools()) - {"matiec"}
+    assert {file.stem for file in _FOLDER.glob("*.md")} == {*_PAGES.values(), "README"}
+    readme = (_ROOT / "README.md").read_text(encoding="utf-8")
+    index = _page("README")
+    for name in _PAGES.values():
+        assert f"(docs/setup/{name}.md)" in readme
+        assert f"({name}.md)" in index
+
+
+@pytest.mark.parametrize("name", _PAGES.values())
+def test_sizes_and_assemblies_are_those_of_the_wire(name: str) -> None:
+    """Source: manual chapter 1, 4 (sizes) and 4.3 (assemblies)."""
+    rows = dict(re.findall(r"^\| (Input|Output) of the PLC [^|]*\| ([^|]*) \|$", _page(name), re.M))
+    for side, assembly in (("Input", TO_MASTER), ("Output", TO_ROBOT)):
+        found = [int(one) for one in re.findall(r"\d+(?=,| bytes)", rows[side])]
+        assert found == [assembly, SIZE, EXTENDED_SIZE], rows[side]
+    numbers = re.findall(r"assembly (\d+)", _page(name), re.IGNORECASE)
+    assert {int(one) for one in numbers} - {1} == {TO_MASTER, TO_ROBOT}
+    wrong = set(re.findall(r"(\d+) bytes", _page(name))) - {str(SIZE), str(EXTENDED_SIZE)}
+    assert not wrong
+
+
+@pytest.mark.parametrize("tool", _PAGES)
+def test_a_page_says_what_it_must(tool: str) -> None:
+    text = _page(_PAGES[tool])
+    assert [one for one in re.findall(r"^## (.+)$", text, re.M) if one in _HEADINGS] == list(
+        _HEADINGS
+    )
+    assert "**Not tried on the tool.**" in text
+    assert f"rcx export {tools()[tool].export}" in text
+    assert f"rcx check --for {tool}" in text
+    for word in ("InputArea", "OutputArea", "Connected :=", "10 ms"):
+        assert word in text
+
+
+@pytest.mark.parametrize("name", _PAGES.values())
+def test_the_snippet_compiles(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of Studio 5000 are Logix Structured Text and no ST of ours."""
+    blocks = re.findall(r"```iecst\n(.*?)```", _page(name), re.DOTALL)
+    assert len(blocks) == (name != "studio-5000")
+    for block in blocks:
+        file = tmp_path / "snippet.st"
+        file.write_text(block)
+        assert main(["check", str(file)]) == 0, capsys.readouterr().err
+        out = capsys.readouterr().out
+        assert "no errors, no broken rules" in out
+        calls = ("ReadArea(", "ServoOn(", "MovePtp(", "WriteArea(")
+        assert [block.count(call) for call in calls] == [1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("page", ["README", *_PAGES.values()])
+def test_every_link_leads_to_a_file_and_a_heading(page: str) -> None:
+    for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", _page(page)):
+        there = _FOLDER / target
+        assert there.exists(), target
+        if anchor:
+            headings = re.findall(r"^#+ (.+)$", there.read_text(encoding="utf-8"), re.M)
+            plain = {re.sub(r"[^\w -]", "", one.lower()).replace(" ", "-") for one in headings}
+            assert anchor in plain, f"{target}#{anchor}"
+
+
+def test_the_readmes_snippet_is_on_every_page(repository: Path) -> None:
+    """But for the names of the areas' pins it is the same text."""
+    readme = (repository / "README.md").read_text(encoding="utf-8")
+    snippet = re.findall(r"```iecst\n(.*?)```", readme, re.DOTALL)[0]
+    wanted = [line.strip() for line in snippet.splitlines()]
+    for name in set(_PAGES.values()) - {"studio-5000"}:
+        lines = [line.strip() for line in _page(name).splitlines()]
+        at = lines.index(wanted[0])
+        assert lines[at : at + len(wanted)] == wanted, name

@@ -1,0 +1,109 @@
+"""Values as they stand in Structured Text; what a variable is made of."""
+
+from __future__ import annotations
+
+from datetime import date, datetime, time, timedelta
+from typing import Any
+
+import pytest
+
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+    Variable,
+)
+from rcx_harness.trace.values import LONGEST, described, literal, parts, value_text
+
+INT = ElementaryType("INT")
+STATE = EnumType("STATE", ("IDLE", "RUN"), (0, 10))
+GRID = ArrayType("GRID", ((1, 2), (0, 1)), INT)
+LONG = ArrayType("LONG", ((1, LONGEST + 1),), INT)
+POINT = StructType("POINT", (("X", INT), ("Grid", GRID)))
+BLOCK = BlockType(
+    "BLOCK",
+    (
+        Variable("Go", ElementaryType("BOOL"), "VAR_INPUT"),
+        Variable("Robot", POINT, "VAR_IN_OUT"),
+        Variable("Limit", INT, "VAR_EXTERNAL"),
+        Variable("Count", INT, "VAR"),
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "text"),
+    [
+        (ElementaryType("BOOL"), True, "TRUE"),
+        (INT, -7, "-7"),
+        (ElementaryType("BYTE"), 10, "16#0A"),
+        (ElementaryType("LWORD"), 1, "16#0000000000000001"),
+        (ElementaryType("REAL"), 0.10000000149011612, "0.1"),
+        (ElementaryType("LREAL"), 0.1, "0.1"),
+        (ElementaryType("LREAL"), 1 / 3, "0.333333333333333"),
+        (ElementaryType("REAL"), float("inf"), "inf"),
+        (ElementaryType("STRING", 20), "a b", "'a b'"),
+        (ElementaryType("STRING"), "it's\n5 $\x00\x1b\xe9", "'it$'s$0A5 $$$00$1B\xe9'"),
+        (ElementaryType("WSTRING"), "\ud83d\ude00 \ud83d", "'\U0001f600 \ufffd'"),
+        (ElementaryType("TIME"), timedelta(milliseconds=1500), "T#1500ms"),
+        (ElementaryType("LTIME"), timedelta(microseconds=-1500), "T#-1.5ms"),
+        (ElementaryType("DATE"), date(2024, 12, 31), "D#2024-12-31"),
+        (ElementaryType("TOD"), time(13, 30, 0, 250_000), "TOD#13:30:00.25"),
+        (ElementaryType("DT"), datetime(2024, 12, 31, 13, 30), "DT#2024-12-31-13:30:00"),
+        (STATE, "RUN", "RUN"),
+        (STATE, 3, "3"),
+        (ReferenceType("POINTER", INT), "Main.X", "Main.X"),
+        (ReferenceType("POINTER", INT), None, "NULL"),
+        (InterfaceType("I_RUN"), None, "NULL"),
+        (GRID, [[1, 2], [3, 4]], "[1, 2, 3, 4]"),
+        (LONG, list(range(LONGEST + 1)), "[0, 1, 2, 3, 4, 5, 6, 7, ...]"),
+        (POINT, {"X": 1, "Grid": [[1, 2], [3, 4]]}, "(X := 1, Grid := [1, 2, 3, 4])"),
+    ],
+)
+def test_a_value_is_shown_as_it_is_written_in_structured_text(
+    kind: Type, value: Any, text: str
+) -> None:
+    assert value_text(kind, value) == text
+
+
+def test_a_structure_is_made_of_its_members_and_an_array_of_its_elements() -> None:
+    value = {"X": 9, "Grid": [[1, 2], [3, 4]]}
+    assert {part.path: part.of(value) for part in parts("P", POINT)} == {
+        "P.X": 9,
+        "P.Grid[1,0]": 1,
+        "P.Grid[1,1]": 2,
+        "P.Grid[2,0]": 3,
+        "P.Grid[2,1]": 4,
+    }
+
+
+def test_a_block_has_what_has_a_value_of_its_own() -> None:
+    assert [part.path for part in parts("B", BLOCK)] == ["B.Go", "B.Count"]
+
+
+def test_an_array_of_very_many_elements_is_one_value() -> None:
+    assert [part.path for part in parts("L", LONG)] == ["L"]
+    shorter = ArrayType("", ((1, LONGEST),), INT)
+    assert len(list(parts("L", shorter))) == LONGEST
+
+
+def test_a_header_says_of_what_type_a_variable_is() -> None:
+    assert described(POINT) == {
+        "struct": "POINT",
+        "members": {"X": "INT", "Grid": {"array": [[1, 2], [0, 1]], "of": "INT"}},
+    }
+    assert described(STATE) == {"enum": "STATE", "members": {"IDLE": 0, "RUN": 10}}
+    assert described(BLOCK) == {"struct": "BLOCK", "members": {"Go": "BOOL", "Count": "INT"}}
+    assert described(ElementaryType("STRING", 20)) == "STRING"
+    assert described(ReferenceType("POINTER", INT)) == "POINTER TO INT"
+
+
+def test_what_json_does_not_know_is_a_literal() -> None:
+    values = {"A": [timedelta(seconds=1), date(2024, 1, 2)], "B": float("nan"), "C": 5}
+    assert literal(values) == {"A": ["T#1000ms", "D#2024-01-02"], "B": "nan", "C": 5}
+    assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", "no halves of characters"
