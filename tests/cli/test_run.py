@@ -308,6 +308,7 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
     of_run = {"files", "duration", "realtime", "stimulus", "chart", "vcd", "scale", "show"}
     of_run |= {"yes", "input_instance", "output_instance", "config_instance", "config_data"}
     of_run |= {"address"}
+    of_run |= {"coverage", "coverage_out", "coverage_library", "cover_fail_under"}
     assert {one.name for one in fields(RunOptions)} == of_cell | of_run
     given = RunOptions([Path("a.st")], m=[4], n=[], phases="scan=3ms, cycle=1ms", watch=["Main.X"])
     arguments = given.of_cell()

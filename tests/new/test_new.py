@@ -21,9 +21,14 @@ def _files(folder: Path) -> set[str]:
 
 
 def test_its_tests_pass(pytester: pytest.Pytester) -> None:
-    """Normal run, emergency stop, alarm and loss of the link, each in a file of its own."""
+    """Normal run, emergency stop, alarm and loss of the link, each in a file of its own.
+
+    They execute every statement and branch of its program.
+    """
     assert main(["new", "."]) == 0
-    result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-v")
+    options = ("--rcx-engine=builtin", "--rcx-coverage", "--rcx-cover-fail-under=100")
+    result = pytester.runpytest_inprocess(*_PLAIN, *options, "-v")
+    assert result.ret == pytest.ExitCode.OK
     result.assert_outcomes(passed=13)
     for name in ("normal_run", "emergency_stop", "alarm", "link_loss"):
         result.stdout.fnmatch_lines([f"tests/test_{name}.py::*PASSED*"])
@@ -121,7 +126,7 @@ def test_each_ci_file_installs_checks_tests_and_keeps_the_charts(tmp_path: Path,
     commands = (
         "pip install -r requirements.txt",
         "rcx check plc",
-        "pytest --junitxml=out/junit.xml",
+        "pytest --junitxml=out/junit.xml --rcx-coverage",
     )
     places = [text.index(command) for command in commands]
     assert places == sorted(places)

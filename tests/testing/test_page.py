@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.testing import LISTS, OPTIONS, VALUES
+from rcx_harness.testing import COVERAGE, LISTS, OPTIONS, VALUES
 from rcx_harness.testing.settings import RULES
 
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
@@ -20,11 +20,19 @@ def page(repository: Path) -> str:
 
 
 def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> None:
-    options = {f"--rcx-{name}" for name in OPTIONS}
-    assert set(re.findall(r"--rcx-\w+", page)) == options
-    keys = {f"rcx_{name}" for name in (*OPTIONS, *LISTS, *VALUES)}
+    options = {f"--rcx-{name.replace('_', '-')}" for name in (*OPTIONS, *COVERAGE)}
+    assert set(re.findall(r"--rcx-[\w-]+", page)) == options
+    keys = {f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)}
     others = {"rcx_build", "rcx_harness", "rcx_chart", "rcx_trace"}
     assert set(re.findall(r"\brcx_[a-z_]+\b", page)) == keys | others
+
+
+def test_every_option_of_coverage_is_in_its_page_and_no_other(repository: Path) -> None:
+    text = (repository / "docs" / "coverage.md").read_text(encoding="utf-8")
+    options = {name.replace("_", "-") for name in COVERAGE}
+    assert set(re.findall(r"--rcx-(cover[\w-]+)", text)) == options
+    assert set(re.findall(r"`--(cover[\w-]+)`", text)) == options
+    assert set(re.findall(r"`rcx_(cover\w+)\b", text)) == set(COVERAGE)
 
 
 def test_every_rule_that_can_be_allowed_is_in_the_page_and_no_other(page: str) -> None:

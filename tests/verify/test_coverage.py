@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,12 +13,15 @@ from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.builtin.coverage import Collector, Decision, Plan
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.coverage.html import write_pages
+from rcx_harness.verify.coverage.formats import tracefile
+from rcx_harness.verify.coverage.html import pages
 from rcx_harness.verify.coverage.listing import text_of
-from rcx_harness.verify.coverage.measure import FileResult, judge, measure, merge
-from rcx_harness.verify.coverage.report import full_text, gaps, tracefile
-from rcx_tools.evidence.coverage.__main__ import figures, reasons
+from rcx_harness.verify.coverage.measure import FileResult, judge, measure
+from rcx_harness.verify.coverage.parts import merge, part_of
+from rcx_harness.verify.coverage.report import gaps
+from rcx_tools.evidence.coverage.__main__ import figures, reasons, uncounted
 from rcx_tools.evidence.coverage.run import Run
+from rcx_tools.evidence.coverage.text import full_text
 
 _SIZE = """\
 TYPE RCX_SIZE : (SIZE_SMALL, SIZE_MIDDLE, SIZE_LARGE); END_TYPE
@@ -104,7 +104,8 @@ def measured(tmp_path: Path) -> Measure:
             for name, value in (("Level", level), ("Ready", ready), ("Size", size)):
                 plc.write(f"Main.{name}", value)
             plc.scan(k * 10_000)
-        (result,) = measure(library, merge(collector), **options)  # type: ignore[arg-type]
+        merged = merge([part_of(collector)])
+        (result,) = measure(merged, library, **options)  # type: ignore[arg-type]
         return result
 
     return run
@@ -208,8 +209,13 @@ def test_counts_of_another_version_of_a_file_do_not_count(
     plc = BuiltinProgram.build(load([tmp_path / "Bench.st", *library.rglob("*.st")]), collector)
     plc.scan(0)
     file = library / "part/FB_Probe.st"
+    before = part_of(collector)
     file.write_text(file.read_text() + "\n")
-    (result,) = measure(library, merge(collector))
+    for parts in ([before, uncounted(library)], [part_of(collector), uncounted(library)]):
+        (result,) = measure(merge(parts), library)
+        assert result.statement_share.covered == 0
+        assert _open(result) == ["1: changed while the tests ran, or since: run again"]
+    (result,) = measure(merge([part_of(collector)]), library)
     assert result.statement_share.covered == 0
     assert _open(result) == ["1: changed while the tests ran, or since: run again"]
 
@@ -249,7 +255,9 @@ def test_mcdc_asks_that_each_condition_decides_both_ways(
     text: str, vectors: list[int], masking: str, unique: str, tmp_path: Path
 ) -> None:
     """Source: the definitions of masking and unique-cause MC/DC (CAST-6)."""
-    judged = dict(zip("ABCD", judge(_decision(text, tmp_path), vectors), strict=False))
+    decision = _decision(text, tmp_path)
+    rows = judge(decision.code, len(decision.conditions), vectors)
+    judged = dict(zip("ABCD", rows, strict=False))
     assert "".join(name for name, one in judged.items() if one.masking) == masking
     assert "".join(name for name, one in judged.items() if one.unique) == unique
 
@@ -319,45 +327,16 @@ def test_without_a_collector_nothing_counts(measured: Measure, tmp_path: Path) -
     assert "n_FB_PROBE" not in elsewhere
 
 
-def test_a_process_writes_its_counts_when_it_ends(tmp_path: Path) -> None:
-    program = tmp_path / "Main.st"
-    program.write_text("PROGRAM P\n  VAR\n    k : INT;\n  END_VAR\n  k := k + 1;\nEND_PROGRAM\n")
-    code = (
-        "from rcx_harness.engine import build\n"
-        f"plc = build([{str(program)!r}], 'builtin').program\n"
-        "plc.scan(0); plc.scan(1)"
-    )
-    environment = {**os.environ, "RCX_COVERAGE": str(tmp_path / "counts")}
-    environment.pop("RCX_COVERAGE_OF", None)
-    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
-    (file,) = (tmp_path / "counts").glob("*.json")
-    (entry,) = json.loads(file.read_text())
-    assert entry["counters"] == [2]
-    assert entry["pou"] == "P"
-
-
-def test_counts_are_written_if_there_are_any(tmp_path: Path) -> None:
-    program = tmp_path / "Main.st"
-    program.write_text("PROGRAM P\n  VAR\n    k : INT;\n  END_VAR\n  k := k + 1;\nEND_PROGRAM\n")
-    collector = Collector()
-    collector.write(tmp_path / "none")
-    assert not (tmp_path / "none").exists()
-    BuiltinProgram.build(load([program]), collector).scan(0)
-    collector.write(tmp_path / "out/counts")
-    (file,) = (tmp_path / "out/counts").glob("*.json")
-    assert json.loads(file.read_text()) == collector.data()
-
-
 def test_the_reports_show_the_source_and_the_gaps(measured: Measure, tmp_path: Path) -> None:
     result = measured([(20, True, "SIZE_SMALL")])
     assert "part/FB_Probe.st:17: not taken: ELSIF Level > 5" in full_text(
         [result], "lib", "reasons.toml"
     )
-    write_pages([result], tmp_path / "html", "lib")
-    page = (tmp_path / "html/part-FB_Probe.html").read_text()
+    found = pages([result], "lib")
+    page = found["part-FB_Probe.html"]
     assert '<tr id="L18" class="bad">' in page
     assert "Level &gt; 10 AND Ready" in page
-    assert 'href="part-FB_Probe.html#L17"' in (tmp_path / "html/index.html").read_text()
+    assert 'href="part-FB_Probe.html#L17"' in found["index.html"]
 
 
 def test_lcov_reads_the_tracefile(measured: Measure, tmp_path: Path) -> None:
@@ -365,7 +344,16 @@ def test_lcov_reads_the_tracefile(measured: Measure, tmp_path: Path) -> None:
     file = tmp_path / "coverage.lcov"
     file.write_text(tracefile([result], tmp_path / "lib"))
     text = file.read_text().splitlines()
-    assert {"DA:18,0", "DA:16,1", "LF:13", "LH:11", "BRF:9", "BRH:4", "FNDA:1,FB_Probe"} <= {*text}
+    assert {
+        "FN:14,FB_Probe",
+        "DA:18,0",
+        "DA:16,1",
+        "LF:13",
+        "LH:11",
+        "BRF:9",
+        "BRH:4",
+        "FNDA:1,FB_Probe",
+    } <= {*text}
     tool = shutil.which("lcov")
     if tool is None:
         pytest.skip("lcov not found: the summary by lcov itself is left out")

@@ -26,6 +26,7 @@ from rcx_harness.cell.node import Member, Node
 from rcx_harness.cell.positions import axes_of
 from rcx_harness.cell.watched import Watched
 from rcx_harness.engine.base import Program, Value
+from rcx_harness.engine.builtin.coverage import collecting
 from rcx_harness.engine.load import build as build_program
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
@@ -213,6 +214,8 @@ class Cell:
         """
         files = source_files(program, lib, replace)
         check_outputs({"trace": trace}, files, *several(robot))
+        if collector := collecting():
+            collector.leave_out(files.folder)
         built = build_program(files.all, engine)
         compiled = built.program
         try:

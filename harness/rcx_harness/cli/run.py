@@ -38,6 +38,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
+from rcx_harness.engine.builtin.coverage import Collector, counting
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
@@ -48,6 +49,14 @@ from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
+from rcx_harness.verify.coverage.output import (
+    ENGINE,
+    Outcome,
+    check_fail_under,
+    check_folder,
+    conclude,
+)
+from rcx_harness.verify.coverage.parts import merge, part_of
 
 __all__ = ["EPILOG", "RunOptions", "run"]
 
@@ -61,6 +70,8 @@ _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 #: Nothing is said of what takes less than this [s of real time].
 _PATIENCE_S = 2.0
 _MOST_SHOWN = 20
+#: Where the report of the coverage goes.
+_COVERAGE = Path("out/coverage")
 _SHORTEST_LINE_US = 1_000
 
 
@@ -152,6 +163,19 @@ class RunOptions:
     show: Annotated[
         bool, typer.Option("--show/--no-show", help="Print the timing chart at the end.")
     ] = False
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
+    ] = False
+    coverage_out: Annotated[
+        Path | None, typer.Option(help="Folder of the coverage's report. Default: out/coverage.")
+    ] = None
+    coverage_library: Annotated[
+        bool, typer.Option("--coverage-library", help="Coverage of the library's blocks, too.")
+    ] = False
+    cover_fail_under: Annotated[
+        str | None,
+        typer.Option(help="Exit code 1 where less of statements and branches is covered [%]."),
+    ] = None
 
     @property
     def outputs(self) -> dict[str, Path | None]:
@@ -254,6 +278,7 @@ class _Outcome:
     notice: str
     timeline: Timeline
     ever_connected: bool
+    coverage: Outcome | None
 
 
 @with_options(RunOptions)
@@ -263,18 +288,56 @@ def run(options: RunOptions) -> None:
     With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
     zeros go out before the connection is closed.
 
-    Exit code: 0 without a violation, 1 with violations, 2 on bad input.
+    Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input.
     """
+    collector = _collector(options)
     if (where := options.where()) is not None:
         confirm(where, yes=options.yes)
-    with _Progress() as progress:
-        outcome = _run(options, progress)
+    with _Progress() as progress, counting(collector) if collector else nullcontext():
+        outcome = _run(options, progress, collector)
     _print_outcome(options, outcome)
-    if outcome.cell.violations:
+    if outcome.cell.violations or not (outcome.coverage is None or outcome.coverage.passed):
         raise typer.Exit(1)
 
 
-def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
+def _collector(options: RunOptions) -> Collector | None:
+    """What counts, if that is asked for.
+
+    Raises:
+        InputError: what cannot be done, or is said of a coverage that is not asked for.
+    """
+    if not options.coverage:
+        given = {
+            "--coverage-out": options.coverage_out,
+            "--coverage-library": options.coverage_library,
+            "--cover-fail-under": options.cover_fail_under,
+        }
+        for option, value in given.items():
+            if value not in (None, False):
+                raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
+        return None
+    if options.engine not in ("auto", "builtin"):
+        raise InputError(ENGINE, hint=f"leave out --engine {options.engine}, or --coverage")
+    if options.cover_fail_under is not None:
+        check_fail_under("--cover-fail-under", options.cover_fail_under)
+    check_folder(options.coverage_out or _COVERAGE)
+    return Collector(library=options.coverage_library)
+
+
+def _concluded(options: RunOptions, collector: Collector) -> Outcome:
+    percent = options.cover_fail_under
+    return conclude(
+        merge([part_of(collector)]),
+        Path.cwd(),
+        options.coverage_out or _COVERAGE,
+        fail_under=None if percent is None else float(percent),
+        width=shutil.get_terminal_size((100, 24)).columns,
+    )
+
+
+def _run(
+    options: RunOptions, progress: Callable[[int, int], None], collector: Collector | None
+) -> _Outcome:
     """Run the program; `progress` is called with the virtual time so far and in all [us]."""
     end_us = duration_us("--for", options.duration)
     if not end_us:
@@ -323,7 +386,8 @@ def _run(options: RunOptions, progress: Callable[[int, int], None]) -> _Outcome:
                 chart = scaled_svg(timeline, title, line_us)
             replace_files({options.chart: chart.encode()})
     notice = "\n".join(filter(None, (cell.notice, late)))
-    return _Outcome(cell, end_us, notice, timeline, connected)
+    coverage = _concluded(options, collector) if collector is not None else None
+    return _Outcome(cell, end_us, notice, timeline, connected, coverage)
 
 
 def _title(options: RunOptions, cell: Cell) -> str:
@@ -413,3 +477,5 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     written = [path for path in options.outputs.values() if path is not None]
     if written:
         print("written: " + ", ".join(os.fspath(path) for path in written))
+    if outcome.coverage is not None:
+        print(f"\n{outcome.coverage.text}")

@@ -9,6 +9,7 @@ from pathlib import Path
 from rcx_harness.engine import cache
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.builtin.coverage import collecting
 from rcx_harness.engine.compiling import uncollected
 from rcx_harness.engine.frontend import Project
 from rcx_harness.engine.frontend import load as load_anew
@@ -62,8 +63,8 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp`, or `auto`: matiec where it and a C compiler are
-            found and the program is portable, else the built-in engine. STruC++ runs only where
-            it is asked for.
+            found and the program is portable, else the built-in engine, and so where coverage
+            is counted. STruC++ runs only where it is asked for.
 
     Raises:
         InputError: an error in the sources (with file and line), an unknown engine, or one
@@ -72,6 +73,10 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
     project = load([path if isinstance(path, Path) else Path(path) for path in paths])
+    collector = collecting()
+    if engine == "auto" and collector is not None:
+        notice = "coverage is counted: running on the built-in engine"
+        return Built(BuiltinProgram.build(project), notice)
     if engine == "matiec":
         refuse(project.uses, "matiec", _OF_MATIEC)
     matiec = find_matiec() if engine in ("auto", "matiec") else None
@@ -83,6 +88,9 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         return Built(BuiltinProgram.build(project), notice)
     strucpp = find_strucpp() if engine == "strucpp" else None
     compiler = find_cxx_compiler() if strucpp else find_c_compiler()
+    compiled = compiler is not None and (matiec is not None or strucpp is not None)
+    if collector is not None and compiled:
+        collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
         return Built(MatiecProgram.build(project, matiec, compiler), "")
     if strucpp is not None and compiler is not None:

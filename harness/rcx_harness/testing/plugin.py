@@ -7,12 +7,12 @@ nothing of the harness until a test asks for a fixture. docs/testing.md is the u
 from __future__ import annotations
 
 from argparse import ArgumentTypeError
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from rcx_harness.testing import LISTS, OPTIONS, VALUES
+from rcx_harness.testing import COVERAGE, LISTS, OPTIONS, VALUES
 
 if TYPE_CHECKING:
     from rcx_harness.cell import Cell
@@ -32,14 +32,13 @@ _MARKERS = (
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Options `--rcx-...` and keys `rcx_...` of the ini file."""
     group = parser.getgroup("rcx", "virtual robot cell (rcx-harness)")
-    for name, about in OPTIONS.items():
+    for name, about in {**OPTIONS, **COVERAGE}.items():
         kind = {"type": _duration} if name == "scan" else {}
-        group.addoption(f"--rcx-{name}", dest=f"rcx_{name}", default=None, **about, **kind)
+        option = f"--rcx-{name.replace('_', '-')}"
+        group.addoption(option, dest=f"rcx_{name}", default=None, **about, **kind)
         several = about.get("action") == "append"
         many: dict[str, Any] = {"type": "linelist", "default": []} if several else {}
-        parser.addini(
-            f"rcx_{name}", f"{about['help']}; as --rcx-{name}", **{"default": None, **many}
-        )
+        parser.addini(f"rcx_{name}", f"{about['help']}; as {option}", **{"default": None, **many})
     for name, text in LISTS.items():
         parser.addini(f"rcx_{name}", text, type="linelist", default=[])
     for name, text in VALUES.items():
@@ -55,6 +54,10 @@ def pytest_configure(config: pytest.Config) -> None:
         from rcx_harness.testing.settings import check_settings
 
         check_settings(config)
+    if _is_set(config, COVERAGE):
+        from rcx_harness.testing.coverage import start
+
+        start(config)
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
@@ -165,7 +168,7 @@ def _check_keys(config: pytest.Config) -> None:
         if key.lower().startswith(("rcx_", "rcx-")) and not _registered(config, key):
             from rcx_harness.testing.settings import unknown_key
 
-            names = [f"rcx_{name}" for name in (*OPTIONS, *LISTS, *VALUES)]
+            names = [f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)]
             raise pytest.UsageError(f"rcx: {unknown_key(key, names, file)}")
 
 
@@ -180,6 +183,13 @@ def _registered(config: pytest.Config, key: str) -> bool:
 
 def _in_use(config: pytest.Config) -> bool:
     """Is there any setting of ours, in the ini file or on the command line?"""
-    if any(config.getoption(f"rcx_{name}") is not None for name in OPTIONS):
+    if _is_set(config, OPTIONS) or _is_set(config, COVERAGE):
         return True
-    return any(config.getini(f"rcx_{name}") for name in (*OPTIONS, *LISTS, *VALUES))
+    return any(config.getini(f"rcx_{name}") for name in (*LISTS, *VALUES))
+
+
+def _is_set(config: pytest.Config, names: Iterable[str]) -> bool:
+    return any(
+        config.getoption(f"rcx_{name}") is not None or config.getini(f"rcx_{name}")
+        for name in names
+    )

@@ -19,9 +19,10 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.testing import OPTIONS, VALUES
 from rcx_harness.units import parse_us
+from rcx_harness.verify.coverage.output import ENGINE
 
-__all__ = ["RULES", "artifacts", "check_settings", "header", "known", "project", "settings_of"]
-__all__ += ["unknown_key", "wrong_marker"]
+__all__ = ["RULES", "artifacts", "check_settings", "header", "is_on", "known", "project"]
+__all__ += ["settings_of", "unknown_key", "wrong_marker"]
 
 #: What the marker and `rcx_build` take: the arguments of `Cell.build`, `program` as `sources`.
 _BUILD = inspect.signature(Cell.build).parameters
@@ -31,6 +32,10 @@ _ON_COMMAND_LINE = [name for name in OPTIONS if name != "artifacts"]
 _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifacts")]
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
+
+#: What a key of the ini file that is a switch may say.
+_SWITCH = {"true": True, "1": True, "yes": True, "on": True}
+_SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}
 
 #: Every rule whose breach is reported, by who reports it.
 RULES = {
@@ -78,6 +83,9 @@ def check_settings(config: pytest.Config) -> None:
         if folder is not None and folder.exists() and not folder.is_dir():
             raise InputError("is no folder", file=folder, hint="give another --rcx-artifacts")
         _engine(settings)
+        if is_on(config, "coverage") and settings.get("engine", "auto") not in ("auto", "builtin"):
+            hint = f"leave out the engine {settings['engine']}, or the coverage"
+            raise InputError(ENGINE, hint=hint)
     except InputError as error:
         raise pytest.UsageError(f"rcx: {error}") from None
 
@@ -85,7 +93,9 @@ def check_settings(config: pytest.Config) -> None:
 def header(config: pytest.Config) -> str:
     """Version, engine, link, seed, in one line."""
     settings = _of_run(config)
-    parts = [f"engine {_engine(settings)}", f"link {settings.get('link', 'direct')}"]
+    counts = is_on(config, "coverage") and settings.get("engine", "auto") == "auto"
+    engine = "builtin (it counts coverage)" if counts else _engine(settings)
+    parts = [f"engine {engine}", f"link {settings.get('link', 'direct')}"]
     parts += [f"seed {settings.get('seed', 0)}"]
     parts += [f"{name} {settings[name]}" for name in ("scan",) if name in settings]
     return f"rcx-harness {version('rcx-harness')}: {', '.join(parts)}"
@@ -98,6 +108,20 @@ def artifacts(config: pytest.Config) -> Path | None:
         return config.invocation_params.dir / str(given)
     named = config.getini("rcx_artifacts")
     return project(config) / str(named) if named else None
+
+
+def is_on(config: pytest.Config, name: str) -> bool:
+    """Whether a switch is on, by the command line or the ini file.
+
+    Raises:
+        InputError: the ini file says neither.
+    """
+    if config.getoption(f"rcx_{name}") is not None:
+        return True
+    text = str(config.getini(f"rcx_{name}") or "")
+    if text.strip().lower() not in _SWITCH:
+        raise InputError(f"rcx_{name} is {text!r}", hint="write true or false")
+    return _SWITCH[text.strip().lower()]
 
 
 def known(changes: Mapping[str, Any]) -> None:

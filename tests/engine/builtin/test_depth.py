@@ -245,5 +245,5 @@ def test_coverage_counts_a_long_decision(tmp_path: Path) -> None:
     program = BuiltinProgram.build(load([file]), collector)
     program.scan(0)
     assert program.read("Main.X") == -1
-    (counted,) = collector.data()
-    assert counted["seen"][0] == [(1 << 2_000) - 1]
+    (counted,) = collector.counted
+    assert list(counted.counts.seen[0]) == [(1 << 2_000) - 1]

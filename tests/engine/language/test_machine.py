@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -62,7 +61,7 @@ def test_coverage_counts_methods_and_properties() -> None:
     program = BuiltinProgram.build(load([_MACHINE]), collector)
     program.scan(0)
 
-    counts = {row["pou"]: row["counters"] for row in json.loads(json.dumps(collector.data()))}
+    counts = {one.pou.name.upper(): one.counts.counters for one in collector.counted}
     assert counts["FB_STEPPER.STEPS.GET"] == [1]
     assert counts["FB_AXISBASE.OVERRIDE.SET"] == [2]
     assert counts["FB_SERVO.STEP"] == [1]

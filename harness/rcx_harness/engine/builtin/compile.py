@@ -17,7 +17,7 @@ from rcx_harness.engine.builtin.coverage import (
     Collector,
     CountingWriter,
     Plan,
-    environment_collector,
+    collecting,
 )
 from rcx_harness.engine.builtin.objects import linking
 from rcx_harness.engine.builtin.runtime import NAMES
@@ -53,7 +53,7 @@ class Module:
 
     Args:
         project: What to compile.
-        collector: Where its sources count what is executed; None to go by the environment.
+        collector: Where its sources count what is executed; None: nowhere.
 
     Attributes:
         project: What it was compiled from.
@@ -62,7 +62,7 @@ class Module:
 
     def __init__(self, project: Project, collector: Collector | None = None) -> None:
         self.project = project
-        self._collector = collector or environment_collector()
+        self._collector = collector
         self.names: dict[str, Any] = {**NAMES, **references.NAMES, **memory.NAMES}
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
@@ -106,7 +106,7 @@ class Module:
     def _writer(self, pou: Pou, storage: Storage) -> Writer:
         if self._collector is not None:
             plan = Plan.of(pou)
-            counts = self._collector.counts(pou, plan)
+            counts = self._collector.counts(pou, plan, self.project)
             if counts is not None:
                 name = slot_name(pou.name)
                 self.names.update({f"n_{name}": counts.counters, f"q_{name}": counts.seen})
@@ -145,13 +145,13 @@ def _noting(
 
 
 def module_of(project: Project) -> Module:
-    """The code of a project, compiled once; anew where what is executed is counted."""
-    return Module(project) if environment_collector() is not None else _module_of(project)
+    """The code of a project, compiled once, and once more where what is executed is counted."""
+    return _module_of(project, collecting())
 
 
 @lru_cache(maxsize=24)
-def _module_of(project: Project) -> Module:
-    return Module(project)
+def _module_of(project: Project, collector: Collector | None) -> Module:
+    return Module(project, collector)
 
 
 def _shared(project: Project) -> list[Symbol]:

@@ -1,34 +1,69 @@
 """Counting which Structured Text is executed; off unless it is asked for.
 
-With `RCX_COVERAGE=FOLDER` in the environment every program that the built-in engine compiles
-counts, and each process writes what it has counted to a JSON file in that folder when it ends.
-`RCX_COVERAGE_OF=FOLDER` limits this to the sources below a folder. All programs of a process
-that have been compiled from one file share its counters.
+Inside `with counting(collector)` every program that the built-in engine compiles counts. All
+programs that have been compiled from one file share its counters.
 """
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from rcx_harness.engine.builtin.expressions import Expressions, Value, type_name
-from rcx_harness.engine.builtin.statements import Writer
+from rcx_harness.engine.builtin.statements import Branches, Writer
 from rcx_harness.engine.builtin.storage import Storage, slot_name
-from rcx_harness.engine.compiling import deeply
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
 
-__all__ = ["Collector", "CountingWriter", "Counts", "Decision", "Plan", "environment_collector"]
+__all__ = ["Collector", "Counted", "CountingWriter", "Counts", "Decision", "Plan", "Postfix"]
+__all__ += ["collecting", "counting", "outcome"]
 
-_LOGIC = ("AND", "OR", "XOR")
+#: A Boolean expression: the numbers of its conditions, constants, and behind them operators.
+Postfix = Sequence[int | bool | str]
+
+_LAZY = ("AND_THEN", "OR_ELSE")
+_LOGIC = ("AND", "OR", "XOR", *_LAZY)
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+
+
+def outcome(code: Postfix, vector: int, skipped: int = 0) -> bool | None:
+    """What an expression gives where the condition k has the value of bit k.
+
+    Args:
+        code: The expression.
+        vector: The values.
+        skipped: Conditions, by their bits, whose values are not known.
+
+    Returns:
+        None where that depends on those that are not known.
+    """
+    stack: list[bool | None] = []
+    for one in code:
+        if isinstance(one, bool):
+            stack.append(one)
+        elif isinstance(one, int):
+            stack.append(None if skipped >> one & 1 else bool(vector >> one & 1))
+        elif one == "NOT":
+            value = stack.pop()
+            stack.append(None if value is None else not value)
+        else:
+            stack.append(_joined(one, stack.pop(), stack.pop()))
+    return stack.pop()
+
+
+def _joined(op: str, left: bool | None, right: bool | None) -> bool | None:
+    if op == "XOR":
+        return None if left is None or right is None else left != right
+    decisive = op in ("OR", "OR_ELSE")
+    if left is decisive or right is decisive:
+        return decisive
+    return None if left is None or right is None else not decisive
 
 
 @dataclass(frozen=True)
@@ -39,31 +74,20 @@ class Decision:
         root: The whole expression.
         conditions: Its operands that are no constants.
         line: Where the statement begins that it belongs to.
+        code: How the conditions are joined.
+        lazy: Whether conditions may be skipped: by AND_THEN, OR_ELSE, or since it could stop the
+            program to look at one whose value decides nothing.
     """
 
     root: t.Expression
     conditions: tuple[t.Expression, ...]
     line: int
+    code: Postfix = ()
+    lazy: bool = False
 
     def outcome(self, vector: int) -> bool:
         """What the expression gives where the condition k has the value of bit k."""
-        numbers = {id(condition): k for k, condition in enumerate(self.conditions)}
-        return deeply(lambda: _evaluate(self.root, vector, numbers))
-
-
-def _evaluate(node: t.Expression, vector: int, numbers: dict[int, int]) -> bool:
-    if id(node) in numbers:
-        return bool(vector >> numbers[id(node)] & 1)
-    if isinstance(node, t.Constant):
-        return bool(node.value)
-    if isinstance(node, t.Unary):
-        return not _evaluate(node.operand, vector, numbers)
-    assert isinstance(node, t.Binary)
-    left = _evaluate(node.left, vector, numbers)
-    right = _evaluate(node.right, vector, numbers)
-    if node.op == "AND":
-        return left and right
-    return left or right if node.op == "OR" else left != right
+        return bool(outcome(self.code, vector))
 
 
 @dataclass
@@ -74,7 +98,8 @@ class Plan:
         size: How many counters there are.
         run: Counter of the run that a statement is in, by `id` of the statement.
         first: The same, of the first statement of each run only.
-        empty: Counter of the branch without statements of an IF, CASE or WHILE, by its `id`.
+        empty: Counter of the way past the body of an IF, CASE, WHILE or FOR, by its `id`.
+        blank: Counters of bodies without statements, in order, by `id` of the IF, CASE or loop.
         decisions: In their order.
         number: Number of a decision, by `id` of its root.
     """
@@ -83,6 +108,7 @@ class Plan:
     run: dict[int, int] = field(default_factory=dict)
     first: dict[int, int] = field(default_factory=dict)
     empty: dict[int, int] = field(default_factory=dict)
+    blank: dict[int, list[int]] = field(default_factory=dict)
     decisions: list[Decision] = field(default_factory=list)
     number: dict[int, int] = field(default_factory=dict)
 
@@ -96,6 +122,15 @@ class Plan:
     def _count(self) -> int:
         self.size += 1
         return self.size - 1
+
+    def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
+        """Counter of a body: `place` is its number among those of its node without statements."""
+        return self.run[id(body[0])] if body else self.blank[id(node)][place]
+
+    def _body(self, node: t.Statement, body: tuple[t.Statement, ...]) -> None:
+        if not body:
+            self.blank.setdefault(id(node), []).append(self._count())
+        self._statements(body)
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> None:
         run: int | None = None
@@ -112,23 +147,23 @@ class Plan:
         if isinstance(node, t.If):
             for condition, body in node.branches:
                 self._decision(condition, line)
-                self._statements(body)
+                self._body(node, body)
             self._statements(node.otherwise)
         elif isinstance(node, t.Case):
             self._expression(node.selector, line)
             for _, body in node.branches:
-                self._statements(body)
+                self._body(node, body)
             self._statements(node.otherwise)
         elif isinstance(node, t.While):
             self._decision(node.condition, line)
-            self._statements(node.body)
+            self._body(node, node.body)
         elif isinstance(node, t.Repeat):
             self._statements(node.body)
             self._decision(node.condition, line)
         elif isinstance(node, t.For):
             for part in (node.start, node.end, node.step):
                 self._expression(part, line)
-            self._statements(node.body)
+            self._body(node, node.body)
         elif isinstance(node, t.Assign):
             self._expression(node.target, line)
             self._expression(node.value, line)
@@ -140,7 +175,8 @@ class Plan:
         elif isinstance(node, t.CallBase):
             for _, value in node.inputs:
                 self._expression(value, line)
-        if isinstance(node, t.While) or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
+        loop = isinstance(node, (t.While, t.For))
+        if loop or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
             self.empty[id(node)] = self._count()
 
     def _expression(self, node: t.Expression, line: int) -> None:
@@ -155,7 +191,8 @@ class Plan:
         conditions = tuple(_conditions(node))
         if conditions:
             self.number[id(node)] = len(self.decisions)
-            self.decisions.append(Decision(node, conditions, line))
+            lazy = _is_lazy(node) or any(map(_may_fault, conditions[1:]))
+            self.decisions.append(Decision(node, conditions, line, _postfix(node), lazy))
         for condition in conditions:
             for part in _parts(condition):
                 self._expression(part, line)
@@ -182,6 +219,50 @@ def _conditions(node: t.Expression) -> Iterator[t.Expression]:
             waiting += reversed(_parts(one))
         elif not isinstance(one, t.Constant):
             yield one
+
+
+def _postfix(node: t.Expression) -> Postfix:
+    """How the conditions of a decision are joined, numbered from left to right."""
+    code: list[int | bool | str] = []
+    numbers = 0
+    waiting: list[t.Expression | str] = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, str):
+            code.append(one)
+        elif isinstance(one, (t.Unary, t.Binary)) and _is_logic(one):
+            waiting += [one.op, *reversed(_parts(one))]
+        elif isinstance(one, t.Constant):
+            code.append(bool(one.value))
+        else:
+            code.append(numbers)
+            numbers += 1
+    return tuple(code)
+
+
+def _is_lazy(node: t.Expression) -> bool:
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, t.Binary) and one.op in _LAZY:
+            return True
+        waiting += _parts(one) if _is_logic(one) else ()
+    return False
+
+
+def _may_fault(node: t.Expression) -> bool:
+    """Can it stop the program, by an index, a division or a root?"""
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, t.Standard) and one.name not in _SAFE and "_TO_" not in one.name:
+            return True
+        if isinstance(one, t.Index) and not all(isinstance(k, t.Constant) for k in one.indices):
+            return True
+        if isinstance(one, t.Binary) and one.op in ("/", "MOD", "**"):
+            return True
+        waiting += _parts(one)
+    return False
 
 
 def _parts(node: t.Expression) -> tuple[t.Expression, ...]:
@@ -212,6 +293,14 @@ def _parts(node: t.Expression) -> tuple[t.Expression, ...]:
     return (node.left, node.right) if isinstance(node, t.Same) else ()
 
 
+#: Standard functions that give something for every argument.
+_SAFE = frozenset(
+    (
+        *("GT", "GE", "EQ", "LE", "LT", "ADD", "MUL", "AND", "OR", "XOR", "MOVE", "SEL", "ABS"),
+        *("MAX", "MIN", "LIMIT", "SHL", "SHR", "ROL", "ROR", "LEN", "FIND", "LEFT", "RIGHT", "MID"),
+    )
+)
+
 #: Conditions of a decision that are put together by an operator each.
 _FEW = 50
 
@@ -228,6 +317,33 @@ class Seen(dict[int, bool]):
         return outcome
 
 
+class LazySeen(Seen):
+    """The same of a decision that may skip conditions, which tell their values one by one.
+
+    Those that it skipped are bits, too, above those of all values.
+    """
+
+    def __init__(self, decision: Decision) -> None:
+        super().__init__(decision)
+        self._size = len(decision.conditions)
+        # A method that is called in a condition may come to the same decision again.
+        self._open: list[int] = []
+
+    def begin(self) -> None:
+        """It is evaluated now."""
+        self._open.append((1 << self._size) - 1 << self._size)
+
+    def see(self, number: int, value: bool) -> bool:
+        """The value of a condition."""
+        self._open[-1] = self._open[-1] & ~(1 << number + self._size) | value << number
+        return value
+
+    def end(self, outcome: bool) -> bool:
+        """What it has come to."""
+        self[self._open.pop()] = bool(outcome)
+        return outcome
+
+
 class Counts:
     """What has been counted in one POU.
 
@@ -238,7 +354,23 @@ class Counts:
 
     def __init__(self, plan: Plan) -> None:
         self.counters = [0] * plan.size
-        self.seen = [Seen(decision) for decision in plan.decisions]
+        self.seen = [LazySeen(one) if one.lazy else Seen(one) for one in plan.decisions]
+
+
+class Counted(NamedTuple):
+    """A POU of which something is counted.
+
+    Attributes:
+        file: Its file, and the hash of what was in it.
+        sources: The texts of the program that were taken from this file.
+    """
+
+    file: str
+    hash: str
+    pou: t.Pou
+    plan: Plan
+    counts: Counts
+    sources: tuple[Path, ...]
 
 
 class Collector:
@@ -246,41 +378,44 @@ class Collector:
 
     Args:
         folder: The sources; None for all.
+        library: Whether libraries count, too.
+
+    Attributes:
+        elsewhere: Engines that cannot count and have run programs meanwhile.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self, folder: Path | None = None, *, library: bool = True) -> None:
         self._folder = folder.resolve() if folder else None
-        self._counts: dict[tuple[str, str, str], Counts] = {}
+        self._library = library
+        self._apart: set[Path] = set()
+        self.elsewhere: set[str] = set()
+        self._counted: dict[tuple[str, str, str, tuple[int, ...]], Counted] = {}
 
-    def counts(self, pou: t.Pou, plan: Plan) -> Counts | None:
+    def leave_out(self, library: Path) -> None:
+        """The folder of a library: nothing in it counts, if libraries do not."""
+        if not self._library:
+            self._apart.add(library.resolve())
+
+    def counts(self, pou: t.Pou, plan: Plan, project: Project) -> Counts | None:
         """Where a POU counts; None if its source is none of those counted."""
-        file = _resolved(pou.file)
+        file = _resolved(os.path.abspath(pou.file))
         if self._folder is not None and self._folder not in file.parents:
             return None
-        key = str(file), _hash(file, file.stat().st_mtime_ns), pou.name.upper()
-        if key not in self._counts:
-            self._counts[key] = Counts(plan)
-        return self._counts[key]
+        if not self._apart.isdisjoint(file.parents) or not file.is_file():
+            return None
+        # Constants of other files may make another plan of the same text.
+        shape = plan.size, *(len(one.conditions) for one in plan.decisions)
+        text = _hash(file, file.stat().st_mtime_ns)
+        key = str(file), text, pou.name.upper(), shape
+        if key not in self._counted:
+            sources = tuple(one for one in project.files if str(one) == pou.file)
+            self._counted[key] = Counted(str(file), text, pou, plan, Counts(plan), sources)
+        return self._counted[key].counts
 
-    def data(self) -> list[dict[str, Any]]:
-        """The counts of each POU, as JSON."""
-        return [
-            {
-                "file": file,
-                "hash": text,
-                "pou": name,
-                "counters": counts.counters,
-                "seen": [sorted(int(vector) for vector in seen) for seen in counts.seen],
-            }
-            for (file, text, name), counts in self._counts.items()
-        ]
-
-    def write(self, folder: Path) -> None:
-        """Write the counts of this process, if it has any."""
-        if self._counts:
-            folder.mkdir(parents=True, exist_ok=True)
-            target = folder / f"{os.getpid()}-{os.urandom(4).hex()}.json"
-            target.write_text(json.dumps(self.data()), encoding="utf-8")
+    @property
+    def counted(self) -> list[Counted]:
+        """Each POU that counts."""
+        return list(self._counted.values())
 
 
 @lru_cache(maxsize=1024)
@@ -294,16 +429,22 @@ def _hash(file: Path, stamp: int) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-@lru_cache(maxsize=1)
-def environment_collector() -> Collector | None:
-    """The collector that the environment asks for, which writes at the end of the process."""
-    folder = os.environ.get("RCX_COVERAGE")
-    if not folder:
-        return None
-    below = os.environ.get("RCX_COVERAGE_OF")
-    collector = Collector(Path(below) if below else None)
-    atexit.register(collector.write, Path(folder).absolute())
-    return collector
+_collecting: list[Collector] = []
+
+
+@contextmanager
+def counting(collector: Collector) -> Iterator[Collector]:
+    """Let every program that is compiled inside count."""
+    _collecting.append(collector)
+    try:
+        yield collector
+    finally:
+        _collecting.remove(collector)
+
+
+def collecting() -> Collector | None:
+    """The collector of the innermost `counting`."""
+    return _collecting[-1] if _collecting else None
 
 
 class _CountingExpressions(Expressions):
@@ -313,15 +454,26 @@ class _CountingExpressions(Expressions):
         super().__init__(project, pou)
         self._pou_name = slot_name(pou.name)
         self._plan = plan
+        # Of decisions that may skip conditions: where a condition tells its value.
+        self._tells: dict[int, str] = {}
 
     def value(self, node: t.Expression) -> Value:
-        """Code of an expression; all conditions of a decision are evaluated."""
+        """Code of an expression; all conditions of a decision are evaluated, if none is skipped."""
+        tells = self._tells.pop(id(node), "")
+        if tells:
+            return Value(f"{tells}, {self.value(node).code})")
         number = self._plan.number.get(id(node))
         if number is None:
             return super().value(node)
+        decision = self._plan.decisions[number]
+        if decision.lazy:
+            seen = f"q_{self._pou_name}[{number}]"
+            told = {id(one): f"{seen}.see({k}" for k, one in enumerate(decision.conditions)}
+            self._tells |= told
+            return Value(f"{seen}.end({seen}.begin() or {super().value(node).code})")
         bits = [
             f"{super(_CountingExpressions, self).value(condition).code} << {k}"
-            for k, condition in enumerate(self._plan.decisions[number].conditions)
+            for k, condition in enumerate(decision.conditions)
         ]
         # A long chain of operators would be too deep for Python; the bits are different ones.
         vector = " | ".join(bits) if len(bits) < _FEW else f"sum(({', '.join(bits)}))"
@@ -341,6 +493,7 @@ class CountingWriter(Writer):
     def __init__(self, project: Project, pou: t.Pou, storage: Storage, plan: Plan) -> None:
         super().__init__(project, pou, storage)
         self._plan = plan
+        self._blank: list[list[int]] = []
         self._code = _CountingExpressions(project, pou, plan)
         self._code.pointing.storage = storage
 
@@ -353,6 +506,14 @@ class CountingWriter(Writer):
             self._emit(self._counted(first))
         super()._statement(node)
 
+    def _branches(self, branches: Branches, node: t.If | t.Case) -> None:
+        self._blank.append(list(self._plan.blank.get(id(node), ())))
+        super()._branches(branches, node)
+        self._blank.pop()
+
+    def _nothing(self) -> None:
+        self._emit(self._counted(self._blank[-1].pop(0)))
+
     def _no_branch(self, node: t.If | t.Case) -> None:
         super()._no_branch(node)
         empty = self._plan.empty.get(id(node))
@@ -360,12 +521,10 @@ class CountingWriter(Writer):
             self._at = node.at.line
             self._emit(f"else: {self._counted(empty)}")
 
-    def _while(self, node: t.While) -> None:
+    def _leave(self, condition: str, node: t.While | t.For) -> None:
         # The Python variable of the loop is 0 where its end comes before the first round.
-        self._emit("for _ in FUSE:")
-        self._depth += 1
-        self._emit(f"if not {self._code.exact(node.condition)}:")
+        self._emit(f"if {condition}:")
         self._emit(f"    if not _: {self._counted(self._plan.empty[id(node)])}")
         self._emit("    break")
-        self._statements(node.body)
-        self._loop(node.at.line)
+        for number in self._plan.blank.get(id(node), ()):
+            self._emit(self._counted(number))

@@ -116,7 +116,7 @@ class BuiltinProgram:
 
         Args:
             project: The project.
-            collector: Where it counts what is executed; None to go by the environment.
+            collector: Where it counts what is executed; None to go by `coverage.counting`.
         """
         return cls(module_of(project) if collector is None else Module(project, collector))
 

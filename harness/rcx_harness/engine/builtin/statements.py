@@ -20,10 +20,10 @@ from rcx_harness.engine.frontend.scalars import INT_RANGE
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.types import ArrayType
 
-__all__ = ["Writer"]
+__all__ = ["Branches", "Writer"]
 
 #: Condition and statements.
-_Branches = list[tuple[str, tuple[t.Statement, ...]]]
+Branches = list[tuple[str, tuple[t.Statement, ...]]]
 #: Branches of one Python `if`.
 _BRANCHES = 50
 #: The variables of a POU that an expression writes; what else it sets is lower case.
@@ -172,8 +172,12 @@ class Writer:
         self._depth += 1
         self._statements(statements)
         if not statements:
-            self._emit("pass")
+            self._nothing()
         self._depth -= 1
+
+    def _nothing(self) -> None:
+        """A body of an IF or CASE that has no statements."""
+        self._emit("pass")
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> None:
         for statement in statements:
@@ -211,7 +215,7 @@ class Writer:
         branches = [(self._code.exact(condition), body) for condition, body in node.branches]
         self._branches(branches, node)
 
-    def _branches(self, branches: _Branches, node: t.If | t.Case) -> None:
+    def _branches(self, branches: Branches, node: t.If | t.Case) -> None:
         """One `if`; of many branches several, each entered where none before it was right.
 
         In Python each branch lies inside the one before it.
@@ -231,7 +235,7 @@ class Writer:
         self._emit(f"if not {missed}: pass")
         self._no_branch(node)
 
-    def _chain(self, branches: _Branches) -> None:
+    def _chain(self, branches: Branches) -> None:
         word = "if"
         for condition, body in branches:
             self._block(f"{word} {condition}:", body)
@@ -263,9 +267,13 @@ class Writer:
     def _while(self, node: t.While) -> None:
         self._emit("for _ in FUSE:")
         self._depth += 1
-        self._emit(f"if not {self._code.exact(node.condition)}: break")
+        self._leave(f"not {self._code.exact(node.condition)}", node)
         self._statements(node.body)
         self._loop(node.at.line)
+
+    def _leave(self, condition: str, node: t.While | t.For) -> None:
+        """The end of a loop that comes before a round."""
+        self._emit(f"if {condition}: break")
 
     def _repeat(self, node: t.Repeat) -> None:
         self._emit("for _ in FUSE:")
@@ -297,10 +305,10 @@ class Writer:
             self._depth -= 1
         if isinstance(node.step, t.Constant):
             past = ">" if int(node.step.value) > 0 else "<"
-            self._emit(f"if {counter} {past} {end}: break")
+            self._leave(f"{counter} {past} {end}", node)
         else:
             step = self._code.exact(node.step)
-            self._emit(f"if {counter} > {end} if {step} > 0 else {counter} < {end}: break")
+            self._leave(f"{counter} > {end} if {step} > 0 else {counter} < {end}", node)
         self._statements(node.body)
         self._at = node.at.line
         if not continues:

@@ -67,7 +67,7 @@ def check_start(
         pou.body = (*start, *pou.body)
         return
     name = f"{pou.name}.fb_start"
-    method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou)
+    method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou, at=pou.at)
     scope.declarations.pous[name.upper()] = method
     scope.declarations.objects.own[pou.name.upper()]["FB_START"] = method
 

@@ -124,7 +124,9 @@ class Declarations(Types):
             self._note_function(symbols.values(), where)
         self.local, self.sections = {}, []
         file = str(where.file)
-        pou = Pou(node.kind, node.name.text, file, symbols, result=result, words=node.words)
+        pou = Pou(
+            node.kind, node.name.text, file, symbols, result=result, words=node.words, at=node.at
+        )
         if node.kind != "FUNCTION":
             pou.block = BlockType(
                 node.name.text,

@@ -289,6 +289,7 @@ class Inheritance:
             result=result,
             owner=pou,
             words=node.words,
+            at=node.at,
         )
         key = name.upper()
         named = pou is not None and node.name.key in pou.symbols

@@ -380,13 +380,17 @@ Statement = (
 )
 
 
+_FIRST = Position(1, 1)
+
+
 @dataclass(eq=False)
 class Pou:
     """A function, function block or program.
 
     `block` is None for a function, `result` None for the others. `symbols` are in the order of
     declaration, by upper-case name. A method is a POU, too: its kind is METHOD, its name
-    `Block.Method` (`Block.Property.Get`), and `owner` the block it belongs to.
+    `Block.Method` (`Block.Property.Get`), and `owner` the block it belongs to. `at` is where it
+    begins.
     """
 
     kind: str
@@ -402,6 +406,7 @@ class Pou:
     """Functions of the sources that it calls, by upper-case name."""
     clock: bool = False
     """Whether it reads the time."""
+    at: Position = _FIRST
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""
 

@@ -2,76 +2,98 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
-from pathlib import Path
 
 from rcx_harness.verify.coverage.measure import Condition, DecisionResult, FileResult, Item, Share
-from rcx_harness.verify.coverage.report import gaps, totals
+from rcx_harness.verify.coverage.report import Gap, conditions, gaps, totals
 
-__all__ = ["write_pages"]
+__all__ = ["pages"]
 
 _COLUMNS = ("Statements", "Branches", "Conditions", "MC/DC", "Unique-cause")
 #: A decision with more vectors shows its first ones only.
 _MOST_VECTORS = 64
 
 
-def write_pages(results: Sequence[FileResult], folder: Path, library: str) -> None:
-    """Write index.html and a page per file.
+def pages(results: Sequence[FileResult], title: str) -> dict[str, str]:
+    """index.html and a page per file, by their names; each needs nothing but itself.
 
     Args:
         results: All files.
-        folder: Where to; it is made.
-        library: What to call their folder.
+        title: What to call them.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    _write(folder / "index.html", f"Coverage of {library}", "", _overview(results))
+    names = _names(results)
+    found = {"index.html": _page(f"Coverage of {title}", "", _overview(results, names))}
+    back = '<a id="back" href="index.html">all files</a>'
     for result in results:
-        back = '<a href="index.html">all files</a>'
-        _write(folder / _page(result), result.path, back, _file(result))
+        found[names[result.path]] = _page(result.path, back, _file(result))
+    return found
 
 
-def _page(result: FileResult) -> str:
-    return result.path.replace("/", "-").removesuffix(".st") + ".html"
+def _names(results: Sequence[FileResult]) -> dict[str, str]:
+    """The name of the page of each file."""
+    names: dict[str, str] = {}
+    taken = {"index.html"}
+    for result in results:
+        plain = re.sub(r"[^\w.-]+", "-", result.path.removesuffix(".st")).strip("-")
+        name = next(
+            one
+            for number in range(1, len(results) + 2)
+            if (one := f"{plain}{f'-{number}' if number > 1 else ''}.html").lower() not in taken
+        )
+        taken.add(name.lower())
+        names[result.path] = name
+    return names
 
 
-def _write(file: Path, title: str, back: str, body: Iterator[str]) -> None:
-    style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
+def _page(title: str, back: str, body: Iterator[str]) -> str:
+    style, script = (
+        files(__package__).joinpath(name).read_text(encoding="utf-8")
+        for name in ("page.css", "page.js")
+    )
     lines = [
         "<!doctype html>",
-        f'<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>',
-        f"<style>{style}</style></head><body>",
+        "<!-- rcx coverage -->",
+        '<html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{escape(title)}</title><style>{style}</style></head><body>",
         f"<header><h1>{escape(title)}</h1>{back}</header><main>",
         *body,
-        "</main></body></html>",
+        f"</main><script>{script}</script></body></html>",
     ]
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return "\n".join(lines) + "\n"
 
 
-def _overview(results: Sequence[FileResult]) -> Iterator[str]:
-    yield '<p class="note">What the tests execute of each block, counted by the built-in engine.'
-    yield "MC/DC is masking MC/DC; it is demanded where its bar is coloured.</p>"
-    yield f"<table>{_head('Folder')}"
-    for folder in sorted({result.folder for result in results}):
-        yield _row(folder, [one for one in results if one.folder == folder], demanded=False)
+def _overview(results: Sequence[FileResult], names: Mapping[str, str]) -> Iterator[str]:
     demanded = [one for one in results if one.demands_mcdc]
-    yield _row("with MC/DC demanded", demanded, demanded=True)
-    yield f"{_row('all', results, demanded=False)}</table>"
-    for title, justified in (("Gaps", False), ("Justified", True)):
-        found = gaps(results, justified=justified)
-        yield f"<h2>{title}: {len(found) or 'none'}</h2><ul class='gaps'>"
-        pages = {result.path: _page(result) for result in results}
-        for gap in found:
-            reason = f"<br><span class='note'>{escape(gap.reason)}</span>" if gap.reason else ""
-            link = f'<a href="{pages[gap.path]}#L{gap.line}">{gap.path}:{gap.line}</a>'
-            yield f"<li>{link} {escape(gap.text)}{reason}</li>"
-        yield "</ul>"
-    yield f"<h2>Files</h2><table>{_head('File')}"
+    yield '<p class="note">What was executed, counted by the built-in engine. MC/DC is masking'
+    yield f"MC/DC{'; it is demanded where its bar is coloured' if demanded else ''}.</p>"
+    yield f"<div class='wide'><table>{_head('Folder')}"
+    for folder in sorted({result.folder for result in results if "/" in result.path}):
+        some = [one for one in results if one.path.startswith(f"{folder}/")]
+        yield _row(escape(folder), some, demanded=False)
+    if demanded:
+        yield _row("with MC/DC demanded", demanded, demanded=True)
+    yield f"{_row('all', results, demanded=False)}</table></div>"
+    yield f"<h2>Files</h2><div class='wide'><table>{_head('File')}"
     for result in results:
-        link = f'<a href="{_page(result)}">{result.path}</a>'
+        link = f'<a href="{names[result.path]}">{escape(result.path)}</a>'
         yield _row(link, [result], demanded=result.demands_mcdc)
-    yield "</table>"
+    yield "</table></div>"
+    for title, justified in (("Not covered", False), ("Justified", True)):
+        found = gaps(results, justified=justified)
+        if found or not justified:
+            yield f"<h2>{title}: {len(found) or 'nothing'}</h2><ul class='gaps'>"
+            yield from (_gap(one, names[one.path], f"{one.path}:") for one in found)
+            yield "</ul>"
+
+
+def _gap(gap: Gap, page: str, path: str) -> str:
+    reason = f"<br><span class='note'>{escape(gap.reason)}</span>" if gap.reason else ""
+    link = f'<a href="{page}#L{gap.line}">{escape(path)}{gap.line}</a>'
+    return f"<li>{link} {escape(gap.text)}{reason}</li>"
 
 
 def _head(first: str) -> str:
@@ -88,27 +110,40 @@ def _row(first: str, results: Sequence[FileResult], *, demanded: bool) -> str:
 
 def _cell(share: Share, *, free: bool) -> str:
     justified = f" +{share.justified}" if share.justified else ""
-    text = f"{share.percent:.1f} % <small>{share.covered}/{share.total}{justified}</small>"
+    text = f"{share.shown} <small>{share.covered}/{share.total}{justified}</small>"
     bar = f'<div class="bar"><i style="width:{share.percent:.1f}%"></i></div>'
     return f'<td class="share{" free" if free else ""}">{text}{bar}</td>'
 
 
 def _file(result: FileResult) -> Iterator[str]:
-    yield f"<table>{_head('')}{_row('', [result], demanded=result.demands_mcdc)}</table>"
-    yield "<h2>Source</h2><table class='code'>"
+    yield f"<div class='wide'><table>{_head('')}"
+    yield f"{_row('', [result], demanded=result.demands_mcdc)}</table></div>"
+    found = gaps([result])
+    if not result.demands_mcdc:
+        found += [one for one in conditions(result) if not one.reason]
+    yield f"<h2>Not covered: {len(found) or 'nothing'}</h2><ul class='gaps'>"
+    yield from (_gap(one, "", "line ") for one in sorted(found, key=lambda one: one.line))
+    yield "</ul><h2>Source</h2><p class='note'>Keys: <kbd>n</kbd> and <kbd>p</kbd> go to the next"
+    yield "and the previous line that is not covered, <kbd>i</kbd> to all files. Before a"
+    yield "line stand how often it was executed, and its branches.</p>"
+    yield "<div class='wide' tabindex='0'><table class='code'>"
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)
-    for number, line in enumerate(result.source, 1):
+    last = 0
+    for number, line in sorted(result.source.items()):
+        if number != last + 1:
+            yield '<tr class="gap"><td class="no">⋮</td><td></td><td></td><td></td></tr>'
+        last = number
         items, ways = statements.get(number, []), branches.get(number, [])
         style = _style([*items, *ways])
         hits = str(min(item.hits for item in items)) if items else ""
         chips = "".join(_chip(way) for way in ways)
         yield (
             f'<tr id="L{number}" class="{style}"><td class="no">{number}</td>'
-            f'<td class="hits">{hits}</td><td class="text">{escape(line)}</td>'
-            f'<td class="marks">{chips}</td></tr>'
+            f'<td class="hits">{hits}</td><td class="marks">{chips}</td>'
+            f'<td class="text">{escape(line)}</td></tr>'
         )
-    yield "</table>"
+    yield "</table></div>"
     if result.decisions:
         yield "<h2>Decisions</h2><p class='note'>Its conditions, the values each has had, and"
         yield "whether it has decided the outcome both ways (in other respects alike: unique).</p>"
@@ -134,24 +169,26 @@ def _style(items: Sequence[Item]) -> str:
 def _chip(way: Item) -> str:
     style, mark = ("good", "✓") if way.hits else ("why", "·") if way.reason else ("bad", "✗")
     title = f"{way.text}: {way.hits} times" if way.hits else f"{way.text}: never. {way.reason}"
-    return f'<span class="chip {style}" title="{escape(title)}">{mark}</span>'
+    title = escape(title.removesuffix(". "))
+    about = f'role="img" title="{title}" aria-label="{title}"'
+    return f'<span class="chip {style}" {about}>{mark}</span>'
 
 
 def _decision(decision: DecisionResult) -> Iterator[str]:
-    complete = all(one.masking for one in decision.conditions)
-    excused = all(one.masking or one.reason for one in decision.conditions)
+    complete = all(one.judged.masking for one in decision.conditions)
+    excused = all(one.judged.masking or one.reason for one in decision.conditions)
     style, mark = ("yes", "✓") if complete else ("soft", "·") if excused else ("no-mark", "✗")
     opened = "" if complete else " open"
     yield f'<details{opened}><summary><span class="{style}">{mark}</span>'
     yield f'<a href="#L{decision.line}">{decision.line}</a> {escape(decision.text)}</summary>'
-    yield "<table><tr><th></th><th>Condition</th><th>TRUE</th><th>FALSE</th><th>MC/DC</th>"
-    yield "<th>Unique-cause</th><th></th></tr>"
+    yield "<div class='wide'><table><tr><th></th><th>Condition</th><th>TRUE</th><th>FALSE</th>"
+    yield "<th>MC/DC</th><th>Unique-cause</th><th></th></tr>"
     for letter, one in zip(_letters(), decision.conditions, strict=False):
         yield f"<tr><td>{letter}</td>{_condition(one)}</tr>"
     yield "</table>"
     if len(decision.conditions) > 1:
         yield from _vectors(decision)
-    yield "</details>"
+    yield "</div></details>"
 
 
 def _letters() -> Iterator[str]:
@@ -160,7 +197,8 @@ def _letters() -> Iterator[str]:
 
 
 def _condition(one: Condition) -> str:
-    holds = (True in one.values, False in one.values, one.masking, one.unique)
+    judged = one.judged
+    holds = (True in judged.values, False in judged.values, judged.masking, judged.unique)
     cells = "".join(
         f'<td class="{"yes" if yes else "no-mark"}">{"yes" if yes else "no"}</td>' for yes in holds
     )
@@ -171,7 +209,9 @@ def _vectors(decision: DecisionResult) -> Iterator[str]:
     letters = [letter for letter, _ in zip(_letters(), decision.conditions, strict=False)]
     yield f"<table><tr>{''.join(f'<th>{letter}</th>' for letter in letters)}<th>outcome</th></tr>"
     for vector, outcome in list(decision.vectors.items())[:_MOST_VECTORS]:
-        cells = "".join(f"<td>{vector >> k & 1}</td>" for k in range(len(letters)))
+        skipped = vector >> len(letters)
+        bits = ["-" if skipped >> k & 1 else vector >> k & 1 for k in range(len(letters))]
+        cells = "".join(f"<td>{bit}</td>" for bit in bits)
         yield f"<tr>{cells}<td>{int(outcome)}</td></tr>"
     yield "</table>"
     if len(decision.vectors) > _MOST_VECTORS:

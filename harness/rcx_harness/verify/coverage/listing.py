@@ -1,23 +1,25 @@
-"""What there is to cover in a file of the library, with lines and as text."""
+"""What there is to cover in a POU, with the lines of its file and as text."""
 
 from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
-from rcx_harness.engine.builtin.coverage import Decision, Plan
+from rcx_harness.engine.builtin.coverage import Plan, Postfix
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.scalars import ANY_CHARS, ANY_DURATION
-from rcx_harness.engine.types import ElementaryType, EnumType, ReferenceType
+from rcx_harness.engine.source import origin, source_text
+from rcx_harness.engine.types import ElementaryType, EnumType, ReferenceType, Type
 
-__all__ = ["Branch", "Listing", "Point", "listing", "text_of"]
+__all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing", "text_of"]
 
 _OPENS = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
-_REASON = re.compile(r"\(\*\s*unreachable:\s*(.*?)\s*\*\)", re.DOTALL)
+_REASON = re.compile(r"\(\*\s*unreachable:\s*((?s:.*?))\s*\*\)|//[ \t]*unreachable:[ \t]*(.*)")
 _COMPARE = {
     "=": operator.eq,
     "<>": operator.ne,
@@ -28,25 +30,35 @@ _COMPARE = {
 }
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     """A statement: its line and its counter."""
 
     line: int
     counter: int
 
 
-@dataclass(frozen=True)
-class Branch:
-    """One way out of an IF, CASE or WHILE.
+class Branch(NamedTuple):
+    """One way out of an IF, CASE, WHILE or FOR.
 
-    `fork` numbers these; `line` is where the way begins, or ends where it has no statements.
+    `fork` numbers these, `at` is where that one begins; `line` is where the way begins, or ends
+    where it has no statements.
     """
 
     line: int
+    at: int
     counter: int
     fork: int
     text: str
+
+
+class Listed(NamedTuple):
+    """A decision: its line, that of its statement, and how its conditions are joined."""
+
+    line: int
+    at: int
+    text: str
+    conditions: Sequence[str]
+    code: Postfix
 
 
 @dataclass
@@ -54,26 +66,20 @@ class Listing:
     """Everything that counts in one POU.
 
     Attributes:
-        file: Its source.
         name: Its name.
         line: Where it begins.
-        plan: Its numbers in the engine.
         statements: In the order of the source.
         branches: In the order of the source, those left out that the source itself excludes: a
-            CASE of an enumeration whose members are all labels, and a WHILE whose condition is
-            TRUE for the constant that its counter was given in the statement before it.
-        decisions: Line and decision.
-        reasons: Why a line is not reachable, by its number.
+            CASE of an enumeration whose members are all labels, and a loop that has a round by
+            the constants that it begins with.
+        decisions: In the order of the engine.
     """
 
-    file: Path
     name: str
     line: int
-    plan: Plan
     statements: list[Point] = field(default_factory=list)
     branches: list[Branch] = field(default_factory=list)
-    decisions: list[tuple[int, Decision]] = field(default_factory=list)
-    reasons: dict[int, str] = field(default_factory=dict)
+    decisions: list[Listed] = field(default_factory=list)
 
 
 @dataclass
@@ -85,15 +91,41 @@ class _Words:
     end: int = 0
 
 
-def listing(pou: t.Pou) -> Listing:
+class Text:
+    """The text of a file, or of those parts of a project file that were taken from it.
+
+    Args:
+        file: The file.
+        sources: What was taken from it; a file of Structured Text is its own source.
+
+    Attributes:
+        lines: The text by the numbers of its lines.
+        reasons: Why a line is not reachable, by its number.
+
+    Raises:
+        InputError: it cannot be read any more.
+    """
+
+    def __init__(self, file: Path, sources: Sequence[Path]) -> None:
+        self.lines: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
+        self.words: dict[tuple[int, int], _Words] = {}
+        own = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        for source in sources:
+            text = source_text(source)
+            for number, shown in enumerate(text.splitlines(), 1):
+                at, _ = origin(source, number, 1)
+                if self.lines.setdefault(at, shown) != shown:  # taken apart, or put together
+                    self.lines[at] = own[at - 1] if at <= len(own) else shown
+            for number, reason in _reasons(text).items():
+                self.reasons[origin(source, number, 1)[0]] = reason
+            self.words |= _words(text, source)
+
+
+def listing(pou: t.Pou, plan: Plan, text: Text) -> Listing:
     """List what there is to cover in a POU."""
-    file = Path(pou.file)
-    text = file.read_text(encoding="utf-8")
-    first = next(
-        k for k, line in enumerate(text.splitlines(), 1) if re.match(rf"\s*{pou.kind}\b", line)
-    )
-    found = Listing(file, pou.name, first, Plan.of(pou), reasons=_reasons(text))
-    _Lister(found, _words(text, file)).statements(pou.body)
+    found = Listing(pou.name, pou.at.line)
+    _Lister(found, plan, text.words).statements(pou.body)
     return found
 
 
@@ -106,7 +138,7 @@ def _reasons(text: str) -> dict[int, str]:
         line = text.count("\n", 0, comment.end()) + 1
         if not before:
             line += after[: len(after) - len(after.lstrip())].count("\n")
-        found[line] = " ".join(comment[1].split())
+        found[line] = " ".join((comment[1] or comment[2] or "").split())
     return found
 
 
@@ -131,91 +163,120 @@ def _words(text: str, file: Path) -> dict[tuple[int, int], _Words]:
 class _Lister:
     """Walks through a body in the order in which the plan numbers it."""
 
-    def __init__(self, found: Listing, words: dict[tuple[int, int], _Words]) -> None:
+    def __init__(self, found: Listing, plan: Plan, words: dict[tuple[int, int], _Words]) -> None:
         self._found = found
+        self._plan = plan
         self._words = words
         self._forks = 0
-        found.decisions += [(decision.line, decision) for decision in found.plan.decisions]
+        for one in plan.decisions:
+            texts = [text_of(condition) for condition in one.conditions]
+            line = one.line
+            found.decisions.append(Listed(line, line, text_of(one.root), texts, one.code))
 
     def statements(self, body: tuple[t.Statement, ...]) -> None:
         """List the statements of a body and what is in them."""
         before: t.Statement | None = None
         for node in body:
-            self._found.statements.append(Point(node.at.line, self._found.plan.run[id(node)]))
+            self._found.statements.append(Point(node.at.line, self._plan.run[id(node)]))
             if isinstance(node, t.If):
                 self._if(node)
             elif isinstance(node, t.Case):
-                self._case(node)
-            elif isinstance(node, t.While):
-                self._while(node, before)
-            elif isinstance(node, (t.For, t.Repeat)):
+                self._branches(node, self._ways_of_case(node))
+                for _, inner in node.branches:
+                    self.statements(inner)
+                self.statements(node.otherwise)
+            elif isinstance(node, (t.While, t.For)):
+                self._branches(node, self._ways_of_loop(node, before))
+                self.statements(node.body)
+            elif isinstance(node, t.Repeat):
                 self.statements(node.body)
             before = node
 
-    def _branches(self, ways: Iterator[tuple[int, int, str]]) -> None:
-        fork = self._forks
+    def _branches(self, node: t.Statement, ways: Iterator[tuple[int, int, str]]) -> None:
+        at, fork = node.at.line, self._forks
         self._forks += 1
-        self._found.branches += [Branch(line, n, fork, text) for line, n, text in ways]
+        self._found.branches += [Branch(line, at, n, fork, text) for line, n, text in ways]
 
-    def _run(self, body: tuple[t.Statement, ...]) -> int:
-        return self._found.plan.run[id(body[0])]
+    def _words_of(self, node: t.If | t.Case) -> _Words:
+        """Where its parts are; all in one place of what is no IF in the source, as `S=`."""
+        line = node.at.line
+        return self._words.get((line, node.at.column)) or _Words([line], line, line)
+
+    def _bodies(
+        self, node: t.If | t.Case, bodies: Sequence[tuple[t.Statement, ...]]
+    ) -> Iterator[int]:
+        """The counters of the bodies of a node."""
+        blank = 0
+        for body in bodies:
+            yield self._plan.body(node, body, blank)
+            blank += not body
 
     def _if(self, node: t.If) -> None:
-        words = self._words[node.at.line, node.at.column]
-        self._branches(self._ways_of_if(node, words))
-        plan = self._found.plan
+        words = self._words_of(node)
+        self._branches(node, self._ways_of_if(node, words))
+        if (node.at.line, node.at.column) not in self._words:
+            return  # `S=` is one statement
         for line, (condition, body) in zip(words.branches, node.branches, strict=True):
-            number = plan.number.get(id(condition))
+            number = self._plan.number.get(id(condition))
             if number is not None:
-                self._found.decisions[number] = line, plan.decisions[number]
+                listed = self._found.decisions[number]
+                self._found.decisions[number] = listed._replace(line=line)
             self.statements(body)
         self.statements(node.otherwise)
 
     def _ways_of_if(self, node: t.If, words: _Words) -> Iterator[tuple[int, int, str]]:
-        for k, (line, (condition, body)) in enumerate(
-            zip(words.branches, node.branches, strict=True)
-        ):
-            yield line, self._run(body), f"{'ELSIF' if k else 'IF'} {text_of(condition)}"
+        counters = self._bodies(node, [body for _, body in node.branches])
+        ways = zip(words.branches, node.branches, counters, strict=True)
+        for k, (line, (condition, _), counter) in enumerate(ways):
+            yield line, counter, f"{'ELSIF' if k else 'IF'} {text_of(condition)}"
         if node.otherwise:
-            yield words.otherwise, self._run(node.otherwise), "ELSE"
+            yield words.otherwise, self._plan.body(node, node.otherwise), "ELSE"
         else:
-            yield words.end, self._found.plan.empty[id(node)], "none of the IF (no ELSE)"
+            yield words.end, self._plan.empty[id(node)], "none of the IF (no ELSE)"
 
-    def _case(self, node: t.Case) -> None:
-        words = self._words[node.at.line, node.at.column]
-        self._branches(self._ways_of_case(node, words))
-        for _, body in node.branches:
-            self.statements(body)
-        self.statements(node.otherwise)
-
-    def _ways_of_case(self, node: t.Case, words: _Words) -> Iterator[tuple[int, int, str]]:
+    def _ways_of_case(self, node: t.Case) -> Iterator[tuple[int, int, str]]:
+        words = self._words_of(node)
         kind = node.selector.type
-        labelled: set[int] = set()
-        for labels, body in node.branches:
+        members = (
+            set(kind.values or range(len(kind.members))) if isinstance(kind, EnumType) else {0}
+        )
+        counters = self._bodies(node, [body for _, body in node.branches])
+        for (labels, body), counter in zip(node.branches, counters, strict=True):
             shown = []
             for low, high in labels:
-                labelled |= set(range(low, high + 1))
-                ends = [
-                    kind.members[end] if isinstance(kind, EnumType) else str(end)
-                    for end in dict.fromkeys((low, high))
-                ]
-                shown.append("..".join(ends))
-            yield body[0].at.line, self._run(body), f"CASE {', '.join(shown)}"
+                members = {value for value in members if not low <= value <= high}
+                shown.append("..".join(_label(kind, end) for end in dict.fromkeys((low, high))))
+            line = body[0].at.line if body else node.at.line
+            yield line, counter, f"CASE {', '.join(shown)}"
         if node.otherwise:
-            yield words.otherwise, self._run(node.otherwise), "CASE ELSE"
-        elif not isinstance(kind, EnumType) or len(labelled) < len(kind.members):
-            yield words.end, self._found.plan.empty[id(node)], "CASE without a label that fits"
+            yield words.otherwise, self._plan.body(node, node.otherwise), "CASE ELSE"
+        elif members or not isinstance(kind, EnumType):
+            yield words.end, self._plan.empty[id(node)], "CASE without a label that fits"
 
-    def _while(self, node: t.While, before: t.Statement | None) -> None:
-        self._branches(self._ways_of_while(node, before))
-        self.statements(node.body)
-
-    def _ways_of_while(
-        self, node: t.While, before: t.Statement | None
+    def _ways_of_loop(
+        self, node: t.While | t.For, before: t.Statement | None
     ) -> Iterator[tuple[int, int, str]]:
-        yield node.at.line, self._run(node.body), "WHILE with a round"
-        if not _begins(node.condition, before):
-            yield node.at.line, self._found.plan.empty[id(node)], "WHILE without a round"
+        line, name = node.at.line, "FOR" if isinstance(node, t.For) else "WHILE"
+        yield line, self._plan.body(node, node.body), f"{name} with a round"
+        begins = _counts(node) if isinstance(node, t.For) else _begins(node.condition, before)
+        if not begins:
+            yield line, self._plan.empty[id(node)], f"{name} without a round"
+
+
+def _label(kind: Type, value: int) -> str:
+    return (kind.member_of(value) if isinstance(kind, EnumType) else None) or str(value)
+
+
+def _counts(node: t.For) -> bool:
+    """Whether the constants of a FOR give it a round."""
+    start, end, step = node.start, node.end, node.step
+    if not all(isinstance(one, t.Constant) for one in (start, end, step)):
+        return False
+    assert isinstance(start, t.Constant)
+    assert isinstance(end, t.Constant)
+    assert isinstance(step, t.Constant)
+    low, high = int(start.value), int(end.value)
+    return low <= high if int(step.value) > 0 else low >= high
 
 
 def _begins(condition: t.Expression, before: t.Statement | None) -> bool:
@@ -235,9 +296,9 @@ def _begins(condition: t.Expression, before: t.Statement | None) -> bool:
 
 
 _STRENGTH = {
-    "OR": 1,
+    **dict.fromkeys(("OR", "OR_ELSE"), 1),
     "XOR": 2,
-    "AND": 3,
+    **dict.fromkeys(("AND", "AND_THEN"), 3),
     **dict.fromkeys(("=", "<>", "<", ">", "<=", ">="), 4),
     **dict.fromkeys(("+", "-"), 5),
     **dict.fromkeys(("*", "/", "MOD"), 6),
@@ -311,7 +372,7 @@ def _pointing(node: t.Expression) -> str:
 def _constant(node: t.Constant) -> str:
     kind, value = node.type, node.value
     if isinstance(kind, EnumType):
-        return kind.members[int(value)]
+        return _label(kind, int(value))
     name = kind.name if isinstance(kind, ElementaryType) else ""
     if name in _BITS:
         return f"{name}#16#{int(value):0{_BITS[name]}X}"

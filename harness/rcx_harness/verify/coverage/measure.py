@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from rcx_harness.engine.builtin.coverage import Collector, Decision
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.verify.coverage.listing import Listing, listing, text_of
+from rcx_harness.engine.builtin.coverage import Postfix, outcome
+from rcx_harness.verify.coverage.parts import CountedPou, Merged
 
 __all__ = [
     "Condition",
@@ -19,11 +15,9 @@ __all__ = [
     "FileResult",
     "Item",
     "Judged",
-    "Merged",
     "Share",
     "judge",
     "measure",
-    "merge",
 ]
 
 
@@ -48,6 +42,12 @@ class Share:
         return 100.0 * self.covered / self.total if self.total else 100.0
 
     @property
+    def shown(self) -> str:
+        """`84.6 %`; 100 only where nothing is left."""
+        tenths = 1000 * self.covered // self.total if self.total else 1000
+        return f"{tenths // 10}.{tenths % 10} %"
+
+    @property
     def complete(self) -> bool:
         """Whether nothing is left."""
         return self.covered == self.total
@@ -57,15 +57,38 @@ class Share:
 class Item:
     """A statement or branch: how often it was executed, and why it need not be.
 
-    `run` is its counter, `fork` the IF, CASE or WHILE of a branch by its number in the file.
+    `run` is its counter, `fork` the IF, CASE or loop of a branch by its number in the file, which
+    begins `at` a line.
     """
 
     line: int
     hits: int
     run: int
     text: str = ""
+    at: int = 0
     fork: int = 0
     reason: str = ""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What is known about one condition of a decision.
+
+    Attributes:
+        values: The values it has had.
+        deciding: Those with which it has decided the outcome, of two with one outcome only one.
+        unique: It has decided as TRUE and as FALSE in two evaluations that differ in nothing
+            else; what one of them has skipped is no difference.
+    """
+
+    values: frozenset[bool]
+    deciding: frozenset[bool]
+    unique: bool
+
+    @property
+    def masking(self) -> bool:
+        """It has decided the outcome as TRUE and as FALSE."""
+        return len(self.deciding) == 2
 
 
 @dataclass(frozen=True)
@@ -73,17 +96,19 @@ class Condition:
     """A condition of a decision; `reason` says why it has no MC/DC."""
 
     text: str
-    values: frozenset[bool]
-    masking: bool
-    unique: bool
+    judged: Judged
     reason: str = ""
 
 
 @dataclass(frozen=True)
 class DecisionResult:
-    """A decision, its conditions, and the vectors in which it was evaluated, with outcomes."""
+    """A decision, its conditions, and the vectors in which it was evaluated, with outcomes.
+
+    `at` is the line of its statement; the vectors are those of `judge`.
+    """
 
     line: int
+    at: int
     text: str
     conditions: tuple[Condition, ...]
     vectors: Mapping[int, bool]
@@ -94,27 +119,31 @@ class FileResult:
     """The results of one file.
 
     Attributes:
-        path: Below the library, as in `folder/Block.st`.
-        source: Its lines.
+        path: As it is shown, `folder/Block.st`.
+        source: Its lines, by their numbers.
         pous: Name, line and number of calls of each function or block in it.
+        bodies: The lines of the statements of each of these, sorted.
         stale: Lines with a reason although everything on them was executed.
         changed: There are counts, but of another version of the file.
         demands_mcdc: MC/DC is demanded of it.
+        runs: How many counters it has.
     """
 
     path: str
-    source: list[str]
+    source: dict[int, str] = field(default_factory=dict)
     pous: list[tuple[str, int, int]] = field(default_factory=list)
+    bodies: list[list[int]] = field(default_factory=list)
     statements: list[Item] = field(default_factory=list)
     branches: list[Item] = field(default_factory=list)
     decisions: list[DecisionResult] = field(default_factory=list)
     stale: list[int] = field(default_factory=list)
     changed: bool = False
     demands_mcdc: bool = False
+    runs: int = 0
 
     @property
     def folder(self) -> str:
-        """Folder in the library."""
+        """The first part of its path."""
         return self.path.partition("/")[0]
 
     @property
@@ -130,17 +159,17 @@ class FileResult:
     @property
     def condition_share(self) -> Share:
         """Conditions that were both TRUE and FALSE."""
-        return self._conditions(lambda one: len(one.values) == 2)
+        return self._conditions(lambda one: len(one.judged.values) == 2)
 
     @property
     def mcdc_share(self) -> Share:
         """Conditions with MC/DC."""
-        return self._conditions(lambda one: one.masking)
+        return self._conditions(lambda one: one.judged.masking)
 
     @property
     def unique_share(self) -> Share:
         """Conditions with unique-cause MC/DC."""
-        return self._conditions(lambda one: one.unique)
+        return self._conditions(lambda one: one.judged.unique)
 
     def _conditions(self, holds: Callable[[Condition], bool]) -> Share:
         every = [one for decision in self.decisions for one in decision.conditions]
@@ -154,135 +183,120 @@ def _share(items: Iterable[Item]) -> Share:
     return Share(sum(1 for item in every if item.hits), len(every) - justified, justified)
 
 
-@dataclass
-class Merged:
-    """The counts of all processes: those of one POU by (file, hash of its text, name)."""
-
-    counters: dict[tuple[str, str, str], list[int]] = field(default_factory=dict)
-    seen: dict[tuple[str, str, str], list[set[int]]] = field(default_factory=dict)
-
-    def add(self, data: Iterable[Mapping[str, Any]]) -> None:
-        """Add what one process has counted, as `Collector.data` gives it."""
-        for entry in data:
-            key = entry["file"], entry["hash"], entry["pou"]
-            counters = self.counters.setdefault(key, [0] * len(entry["counters"]))
-            counters[:] = map(sum, zip(counters, entry["counters"], strict=True))
-            seen = self.seen.setdefault(key, [set() for _ in entry["seen"]])
-            for every, vectors in zip(seen, entry["seen"], strict=True):
-                every.update(vectors)
-
-
-def merge(source: Path | Collector) -> Merged:
-    """The counts of a collector, or those in the files of a folder."""
-    merged = Merged()
-    if isinstance(source, Collector):
-        merged.add(source.data())
-        return merged
-    for file in sorted(source.glob("*.json")):
-        merged.add(json.loads(file.read_text(encoding="utf-8")))
-    return merged
-
-
 def measure(
-    library: Path,
     merged: Merged,
+    home: Path,
     reasons: Mapping[tuple[str, str, str], str] | None = None,
     demanded: tuple[str, ...] = (),
 ) -> list[FileResult]:
-    """The results of each file of a library that has code, in the order of their paths.
+    """The results of each file that has code, in the order of their paths.
 
     Args:
-        library: Its folder; counts of another version of a file do not count.
         merged: The counts.
+        home: The folder that paths are shown from, those of files elsewhere whole.
         reasons: Why a condition has no MC/DC, by (POU, decision, condition).
         demanded: Folders and files of which MC/DC is demanded, as their paths begin.
     """
-    files = sorted(library.resolve().rglob("*.st"))
-    counted = {file for file, _, _ in merged.counters}
     results = []
-    for pou in checked(files).pous.values():
-        found = listing(pou)
-        path = found.file.relative_to(library.resolve()).as_posix()
-        text = found.file.read_bytes()
-        key = str(found.file), hashlib.sha256(text).hexdigest(), pou.name.upper()
-        counters = merged.counters.get(key, [0] * found.plan.size)
-        seen = merged.seen.get(key, [set() for _ in found.plan.decisions])
-        result = FileResult(path, text.decode("utf-8").splitlines())
+    for name in sorted({*merged.files, *merged.changed}):
+        file = Path(name)
+        below = file.is_relative_to(home.resolve())
+        path = (file.relative_to(home.resolve()) if below else file).as_posix()
+        versions = list(merged.files.get(name, {}).values())
+        result = FileResult(path)
         result.demands_mcdc = path.startswith(demanded)
-        result.changed = key not in merged.counters and key[0] in counted
-        _fill(result, found, counters, seen, reasons or {})
-        results.append(result)
+        result.changed = name in merged.changed or len(versions) > 1
+        for source in versions[-1:]:
+            result.source = source.lines
+            for pou in source.pous.values():
+                if result.changed:
+                    pou = CountedPou(pou.listing, [0] * len(pou.counters), [set()] * len(pou.seen))
+                _fill(result, pou, source.reasons, reasons or {})
+            missed = {one.line for one in (*result.statements, *result.branches) if not one.hits}
+            result.stale = sorted(set(source.reasons) - missed)
+        if result.statements or result.changed:
+            results.append(result)
     return sorted(results, key=lambda one: one.path)
 
 
 def _fill(
     result: FileResult,
-    found: Listing,
-    counters: Sequence[int],
-    seen: Sequence[set[int]],
+    pou: CountedPou,
+    why: Mapping[int, str],
     reasons: Mapping[tuple[str, str, str], str],
 ) -> None:
-    calls = counters[found.statements[0].counter] if found.statements else 0
-    result.pous.append((found.name, found.line, calls))
-    why = found.reasons
+    found, counters = pou.listing, pou.counters
+    # Runs and forks are numbered in each POU, and here in the whole file.
+    runs, forks = result.runs, 1 + max((one.fork for one in result.branches), default=-1)
+    result.runs += len(counters)
+    if not found.statements:
+        return
+    result.pous.append((found.name, found.line, counters[found.statements[0].counter]))
+    result.bodies.append(sorted({point.line for point in found.statements}))
     for point in found.statements:
-        hits = counters[point.counter]
-        result.statements.append(
-            Item(point.line, hits, point.counter, reason=why.get(point.line, ""))
-        )
+        hits, run = counters[point.counter], runs + point.counter
+        reason = why.get(point.line, "")
+        result.statements.append(Item(point.line, hits, run, at=point.line, reason=reason))
     for way in found.branches:
-        hits, reason = counters[way.counter], why.get(way.line, "")
-        result.branches.append(Item(way.line, hits, way.counter, way.text, way.fork, reason))
-    missed = {item.line for item in (*result.statements, *result.branches) if not item.hits}
-    result.stale = sorted(set(why) - missed)
-    for (line, decision), vectors in zip(found.decisions, seen, strict=True):
-        text = text_of(decision.root)
+        hits, run, fork = counters[way.counter], runs + way.counter, forks + way.fork
+        reason = why.get(way.line, "")
+        result.branches.append(Item(way.line, hits, run, way.text, way.at, fork, reason))
+    for decision, vectors in zip(found.decisions, pou.seen, strict=True):
         conditions = []
-        judged = judge(decision, vectors)
-        for condition, one in zip(decision.conditions, judged, strict=True):
-            shown = text_of(condition)
-            reason = reasons.get((found.name, text, shown), "")
-            conditions.append(Condition(shown, one.values, one.masking, one.unique, reason))
-        outcomes = {vector: decision.outcome(vector) for vector in sorted(vectors)}
-        result.decisions.append(DecisionResult(line, text, tuple(conditions), outcomes))
+        judged = judge(decision.code, len(decision.conditions), vectors)
+        for shown, one in zip(decision.conditions, judged, strict=True):
+            reason = reasons.get((found.name, decision.text, shown), "")
+            conditions.append(Condition(shown, one, reason))
+        size = len(decision.conditions)
+        outcomes = {
+            vector: bool(outcome(decision.code, vector, vector >> size))
+            for vector in sorted(vectors)
+        }
+        result.decisions.append(
+            DecisionResult(decision.line, decision.at, decision.text, tuple(conditions), outcomes)
+        )
 
 
-@dataclass(frozen=True)
-class Judged:
-    """What is known about one condition of a decision.
-
-    Attributes:
-        values: The values it has had.
-        masking: It has decided the outcome as TRUE and as FALSE.
-        unique: So in two evaluations that differ in nothing else.
-    """
-
-    values: frozenset[bool]
-    masking: bool
-    unique: bool
-
-
-def judge(decision: Decision, vectors: Collection[int]) -> list[Judged]:
+def judge(code: Postfix, size: int, vectors: Collection[int]) -> list[Judged]:
     """Judge the conditions of a decision.
 
     Args:
-        decision: The decision.
-        vectors: All vectors in which it was evaluated; bit k is the condition k.
+        code: How they are joined.
+        size: How many there are.
+        vectors: All vectors in which it was evaluated; bit k is the condition k, and bit k above
+            those of all conditions says that it was skipped.
     """
-    outcomes = {vector: decision.outcome(vector) for vector in vectors}
-    return [_judge(decision, outcomes, 1 << k) for k in range(len(decision.conditions))]
+    outcomes = {vector: bool(outcome(code, vector, vector >> size)) for vector in vectors}
+    return [_judge(code, size, outcomes, k) for k in range(size)]
 
 
-def _judge(decision: Decision, outcomes: dict[int, bool], bit: int) -> Judged:
+def _judge(code: Postfix, size: int, outcomes: dict[int, bool], number: int) -> Judged:
+    bit, skips = 1 << number, 1 << number + size
+    seen = {vector: result for vector, result in outcomes.items() if not vector & skips}
     decides: set[tuple[bool, bool]] = set()
-    for vector, outcome in outcomes.items():
-        if decision.outcome(vector ^ bit) != outcome:
-            decides.add((bool(vector & bit), outcome))
+    for vector, result in seen.items():
+        # What was skipped may be anything: the outcome is another, or may be.
+        if outcome(code, vector ^ bit, vector >> size) is not result:
+            decides.add((bool(vector & bit), result))
+    masking = any((not value, not result) in decides for value, result in decides)
+    deciding = frozenset(value for value, _ in decides)
+    skips_any = any(vector >> size for vector in seen)
     return Judged(
-        values=frozenset(bool(vector & bit) for vector in outcomes),
-        masking=any((not value, not outcome) in decides for value, outcome in decides),
+        values=frozenset(bool(vector & bit) for vector in seen),
+        deciding=deciding if masking else frozenset(sorted(deciding)[:1]),
         unique=any(
-            vector ^ bit in outcomes and outcomes[vector ^ bit] != outcome
-            for vector, outcome in outcomes.items()
+            _differs(vector, result, seen, bit, size)
+            if skips_any
+            else seen.get(vector ^ bit, result) != result
+            for vector, result in seen.items()
         ),
+    )
+
+
+def _differs(vector: int, result: bool, seen: dict[int, bool], bit: int, size: int) -> bool:
+    """Whether another evaluation differs in its outcome, and in one condition only."""
+    every = (1 << size) - 1
+    return any(
+        other != result and (vector ^ one) & every & ~((vector | one) >> size) == bit
+        for one, other in seen.items()
     )

@@ -1,27 +1,18 @@
-"""The results as text: a table per folder, the gaps, a table of all files; and for lcov."""
+"""What is not covered, and the results as a table."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import groupby
 
 from rich.console import Console
 from rich.table import Table
 
 from rcx_harness.verify.coverage.measure import FileResult, Item, Share
 
-__all__ = [
-    "Gap",
-    "folder_table",
-    "full_text",
-    "gaps",
-    "totals",
-    "tracefile",
-]
-
-_COLUMNS = ("statements", "branches", "conditions", "MC/DC", "unique-cause")
+__all__ = ["Gap", "conditions", "gaps", "missing", "summary", "total", "totals"]
 
 
 @dataclass(frozen=True)
@@ -77,126 +68,83 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
     ways = {item.run for item in result.branches if not item.hits}
     for item in result.statements:
         if not item.hits and item.run not in ways:
-            text = result.source[item.line - 1].strip()
+            text = result.source.get(item.line, "").strip()
             yield Gap(result.path, item.line, f"not executed: {text}", item.reason)
     for item in result.branches:
         if not item.hits:
             yield Gap(result.path, item.line, f"not taken: {item.text}", item.reason)
     if result.demands_mcdc:
-        for decision in result.decisions:
-            for one in decision.conditions:
-                if not one.masking:
-                    text = f"no MC/DC of {one.text} in {decision.text}"
-                    yield Gap(result.path, decision.line, text, one.reason)
-                elif one.reason:
-                    text = f"a reason for no MC/DC of {one.text}, but it has it"
-                    yield Gap(result.path, decision.line, text)
+        yield from conditions(result)
 
 
-def _not_demanded(results: Sequence[FileResult]) -> Iterator[Gap]:
-    for result in results:
-        if not result.demands_mcdc:
-            for decision in result.decisions:
-                for one in decision.conditions:
-                    if not one.masking:
-                        text = f"{one.text} in {decision.text}"
-                        yield Gap(result.path, decision.line, text)
+def conditions(result: FileResult) -> Iterator[Gap]:
+    """Conditions without MC/DC, and reasons for what has it."""
+    for decision in result.decisions:
+        for one in decision.conditions:
+            if not one.judged.masking:
+                of = "" if one.text == decision.text else f" in {decision.text}"
+                text = f"no MC/DC of {one.text}{of}"
+                yield Gap(result.path, decision.line, text, one.reason)
+            elif one.reason:
+                text = f"a reason for no MC/DC of {one.text}, but it has it"
+                yield Gap(result.path, decision.line, text)
 
 
-def _share(share: Share) -> str:
-    justified = f" +{share.justified}" if share.justified else ""
-    return f"{share.percent:.1f} % {share.covered}/{share.total}{justified}"
+def missing(result: FileResult) -> str:
+    """Lines with statements that were not executed, and those of branches not taken.
 
-
-def _table(first: str, rows: Sequence[tuple[str, Sequence[FileResult]]]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column(first)
-    for name in _COLUMNS:
-        table.add_column(name, justify="right")
-    for name, results in rows:
-        shares = totals(results)
-        demanded = any(one.demands_mcdc for one in results)
-        marks = ["" if share.complete else "red" for share in shares.values()]
-        cells = [
-            f"[{mark}]{_share(share)}[/]"
-            if mark and (k < 2 or (k == 3 and demanded))
-            else _share(share)
-            for k, (share, mark) in enumerate(zip(shares.values(), marks, strict=True))
-        ]
-        table.add_row(name, *cells)
-    return table
-
-
-def folder_table(results: Sequence[FileResult], library: str) -> Table:
-    """One row per folder of `library`, one where MC/DC is demanded, one for all."""
-    folders = sorted({result.folder for result in results})
-    rows = [(one, [result for result in results if result.folder == one]) for one in folders]
-    rows.append(("MC/DC demanded", [one for one in results if one.demands_mcdc]))
-    return _table(library, [*rows, ("all", list(results))])
-
-
-def full_text(results: Sequence[FileResult], library: str, reasons: str) -> str:
-    """The whole report as plain text.
-
-    Args:
-        results: All files.
-        library: What to call their folder.
-        reasons: Where the reasons stand.
+    As in `12-14, 20; branches 17, 19`.
     """
-    console = Console(file=io.StringIO(), width=160, color_system=None, emoji=False)
-    console.print(f"Coverage of {library} by the tests, on the built-in engine\n")
-    console.print(folder_table(results, library))
-    console.print(f"\n(+n: justified in place, or with a reason in {reasons})\n")
-    console.print(_table("file", [(result.path, [result]) for result in results]))
-    for title, justified in (("Gaps", False), ("Justified", True)):
-        found = gaps(results, justified=justified)
-        console.print(f"\n{title}: {len(found) or 'none'}")
-        for gap in found:
-            console.print(f"  {gap}", markup=False, highlight=False, soft_wrap=True)
-    found = list(_not_demanded(results))
-    console.print(f"\nConditions without MC/DC where it is not demanded: {len(found) or 'none'}")
-    for gap in found:
-        console.print(f"  {gap}", markup=False, highlight=False, soft_wrap=True)
+    if result.changed:
+        return "changed since"
+    executed: dict[int, bool] = {}
+    for item in result.statements:
+        executed[item.line] = executed.get(item.line, True) and _counts(item)
+    runs = [
+        [*run]
+        for body in result.bodies
+        for hit, run in groupby(body, lambda line: executed[line])
+        if not hit
+    ]
+    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in sorted(runs)]
+    dead = {item.run for item in result.statements if not _counts(item)}
+    ways = sorted({one.line for one in result.branches if not _counts(one) and one.run not in dead})
+    branches = f"branches {', '.join(map(str, ways))}" if ways else ""
+    return "; ".join(filter(None, (", ".join(shown), branches)))
+
+
+def _counts(item: Item) -> bool:
+    return bool(item.hits or item.reason)
+
+
+def total(results: Sequence[FileResult]) -> Share:
+    """Statements and branches together."""
+    shares = totals(results)
+    return shares["statements"] + shares["branches"]
+
+
+def summary(results: Sequence[FileResult], width: int) -> str:
+    """A table of all files with what is missing in each, as plain text."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("file", overflow="fold")
+    for name in ("statements", "branches", "MC/DC"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("missing lines", overflow="fold")
+    for result in results:
+        table.add_row(result.path, *_cells([result]), missing(result))
+    if len(results) > 1:
+        table.add_section()
+        table.add_row("all", *_cells(results), "")
+    console = Console(file=io.StringIO(), width=width, color_system=None, emoji=False, markup=False)
+    console.print(table, highlight=False)
     assert isinstance(console.file, io.StringIO)
-    return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines()) + "\n"
+    return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
 
 
-def tracefile(results: Sequence[FileResult], library: Path) -> str:
-    """The tracefile; what is justified in place is left out of it.
-
-    Args:
-        results: All files.
-        library: Their folder.
-    """
-    lines = []
-    for result in results:
-        lines += ["TN:", f"SF:{library / result.path}", *_records(result), "end_of_record"]
-    return "\n".join(lines) + "\n"
+def _cells(results: Sequence[FileResult]) -> list[str]:
+    shares = totals(results)
+    return [_cell(shares[name]) for name in ("statements", "branches", "mcdc")]
 
 
-def _records(result: FileResult) -> Iterator[str]:
-    for name, line, _ in result.pous:
-        yield f"FN:{line},{name}"
-    for name, _, calls in result.pous:
-        yield f"FNDA:{calls},{name}"
-    yield f"FNF:{len(result.pous)}"
-    yield f"FNH:{sum(1 for _, _, calls in result.pous if calls)}"
-    branches = list(map(_counting, result.branches))
-    reached = {item.fork for item in result.branches if item.hits}
-    for number, item in enumerate(result.branches):
-        if branches[number]:
-            taken = str(item.hits) if item.fork in reached else "-"
-            yield f"BRDA:{item.line},{item.fork},{number},{taken}"
-    yield f"BRF:{sum(branches)}"
-    yield f"BRH:{sum(1 for item in result.branches if item.hits)}"
-    lines: dict[int, int] = {}
-    for item in filter(_counting, result.statements):
-        lines[item.line] = min(item.hits, lines.get(item.line, item.hits))
-    for line, hits in sorted(lines.items()):
-        yield f"DA:{line},{hits}"
-    yield f"LF:{len(lines)}"
-    yield f"LH:{sum(1 for hits in lines.values() if hits)}"
-
-
-def _counting(item: Item) -> bool:
-    return bool(item.hits) or not item.reason
+def _cell(share: Share) -> str:
+    return f"{share.shown} {share.covered}/{share.total}" if share.total else "-"

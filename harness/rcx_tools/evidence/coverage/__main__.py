@@ -11,19 +11,17 @@ from typing import Any
 
 from rich.console import Console
 
+from rcx_harness.engine.builtin.coverage import Collector, Plan
+from rcx_harness.engine.frontend.load import checked
 from rcx_harness.spec import load_toml
-from rcx_harness.verify.coverage.html import write_pages
-from rcx_harness.verify.coverage.measure import FileResult, Share, measure, merge
-from rcx_harness.verify.coverage.report import (
-    folder_table,
-    full_text,
-    gaps,
-    totals,
-    tracefile,
-)
+from rcx_harness.verify.coverage.measure import FileResult, Share, measure
+from rcx_harness.verify.coverage.output import write_report
+from rcx_harness.verify.coverage.parts import Part, merge, part_of
+from rcx_harness.verify.coverage.report import gaps, totals
 from rcx_tools.evidence.coverage.run import Run, run_tests
+from rcx_tools.evidence.coverage.text import folder_table, full_text
 
-__all__ = ["figures", "main", "reasons"]
+__all__ = ["figures", "main", "reasons", "uncounted"]
 
 ROOT = Path(__file__).resolve().parents[4]
 
@@ -51,6 +49,15 @@ def reasons(file: Path) -> dict[tuple[str, str, str], str]:
         for one in table.get("gap", [])
         for condition in one["conditions"]
     }
+
+
+def uncounted(library: Path) -> Part:
+    """A part in which every file of a library stands, and nothing was executed."""
+    collector = Collector(library)
+    project = checked(sorted(library.resolve().rglob("*.st")))
+    for pou in project.pous.values():
+        collector.counts(pou, Plan.of(pou), project)
+    return part_of(collector)
 
 
 def figures(results: Sequence[FileResult], run: Run) -> dict[str, Any]:
@@ -93,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     console = Console(highlight=False, emoji=False)
     console.width = max(console.width, _WIDTH)
     folder = options.out / "coverage"
-    counts = folder / "counts"
+    counts = folder / "counts" / "counts.json"
     if options.report_only:
         run = _last_run(folder)
     else:
@@ -101,10 +108,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         last = {"passed": run.passed, "failed": run.failed, "skipped": run.skipped}
         (folder / "run.json").write_text(json.dumps(last) + "\n", encoding="utf-8")
     library = ROOT / _LIBRARY
-    results = measure(library, merge(counts), reasons(ROOT / REASONS), MCDC_FILES)
-    write_pages(results, folder, _LIBRARY)
+    parts = [*json.loads(counts.read_text(encoding="utf-8")), uncounted(library)]
+    results = measure(merge(parts), library, reasons(ROOT / REASONS), MCDC_FILES)
+    write_report(results, folder, _LIBRARY, library, absolute=True)
     (folder / "coverage.txt").write_text(full_text(results, _LIBRARY, REASONS), encoding="utf-8")
-    (folder / "coverage.lcov").write_text(tracefile(results, library), encoding="utf-8")
     met = run.clean and not gaps(results)
     data = {"command": "make coverage", "figures": figures(results, run), "met": met}
     verification = options.out / "verification"
@@ -135,7 +142,9 @@ def _print(console: Console, results: Sequence[FileResult], run: Run, folder: Pa
     if len(found) > _MOST_GAPS:
         console.print(f"  and {len(found) - _MOST_GAPS} more")
     shown = folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder
-    console.print(f"\n{shown}/index.html, coverage.txt, coverage.lcov", soft_wrap=True)
+    console.print(
+        f"\n{shown}/index.html, coverage.txt, coverage.lcov, coverage.xml", soft_wrap=True
+    )
 
 
 if __name__ == "__main__":

@@ -47,21 +47,24 @@ class Run:
 
 
 def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
-    """Run the tests that execute blocks, with progress; the counts are written to a folder.
+    """Run the tests that execute blocks, with progress; the counts are written to a file.
 
     Args:
         root: The repository.
-        counts: Where to; what is in it is removed.
+        counts: Where to.
         workers: How many processes, as pytest's `-n` takes it.
         console: For the progress.
     """
-    shutil.rmtree(counts, ignore_errors=True)
-    counts.mkdir(parents=True)
+    shutil.rmtree(counts.parent, ignore_errors=True)
+    counts.parent.mkdir(parents=True)
+    counts.write_text("[]", encoding="utf-8")
     folders = [f"tests/{name}" for name in FOLDERS if (root / "tests" / name).is_dir()]
     command = [sys.executable, "-m", "pytest", "-q", "-n", workers, "--dist", "worksteal"]
     command += ["--color=no", "-p", "no:cacheprovider", *folders]
     command += [f"--ignore={path}" for path in _LEFT_OUT]
-    environment = _environment(counts, root / "plc" / "lib")
+    command += ["-p", "rcx_tools.evidence.coverage.counting", "--counts", str(counts)]
+    command += ["--count-below", str(root / "plc" / "lib")]
+    environment = _environment()
     last: deque[str] = deque(maxlen=_LAST_LINES)
     progress = Progress(
         TextColumn("{task.description}"),
@@ -96,9 +99,9 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
     return _ended(process.returncode, list(last))
 
 
-def _environment(counts: Path, library: Path) -> dict[str, str]:
+def _environment() -> dict[str, str]:
     """The environment without matiec, so that every program runs on the engine that counts."""
-    environment = {**os.environ, "RCX_COVERAGE": str(counts), "RCX_COVERAGE_OF": str(library)}
+    environment = dict(os.environ)
     environment.pop("RCX_MATIEC", None)
     path = environment.get("PATH", "").split(os.pathsep)
     kept = [entry for entry in path if not (Path(entry) / "iec2c").exists()]

@@ -84,7 +84,10 @@ class Kind:
 
 _MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
 _ENGINE = tuple(f"{_PACKAGE}/engine/{name}" for name in ("builtin", "frontend"))
-_OF_ENGINE = ("tests/engine", "tests/verify/test_coverage.py", "tests/watch/test_calls.py")
+_OF_ENGINE = (
+    *("tests/engine", "tests/verify/test_coverage.py", "tests/verify/test_coverage_language.py"),
+    "tests/watch/test_calls.py",
+)
 _OF_TABLES = tuple(f"tests/{name}" for name in ("spec", "tools/library", "command", "diagnosis"))
 KINDS = (
     Kind("controller", (f"{_PACKAGE}/robot",), ("tests/robot", "tests/cell", "tests/watch"), 20),

@@ -1,0 +1,146 @@
+"""Coverage in a run of pytest: each process counts, the controller of xdist puts it together."""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import get_terminal_size
+from typing import Any
+
+import pytest
+
+from rcx_harness.cell.build import default_lib
+from rcx_harness.engine.builtin.coverage import Collector, counting
+from rcx_harness.errors import InputError
+from rcx_harness.testing import COVERAGE
+from rcx_harness.testing.settings import is_on, project
+from rcx_harness.verify.coverage.output import check_fail_under, check_folder, conclude
+from rcx_harness.verify.coverage.parts import Part, merge, part_of
+
+__all__ = ["Gathering", "start"]
+
+_KEY = "rcx_coverage"
+_FOLDER = "out/coverage"
+
+
+class Gathering(ABC):
+    """Hooks that count in this process, and gather what the workers of xdist have counted.
+
+    Args:
+        config: Of the run.
+        collector: Of this process; it counts until the run ends.
+    """
+
+    def __init__(self, config: pytest.Config, collector: Collector) -> None:
+        self._collector = collector
+        self._parts: list[Part] = []
+        self._lost: list[str] = []
+        stack = ExitStack()
+        stack.enter_context(counting(collector))
+        config.add_cleanup(stack.close)
+        config.pluginmanager.register(self, f"{_KEY}-{type(self).__name__}")
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: Any) -> None:
+        """A worker of xdist has ended; only one that died leaves no part."""
+        part = (getattr(node, "workeroutput", None) or {}).get(_KEY)
+        if part is None:
+            self._lost.append(f"worker {node.gateway.id}")
+        else:
+            self._parts.append(json.loads(part))
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Hand over the part of this process, or report."""
+        part = part_of(self._collector)
+        output = getattr(session.config, "workeroutput", None)
+        if output is not None:
+            output[_KEY] = json.dumps(part)
+        elif not session.config.option.collectonly:
+            self.report(session, [*self._parts, part], self._lost)
+
+    @abstractmethod
+    def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
+        """Take what all have counted, and which workers have died."""
+
+
+@dataclass(frozen=True)
+class _Settings:
+    library: bool
+    folder: Path
+    fail_under: float | None
+
+
+class _Coverage(Gathering):
+    """The coverage of the user's sources."""
+
+    def __init__(self, config: pytest.Config, settings: _Settings) -> None:
+        collector = Collector(library=settings.library)
+        collector.leave_out(default_lib())
+        super().__init__(config, collector)
+        self._settings = settings
+        self._text = ""
+
+    def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
+        """Write the report; a run that has passed fails where too little is covered."""
+        try:
+            outcome = conclude(
+                merge(parts),
+                project(session.config),
+                self._settings.folder,
+                fail_under=self._settings.fail_under,
+                lost=lost,
+                width=get_terminal_size((100, 24)).columns,
+            )
+        except InputError as error:
+            self._text, passed = f"rcx: {error}", False
+        else:
+            self._text, passed = outcome.text, outcome.passed
+        if not passed and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Show the table."""
+        if self._text:
+            terminalreporter.section("rcx coverage")
+            terminalreporter.write_line(self._text)
+
+
+def start(config: pytest.Config) -> None:
+    """Count, if the settings say so.
+
+    Raises:
+        UsageError: a wrong setting, or one of coverage where none is counted.
+    """
+    try:
+        settings = _settings(config)
+    except InputError as error:
+        raise pytest.UsageError(f"rcx: {error}") from None
+    if settings is not None:
+        _Coverage(config, settings)
+
+
+def _settings(config: pytest.Config) -> _Settings | None:
+    if not is_on(config, "coverage"):
+        for name in COVERAGE:
+            if config.getoption(f"rcx_{name}") is not None:
+                option = f"--rcx-{name.replace('_', '-')}"
+                raise InputError(f"{option}: no coverage is counted", hint="add --rcx-coverage")
+        return None
+    given, named = config.getoption("rcx_coverage_out"), config.getini("rcx_coverage_out")
+    if given is not None:
+        folder = config.invocation_params.dir / str(given)
+    else:
+        folder = project(config) / str(named or _FOLDER)
+    check_folder(folder)
+    percent = config.getoption("rcx_cover_fail_under")
+    option = "--rcx-cover-fail-under"
+    if percent is None:
+        percent, option = config.getini("rcx_cover_fail_under") or None, "rcx_cover_fail_under"
+    return _Settings(
+        is_on(config, "coverage_library"),
+        folder,
+        None if percent is None else check_fail_under(option, percent),
+    )

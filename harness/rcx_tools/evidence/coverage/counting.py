@@ -1,0 +1,31 @@
+"""Plugin of pytest for `make coverage`: writes what the tests count of the library."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.builtin.coverage import Collector
+from rcx_harness.testing.coverage import Gathering
+from rcx_harness.verify.coverage.parts import Part
+
+__all__ = ["pytest_addoption", "pytest_configure"]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """What counts, and where to write it."""
+    parser.addoption("--count-below", type=Path, help="folder of the sources that count")
+    parser.addoption("--counts", type=Path, help="file for what was counted")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Count."""
+    _Library(config, Collector(config.getoption("count_below")))
+
+
+class _Library(Gathering):
+    def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
+        """Write the parts; those of workers that died are missing, and their tests failed."""
+        session.config.getoption("counts").write_text(json.dumps(parts), encoding="utf-8")

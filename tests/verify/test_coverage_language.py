@@ -1,0 +1,449 @@
+"""Coverage of what users write: methods, loops, skipped conditions, files of tools; its reports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from rcx_harness.cell import Cell
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.builtin.coverage import Collector, counting, outcome
+from rcx_harness.engine.frontend import load
+from rcx_harness.errors import InputError
+from rcx_harness.verify.coverage.formats import cobertura, tracefile
+from rcx_harness.verify.coverage.html import pages
+from rcx_harness.verify.coverage.measure import FileResult, judge, measure
+from rcx_harness.verify.coverage.output import write_report
+from rcx_harness.verify.coverage.parts import merge, part_of
+from rcx_harness.verify.coverage.report import conditions, gaps, missing, summary
+
+#: Values of variables for one scan.
+Scan = dict[str, bool | int]
+Run = Callable[..., FileResult]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    """Runs a body with the declarations given, and what else stands in the file, before it."""
+
+    def run(body: str, declared: str, *scans: Scan, before: str = "") -> FileResult:
+        text = f"{before}PROGRAM P\n  VAR\n{declared}  END_VAR\n{body}END_PROGRAM\n"
+        (tmp_path / "P.st").write_text(text)
+        collector = Collector()
+        plc = BuiltinProgram.build(load([tmp_path / "P.st"]), collector)
+        for number, values in enumerate(scans):
+            for name, value in values.items():
+                plc.write(f"Main.{name}", value)
+            plc.scan(number * 10_000)
+        (result,) = measure(merge([part_of(collector)]), tmp_path)
+        return result
+
+    return run
+
+
+def _open(result: FileResult) -> list[str]:
+    found = [*gaps([result]), *conditions(result)]
+    return [f"{gap.line}: {gap.text}" for gap in sorted(found, key=lambda gap: gap.line)]
+
+
+# --- conditions that are skipped ------------------------------------------------------------------
+
+_POINTER = "    P : POINTER TO INT;\n    X : INT;\n    Take, Seen : BOOL;\n"
+_GUARD = "  IF Take THEN\n    P := ADR(X);\n  END_IF;\n  Seen := P <> 0 AND_THEN P^ > 3;\n"
+
+
+def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run: Run) -> None:
+    """Each operand is a condition; the second is not looked at where the first is FALSE."""
+    result = run(_GUARD, _POINTER, {})
+    (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
+    assert decision.text == "P <> 0 AND_THEN P^ > 3"
+    first, second = (one.judged for one in decision.conditions)
+    assert (set(first.values), set(second.values)) == ({False}, set())
+    assert _open(result)[-2:] == [
+        "10: no MC/DC of P <> 0 in P <> 0 AND_THEN P^ > 3",
+        "10: no MC/DC of P^ > 3 in P <> 0 AND_THEN P^ > 3",
+    ]
+
+
+def test_three_evaluations_give_mcdc_of_two_conditions(run: Run) -> None:
+    """FALSE and skipped, TRUE and TRUE, TRUE and FALSE: of n conditions n + 1.
+
+    Source: masking MC/DC of short-circuit forms (CAST-6, 10.3).
+    """
+    scans: list[Scan] = [{}, {"Take": True, "X": 4}, {"X": 3}]
+    result = run(_GUARD, _POINTER, *scans)
+    (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
+    assert [one.judged.masking for one in decision.conditions] == [True, True]
+    assert [one.judged.unique for one in decision.conditions] == [True, True]
+    assert list(decision.vectors.values()).count(True) == 1
+
+
+@pytest.mark.parametrize(
+    ("code", "vectors", "deciding"),
+    [
+        # A OR_ELSE B: TRUE and skipped, FALSE and FALSE; B never TRUE.
+        ([0, 1, "OR_ELSE"], [0b10_01, 0b00_00], "TF F"),
+        # (A AND_THEN B) OR_ELSE C. Only A FALSE, C FALSE: A and C may have decided.
+        ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b010_000], "F - F"),
+        # The same, A and B TRUE: both have decided, C is skipped.
+        ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b100_011], "T T -"),
+        # A FALSE, C TRUE: only C has decided, whatever B is.
+        ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b010_100], "- - T"),
+        # A XOR B: both decide as TRUE and as FALSE, but with one outcome: no MC/DC.
+        ([0, 1, "XOR"], [0b01, 0b10], "F F"),
+    ],
+)
+def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
+    code: list[int | str], vectors: list[int], deciding: str
+) -> None:
+    """Worked out by hand; bit k is condition k, above them the bits of those that are skipped."""
+    size = sum(isinstance(one, int) for one in code)
+    judged = judge(code, size, vectors)
+    shown = ["".join("FT"[value] for value in sorted(one.deciding)[::-1]) for one in judged]
+    assert " ".join(text or "-" for text in shown) == deciding
+
+
+@pytest.mark.parametrize(
+    ("code", "skipped", "expected"),
+    [
+        ([0, 1, "AND"], 0b10, False),
+        ([0, 1, "OR"], 0b10, None),
+        ([0, "NOT", 1, "OR"], 0b10, True),
+        ([0, 1, "XOR"], 0b01, None),
+        ([0, True, "OR_ELSE"], 0b01, True),
+        ([0, "NOT", False, "AND_THEN"], 0b01, False),
+    ],
+)
+def test_what_follows_of_conditions_that_are_not_known(
+    code: list[int | bool | str], skipped: int, expected: bool | None
+) -> None:
+    """All that are known are FALSE."""
+    assert outcome(code, 0, skipped) is expected
+
+
+def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
+    """An index or a division behind AND is looked at where it is without coverage, too."""
+    declared = "    A : ARRAY [1..3] OF INT;\n    i, n : INT;\n    Good : BOOL;\n"
+    body = "  Good := i >= 1 AND A[i] = 0;\n  Good := n <> 0 AND 10 / n > 3;\n"
+    result = run(body, declared, {"i": 0}, {"i": 2, "n": 2})
+    assert [dict(one.vectors) for one in result.decisions] == [{0b11: True, 0b10_00: False}] * 2
+
+
+def test_a_decision_that_is_come_to_again_inside_itself_keeps_both(run: Run) -> None:
+    """A method in a condition runs the same decision for another instance."""
+    before = (
+        "FUNCTION_BLOCK F\n  VAR_INPUT Next : POINTER TO F; On : BOOL; END_VAR\n"
+        "  METHOD All : BOOL\n"
+        "    All := On AND_THEN (Next = 0 OR_ELSE Next^.All());\n"
+        "  END_METHOD\nEND_FUNCTION_BLOCK\n"
+    )
+    declared = "    A, B : F;\n    Both : BOOL;\n"
+    body = "  A.On := TRUE;\n  A.Next := ADR(B);\n  Both := A.All();\n"
+    result = run(body, declared, {}, before=before)
+    (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
+    # B: On FALSE, the others skipped. A: On TRUE, Next is there, All of B FALSE.
+    assert dict(decision.vectors) == {0b110_000: False, 0b000_001: False}
+
+
+# --- statements and branches ----------------------------------------------------------------------
+
+
+def test_a_for_may_have_no_round_unless_constants_give_it_one(run: Run) -> None:
+    declared = "    i, n, Sum : INT;\n"
+    body = (
+        "  FOR i := 1 TO n DO\n    Sum := Sum + i;\n  END_FOR;\n"
+        "  FOR i := 3 TO 1 BY -1 DO\n    Sum := Sum + i;\n  END_FOR;\n"
+        "  FOR i := 3 TO 1 DO\n    Sum := 0;\n  END_FOR;\n"
+    )
+    result = run(body, declared, {})
+    ways = [(item.line, item.text, item.hits) for item in result.branches]
+    assert ways == [
+        (5, "FOR with a round", 0),
+        (5, "FOR without a round", 1),
+        (8, "FOR with a round", 3),
+        (11, "FOR with a round", 0),
+        (11, "FOR without a round", 1),
+    ]
+    assert missing(result) == "6, 12"
+    result = run(body, declared, {"n": 2}, {"n": 0})
+    assert [item.hits for item in result.branches][:2] == [2, 1]
+
+
+def test_a_round_that_goes_on_with_the_next_is_one(run: Run) -> None:
+    body = "  FOR i := n TO 3 DO\n    IF i = 2 THEN\n      CONTINUE;\n    END_IF;\n  END_FOR;\n"
+    result = run(body, "    i, n : INT;\n", {"n": 4}, {"n": 1})
+    ways = [(item.text, item.hits) for item in result.branches if "FOR" in item.text]
+    assert ways == [("FOR with a round", 3), ("FOR without a round", 1)]
+
+
+def test_bodies_without_statements_are_branches(run: Run) -> None:
+    declared = "    k, i : INT;\n"
+    body = (
+        "  CASE k OF\n    0: ;\n    1: k := 1;\n    2: ;\n  END_CASE;\n"
+        "  IF k = 0 THEN ;\n  ELSIF k = 1 THEN ;\n  ELSE ;\n  END_IF;\n"
+        "  WHILE i > k DO ; EXIT; END_WHILE;\n  FOR i := 1 TO 2 DO ; END_FOR;\n"
+    )
+    result = run(body, declared, {"k": 2}, {"k": 2}, {"k": 1})
+    assert [(item.text, item.hits) for item in result.branches] == [
+        ("CASE 0", 0),
+        ("CASE 1", 1),
+        ("CASE 2", 2),
+        ("CASE without a label that fits", 0),
+        ("IF k = 0", 0),
+        ("ELSIF k = 1", 1),
+        ("none of the IF (no ELSE)", 2),
+        ("WHILE with a round", 2),
+        ("WHILE without a round", 1),
+        ("FOR with a round", 6),
+    ]
+
+
+def test_a_case_of_an_enumeration_with_values_knows_its_members(run: Run) -> None:
+    before = "TYPE E : (SLOW := 10, FAST := 20); END_TYPE\n"
+    body = "  CASE Mode OF\n    SLOW: k := 1;\n    FAST: k := 2;\n  END_CASE;\n"
+    result = run(body, "    Mode : E := SLOW;\n    k : INT;\n", {}, before=before)
+    assert [item.text for item in result.branches] == ["CASE SLOW", "CASE FAST"]
+    body = "  CASE n OF\n    -2000000000..2000000000: k := 1;\n  END_CASE;\n"
+    result = run(body, "    n : DINT;\n    k : INT;\n", {})
+    assert result.branches[0].text == "CASE -2000000000..2000000000"
+
+
+def test_a_latch_is_one_statement_with_two_branches(run: Run) -> None:
+    result = run("  Lit S= On;\n", "    Lit, On : BOOL;\n", {})
+    assert [(item.line, item.hits) for item in result.statements] == [(5, 1)]
+    assert [item.hits for item in result.branches] == [0, 1]
+    assert missing(result) == "branches 5"
+
+
+_METHODS = """\
+FUNCTION F_Half : INT
+  VAR_INPUT Value : INT; END_VAR
+  IF Value < 0 THEN F_Half := 0; RETURN; END_IF;
+  F_Half := Value / 2;
+END_FUNCTION
+FUNCTION_BLOCK FB_Axis
+  VAR Place : INT; END_VAR
+  METHOD MoveTo : BOOL
+    VAR_INPUT Target : INT; END_VAR
+    IF Target > 9 THEN
+      RETURN;
+    END_IF;
+    Place := F_Half(Target);
+    MoveTo := TRUE;
+  END_METHOD
+  PROPERTY Position : INT
+    GET
+      Position := Place;
+    END_GET
+    SET
+      Place := Position;
+    END_SET
+  END_PROPERTY
+  Place := Place + 1;
+END_FUNCTION_BLOCK
+"""
+
+
+def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
+    """Of one file; what is not called of each is told with its own lines."""
+    body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
+    result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
+    assert sorted(result.pous) == [
+        ("FB_Axis", 6, 0),
+        ("FB_Axis.MoveTo", 8, 1),
+        ("FB_Axis.Position.Get", 17, 1),
+        ("FB_Axis.Position.Set", 20, 0),
+        ("F_Half", 1, 1),
+        ("P", 26, 1),
+    ]
+    # The line of an IF with its statements is executed where all of these are.
+    assert missing(result) == "3, 11, 21, 24"
+    assert sorted(gap.line for gap in gaps([result])) == [3, 10, 21, 24]
+
+
+def test_lines_of_different_parts_are_no_range(run: Run) -> None:
+    result = run("  k := 1;\n", "    Axis : FB_Axis;\n    k : INT;\n", {}, before=_METHODS)
+    assert missing(result) == "3-4, 10-14, 18, 21, 24; branches 3, 12"
+
+
+def test_a_reason_may_be_a_line_comment(run: Run) -> None:
+    body = "  IF k > 0 THEN // unreachable: never counted\n    k := 0;\n  END_IF;\n"
+    result = run(body, "    k : INT;\n", {})
+    assert [gap.reason for gap in gaps([result], justified=True)] == ["never counted"]
+    assert gaps([result]) == []
+
+
+# --- files of tools -------------------------------------------------------------------------------
+
+_TCPOU = """\
+<?xml version="1.0" encoding="utf-8"?>
+<TcPlcObject Version="1.1.0.1">
+  <POU Name="MAIN" Id="{1}" SpecialFunc="None">
+    <Declaration><![CDATA[PROGRAM MAIN
+VAR
+  k : INT;
+  InputArea, OutputArea : ARRAY [0..47] OF BYTE;
+END_VAR
+]]></Declaration>
+    <Implementation>
+      <ST><![CDATA[k := k + 1;
+IF k < 0 THEN
+  k := 0;
+END_IF
+]]></ST>
+    </Implementation>
+  </POU>
+</TcPlcObject>
+"""
+
+
+def test_a_file_of_a_tool_shows_its_own_text_and_lines(tmp_path: Path) -> None:
+    (tmp_path / "MAIN.TcPOU").write_text(_TCPOU)
+    collector = Collector(library=False)
+    with counting(collector), Cell.build(tmp_path / "MAIN.TcPOU") as cell:
+        cell.scan(2)
+    (result,) = measure(merge([part_of(collector)]), tmp_path)
+    assert result.path == "MAIN.TcPOU"
+    assert missing(result) == "13"
+    assert result.source[11] == "k := k + 1;"
+    assert result.source[4] == "PROGRAM MAIN"
+    page = pages([result], "cell")["MAIN.TcPOU.html"]
+    assert '<tr id="L13" class="bad">' in page
+    assert "TcPlcObject" not in page
+    assert "DA:13,0" in tracefile([result]).splitlines()
+
+
+def test_a_replaced_body_counts_in_its_own_file(tmp_path: Path) -> None:
+    (tmp_path / "MAIN.TcPOU").write_text(_TCPOU)
+    (tmp_path / "body.st").write_text("IF k = 0 THEN\n  k := 7;\nEND_IF\n")
+    collector = Collector(library=False)
+    replace = {"MAIN": tmp_path / "body.st"}
+    with counting(collector), Cell.build(tmp_path / "MAIN.TcPOU", replace=replace) as cell:
+        cell.scan(2)
+    (result,) = measure(merge([part_of(collector)]), tmp_path)
+    assert result.path == "body.st"
+    assert result.source[1] == "IF k = 0 THEN"
+    assert [(item.line, item.hits) for item in result.statements] == [(1, 2), (2, 1)]
+
+
+# --- what is written ------------------------------------------------------------------------------
+
+#: The elements of coverage-04.dtd: their children in order, and the attributes they must have.
+_RATES = {"line-rate", "branch-rate", "complexity"}
+_DTD = {
+    "coverage": (
+        ["sources", "packages"],
+        {"lines-covered", "lines-valid", "branches-covered", "branches-valid"}
+        | {"version", "timestamp", *_RATES},
+    ),
+    "sources": (["source"], set()),
+    "source": ([], set()),
+    "packages": (["package"], set()),
+    "package": (["classes"], {"name", *_RATES}),
+    "classes": (["class"], set()),
+    "class": (["methods", "lines"], {"name", "filename", *_RATES}),
+    "methods": ([], set()),
+    "lines": (["line"], set()),
+    "line": ([], {"number", "hits"}),
+}
+
+
+@pytest.fixture
+def result(run: Run) -> FileResult:
+    """9 lines with statements, of which 5 are executed whole."""
+    body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
+    declared = "    Axis : FB_Axis;\n    n : INT;\n"
+    return run(body, declared, {"n": 4}, before=_METHODS)
+
+
+def test_cobertura_is_as_its_dtd_wants_it(result: FileResult, tmp_path: Path) -> None:
+    text = cobertura([result], tmp_path).decode()
+    assert '<!DOCTYPE coverage SYSTEM "http://cobertura.sourceforge.net/xml/coverage-04.dtd">' in (
+        text
+    )
+    root = ET.fromstring(text)
+    for node in root.iter():
+        children, attributes = _DTD[node.tag]
+        assert set(node.attrib) - {"branch", "condition-coverage"} == attributes
+        assert [name for name in children if node.find(name) is not None] == list(
+            dict.fromkeys(child.tag for child in node)
+        )
+    lines = {line.get("number"): line.attrib for line in root.iter("line")}
+    assert [number for number, line in lines.items() if line["hits"] == "0"] == [
+        *("3", "11", "21", "24"),
+    ]
+    assert lines["10"] == {
+        "number": "10",
+        "hits": "1",
+        "branch": "true",
+        "condition-coverage": "50% (1/2)",
+    }
+    # Lines 3, 4, 10, 11, 13, 14, 18, 21, 24 and the two of P; branches: one of each IF.
+    assert (root.get("lines-covered"), root.get("lines-valid")) == ("7", "11")
+    assert (root.get("branches-covered"), root.get("branches-valid")) == ("2", "4")
+    assert root.get("line-rate") == "0.6364"
+
+
+def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> None:
+    """Readers say that a branch or function of a line without data is an error."""
+    rows = [line.partition(":") for line in tracefile([result]).splitlines()]
+    of: dict[str, set[str]] = {}
+    for kind, _, rest in rows:
+        of.setdefault(kind, set()).add(rest.partition(",")[0])
+    assert of["DA"] == {"3", "4", "10", "11", "13", "14", "18", "21", "24", "31", "32"}
+    assert of["BRDA"] == {"3", "10"}
+    blocks = {tuple(rest.split(",")[:2]) for kind, _, rest in rows if kind == "BRDA"}
+    assert len(blocks) == len({block for _, block in blocks}) == 2, "one for each IF of the file"
+    assert of["FN"] == {"3", "10", "18", "21", "24", "31"}
+    assert {"LF": {"11"}, "LH": {"7"}, "BRF": {"4"}, "BRH": {"2"}}.items() <= of.items()
+    assert "MCDC" not in of, "other readers refuse it"
+
+
+def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:
+    """Two of one decision and one of another: of lcov 2.2, f and t of each."""
+    body = "  X := A AND B; X := NOT A;\n"
+    result = run(body, "    A, B, X : BOOL;\n", {"A": True, "B": True}, {"B": False})
+    lines = tracefile([result], mcdc=True).splitlines()
+    assert [line for line in lines if line.startswith("MC")] == [
+        "MCDC:5,3,f,0,0,A in A AND B",
+        "MCDC:5,3,t,1,0,A in A AND B",
+        "MCDC:5,3,f,1,1,B in A AND B",
+        "MCDC:5,3,t,1,1,B in A AND B",
+        "MCDC:5,3,f,0,2,A",
+        "MCDC:5,3,t,1,2,A",
+        "MCF:6",
+        "MCH:4",
+    ]
+
+
+def test_the_table_shows_names_as_they_are(result: FileResult) -> None:
+    other = FileResult("[b]old[/b]/P.st", {1: ""}, statements=result.statements[:1])
+    assert "[b]old[/b]/P.st" in summary([result, other], 120)
+
+
+def test_pages_need_nothing_but_themselves(result: FileResult) -> None:
+    other = FileResult("a/P.st", {1: "k < 1 & <b>"}, statements=result.statements[:1])
+    twin = FileResult("a-P.st", {1: ""}, statements=result.statements[:1])
+    found = pages([result, other, twin], "<cell>")
+    assert list(found) == ["index.html", "P.html", "a-P.html", "a-P-2.html"]
+    for page in found.values():
+        assert "http" not in page.replace("http-equiv", "")
+        assert "src=" not in page
+        assert 'name="viewport"' in page
+    assert "k &lt; 1 &amp; &lt;b&gt;" in found["a-P.html"]
+    assert "Coverage of &lt;cell&gt;" in found["index.html"]
+
+
+def test_a_report_writes_over_its_own_files_only(result: FileResult, tmp_path: Path) -> None:
+    folder = tmp_path / "report"
+    write_report([result], folder, "cell", tmp_path)
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    write_report([result], folder, "cell", tmp_path)
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+    (folder / "P.html").write_text("mine")
+    with pytest.raises(InputError, match=r"P\.html: is there already, and is no coverage report"):
+        write_report([result], folder, "cell", tmp_path)
+    assert (folder / "P.html").read_text() == "mine"
