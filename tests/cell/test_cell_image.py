@@ -48,6 +48,33 @@ def test_located_words_and_bits_are_the_process_image(located: Build) -> None:
     assert cell["Main.Status"] == 0x4000
 
 
+def test_located_arrays_are_the_process_image(build_cell: Build, tmp_path: Path) -> None:
+    """Bytes 0 to 47 of the inputs, words 0 to 23 of the outputs (low byte first).
+
+    Source: manual chapter 5, 1 (addresses of the words and bits).
+    """
+    text = """PROGRAM Arrays
+  VAR
+    In AT %IB0 : ARRAY [0..47] OF BYTE;
+    Out AT %QW0 : ARRAY [1..3, 1..8] OF UINT;
+  END_VAR
+  Out[1, 2] := TO_UINT(In[1]);
+END_PROGRAM
+"""
+    (tmp_path / "Arrays.st").write_text(text, encoding="utf-8")
+    cell = build_cell(
+        tmp_path / "Arrays.st", lib=tmp_path, robot=RobotConfig(boot_time=0.0), engine="builtin"
+    )
+    cell.run("50ms")
+    cell["Main.Out[1,1]"] = 0x0FFF
+    cell["Main.Out[3,1]"] = 0x0001
+    cell.run("50ms")
+    sampled = cell.trace.cycles()[-1].rcx_si
+    assert (sampled[0:4].hex(), sampled[32:34].hex()) == ("ff0f4000", "0100")
+    assert cell["Main.In"][0:2] == [0x00, 0x40]
+    assert (cell["Main.In[1]"], cell["Main.Out[1,2]"]) == (0x40, 0x40)
+
+
 def test_a_negative_word_is_read_into_a_signed_variable(located: Build) -> None:
     cell = located()
     cell.run("20ms")

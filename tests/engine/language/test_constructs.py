@@ -128,6 +128,12 @@ ROWS = [
     Row("several qualifiers", "END_VAR VAR RETAIN PERSISTENT I : INT;", "I := 1;", {"I": 1}),
     Row("PERSISTENT", "END_VAR VAR PERSISTENT I : INT;", "I := 1;", {"I": 1}),
     Row("an incomplete address", "I AT %IW* : INT;", "I := 1;", {"I": 1}),
+    Row(
+        "a located array",
+        "A AT %QW4 : ARRAY [1..2] OF INT; I : INT;",
+        "A[2] := 5; I := A[1] + A[2];",
+        {"I": 5, "A[1]": 0, "A[2]": 5},
+    ),
     Row("a section in another place", "END_VAR VAR_INPUT I : INT;", "", {"I": 0}),
     Row(
         "a function without VAR_INPUT",
@@ -396,6 +402,7 @@ _OF_TYPES = frozenset(
         "the assignment of a block",
         "a global without VAR_EXTERNAL",
         "an incomplete address",
+        "a located array",
         "a section in another place",
         "a function without VAR_INPUT",
         "a function that never sets its result",

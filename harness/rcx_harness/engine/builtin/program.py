@@ -163,7 +163,11 @@ class BuiltinProgram:
 
     def _locate(self, found: Resolved) -> _Place:
         if found.address is not None:
-            return _Place(self._globals, address_slot(found.address), found.type, found.path)
+            slot = address_slot(found.address)
+            if found.steps and isinstance(found.steps[-1], int):
+                array = getattr(self._globals, slot)
+                return _Place(array, found.steps[-1], found.type, found.path)
+            return _Place(self._globals, slot, found.type, found.path)
         if found.is_global:
             holder, steps = self._globals, (found.root, *found.steps)
         else:

@@ -354,12 +354,16 @@ class Declarations(Types):
             )
         if len(node.names) > 1:
             raise where.error("one address for several variables", node.at)
-        if not isinstance(kind, ElementaryType) or _bits(kind) != _ADDRESS_BITS[parts[2]]:
+        one = kind.element if isinstance(kind, ArrayType) else kind
+        fits = isinstance(one, ElementaryType) and _bits(one) == _ADDRESS_BITS[parts[2]]
+        if not fits or (one != kind and (_bits(one) == 1 or "." in parts[3])):
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
-                "X takes BOOL, B 8 bits, W 16, D 32, L 64; arrays cannot be located",
+                "X takes BOOL, B 8 bits, W 16, D 32, L 64, also of an array's elements, but for BOOL",
             )
+        if one != kind:
+            where.note("a located array", node.address.at)
         if self._addresses.setdefault(text, kind) != kind:
             raise where.error(
                 f"{text} is also declared as {describe(self._addresses[text])}", node.address.at

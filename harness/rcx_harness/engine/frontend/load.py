@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from rcx_harness.engine.frontend.resolve import ConsequenceError
 from rcx_harness.engine.frontend.scalars import TIME
 from rcx_harness.engine.frontend.tree import Pou
 from rcx_harness.engine.source import source_text
-from rcx_harness.engine.types import BlockType, Variable
+from rcx_harness.engine.types import ArrayType, BlockType, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "located", "read_file"]
@@ -178,9 +179,10 @@ def _instance(
 def located(instances: dict[str, BlockType], declarations: Declarations) -> tuple[Located, ...]:
     """Directly represented variables: the global ones, then those of each program instance."""
     found = [
-        Located(symbol.address, symbol.name, symbol.type)
+        one
         for symbol in declarations.globals.values()
         if symbol.address is not None
+        for one in _elements(symbol.address, symbol.name, symbol.type)
     ]
     named = {
         symbol.name: symbol.type
@@ -195,11 +197,25 @@ def located(instances: dict[str, BlockType], declarations: Declarations) -> tupl
     for instance, block in instances.items():
         pou: Pou = declarations.pous[block.name.upper()]
         found += [
-            Located(symbol.address, f"{instance}.{symbol.name}", symbol.type)
+            one
             for symbol in pou.symbols.values()
             if symbol.address is not None
+            for one in _elements(symbol.address, f"{instance}.{symbol.name}", symbol.type)
         ]
     return tuple(found)
+
+
+def _elements(address: str, path: str, kind: Type) -> Iterator[Located]:
+    """A variable, or the elements of an array: one address after the other."""
+    if not isinstance(kind, ArrayType):
+        yield Located(address, path, kind)
+        return
+    parts = re.fullmatch(r"(\D+)(\d+)", address)
+    assert parts is not None
+    ranges = [range(low, high + 1) for low, high in kind.bounds]
+    for k, indices in enumerate(product(*ranges)):
+        place = ",".join(map(str, indices))
+        yield Located(f"{parts[1]}{int(parts[2]) + k}", f"{path}[{place}]", kind.element)
 
 
 def load(paths: Sequence[Path], read: Read | None = None) -> Project:

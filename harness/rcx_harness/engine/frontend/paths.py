@@ -28,7 +28,7 @@ class Resolved:
         is_global: Whether `root` is a global variable.
         steps: The way from the root to the variable.
         type: Type of the variable.
-        address: Direct address, if the variable itself is located.
+        address: Direct address, if the variable is located, or the array that it is an element of.
     """
 
     path: str
@@ -183,7 +183,7 @@ def _element(base: Resolved, indices: tuple[int, ...]) -> Resolved:
             raise InputError(f"{base.path}: index {index} is outside {low}..{high}")
         position = position * (high - low + 1) + index - low
     text = ",".join(str(index) for index in indices)
-    return _step(base, f"{base.path}[{text}]", position, kind.element)
+    return _step(base, f"{base.path}[{text}]", position, kind.element, base.address)
 
 
 def walk(project: Project) -> Iterator[tuple[str, Type]]:
