@@ -112,6 +112,21 @@ def test_reading_twice_is_noticed_and_the_first_reading_stands(
 
 
 @_TWINS
+def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(
+    tmp_path: Path, twin: str
+) -> None:
+    """What is to be mended first: the offset. What cannot be read is not connected.
+
+    Source: docs/errors.md.
+    """
+    plc = _bench(tmp_path, twin, m=-1)
+    plc["ReadTwice"] = True
+    plc.scan()
+    assert (plc["ReadArea.Error"], plc["ReadArea.ErrorID"]) == (True, 0x8031)
+    assert plc["Robot.Connected"] is False
+
+
+@_TWINS
 def test_a_second_reading_can_take_the_connection_away(tmp_path: Path, twin: str) -> None:
     """What one of two says is lost is not believed. Source: manual chapter 1, 5.2."""
     plc = _bench(tmp_path, twin)
