@@ -360,7 +360,7 @@ class Declarations(Types):
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
-                "X takes BOOL, B 8 bits, W 16, D 32, L 64, also of an array's elements, but for BOOL",
+                "X takes BOOL, B 8 bits, W 16, D 32, L 64; so do elements of arrays, but for BOOL",
             )
         if one != kind:
             where.note("a located array", node.address.at)
