@@ -25,6 +25,7 @@ import pytest
 from rcx_harness.enip import Adapter, Client
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.look.judge.judge import JudgeOptions, judge
 
 TSHARK = shutil.which("tshark")
 PORT, IO_PORT = 44818, 2222
@@ -137,7 +138,10 @@ def until_received(scanner: Scanner, packets: int) -> None:
 def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
     adapter: Adapter, host: str, tmp_path: Path
 ) -> None:
-    """Explicit messages, Forward Open and Close, packets both ways; owner and Input Only."""
+    """Explicit messages, Forward Open and Close, packets both ways; owner and Input Only.
+
+    `rcx judge` counts as many packets of each connection, each way.
+    """
     capture = Capture(host, tmp_path / "session.pcapng")
     with (
         Scanner(host, multiplier=7, address="127.0.0.2", io_port=IO_PORT) as owner,
@@ -157,7 +161,15 @@ def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
     capture.stop()
 
     frames = capture.frames()
-    assert [one for one in frames if one.malformed] == []
+    judged = judge(JudgeOptions(capture.file), lambda line: None)
+    assert judged.network is not None
+    (robot,) = judged.network.robots.values()
+    for one, source in zip(robot.connections, ("127.0.0.2", "127.0.0.4"), strict=True):
+        for way, ends in ((one.to_robot, (source, host)), (one.to_master, (host, source))):
+            told = [f for f in frames if (f.source, f.destination) == ends]
+            assert way.packets == sum(one.protocol == "CIP I/O" for one in told) >= 20
+            assert (way.lost, way.doubled, way.late, way.wrong) == (0, 0, 0, 0)
+    assert [one.malformed for one in frames if one.malformed] == []
     errors = [one for one in frames if any(int(each) >= ERROR for each in split(one.severity))]
     assert errors == []
     cyclic = [one for one in frames if one.protocol == "CIP I/O"]

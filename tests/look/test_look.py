@@ -7,6 +7,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -27,6 +28,7 @@ from rcx_harness.look.text import (
     identity_lines,
     telegram_lines,
 )
+from rcx_harness.trace import Scan, read_trace
 
 Captured = pytest.CaptureFixture[str]
 Run = Callable[..., int]
@@ -567,3 +569,36 @@ def test_a_lost_connection_ends_with_1(
 ) -> None:
     monkeypatch.setattr(cli_scan, "look", lambda options, tell: held)
     assert main(["scan", "127.0.0.1"]) == code
+
+
+def test_the_trace_has_what_was_seen_from_the_first_look_to_the_last(
+    scan: Run, adapter: Adapter, tmp_path: Path
+) -> None:
+    """A reader does not know what the master writes: `si` is empty."""
+    file = tmp_path / "scan.jsonl"
+    assert scan("--trace", str(file), duration="30ms") == 0
+    header, records = read_trace(file)
+    assert (header["by"], header["of"], header["size"]) == ("rcx scan", adapter.address[0], 48)
+    scans = [one for one in records if isinstance(one, Scan)]
+    assert (scans[0].t_us, scans[0].so, scans[0].si) == (0, OUTPUTS, b"")
+    assert scans[-1].t_us > 0
+    assert scans[-1].scan > 0
+    assert main(["judge", str(file)]) == 0
+
+
+def test_the_trace_of_a_master_has_what_it_writes(scan: Run, tmp_path: Path) -> None:
+    file = tmp_path / "scan.jsonl"
+    assert scan("--trace", str(file), "--write", "SI00=1") == 0
+    assert {one.si for one in read_trace(file)[1] if isinstance(one, Scan)} == {
+        output_image(["SI00=1"], 48)
+    }
+
+
+def test_a_trace_is_not_written_over_what_is_no_trace(
+    scan: Run, tmp_path: Path, capsys: Captured
+) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("keep this")
+    assert scan("--trace", str(mine)) == 2
+    assert "is there already, and is no trace" in capsys.readouterr().err
+    assert mine.read_text() == "keep this"

@@ -18,6 +18,7 @@ from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.run import serve, warnings
 from rcx_harness.serve.terminal import Lines
+from rcx_harness.trace import read_trace
 from serve_process import ServeProcess, own_addresses, watching
 
 pytestmark = pytest.mark.skipif(
@@ -103,6 +104,38 @@ def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
         served.interrupt()
         assert served.end() == (0, "")
     assert served.lines == []
+
+
+def test_what_two_controllers_see_is_written_and_can_be_judged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    addresses, files = own_addresses(2), [tmp_path / "a.jsonl", tmp_path / "b.jsonl"]
+    options = [word for one in addresses for word in ("--address", one)]
+    options += [word for one in files for word in ("--trace", str(one))]
+    with ServeProcess(*options) as served:
+        served.wait_for("Ctrl-C ends it")
+        with Scanner(addresses[1], multiplier=_MULTIPLIER, io_port=0) as master:
+            master.write(bytes(32) + b"\x01" + bytes(15))
+            master.open()
+            served.wait_for("connected: 127.")
+            master.close_connection()
+        served.wait_for("the master has closed the connection")
+        served.interrupt()
+        assert served.end() == (0, "")
+    headers = [read_trace(file)[0] for file in files]
+    assert [(one["by"], one["of"]) for one in headers] == [("rcx serve", one) for one in addresses]
+    assert main(["judge", str(files[1])]) == 0
+    assert "SI(00) ON   Emergency stop input" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
+    (address,) = own_addresses(1)
+    with ServeProcess("--address", address, "--trace", "/dev/full") as served:
+        code, said = served.end()
+    assert code == 1
+    text = "/dev/full: cannot be written: No space left on device"
+    assert said == f"rcx: controller {address} is gone: {text}\n"
 
 
 def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -231,6 +264,14 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
             "2 robot files for 1 addresses; give one for all, or one per address in their order",
+        ),
+        (
+            ["--trace", "a.jsonl", "--trace", "b.jsonl"],
+            "2 traces for 1 addresses; give one per address, in their order",
+        ),
+        (
+            ["--trace", "robot.toml", "--robot", "robot.toml"],
+            "robot.toml: would be overwritten, but it is an input",
         ),
         (["--robot", "missing.toml"], "missing.toml: cannot read it: No such file or directory"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +12,7 @@ from rcx_harness.enip.cyclic.shared import LinkState, Status
 from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec import signals
+from rcx_harness.trace import Cycle, Trace, Violation, read_trace
 from served import ServedHost
 
 _SI00, _SI06, _SI01 = 0x01, 0x40, 0x02
@@ -256,3 +258,43 @@ def test_further_connections_are_counted(running: ServedHost) -> None:
     connection = running.run(5).connection
     assert (connection.state, connection.peer, connection.others) == ("run", "192.168.0.10", 2)
     assert (connection.to_robot_us, connection.to_master_us) == (10_000, 10_000)
+
+
+def test_the_trace_has_each_cycle_with_other_areas_the_last_one_and_broken_rules(
+    tmp_path: Path,
+) -> None:
+    """Cycles are every 5 ms; SI(06) and SI(01) 50 ms apart break the rule of 100 ms.
+
+    Source: manual chapter 5, 3, caution; chapter 5, 4.
+    """
+    file = tmp_path / "serve.jsonl"
+    served = ServedHost(trace=Trace({"by": "rcx serve"}, file))
+    served.run(100)
+    served.network.send(image(_SI00))
+    served.run(50)
+    served.network.send(image(_SI00 | _SI06))
+    served.run(50)
+    served.network.send(image(_SI00 | _SI06 | _SI01))
+    served.run(100)
+    served.station.finish()
+    header, records = read_trace(file)
+    assert header == {"format": "rcx-trace/1", "by": "rcx serve"}
+    every = list(records)
+    cycles = [one for one in every if isinstance(one, Cycle)]
+    assert {(one.t_us, one.cycle) for one in cycles} >= {
+        (0, 0),
+        (105_000, 21),
+        (155_000, 31),
+        (205_000, 41),
+        (300_000, 60),
+    }
+    assert len(cycles) < 15
+    assert all(one.t_us == 5_000 * one.cycle for one in cycles)
+    assert [one.rcx_si for one in cycles if one.t_us in (0, 105_000, 155_000)] == [
+        b"",
+        image(_SI00),
+        image(_SI00 | _SI06),
+    ]
+    (broken,) = [one for one in every if isinstance(one, Violation)]
+    assert (broken.t_us, broken.rule) == (205_000, "interval")
+    assert broken.text.startswith("robot, cycle 41: interval: SI(01) Servo ON input ON 50 ms after")

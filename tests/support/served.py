@@ -12,6 +12,7 @@ from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.station import Station
 from rcx_harness.serve.status import Status as Report
 from rcx_harness.spec.wire import CYCLE_US
+from rcx_harness.trace import Trace
 
 __all__ = ["ImageInMemory", "NetworkInMemory", "ServedHost"]
 
@@ -76,12 +77,18 @@ class NetworkInMemory:
 class ServedHost(Host):
     """A host whose controller lives in this process, on the test's time."""
 
-    def __init__(self, config: RobotConfig | None = None, *, address: str = "127.0.0.1") -> None:
+    def __init__(
+        self,
+        config: RobotConfig | None = None,
+        *,
+        address: str = "127.0.0.1",
+        trace: Trace | None = None,
+    ) -> None:
         super().__init__(Settings(host=address))
         config = config or RobotConfig()
         self.size = config.size
         self.network = NetworkInMemory(config.size)
-        self.station = Station(Controller(config), self.network)
+        self.station = Station(Controller(config), self.network, trace)
         self.now_us = -CYCLE_US
         self.run(0)
 

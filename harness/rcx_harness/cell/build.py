@@ -185,20 +185,20 @@ def _is_users(file: Path, folder: Path) -> bool:
 
 
 def check_outputs(
-    outputs: Mapping[str, str | Path | None], files: SourceFiles, *inputs: object
+    outputs: Mapping[str, str | Path | None], files: SourceFiles | None, *inputs: object
 ) -> None:
     """Refuse to write over what is read, twice to the same file, or over what is not a run's.
 
     Args:
         outputs: Where to write, by kind: `trace`, `chart`, `vcd`; None for nothing.
-        files: The ST files that are read.
+        files: The ST files that are read, if there are any.
         inputs: What else is read; entries that are no paths do not count.
 
     Raises:
         InputError: an output that is an input, two outputs that are one file, or a file that no
             run has written.
     """
-    read = {file.resolve() for file in files.all}
+    read = {file.resolve() for file in files.all} if files else set()
     read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
     written: set[Path] = set()
     for kind, output in outputs.items():

@@ -15,8 +15,10 @@ from rcx_harness.cli.codec import decode, encode
 from rcx_harness.cli.demo import demo
 from rcx_harness.cli.export import EPILOG, export
 from rcx_harness.cli.import_ import import_
+from rcx_harness.cli.judge import judge
 from rcx_harness.cli.new import new
 from rcx_harness.cli.prove import prove
+from rcx_harness.cli.record import record
 from rcx_harness.cli.run import EPILOG as RUN_EPILOG
 from rcx_harness.cli.run import run
 from rcx_harness.cli.scan import scan
@@ -61,8 +63,10 @@ app.command()(demo)
 app.command()(eds)
 app.command(epilog=EPILOG)(export)
 app.command("import")(import_)
+app.command()(judge)
 app.command()(new)
 app.command()(prove)
+app.command()(record)
 app.command()(scan)
 app.command()(serve)
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.cli.options import config_data as data_of
 from rcx_harness.cli.options import config_instance as instance_of
@@ -56,6 +58,9 @@ def scan(
     ] = None,
     input_instance: Annotated[int, typer.Option(help="Assembly from the adapter.")] = 100,
     output_instance: Annotated[int, typer.Option(help="Assembly to the adapter.")] = 150,
+    trace: Annotated[
+        Path | None, typer.Option(help="Write what is seen as a trace (JSON lines).")
+    ] = None,
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
     address: Annotated[
         str, typer.Option("--from", help="Address of this machine to work from.")
@@ -73,6 +78,7 @@ def scan(
         raise InputError("--input-only, --listen-only and --write exclude each other")
     check_size(size)
     check_port("--port", port)
+    check_outputs({"trace": trace}, None)
     if heartbeat is not None and not 1 <= heartbeat <= 0xFFFF:
         hint = "they are 1 to 65535"
         raise InputError(f"--heartbeat {heartbeat} is no connection point", hint=hint)
@@ -97,6 +103,7 @@ def scan(
         writes=write or (),
         port=port,
         address=address,
+        trace=trace,
     )
     try:
         held = look(options, lambda line: print(line, flush=True))

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_port, duration_us, interval_us
 from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.eds import eds_text
@@ -54,6 +55,10 @@ def serve(
     first_packet: Annotated[
         str, typer.Option(help="Longest wait for the first packet of a connection, from 10s.")
     ] = "10s",
+    trace: Annotated[
+        list[Path] | None,
+        typer.Option(help="Write what a controller sees (JSON lines); once for each address."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say only what goes wrong.")] = False,
 ) -> None:
     """Serve virtual controllers over EtherNet/IP in real time, for a real PLC.
@@ -62,6 +67,7 @@ def serve(
     """
     addresses = _addresses(address or ["127.0.0.1"])
     robots = _robots(robot or [], len(addresses))
+    traces = _traces(trace or [], len(addresses), robot or [])
     if size is not None:
         check_size(size)
     for name, number in (("--port", port), ("--io-port", io_port), ("--web", web or 1)):
@@ -78,6 +84,7 @@ def serve(
             port=port,
             cyclic=io_port,
             robot=file,
+            trace=written,
             size=size,
             seed=seed + number,
             identity=Identity(
@@ -88,7 +95,9 @@ def serve(
             ),
             options=options,
         )
-        for number, (one, file) in enumerate(zip(addresses, cycle(robots), strict=False))
+        for number, (one, file, written) in enumerate(
+            zip(addresses, cycle(robots), traces, strict=False)
+        )
     ]
     if code := asyncio.run(serve_controllers(every, web, quiet=quiet)):
         raise typer.Exit(code)
@@ -156,6 +165,15 @@ def _robots(files: Sequence[Path], controllers: int) -> list[str]:
             hint="give one for all, or one per address in their order",
         )
     return [str(file) for file in files] or [""]
+
+
+def _traces(files: Sequence[Path], controllers: int, robots: Sequence[Path]) -> list[str]:
+    if files and len(files) != controllers:
+        hint = "give one per address, in their order"
+        raise InputError(f"{len(files)} traces for {controllers} addresses", hint=hint)
+    for number, file in enumerate(files):
+        check_outputs({"trace": file}, None, *robots, *files[:number])
+    return [str(file) for file in files] or [""] * controllers
 
 
 def _revision(text: str) -> tuple[int, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from rcx_harness import spec
 from rcx_harness.enip.codec.cip import ClassId, Service, encode_path
@@ -24,6 +25,7 @@ from rcx_harness.look.text import (
 )
 from rcx_harness.robot.ports import port
 from rcx_harness.spec.wire import AREA_SIZES
+from rcx_harness.trace import Scan, Trace
 from rcx_harness.units import format_us
 
 __all__ = ["ScanOptions", "output_image", "scan"]
@@ -59,6 +61,7 @@ class ScanOptions:
         multiplier: Connection time-out multiplier as coded, 0 to 7.
         port: TCP port of the controller.
         address: Address of this machine to work from; empty for the one that leads there.
+        trace: Where to write what is seen; None for nowhere.
     """
 
     host: str
@@ -70,6 +73,7 @@ class ScanOptions:
     multiplier: int = 3
     port: int = PORT
     address: str = ""
+    trace: Path | None = None
 
 
 def output_image(writes: Sequence[str], size: int) -> bytes:
@@ -140,10 +144,13 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         first = _first(scanner)
         written = image if scanner.connection.is_owner else _written(scanner, asked)
         _tell_areas(asked, first.image, written, tell)
+        seen = _Seen(options, image if scanner.connection.is_owner else b"")
         try:
-            held = _watch(scanner, first.image, options.duration_us, tell)
+            held = _watch(scanner, first.image, options.duration_us, tell, seen)
         except KeyboardInterrupt:  # enough seen; what came until then still counts
             held = True
+        finally:
+            seen.close()
         _tell_packets(scanner, tell)
     return held
 
@@ -211,9 +218,53 @@ def _content(area: bytes, letter: str) -> Iterator[str]:
     return area_lines(area, letter) if len(area) in AREA_SIZES else byte_lines(area)
 
 
-def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str], None]) -> bool:
+class _Seen:
+    """The trace of a look: the areas whenever one is another than before.
+
+    Args:
+        options: Where to write it.
+        written: What we send; empty where we send nothing.
+    """
+
+    def __init__(self, options: ScanOptions, written: bytes) -> None:
+        self._written, self._looks = written, 0
+        self._t_us, self._last = 0, b""
+        self._trace: Trace | None = None
+        if options.trace is not None:
+            size = options.assemblies.input_size
+            header = {"by": "rcx scan", "of": options.host, "size": size, "only": "changes"}
+            self._trace = Trace(header, options.trace, keep=0)
+
+    def take(self, t_us: int, image: bytes) -> None:
+        """The next look."""
+        changed = image != self._last
+        self._t_us, self._last = t_us, image
+        if changed:
+            self._note()
+        self._looks += 1
+
+    def close(self) -> None:
+        """Write the last look and close the file."""
+        self._note()
+        if self._trace is not None:
+            self._trace.close()
+
+    def _note(self) -> None:
+        if self._trace is not None:
+            self._trace.add(Scan(self._t_us, self._looks, self._last, self._written))
+            self._trace.flush()
+
+
+def _watch(
+    scanner: Scanner,
+    image: bytes,
+    duration_us: int,
+    tell: Callable[[str], None],
+    seen: _Seen,
+) -> bool:
     """Tell changes until the time is over (true) or the connection is lost (false)."""
     start = time.monotonic()
+    seen.take(0, image)
     if duration_us:
         tell("")
         tell(f"changes in the next {duration_us / 1e6:g} s:")
@@ -222,6 +273,7 @@ def _watch(scanner: Scanner, image: bytes, duration_us: int, tell: Callable[[str
         for line in _changes(image, received.image):
             tell(f"  {passed:7.3f} s  {line}")
         image = received.image
+        seen.take(round(passed * 1e6), image)
         if not received.connected:
             reason = scanner.failure or "no packets come any more"
             tell(f"  {passed:7.3f} s  the connection is lost: {reason}")

@@ -38,6 +38,7 @@ class Settings:
         port: TCP and UDP port of explicit messages.
         cyclic: UDP port of cyclic I/O.
         robot: File with its properties; empty for the defaults.
+        trace: File to write what it sees to; empty for none.
         size: Bytes of its areas, 48 or 256; None for what the file says.
         seed: Decides all delays that are given as a range.
         identity: What its Identity object shows.
@@ -48,6 +49,7 @@ class Settings:
     port: int = PORT
     cyclic: int = IO_PORT
     robot: str = ""
+    trace: str = ""
     size: int | None = None
     seed: int = 0
     identity: Identity = field(default_factory=Identity)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
@@ -15,6 +16,7 @@ from rcx_harness.robot.area import input_words
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS
+from rcx_harness.trace import Cycle, Trace
 
 __all__ = ["LINK_EVENTS", "Images", "Station"]
 
@@ -55,11 +57,13 @@ class Station:
     Args:
         controller: The controller.
         images: Where its areas are exchanged.
+        trace: Takes each cycle whose areas are other than before, and each broken rule.
     """
 
-    def __init__(self, controller: Controller, images: Images) -> None:
+    def __init__(self, controller: Controller, images: Images, trace: Trace | None = None) -> None:
         self.controller = controller
         self._images = images
+        self._trace = trace
         self._cut = False
         self._now_us = 0
         self._generation: int | None = None  # of the owner's connection in the cycle before
@@ -116,6 +120,12 @@ class Station:
             raise InputError(f"event {event!r} does not take {names.pop()}")
         else:
             self.controller.inject(event, **given)
+
+    def finish(self) -> None:
+        """End the trace, if there is one, with the last cycle."""
+        if self._trace is not None:
+            self._note_cycle()
+            self._trace.close()
 
     def report(self) -> Status:
         """Its state now, with what has changed since the last report."""
@@ -187,6 +197,7 @@ class Station:
         seen = (self._si, self._so)
         if seen != self._seen:
             before, self._seen = self._seen, seen
+            self._note_cycle()
             self._follow_command()
             self._note_change(before)
         for violation in self.controller.drain_violations():
@@ -195,6 +206,15 @@ class Station:
             if violation.t_us - self._skipped_us < _SKIPS_MATTER_US:
                 text += " (this computer was late just before: perhaps not the master's fault)"
             self._violations.append(Note(violation.t_us, text))
+            if self._trace is not None:
+                text = f"robot, cycle {self._cycles - 1}: {violation.rule}: {text}"
+                self._trace.add(replace(violation, text=text))
+
+    def _note_cycle(self) -> None:
+        if self._trace is not None:
+            areas = (self._si or b"", self._so)
+            self._trace.add(Cycle(self._now_us, self._cycles - 1, *areas))
+            self._trace.flush()
 
     def _note_change(self, before: tuple[bytes | None, bytes]) -> None:
         old, new = (self._shown(*pair) for pair in (before, self._seen))

@@ -29,6 +29,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
+from rcx_harness.trace import Trace
 
 __all__ = ["REPORT_CYCLES", "Channel", "Pace", "main", "run"]
 
@@ -185,18 +186,19 @@ def main(argument: str) -> None:
     """Serve one controller until the parent closes our standard input.
 
     Args:
-        argument: JSON object with `robot` (file or empty), `size` (or null), `seed`, and
-            for the adapter `host`, `port`, `cyclic` (UDP port), `identity` and `options`.
+        argument: JSON object with `robot` and `trace` (files or empty), `size` (or null), `seed`,
+            and for the adapter `host`, `port`, `cyclic` (UDP port), `identity` and `options`.
     """
     settings = json.loads(argument)
     try:
         controller = Controller(_config(settings), settings["seed"])
         adapter = _adapter(settings, controller.config.size)
+        trace = _trace(settings, controller.config.size)
     except InputError as error:
         tell({"error": str(error)})
         return
     with adapter:
-        station = Station(controller, adapter.shared)
+        station = Station(controller, adapter.shared, trace)
         channel = Channel()
         channel.tell(json.dumps({"port": adapter.address[1], "size": adapter.size}))
         be_punctual("in turn")
@@ -207,6 +209,9 @@ def main(argument: str) -> None:
                 sleep_us=lambda us: time.sleep(us / 1e6),
                 failure=lambda: adapter.failure,
             )
+            station.finish()
+        except InputError as error:  # the trace cannot be written any more
+            reason = str(error)
         except Exception as error:  # a mistake of ours: the parent must hear of it
             traceback.print_exc()
             reason = f"the controller has ended by itself ({type(error).__name__}: {error})"
@@ -219,6 +224,14 @@ def main(argument: str) -> None:
 def _config(settings: dict[str, Any]) -> RobotConfig:
     config = RobotConfig.load(Path(settings["robot"])) if settings["robot"] else RobotConfig()
     return replace(config, size=settings["size"]) if settings["size"] else config
+
+
+def _trace(settings: dict[str, Any], size: int) -> Trace | None:
+    """Where to write what is seen: the cycles whose areas are other than before."""
+    if not settings["trace"]:
+        return None
+    header = {"by": "rcx serve", "of": settings["host"], "cycle_us": CYCLE_US, "size": size}
+    return Trace({**header, "only": "changes"}, settings["trace"], keep=0)
 
 
 def _adapter(settings: dict[str, Any], size: int) -> Adapter:

@@ -184,6 +184,11 @@ class Trace:
         """Go back to the records that `snapshot` gave."""
         self._kept = deque(snapshot, maxlen=self._kept.maxlen)
 
+    def flush(self) -> None:
+        """Hand everything to the system: a run in real time is to be seen while it goes on."""
+        if self._file is not None:
+            self._file.flush()
+
     def close(self) -> None:
         """Write out what is buffered and close the file."""
         if self._file is not None:

@@ -44,12 +44,14 @@ class WireMonitor:
 
     Args:
         size: Bytes of the area; before the first scan all are zero.
+        interval_us: How far two changes of dedicated inputs have to be apart.
 
     Rules: `interval`, `start against stop`, `reserved`, `data before code`, `command held`,
     `ready before code`.
     """
 
-    def __init__(self, size: int = SIZE) -> None:
+    def __init__(self, size: int = SIZE, interval_us: int = INTERVAL_US) -> None:
+        self._interval_us = interval_us
         self.commands = 0
         """Remote commands whose end status the PLC has read."""
         self._names = {(one.byte, one.bit): one.signal for one in signals().input}
@@ -125,7 +127,7 @@ class WireMonitor:
         gap = None if self._changed_us is None else t_us - self._changed_us
         if paced and len(changes) > 1:
             found.append(("interval", f"{what} in one scan; one change at a time, 100 ms apart"))
-        elif paced and gap is not None and gap < INTERVAL_US:
+        elif paced and gap is not None and gap < self._interval_us:
             text = f"{what} only {format_us(gap)} after {self._changed_what}; at least 100 ms"
             found.append(("interval", text))
         if changes:

@@ -1,0 +1,138 @@
+"""`rcx judge`: what a recorded controller and its PLC did."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from rcx_harness.cell.build import check_outputs
+from rcx_harness.cli.options import check_ipv4, check_port, duration_us
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import InputError
+from rcx_harness.look.judge.judge import Judgement, JudgeOptions
+from rcx_harness.look.judge.judge import judge as judge_file
+from rcx_harness.look.judge.text import as_json, summary
+from rcx_harness.output.files import replace_files
+from rcx_harness.spec.wire import AREA_SIZES, check_size
+from rcx_harness.trace.chart import text_chart
+from rcx_harness.trace.chart_svg import svg_chart
+
+__all__ = ["judge"]
+
+_PATIENCE_S = 2.0
+
+
+def judge(
+    file: Annotated[Path, typer.Argument(help="A capture (pcapng, pcap) or a trace (jsonl).")],
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help="Only this controller, by its address; may be repeated."),
+    ] = None,
+    size: Annotated[
+        int | None, typer.Option(help="Bytes of its areas, 48 or 256. Default: either.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="TCP port of explicit messages.")] = PORT,
+    tolerance: Annotated[
+        str, typer.Option(help="By so much two dedicated inputs may change in less than 100 ms.")
+    ] = "1ms",
+    begin: Annotated[
+        str, typer.Option("--from", help="Print events and draw the chart from here on.")
+    ] = "0s",
+    duration: Annotated[
+        str | None, typer.Option("--for", help="For so long. Default: to the end.")
+    ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="No events, only what is told at the end.")
+    ] = False,
+    show: Annotated[bool, typer.Option("--show", help="Print the timing chart.")] = False,
+    chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None,
+    trace: Annotated[
+        Path | None, typer.Option(help="Write what was followed as a trace (JSON lines).")
+    ] = None,
+    as_object: Annotated[
+        bool, typer.Option("--json", help="Print one object of JSON and nothing else.")
+    ] = False,
+) -> None:
+    """Judge a recording of a PLC and its controllers: who broke a rule of the wire, and when.
+
+    It follows the cyclic connections of a capture, prints every remote command and dedicated signal
+    in plain language, what was lost on the way, and a table of response times. It only reads.
+
+    Exit code: 0 without a violation, 1 with violations, 2 on bad input, also where the file is cut
+    off: what comes before that is judged.
+    """
+    check_outputs({"trace": trace, "chart": chart}, None, file)
+    check_port("--port", port)
+    if size is not None:
+        check_size(size)
+    for host in controller or []:
+        check_ipv4("--controller", host)
+    from_us = duration_us("--from", begin)
+    options = JudgeOptions(
+        file=file,
+        hosts=[ipaddress.IPv4Address(host).packed for host in controller or []],
+        sizes=AREA_SIZES if size is None else (size,),
+        port=port,
+        tolerance_us=duration_us("--tolerance", tolerance),
+        from_us=from_us,
+        until_us=None if duration is None else from_us + duration_us("--for", duration),
+        trace=trace,
+    )
+    silent = quiet or as_object
+    with _progress(silent or not sys.stdout.isatty()) as progress:
+        result = judge_file(options, (lambda line: None) if silent else print, progress)
+    if chart is not None:
+        replace_files({chart: svg_chart(result.timeline, file.name).encode()})
+    if as_object:
+        print(json.dumps(as_json(result), indent=2))
+    else:
+        _print(result, show=show, silent=silent)
+    if result.capture is not None and result.capture.damage:
+        text = f"is cut off after packet {result.capture.packets}; what comes before was judged"
+        raise InputError(text, file=file, hint=result.capture.damage)
+    if result.count:
+        raise typer.Exit(1)
+
+
+def _print(result: Judgement, *, show: bool, silent: bool) -> None:
+    if show:
+        width = min(shutil.get_terminal_size((100, 24)).columns, 120)
+        unicode = "utf" in (sys.stdout.encoding or "").lower()
+        print(text_chart(result.timeline, width, ascii_only=not unicode))
+    if result.chart_end_us is not None:
+        end = f"{result.chart_end_us / 1e6:.3f}s"
+        print(f"the chart ends at {end}, where it is full; --from {end} draws what follows")
+    elif not silent:
+        print()
+    for line in summary(result):
+        print(line)
+
+
+@contextmanager
+def _progress(bar: bool) -> Iterator[Callable[[float], None]]:
+    """Progress on stderr: a bar on a terminal that shows nothing else, else a line at times."""
+    if bar and sys.stderr.isatty():
+        with Progress(console=Console(stderr=True), transient=True) as shown:
+            task = shown.add_task("reading", total=1.0)
+            yield lambda share: shown.update(task, completed=share)
+        return
+    told = time.monotonic()
+
+    def tell(share: float) -> None:
+        nonlocal told
+        if bar and time.monotonic() - told >= _PATIENCE_S:
+            told = time.monotonic()
+            print(f"reading: {share:.0%}", file=sys.stderr, flush=True)
+
+    yield tell

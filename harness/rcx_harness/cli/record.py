@@ -1,0 +1,105 @@
+"""`rcx record`: capture the traffic between a PLC and its controllers with Wireshark's tools."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cli.options import check_ipv4, check_port, counted, duration_us
+from rcx_harness.enip.cyclic.connections import IO_PORT
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import InputError
+
+__all__ = ["record"]
+
+#: What captures, in the order of choice; all take the same options for what is asked of them here.
+_TOOLS = ("dumpcap", "tshark")
+#: So long after Ctrl-C it may go on by itself [s].
+_PATIENCE_S = 2.0
+_INSTALL = "install Wireshark, whose tools dumpcap or tshark capture (Debian: apt install tshark)"
+_RIGHTS = "Linux: root, or the group wireshark; macOS: ChmodBPF; Windows: Npcap"
+
+
+def record(
+    file: Annotated[Path, typer.Argument(help="Where to write the capture, NAME.pcapng.")],
+    interface: Annotated[
+        str, typer.Option(help="Network interface, e.g. eth0; a mirror port's, as a rule.")
+    ] = "",
+    host: Annotated[
+        list[str] | None,
+        typer.Option(help="Only traffic of this address; may be repeated. Default: of all."),
+    ] = None,
+    duration: Annotated[
+        str | None, typer.Option("--for", help="How long. Default: until Ctrl-C.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="TCP port of explicit messages.")] = PORT,
+    io_port: Annotated[int, typer.Option(help="UDP port of cyclic I/O.")] = IO_PORT,
+) -> None:
+    """Capture the traffic between a PLC and its controllers; nothing is sent.
+
+    It starts dumpcap or tshark, which come with Wireshark and have the rights to capture. Begin
+    before the PLC connects: what was agreed is in the first packets. Then: rcx judge NAME.pcapng.
+
+    Exit code: 0, or 2 where nothing can be captured.
+    """
+    for name, number in (("--port", port), ("--io-port", io_port)):
+        check_port(name, number)
+    for one in host or []:
+        check_ipv4("--host", one)
+    seconds = 0 if duration is None else duration_us("--for", duration) / 1e6
+    if file.exists():
+        raise InputError("is there already", file=file, hint="name another file")
+    if file.suffix.lower() != ".pcapng":
+        raise InputError("has to end with .pcapng", file=file)
+    tool = next(filter(None, map(shutil.which, _TOOLS)), None)
+    if tool is None:
+        raise InputError("neither dumpcap nor tshark is found", hint=_INSTALL)
+    if not interface:
+        text = f"--interface is missing; there are: {', '.join(_interfaces(tool))}"
+        raise InputError(text, hint=_RIGHTS)
+    command = [tool, "-q", "-i", interface, "-f", _filter(host or [], port, io_port)]
+    command += ["-w", str(file), *(["-a", f"duration:{seconds:g}"] if seconds else [])]
+    print(f"capturing at {interface} with {Path(tool).name}; Ctrl-C ends it", flush=True)
+    code, said = _capture(command)
+    if code or not file.exists():
+        raise InputError(
+            f"cannot capture at {interface}: {said or 'no reason given'}", hint=_RIGHTS
+        )
+    print(f"written: {file}, {counted(file.stat().st_size, 'byte')}; next: rcx judge {file}")
+
+
+def _filter(hosts: list[str], port: int, io_port: int) -> str:
+    """What to capture, in pcap-filter's words: with a VLAN tag, too."""
+    wanted = f"(tcp port {port} or udp port {io_port})"
+    if hosts:
+        wanted = f"({wanted} and ({' or '.join(f'host {one}' for one in hosts)}))"
+    return f"{wanted} or (vlan and {wanted})"
+
+
+def _interfaces(tool: str) -> list[str]:
+    """The names of the interfaces at which the tool can capture."""
+    found = subprocess.run([tool, "-D"], capture_output=True, text=True, check=False)
+    lines = [line.split(maxsplit=1) for line in found.stdout.splitlines()]
+    return [line[1] for line in lines if len(line) > 1] or ["none that you may capture at"]
+
+
+def _capture(command: list[str]) -> tuple[int, str]:
+    """Run the tool to its end; its exit code, and its last line where it failed."""
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    try:
+        _, said = process.communicate()
+    except KeyboardInterrupt:  # at a terminal the tool has got it, too, and writes the rest
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            _, said = process.communicate(timeout=_PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            _, said = process.communicate()
+        signal.signal(signal.SIGINT, handler)
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    return process.returncode, lines[-1] if lines else ""

@@ -1,0 +1,190 @@
+"""Capture files as UDP datagrams and TCP segments, read as they go by libpcap (package cypcap).
+
+Under the IP header stand Ethernet with VLAN tags, Linux's cooked headers, the loopback's, or
+nothing; the names of the link types are those of the registry at tcpdump.org.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rcx_harness.errors import InputError
+
+__all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
+
+#: How the names of captures end.
+ENDINGS = (".pcapng", ".pcap", ".cap", ".ntar")
+
+_IP, _IPV6 = 0x0800, 0x86DD
+_TAGS = (0x8100, 0x88A8, 0x9100)
+_TCP, _UDP = 6, 17
+_HEAD = struct.Struct(">BxHxxHxB2x4s4s")
+_UDP_HEAD = struct.Struct(">HHHxx")
+_TCP_HEAD = struct.Struct(">HHIxxxxBB")
+_FRAGMENT = 0x3FFF  # further fragments follow, or this is not the first
+#: Link types: where the protocol stands, and where the packet begins behind it.
+_ETHERNET, _COOKED, _COOKED_2 = 1, 113, 276
+_PLACES = {_ETHERNET: (12, 14), _COOKED: (14, 16), _COOKED_2: (0, 20)}
+_NULL, _LOOP = 0, 108
+_FAMILY_IP = 2
+_BARE = (12, 14, 101, 228)  # raw IP, as systems number it; IPv4
+_KNOWN = {*_PLACES, _NULL, _LOOP, *_BARE}
+_PERHAPS = "save it with Wireshark from Ethernet, Linux cooked, loopback or raw IP"
+_RECORD_HEADER = 32  # bytes of a file around a packet, for the progress
+
+
+class Packet(NamedTuple):
+    """A UDP datagram or TCP segment; addresses are the four bytes of IPv4.
+
+    `number` counts the packets of the file from 1, as Wireshark does; `cut` says that the capture
+    has not kept all of it; `sequence` and `flags` are those of TCP.
+    """
+
+    t_us: int
+    number: int
+    tcp: bool
+    source: bytes
+    source_port: int
+    destination: bytes
+    destination_port: int
+    payload: bytes
+    cut: bool = False
+    sequence: int = 0
+    flags: int = 0
+
+
+class Capture:
+    """The packets of a capture file, one by one.
+
+    Args:
+        path: A file that libpcap reads: pcapng or pcap.
+
+    Attributes:
+        packets: How many there were so far, of any kind.
+        others: What cannot be read here, and how often: `IPv6`, `IP fragments` ...
+        begin_us: Time of the first packet, microseconds since 1970; the others count from it.
+        damage: How the file ends too early; empty where it does not.
+        read_bytes: So much of the file has been read, about.
+
+    Raises:
+        InputError: not there, not readable, no capture, a link type that is not known here, or
+            the reader is not installed.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = Path(path)
+        self._library = _library()
+        if not self._path.is_file():
+            raise InputError("there is no such file", file=path)
+        # Microseconds: the package reads the nanoseconds of the other precision as these.
+        precision = self._library.TstampPrecision.MICRO
+        try:
+            self._file: Any = self._library.open_offline(self._path, precision)
+        except self._library.Error as error:
+            hint = "it has to be pcapng or pcap, unpacked"
+            raise InputError(f"not a capture: {error.args[-1]}", file=path, hint=hint) from None
+        self.link = int(self._file.datalink())
+        if self.link not in _KNOWN:
+            name = getattr(self._file.datalink(), "name", "")
+            text = f"link type {self.link}{f' ({name})' if name else ''} is not known here"
+            raise InputError(text, file=path, hint=_PERHAPS)
+        self.packets = self.read_bytes = 0
+        self.begin_us: int | None = None
+        self.last_us = 0
+        self.others: Counter[str] = Counter()
+        self.damage = ""
+
+    def __iter__(self) -> Iterator[Packet]:
+        """All UDP datagrams and TCP segments; the file is closed at its end."""
+        with self._file:
+            try:
+                for header, data in self._file:
+                    t_us = round(header.ts * 1e6)
+                    if self.begin_us is None:
+                        self.begin_us = t_us
+                    self.last_us = t_us - self.begin_us
+                    self.packets += 1
+                    self.read_bytes += len(data) + _RECORD_HEADER
+                    found = self._packet(data, header.len > len(data))
+                    if found is not None:
+                        yield found
+            except self._library.Error as error:
+                self.damage = str(error.args[-1])
+
+    def _packet(self, data: bytes, cut: bool) -> Packet | None:
+        at = self._at_ip(data)
+        if at is None:
+            return None
+        if len(data) < at + 20 or data[at] >> 4 != 4:
+            self.others["damaged IP headers" if not cut else "packets cut off by the capture"] += 1
+            return None
+        version, length, fragment, protocol, source, destination = _HEAD.unpack_from(data, at)
+        if protocol not in (_TCP, _UDP):
+            self.others["other protocols"] += 1
+            return None
+        if fragment & _FRAGMENT:
+            self.others["IP fragments, which are not put together"] += 1
+            return None
+        begin = at + 4 * (version & 0x0F)
+        end = at + length if length else len(data)  # 0: the network card was to cut it up
+        body = data[begin:end]
+        least = _TCP_HEAD.size if protocol == _TCP else _UDP_HEAD.size
+        if len(body) < least:
+            self.others["packets cut off by the capture" if cut else "damaged IP headers"] += 1
+            return None
+        place = (self.last_us, self.packets)
+        cut = cut and len(data) < end
+        if protocol == _UDP:
+            from_port, to_port, length = _UDP_HEAD.unpack_from(body)
+            payload = body[_UDP_HEAD.size : length]
+            return Packet(*place, False, source, from_port, destination, to_port, payload, cut)
+        from_port, to_port, sequence, offset, flags = _TCP_HEAD.unpack_from(body)
+        payload = body[offset >> 4 << 2 :]
+        ends = (source, from_port, destination, to_port)
+        return Packet(*place, True, *ends, payload, cut, sequence, flags)
+
+    def _at_ip(self, data: bytes) -> int | None:
+        """Where the IP header of a frame begins; None where it has none."""
+        if self.link in _BARE:
+            kind, at = _IP, 0
+            if data and data[0] >> 4 == 6:
+                kind = _IPV6
+        elif self.link in (_NULL, _LOOP):
+            family = {data[0:1], data[3:4]} - {b"\0"}  # in the byte order of its machine
+            kind, at = (_IP if family == {bytes([_FAMILY_IP])} else _IPV6), 4
+        else:
+            kind_at, at = _PLACES[self.link]
+            kind = int.from_bytes(data[kind_at : kind_at + 2], "big")
+            while kind in _TAGS:
+                kind = int.from_bytes(data[at + 2 : at + 4], "big")
+                at += 4
+        if kind == _IP:
+            return at
+        self.others["IPv6, which EtherNet/IP has not" if kind == _IPV6 else "no IP"] += 1
+        return None
+
+
+def host_text(address: bytes) -> str:
+    """An IPv4 address in words."""
+    return ".".join(map(str, address))
+
+
+def _library() -> Any:
+    """The package cypcap.
+
+    Raises:
+        InputError: it is not installed, or libpcap (on Windows Npcap) is not.
+    """
+    try:
+        import cypcap
+    except ModuleNotFoundError:
+        hint = "pip install 'rcx-harness[capture]'"
+        raise InputError("reading captures needs the library cypcap", hint=hint) from None
+    except ImportError as error:
+        hint = "on Windows it comes with Npcap, which Wireshark installs"
+        raise InputError(f"libpcap cannot be loaded: {error}", hint=hint) from None
+    return cypcap

@@ -1,0 +1,238 @@
+"""One controller in a recording: its signals and commands in words, how fast it answers, rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from rcx_harness.look.judge.network import Sample
+from rcx_harness.look.judge.times import Times
+from rcx_harness.robot import Violation
+from rcx_harness.spec import commands, signals
+from rcx_harness.spec.plain import request_text, response_text
+from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RUN
+from rcx_harness.units import format_us, format_word
+from rcx_harness.watch.answers import AnswerMonitor
+from rcx_harness.watch.wire import INTERVAL_US, WireMonitor, word
+
+__all__ = ["ANSWERS", "Follower", "ordered"]
+
+_DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
+_WORDS = 16
+#: Dedicated inputs and the outputs that answer them (manual chapter 5, 2 and 3): which, to where.
+ANSWERS = (
+    ("SI00", 0, "SO00", 1),
+    ("SI00", 0, "SO02", 0),
+    ("SI00", 1, "SO00", 0),
+    ("SI01", 1, "SO02", 1),
+    ("SI06", 0, "SO13", 0),
+    ("SI10", 1, "SO12", 1),
+    ("SI10", 0, "SO12", 0),
+    ("SI12", 1, "SO13", 1),
+    ("SI14", 1, "SO11", 1),
+    ("SI15", 1, "SO14", 1),
+    ("SI16", 1, "SO03", 0),
+    ("SI17", 1, "SO11", 1),
+)
+_PLACES = {
+    one.short: (one.byte, one.bit) for table in (signals().input, signals().output) for one in table
+}
+_INPUTS = [(one.byte, one.bit, one.signal, one.title) for one in signals().input]
+_OUTPUTS = [(one.byte, one.bit, one.signal, one.title) for one in signals().output]
+
+
+class Follower:
+    """Takes the samples of one controller.
+
+    Args:
+        size: Bytes of its areas.
+        tell: Takes the time and one line of what happens.
+        report: Takes each broken rule.
+        at: What a sample's number counts: packet, scan or cycle.
+        tolerance_us: By so much two changes may be nearer than 100 ms.
+
+    Attributes:
+        times: Response times by what was answered.
+        commands: Remote commands that went out.
+        gaps: How often an area was another behind missing packets: no rule was judged across them.
+        together: How often new data came with their code. The scan in between may have had no
+            packet of its own: it cannot be said whether the program wrote the data first.
+    """
+
+    def __init__(
+        self,
+        size: int,
+        tell: Callable[[int, str], None],
+        report: Callable[[Violation], None],
+        at: str,
+        tolerance_us: int = 0,
+    ) -> None:
+        self.times: dict[str, Times] = {}
+        self.commands = self.gaps = self.together = 0
+        self._tell, self._report, self._at = tell, report, at
+        self._wire = WireMonitor(size, INTERVAL_US - tolerance_us)
+        self._answers = AnswerMonitor()
+        self._si = self._so = b""
+        self._fresh = True
+        self._asked: dict[int, int] = {}
+        self._code = self._status = 0
+        self._name = ""
+        self._request: tuple[int, ...] = ()
+        self._code_us: int | None = None
+        self._run_us: int | None = None
+        self._reset_us: int | None = None
+
+    def take(self, sample: Sample) -> None:
+        """The next sample."""
+        if not sample.whole:
+            self.gaps += 1
+        if not sample.connected or not sample.whole or not sample.so:
+            self._forget()
+        self._judge(sample)
+        if sample.so and sample.so != self._so:
+            self._dedicated(sample.t_us, self._so, sample.so, _OUTPUTS)
+        if sample.si and sample.si != self._si:
+            self._dedicated(sample.t_us, self._si, sample.si, _INPUTS)
+        self._time_dedicated(sample)
+        if sample.si:
+            self._follow_code(sample)
+        if sample.so:
+            self._follow_status(sample)
+        self._si, self._so = sample.si or self._si, sample.so or self._so
+
+    def finish(self) -> None:
+        """The recording is at its end: what is still open has no answer."""
+        for number in list(self._asked):
+            self._of(_answer_name(number)).open += 1
+        self._asked.clear()
+
+    def _of(self, what: str) -> Times:
+        return self.times.setdefault(what, Times())
+
+    def _forget(self) -> None:
+        """Nothing is known of what happened meanwhile."""
+        self._fresh = True
+        self._asked.clear()
+        self._code_us = self._run_us = self._reset_us = None
+        self._answers.forget()
+
+    def _judge(self, sample: Sample) -> None:
+        who, at = f"{self._at} {sample.number}", (sample.t_us, sample.number)
+        if sample.si and sample.so and sample.connected:
+            scans = (False, True) if self._fresh else (True,)  # not from what was before
+            self._fresh = False
+            for connected in scans:
+                for one in self._wire.scan(*at, sample.so, sample.si, connected):
+                    if one.rule == "data before code":
+                        self.together += 1
+                        continue
+                    text = one.text.replace(f"plc, scan {sample.number}", f"plc, {who}", 1)
+                    self._report(replace(one, text=text))
+        if sample.so:
+            for one in self._answers.take(sample.t_us, f"robot, {who}", sample.so, sample.si):
+                self._report(one)
+
+    def _dedicated(
+        self, t_us: int, before: bytes, after: bytes, table: list[tuple[int, int, str, str]]
+    ) -> None:
+        if before[_DEDICATED] == after[_DEDICATED]:
+            return
+        for byte, bit, signal, title in table:
+            now = after[byte] >> bit & 1
+            if now != (before[byte] >> bit & 1 if before else 0):
+                self._tell(t_us, f"{signal} {'ON ' if now else 'OFF'}  {title}")
+
+    def _time_dedicated(self, sample: Sample) -> None:
+        """Start and stop the clocks of the dedicated answers."""
+        if sample.so and sample.so[_DEDICATED] != self._so[_DEDICATED]:
+            for number in list(self._asked):
+                _, _, answer, target = ANSWERS[number]
+                if _level(sample.so, answer) == target:
+                    passed_us = sample.t_us - self._asked.pop(number)
+                    self._of(_answer_name(number)).add(passed_us)
+        judged = sample.connected and self._si and sample.si and sample.so
+        if not judged or sample.si[_DEDICATED] == self._si[_DEDICATED]:
+            return
+        for number, (asked, to, answer, target) in enumerate(ANSWERS):
+            now = _level(sample.si, asked)
+            if now != to or now == _level(self._si, asked) or _level(sample.so, answer) == target:
+                continue
+            if number in self._asked:
+                self._of(_answer_name(number)).open += 1
+            self._asked[number] = sample.t_us
+
+    def _follow_code(self, sample: Sample) -> None:
+        before, self._code = self._code, word(sample.si, 0)
+        if self._code == before:
+            return
+        if not self._code:
+            self._reset_us = sample.t_us
+            return
+        words = tuple(word(sample.si, 2 * k) for k in range(_WORDS))
+        self._request = words
+        command = commands().get(self._code & 0x0FFF)
+        self._name = command.name if command else format_word(self._code)
+        self.commands += 1
+        self._tell(sample.t_us, request_text(words))
+        self._code_us, self._run_us, self._reset_us = sample.t_us, None, None
+
+    def _follow_status(self, sample: Sample) -> None:
+        before, self._status = self._status, word(sample.so, 0)
+        status, t_us = self._status, sample.t_us
+        if status == before:
+            return
+        passed = ""
+        if status == READY:
+            if self._reset_us is not None:
+                passed = f", {format_us(t_us - self._reset_us)} after the reset"
+                self._time("reset", t_us - self._reset_us)
+            self._reset_us = self._code_us = self._run_us = None
+            self._tell(t_us, f"  ready{passed}")
+            return
+        if before == READY and self._code_us is not None:
+            passed = f", {format_us(t_us - self._code_us)} after the code"
+            self._time("accepted", t_us - self._code_us)
+        if status == RUN:
+            self._run_us = t_us
+        elif status in ENDS and self._code_us is not None:
+            if self._run_us is not None:
+                passed = f", {format_us(t_us - self._run_us)} later"
+                self._time("ran", t_us - self._run_us)
+            self._time("from code to end", t_us - self._code_us)
+            self._code_us = None
+        words = tuple(word(sample.so, 2 * k) for k in range(_WORDS))
+        text, _, fields = response_text(self._request[0] if self._request else 0, words).partition(
+            "; "
+        )
+        self._tell(t_us, f"  {text}{passed}{f'; {fields}' if fields else ''}")
+
+    def _time(self, what: str, time_us: int) -> None:
+        self._of(f"all commands: {what}").add(time_us)
+        self._of(f"{self._name}: {what}").add(time_us)
+
+
+def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
+    """Dedicated answers by signal, all commands, then command by command."""
+    names = [_answer_name(number) for number in range(len(ANSWERS))]
+    rank = {name: number for number, name in enumerate(names)}
+    every = len(rank)
+
+    def key(name: str) -> tuple[int, str]:
+        return rank.get(name, every + (not name.startswith("all "))), name.partition(":")[0]
+
+    for name in sorted(times, key=key):
+        yield name, times[name]
+
+
+def _answer_name(number: int) -> str:
+    asked, to, answer, target = ANSWERS[number]
+    return f"{_shown(asked, to)}: {_shown(answer, target)}"
+
+
+def _shown(short: str, level: int) -> str:
+    return f"{short[:2]}({short[2:]}) {'ON' if level else 'OFF'}"
+
+
+def _level(area: bytes, short: str) -> int:
+    byte, bit = _PLACES[short]
+    return area[byte] >> bit & 1

@@ -1,0 +1,301 @@
+"""A recording, from its file to the verdict (`rcx judge`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import InputError
+from rcx_harness.look.judge.capture import ENDINGS, Capture, host_text
+from rcx_harness.look.judge.follow import Follower
+from rcx_harness.look.judge.network import Network, Note, Sample
+from rcx_harness.robot import Violation
+from rcx_harness.spec.wire import AREA_SIZES, DEDICATED_AT
+from rcx_harness.trace import Cycle, Record, Scan, Trace, read_trace
+from rcx_harness.trace.chart import MOST_INSTANTS, Timeline
+
+__all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "judge"]
+
+_SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
+_MOST_KEPT = 1_000
+REPORT_EVERY = 20_000
+_LINE = 100  # bytes of a line with a broken rule, about
+_CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")  # how files begin
+_TRACE, _PACKED = "7b", "1f8b"
+#: Traces of these have not the findings of both sides in them.
+_UNJUDGED = ("rcx scan", "rcx serve")
+
+
+@dataclass(frozen=True)
+class JudgeOptions:
+    """What `rcx judge` was asked for.
+
+    Attributes:
+        file: A capture or a trace.
+        hosts: Addresses of the controllers, four bytes each; none: the Forward Opens say it.
+        sizes: Which sizes their areas may have.
+        port: TCP port of explicit messages.
+        tolerance_us: By so much two changes of dedicated inputs may be nearer than 100 ms.
+        from_us: Events and chart begin here.
+        until_us: They end here; None for the end of the file.
+        trace: Where to write what was followed as a trace; None for nowhere.
+    """
+
+    file: Path
+    hosts: Collection[bytes] = ()
+    sizes: Collection[int] = AREA_SIZES
+    port: int = PORT
+    tolerance_us: int = 1_000
+    from_us: int = 0
+    until_us: int | None = None
+    trace: Path | None = None
+
+
+@dataclass
+class Judgement:
+    """What came of it.
+
+    Attributes:
+        file: The recording.
+        followers: By the controllers' numbers.
+        network: Who was connected; None for a trace.
+        capture: The file; None for a trace.
+        header: First line of a trace.
+        timeline: For the chart.
+        chart_end_us: From here on there was no more room in the chart; None if there was.
+        findings: Broken rules, the first thousand.
+        count: How many there were in all.
+        last_us: Time of the last packet or record.
+    """
+
+    file: Path
+    followers: dict[int, Follower] = field(default_factory=dict)
+    network: Network | None = None
+    capture: Capture | None = None
+    header: Mapping[str, Any] = field(default_factory=dict)
+    timeline: Timeline = field(default_factory=Timeline)
+    chart_end_us: int | None = None
+    findings: list[Violation] = field(default_factory=list)
+    count: int = 0
+    last_us: int = 0
+
+
+class _Judge:
+    """Takes all samples of a recording, and gives each to the one who follows its controller."""
+
+    def __init__(
+        self,
+        options: JudgeOptions,
+        tell: Callable[[str], None],
+        at: str,
+        header: Mapping[str, Any],
+    ) -> None:
+        self.result = Judgement(options.file, header=header)
+        self.judges = True
+        self._at = at
+        self._options, self._tell = options, tell
+        self._shown: dict[int, tuple[bytes, ...]] = {}
+        self._instants = 0
+        self._trace: Trace | None = None
+
+    def take(self, sample: Sample) -> None:
+        """The next sample."""
+        self.result.last_us = sample.t_us
+        follower = self.result.followers.get(sample.controller)
+        if follower is None:
+            follower = self.result.followers[sample.controller] = Follower(
+                len(sample.so or sample.si),
+                lambda t_us, text: self.tell(t_us, sample.controller, text),
+                lambda one: self.report(sample.controller, one),
+                self._at,
+                self._options.tolerance_us,
+            )
+        follower.take(sample)
+        if not sample.so:
+            return
+        if self._options.trace is not None:
+            if self._trace is None:
+                self._trace = Trace(self.result.header, self._options.trace, keep=0)
+            at = (sample.t_us, sample.number, sample.so, sample.si)
+            self._trace.add(Scan(*at, controller=sample.controller))
+        self._draw(sample)
+
+    def note(self, note: Note) -> None:
+        """Something about a connection."""
+        self.tell(note.t_us, note.controller, note.text)
+
+    def tell(self, t_us: int, controller: int, text: str) -> None:
+        """One line of what happened."""
+        if self._wanted(t_us):
+            who = f"{controller}: " if controller > 1 else ""
+            self._tell(f"{t_us / 1e6:12.6f} s  {who}{text}")
+
+    def report(self, controller: int, one: Violation) -> None:
+        """A broken rule, unless the trace has it already."""
+        if not self.judges:
+            return
+        if controller > 1:
+            one = Violation(one.t_us, one.rule, f"controller {controller}: {one.text}")
+        self.add(one)
+        self.tell(one.t_us, 1, f"** {one.text}")
+
+    def add(self, one: Violation) -> None:
+        """Count a broken rule, keep it while there is room, and draw it."""
+        self.result.count += 1
+        if len(self.result.findings) < _MOST_KEPT:
+            self.result.findings.append(one)
+        if self._trace is not None:
+            self._trace.add(one)
+        if self._wanted(one.t_us) and self.result.chart_end_us is None:
+            self.result.timeline.take(one)
+
+    def finish(self) -> Judgement:
+        """The recording is at its end."""
+        for follower in self.result.followers.values():
+            follower.finish()
+        return self.result
+
+    def close(self) -> None:
+        """Close the trace."""
+        if self._trace is not None:
+            self._trace.close()
+
+    def _wanted(self, t_us: int) -> bool:
+        end_us = self._options.until_us
+        return self._options.from_us <= t_us and (end_us is None or t_us <= end_us)
+
+    def _draw(self, sample: Sample) -> None:
+        """Put it into the chart, as long as that has room."""
+        if not self._wanted(sample.t_us) or self.result.chart_end_us is not None:
+            return
+        si = sample.si or bytes(len(sample.so))  # nobody sends: nothing is ON
+        shown = (sample.so[:2], sample.so[_SHOWN], si[:2], si[_SHOWN])
+        if shown == self._shown.get(sample.controller):
+            return
+        self._shown[sample.controller] = shown
+        self._instants += 1
+        if self._instants > MOST_INSTANTS:
+            self.result.chart_end_us = sample.t_us
+        else:
+            at = (sample.t_us, sample.number, sample.so, si)
+            self.result.timeline.take(Scan(*at, controller=sample.controller))
+
+
+def judge(
+    options: JudgeOptions,
+    tell: Callable[[str], None],
+    progress: Callable[[float], None] = lambda share: None,
+) -> Judgement:
+    """Read a recording and judge it.
+
+    Args:
+        options: What and how.
+        tell: Takes one line after the other of what happened.
+        progress: Is called with the share of the file that has been read.
+
+    Raises:
+        InputError: the file cannot be read, or has nothing of a controller in it.
+    """
+    begin = _beginning(options.file)
+    if begin in _CAPTURES or (not begin and options.file.suffix.lower() in ENDINGS):
+        return _judge_capture(options, tell, progress)
+    if not begin.startswith(_TRACE):
+        hint = "unpack it first" if begin.startswith(_PACKED) else "it may be cut off at its start"
+        text = "neither a capture (pcapng, pcap) nor a trace (jsonl)"
+        raise InputError(text, file=options.file, hint=hint)
+    return _judge_trace(options, tell, progress)
+
+
+def _beginning(file: Path) -> str:
+    """The first four bytes in hexadecimal."""
+    try:
+        with file.open("rb") as opened:
+            return opened.read(4).hex()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+
+
+def _judge_capture(
+    options: JudgeOptions, tell: Callable[[str], None], progress: Callable[[float], None]
+) -> Judgement:
+    capture = Capture(options.file)
+    network = Network(options.hosts, options.sizes, options.port)
+    header = {"by": "rcx judge", "of": options.file.name, "only": "changes"}
+    one = _Judge(options, tell, "packet", header)
+    one.result.capture, one.result.network = capture, network
+    length = max(1, options.file.stat().st_size)
+    try:
+        for packet in capture:
+            if capture.packets % REPORT_EVERY == 0:
+                progress(min(1.0, capture.read_bytes / length))
+            for found in network.take(packet):
+                if isinstance(found, Note):
+                    one.note(found)
+                else:
+                    one.take(found)
+        one.result.last_us = capture.last_us
+        if not any(robot.connections for robot in network.robots.values()):
+            raise InputError(_nothing(capture, network), file=options.file, hint=_advice(network))
+    finally:
+        one.close()
+    return one.finish()
+
+
+def _nothing(capture: Capture, network: Network) -> str:
+    if capture.damage and not capture.packets:
+        return f"is cut off before its first packet ({capture.damage})"
+    seen = f"{capture.packets} packets, {network.cyclic} of class 1"
+    others = "".join(f", {count} {what}" for what, count in capture.others.most_common())
+    return f"no connection of a controller in it: {seen}{others}"
+
+
+def _advice(network: Network) -> str:
+    """What to do where nothing was found."""
+    if not network.cyclic:
+        return "capture TCP port 44818 and UDP port 2222 at a mirror port, or with rcx record"
+    for one in network.strangers.values():
+        for size in AREA_SIZES:
+            if one.length == size + 6:
+                return f"perhaps --controller {host_text(one.destination)}"
+    return "name the controller with --controller, or begin before the PLC connects"
+
+
+def _judge_trace(
+    options: JudgeOptions, tell: Callable[[str], None], progress: Callable[[float], None]
+) -> Judgement:
+    header, records = read_trace(options.file)
+    by_cycle = header.get("by") == "rcx serve"
+    one = _Judge(options, tell, "cycle" if by_cycle else "scan", header)
+    one.judges = header.get("by") in _UNJUDGED
+    length = max(1, options.file.stat().st_size)
+    done = 0
+    try:
+        for count, record in enumerate(records):
+            done += len(record.line()) + 1 if not isinstance(record, Violation) else _LINE
+            if count % REPORT_EVERY == 0:
+                progress(min(1.0, done / length))
+            _take_record(one, record, by_cycle=by_cycle)
+        if not one.result.followers:
+            raise InputError("there is no scan and no cycle in it", file=options.file)
+    finally:
+        one.close()
+    return one.finish()
+
+
+def _take_record(one: _Judge, record: Record, *, by_cycle: bool) -> None:
+    """Give a record of a trace to the judge."""
+    if isinstance(record, Violation):
+        one.add(record)
+    elif isinstance(record, Cycle) == by_cycle:
+        if isinstance(record, Cycle):
+            number, so, si = record.cycle, record.rcx_so, record.rcx_si
+        else:
+            number, so, si = record.scan, record.so, record.si
+        if not all(len(area) in (0, *AREA_SIZES) for area in (so, si)):
+            text = f"areas of {len(so)} and {len(si)} bytes are no controller's"
+            raise InputError(text, file=one.result.file)
+        connected = bool(si) and any(so)
+        one.take(Sample(record.t_us, number, record.controller, so, si, connected))

@@ -1,0 +1,107 @@
+"""Encapsulation frames out of TCP segments as a capture has them: twice, late, or not at all."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator
+
+from rcx_harness.enip.codec.encapsulation import Command, Frame, decode_header, next_frame
+from rcx_harness.look.judge.capture import Packet
+
+__all__ = ["Streams"]
+
+_FIN, _SYN, _RST = 0x01, 0x02, 0x04
+_COMMANDS = set(Command)
+_NUMBERS = 0xFFFFFFFF
+_HALF = 0x80000000
+#: What is kept at most: directions of connections, segments that came before their turn.
+_MOST_STREAMS, _MOST_WAITING = 512, 32
+_LONGEST = 0xFFFF
+
+
+class Streams:
+    """All TCP connections of a capture, each direction by itself.
+
+    A capture may begin in the middle of a connection: a segment that does not begin a frame is then
+    passed over, and so is what follows one that the capture has missed, up to the next frame.
+
+    Attributes:
+        gaps: How often segments were missing, and the stream was taken up behind them.
+    """
+
+    def __init__(self) -> None:
+        self.gaps = 0
+        self._streams: OrderedDict[tuple[bytes, int, bytes, int], _Stream] = OrderedDict()
+
+    def take(self, packet: Packet) -> Iterator[Frame]:
+        """The frames that this segment completes."""
+        key = (packet.source, packet.source_port, packet.destination, packet.destination_port)
+        if packet.flags & _SYN:
+            self._streams.pop(key, None)
+        stream = self._streams.get(key)
+        if stream is None:
+            first = packet.sequence + bool(packet.flags & _SYN) & _NUMBERS
+            stream = self._streams[key] = _Stream(first)
+            if len(self._streams) > _MOST_STREAMS:
+                self._streams.popitem(last=False)
+        self._streams.move_to_end(key)
+        if packet.payload:
+            self.gaps += stream.take(packet.sequence, packet.payload)
+            yield from stream.frames()
+        if packet.flags & (_FIN | _RST):
+            self._streams.pop(key, None)
+
+
+class _Stream:
+    """One direction of one connection.
+
+    Args:
+        first: The sequence number that comes next.
+    """
+
+    def __init__(self, first: int) -> None:
+        self._next = first
+        self._buffer = bytearray()
+        self._latest = 0  # where in it the latest segment begins: perhaps with a frame
+        self._waiting: dict[int, bytes] = {}
+
+    def take(self, sequence: int, payload: bytes) -> bool:
+        """Take a segment; true where some before it are given up."""
+        gap = False
+        ahead = (sequence - self._next) & _NUMBERS
+        if 0 < ahead < _HALF:
+            self._waiting[sequence] = payload
+            if len(self._waiting) <= _MOST_WAITING:
+                return False
+            gap = True
+            sequence = min(self._waiting, key=lambda one: (one - self._next) & _NUMBERS)
+            payload = self._waiting.pop(sequence)
+            self._next, self._buffer = sequence, bytearray()
+        self._append(sequence, payload)
+        while (due := next(filter(self._is_due, self._waiting), None)) is not None:
+            self._append(due, self._waiting.pop(due))
+        return gap
+
+    def frames(self) -> Iterator[Frame]:
+        """Take the whole frames out; what is none is dropped, up to the latest segment."""
+        while (head := decode_header(self._buffer)) is not None:
+            frame, length = head
+            if frame.command not in _COMMANDS or frame.options or length > _LONGEST:
+                del self._buffer[: self._latest or len(self._buffer)]
+                self._latest = 0
+                continue
+            before, whole = len(self._buffer), next_frame(self._buffer)
+            if whole is None:
+                return
+            self._latest = max(0, self._latest - before + len(self._buffer))
+            yield whole
+
+    def _is_due(self, sequence: int) -> bool:
+        return (self._next - sequence) & _NUMBERS < _HALF
+
+    def _append(self, sequence: int, payload: bytes) -> None:
+        known = (self._next - sequence) & _NUMBERS  # bytes that came before
+        if known < len(payload):
+            self._latest = len(self._buffer)
+            self._buffer += payload[known:]
+            self._next = (sequence + len(payload)) & _NUMBERS

@@ -1,0 +1,95 @@
+"""The rules of the wire that the controller has to keep, from the areas as they travel.
+
+The other side of the monitor in wire.py: what the controller answers, judged by what the PLC has
+sent. A virtual controller keeps them by itself; this is for recordings of another one.
+"""
+
+from __future__ import annotations
+
+from rcx_harness.robot import Violation
+from rcx_harness.spec import signals
+from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RESERVED_AT, RUN, STATUS_NAMES
+from rcx_harness.units import format_word
+from rcx_harness.watch.wire import word
+
+__all__ = ["AnswerMonitor"]
+
+_STATUS, _RESPONSE = slice(0, 2), slice(2, DEDICATED_AT)
+_RESERVED = slice(RESERVED_AT, RESERVED_AT + 2)
+_CPU_OK = 0x02
+
+
+class AnswerMonitor:
+    """Checks what a controller answers.
+
+    Rules: `status` (an unknown one; one that comes without a command, or goes without a status
+    reset: guide 1.2, 2 and 4.1), `response` (changed after the end status: guide 2), `reserved`
+    (chapter 5, 1).
+    """
+
+    def __init__(self) -> None:
+        places = {(one.byte, one.bit) for one in signals().output}
+        dedicated = (DEDICATED_AT, DEDICATED_AT + 1)
+        self._known = {
+            at: sum(1 << bit for bit in range(8) if (at, bit) in places) for at in dedicated
+        }
+        self._so = b""
+        self._code = 0
+        self._asked = self._changed = False
+
+    def forget(self) -> None:
+        """Packets are missing, or the connection is another: begin anew."""
+        self._so = b""
+
+    def take(self, t_us: int, who: str, so: bytes, si: bytes) -> list[Violation]:
+        """Judge the areas as they are now.
+
+        Args:
+            t_us: When they were seen.
+            who: How a finding begins: `robot, packet 12`.
+            so: The area to the PLC.
+            si: The area to the controller, as it was sent last; empty where nobody sends one.
+        """
+        before, self._so = self._so, so
+        code = word(si, 0) if si else 0
+        if code != self._code:
+            self._asked, self._changed = self._asked or code != 0, self._changed or self._code != 0
+            self._code = code
+        if len(before) != len(so):  # the first one: what was asked for before is not known
+            self._changed = word(so, 0) != READY
+            self._asked = self._changed or code != 0
+            return []
+        found = []
+        if so[RESERVED_AT:] != before[RESERVED_AT:] and any(so[_RESERVED]):
+            found.append(
+                ("reserved", f"the reserved bytes m+46, m+47 are {so[_RESERVED].hex(' ')}")
+            )
+        for at, known in self._known.items():
+            if stray := so[at] & ~before[at] & ~known:
+                found.append(("reserved", f"reserved bits of m+{at} are set: 2#{stray:08b}"))
+        if so[:DEDICATED_AT] != before[:DEDICATED_AT]:
+            found += self._answer(before, so)
+        return [Violation(t_us, rule, f"{who}: {rule}: {text}") for rule, text in found]
+
+    def _answer(self, before: bytes, so: bytes) -> list[tuple[str, str]]:
+        was, status = word(before, 0), word(so, 0)
+        found = []
+        if status == was:
+            if status in ENDS and so[_RESPONSE] != before[_RESPONSE]:
+                found.append(("response", f"words changed after the status {format_word(status)}"))
+            return found
+        shown = f"the status went from {format_word(was)} to {format_word(status)}"
+        if status not in STATUS_NAMES:
+            found.append(("status", f"{shown}, which has no meaning"))
+        elif was in ENDS and status != READY:
+            found.append(("status", f"{shown}; after an end only 16#0000 can come"))
+        elif was in ENDS and self._code and not self._changed and so[DEDICATED_AT] & _CPU_OK:
+            text = f"{shown}, although the code {format_word(self._code)} is still out"
+            found.append(("status", f"{text}; only a status reset clears it"))
+        elif was == READY and not self._asked:
+            found.append(("status", f"{shown} without a remote command"))
+        elif was == RUN and status == READY and not self._changed and so[DEDICATED_AT] & _CPU_OK:
+            found.append(("status", f"{shown} without an end, and no code was changed"))
+        if status == READY:
+            self._asked, self._changed = self._code != 0, False
+        return found

@@ -1,0 +1,195 @@
+"""`rcx judge`: exit codes, outputs and messages."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from captures import Story, area, pcap, pcapng
+from rcx_harness.cli.app import main
+from rcx_harness.look.judge import judge as judge_module
+from rcx_harness.trace import Cycle, Scan
+
+Captured = pytest.CaptureFixture[str]
+
+
+def _story(*, good: bool) -> Story:
+    """SI(00) ON at 200 ms, SI(06) 150 or 50 ms later; the controller is in AUTO mode."""
+    story = Story()
+    story.open(0)
+    for k in range(1, 51):
+        second = 35 if good else 25
+        si = (k >= 20) | (k >= second) << 6
+        story.both(10_000 * k, area(dedicated=si), area(dedicated=0x0112))
+    return story
+
+
+@pytest.fixture
+def good(tmp_path: Path) -> Path:
+    return pcapng(tmp_path / "good.pcapng", _story(good=True).frames())
+
+
+@pytest.fixture
+def bad(tmp_path: Path) -> Path:
+    return pcap(tmp_path / "bad.pcap", _story(good=False).frames())
+
+
+def test_a_good_recording_ends_with_0(good: Path, capsys: Captured) -> None:
+    assert main(["judge", str(good)]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "    0.200000 s  SI(00) ON   Emergency stop input" in shown.out.splitlines()
+    assert shown.out.endswith("no violations\n")
+
+
+def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: Captured) -> None:
+    """The manual asks for 100 ms (chapter 5, 3, caution).
+
+    The PLC's packet at 10 k ms is number 2 k + 1 of the file.
+    """
+    assert main(["judge", str(bad), "--quiet"]) == 1
+    last = capsys.readouterr().out.splitlines()[-2:]
+    text = "plc, packet 51: interval: SI(06) ON only 50 ms after SI(00) ON; at least 100 ms"
+    assert last == [f"violation at 0.250000 s: {text}", "1 violation"]
+
+
+def test_json_is_all_that_is_printed(bad: Path, capsys: Captured) -> None:
+    assert main(["judge", str(bad), "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert (found["violation_count"], found["cyclic_packets"]) == (1, 100)
+
+
+def test_chart_and_trace_are_written(bad: Path, tmp_path: Path, capsys: Captured) -> None:
+    """The trace is one of `rcx run`'s format, and judged it says the same."""
+    chart, trace = tmp_path / "chart.svg", tmp_path / "trace.jsonl"
+    outputs = ["--chart", str(chart), "--trace", str(trace), "--show"]
+    assert main(["judge", str(bad), *outputs]) == 1
+    assert "time [ms]" in capsys.readouterr().out
+    assert "SI(06) Stop input" in chart.read_text(encoding="utf-8")
+    assert main(["judge", str(trace), "--quiet"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "trace.jsonl: a trace of rcx judge, 0.250 s"
+    assert lines[-1] == "1 violation"
+
+
+def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys: Captured) -> None:
+    for option in ("--trace", "--chart"):
+        assert main(["judge", str(good), option, str(good)]) == 2
+        assert "would be overwritten, but it is an input" in capsys.readouterr().err
+    mine = tmp_path / "mine.txt"
+    mine.write_text("keep this")
+    assert main(["judge", str(good), "--chart", str(mine)]) == 2
+    assert mine.read_text() == "keep this"
+
+
+def test_a_trace_of_a_run_is_judged_as_it_was(
+    repository: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    """Example 01 breaks no rule; its servos are on at 820 ms, as the README shows."""
+    example, trace = repository / "plc/examples/01_power_up", tmp_path / "run.jsonl"
+    given = ["--robot", str(example / "robot.toml"), "--stimulus", str(example / "stimulus.toml")]
+    assert main(["run", str(example), *given, "--for", "2s", "--trace", str(trace)]) == 0
+    capsys.readouterr()
+    assert main(["judge", str(trace)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "    0.820000 s  SO(02) ON   Servo ON status output" in lines
+    assert any(line.startswith("run.jsonl: a trace of rcx run, 1.990 s") for line in lines)
+
+
+@pytest.mark.parametrize(("by", "found"), [("rcx serve", 1), ("rcx judge", 0)])
+def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
+    tmp_path: Path, capsys: Captured, by: str, found: int
+) -> None:
+    """SI(01) and SI(06) change in one cycle, in which the controller alone was watched."""
+    so = area(dedicated=0x0112)
+    every: list[Cycle | Scan] = []
+    for number, bits in enumerate((0x01, 0x01, 0x43)):
+        seen = (1_000_000 * number, number, area(dedicated=bits), so)
+        every.append(Cycle(*seen) if by == "rcx serve" else Scan(*seen[:2], so, seen[2]))
+    file = tmp_path / "trace.jsonl"
+    head = json.dumps({"format": "rcx-trace/1", "by": by})
+    file.write_text("\n".join([head, *(one.line() for one in every)]) + "\n")
+    assert main(["judge", str(file), "--quiet"]) == found
+    said = "plc, cycle 2: interval: SI(01) ON and SI(06) ON in one scan" in capsys.readouterr().out
+    assert said == bool(found)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "cannot be read: No such file or directory"),
+        (b"", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
+        (b"hello", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
+        (gzip.compress(b"anything"), "nor a trace (jsonl); unpack it first"),
+        (b"\xd4\xc3\xb2\xa1", "not a capture: truncated"),
+        (b'{"format":"other"}\n', "not a trace of format rcx-trace/1"),
+        (b'{"format":"rcx-trace/1"}\n', "there is no scan and no cycle in it"),
+        (b'{"format":"rcx-trace/1"}\n{"t_us":', "not a line of a trace"),
+        (b'{"format":"rcx-trace/1"}\n{"t_us":0,"scan":0,"so":"00","si":"00"}\n', "1 and 1 bytes"),
+    ],
+)
+def test_what_cannot_be_judged_is_one_line_and_2(
+    tmp_path: Path, capsys: Captured, content: bytes | None, message: str
+) -> None:
+    file = tmp_path / "file.jsonl"
+    if content is not None:
+        file.write_bytes(content)
+    assert main(["judge", str(file)]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.startswith(f"rcx: {file}")
+    assert error.count("\n") == 1
+
+
+def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: Captured) -> None:
+    bad.write_bytes(bad.read_bytes()[:-5])
+    assert main(["judge", str(bad), "--quiet"]) == 2
+    shown = capsys.readouterr()
+    assert shown.out.splitlines()[-1] == "1 violation"
+    assert "is cut off after packet 101; what comes before was judged" in shown.err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--controller", "robot"], "--controller 'robot' is no IPv4 address"),
+        (["--size", "50"], "an area of 50 bytes does not exist"),
+        (["--port", "0"], "--port 0 is no port"),
+        (["--tolerance", "soon"], "--tolerance: not a duration"),
+        (["--controller", "192.168.0.99"], "no connection of a controller in it"),
+    ],
+)
+def test_bad_options_are_named(
+    good: Path, capsys: Captured, options: list[str], message: str
+) -> None:
+    assert main(["judge", str(good), *options]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_without_the_library_it_says_how_to_get_it(
+    good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cypcap", None)
+    assert main(["judge", str(good)]) == 2
+    error = capsys.readouterr().err
+    assert (
+        error
+        == "rcx: reading captures needs the library cypcap; pip install 'rcx-harness[capture]'\n"
+    )
+
+
+def test_progress_is_told_while_it_takes_long(
+    good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line every two seconds of a clock that goes a second at each look."""
+    seconds = iter(range(10_000))
+    monkeypatch.setattr("rcx_harness.cli.judge.time.monotonic", lambda: next(seconds))
+    monkeypatch.setattr(judge_module, "REPORT_EVERY", 10)
+    assert main(["judge", str(good), "--quiet"]) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) >= 4
+    assert all(line.startswith("reading: ") and line.endswith("%") for line in told)

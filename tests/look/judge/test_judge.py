@@ -1,0 +1,462 @@
+"""Rules, response times and plain language from recordings of a PLC and a controller."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from captures import Story, area, pcap
+from rcx_harness.errors import InputError
+from rcx_harness.look.judge.judge import Judgement, JudgeOptions, judge
+from rcx_harness.look.judge.text import as_json, summary
+from rcx_harness.trace.chart import text_chart
+
+#: Bytes 32 and 33 to the PLC: CPU_OK, MP RDY, AUTO mode; with the servos; in emergency stop.
+IDLE, SERVO = 0x0112, 0x0116
+MS = 1_000
+
+
+class Recording:
+    """A PLC and a controller, told as changes; both repeat their areas every 10 ms."""
+
+    def __init__(self) -> None:
+        self.story = Story()
+        self.story.open(0)
+        self._si, self._so = area(), area(dedicated=IDLE)
+        self._now_us = 0
+        self.skipped: tuple[str, ...] = ()
+        self.until(10 * MS)
+
+    def until(self, end_us: int) -> None:
+        """Repeat what stands until then."""
+        while self._now_us < end_us:
+            self._now_us += 10 * MS
+            self.story.both(self._now_us, self._si, self._so)
+
+    def plc(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
+        """From here on the PLC writes this."""
+        self.until(at_us - 10 * MS)
+        self._si = area(words, dedicated)
+        self.until(at_us)
+
+    def robot(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
+        """From here on the controller shows this, 0.5 ms after a packet of the PLC."""
+        self.until(at_us - 10 * MS)
+        self._so = area(words, dedicated)
+        self.until(at_us)
+
+
+class Verdict:
+    """What was told of a recording."""
+
+    def __init__(self, folder: Path, made: Recording | Story, **options: object) -> None:
+        story = made.story if isinstance(made, Recording) else made
+        file = pcap(folder / "told.pcap", story.frames())
+        self.lines: list[str] = []
+        chosen = JudgeOptions(file, **options)  # type: ignore[arg-type]
+        self.result: Judgement = judge(chosen, self.lines.append)
+
+    @property
+    def rules(self) -> list[str]:
+        """The rules that were broken."""
+        return [one.rule for one in self.result.findings]
+
+    @property
+    def text(self) -> str:
+        """The words of all findings."""
+        return "\n".join(one.text for one in self.result.findings)
+
+    def times(self, what: str) -> tuple[int, int, int]:
+        """Count, median and longest of a kind of answers."""
+        found = self.result.followers[1].times[what]
+        return found.count, found.percentile_us(0.5), found.longest_us
+
+
+def _powered() -> Recording:
+    """SI(00) ON at 200 ms, SI(06) at 400 ms, SI(01) at 600 ms; servos on at 650 ms."""
+    made = Recording()
+    made.plc(200 * MS, 0x01)
+    made.plc(400 * MS, 0x41)
+    made.plc(600 * MS, 0x43)
+    made.robot(650 * MS, SERVO)
+    made.plc(800 * MS, 0x41)
+    return made
+
+
+def _moved(made: Recording, at_us: int = 1_000 * MS) -> None:
+    """MOVE, PTP to point 19: data, code, run after 20 ms, end after 300 ms more, reset."""
+    data = {8: 19}
+    made.plc(at_us - 20 * MS, 0x41, data)
+    made.plc(at_us, 0x41, {0: 1, **data})
+    made.robot(at_us + 20 * MS, SERVO, {0: 0x0100})
+    made.robot(at_us + 320 * MS, SERVO, {0: 0x0200})
+    made.plc(at_us + 340 * MS, 0x41, data)
+    made.robot(at_us + 350 * MS, SERVO)
+    made.until(at_us + 400 * MS)
+
+
+def test_a_good_start_and_a_good_movement_break_no_rule(tmp_path: Path) -> None:
+    """Source: manual chapter 5, 3.1; guide 2, the example of a movement to point 19."""
+    made = _powered()
+    _moved(made)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.rules == []
+    told = [line[16:] for line in verdict.lines[2:]]
+    assert told == [
+        "SO(01) ON   CPU_OK status output",
+        "SO(04) ON   MP RDY status output",
+        "SO(10) ON   AUTO mode status output",
+        "SI(00) ON   Emergency stop input",
+        "SI(06) ON   Stop input",
+        "SI(01) ON   Servo ON input",
+        "SO(02) ON   Servo ON status output",
+        "SI(01) OFF  Servo ON input",
+        "MovePtp (16#R001): MOVE, PTP, point designation; point 19",
+        "  running, 20.5 ms after the code",
+        "  normal end, 300 ms later",
+        "  ready, 10.5 ms after the reset",
+    ]
+
+
+def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
+    """Two movements: code to 16#0100 20.5 ms, to the end 300 ms more, reset 10.5 ms.
+
+    The controller's packets are half a millisecond behind the PLC's.
+    """
+    made = _powered()
+    _moved(made)
+    _moved(made, 2_000 * MS)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.times("SI(01) ON: SO(02) ON") == (1, 50_500, 50_500)
+    assert verdict.times("all commands: accepted") == (2, 20_500, 20_500)
+    assert verdict.times("MovePtp: accepted") == (2, 20_500, 20_500)
+    assert verdict.times("MovePtp: ran") == (2, 300_000, 300_000)
+    assert verdict.times("MovePtp: from code to end") == (2, 320_500, 320_500)
+    assert verdict.times("MovePtp: reset") == (2, 10_500, 10_500)
+    assert set(verdict.result.followers[1].times) == {
+        "SI(01) ON: SO(02) ON",
+        *(f"{who}: {what}" for who in ("all commands", "MovePtp")
+          for what in ("accepted", "ran", "from code to end", "reset")),
+    }  # fmt: skip
+
+
+def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: Path) -> None:
+    """Emergency stop: SO(00) and SO(03) ON, SO(02) OFF; then reset; a start that nobody answers.
+
+    Source: manual chapter 5, 3.1 and 3.2.
+    """
+    made = _powered()
+    made.plc(1_000 * MS, 0x40)
+    made.robot(1_010 * MS, 0x011B)
+    made.plc(1_200 * MS, 0x41)
+    made.robot(1_230 * MS, 0x011A)
+    made.plc(1_400 * MS, 0x4041)
+    made.robot(1_440 * MS, 0x0112)
+    made.plc(1_600 * MS, 0x0041)
+    made.plc(1_800 * MS, 0x0441)
+    made.until(2_000 * MS)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.times("SI(00) OFF: SO(00) ON") == (1, 10_500, 10_500)
+    assert verdict.times("SI(00) OFF: SO(02) OFF") == (1, 10_500, 10_500)
+    assert verdict.times("SI(00) ON: SO(00) OFF") == (1, 30_500, 30_500)
+    assert verdict.times("SI(16) ON: SO(03) OFF") == (1, 40_500, 40_500)
+    assert verdict.result.followers[1].times["SI(12) ON: SO(13) ON"].open == 1
+    assert verdict.rules == []
+
+
+def _too_early(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x8041)
+    made.plc(1_090 * MS, 0x0041)
+
+
+def _two_at_once(made: Recording) -> None:
+    made.plc(1_000 * MS, 0xA041)
+
+
+def _reserved_bit(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x45)
+
+
+def _reserved_byte(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {46: 1})
+
+
+def _against_stop(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x01)
+    made.plc(1_200 * MS, 0x0401)
+
+
+def _code_taken_back(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.robot(1_020 * MS, SERVO, {0: 0x0100})
+    made.plc(1_100 * MS, 0x41)
+
+
+def _data_changed(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.plc(1_020 * MS, 0x41, {0: 1, 8: 5})
+
+
+def _not_ready(made: Recording) -> None:
+    _moved(made)
+    made.plc(2_000 * MS, 0x41, {0: 1})
+    made.robot(2_020 * MS, SERVO, {0: 0x0200})
+    made.plc(2_040 * MS, 0x41)
+    made.plc(2_060 * MS, 0x41, {0: 2})
+
+
+def _unknown_status(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.robot(1_020 * MS, SERVO, {0: 0x0300})
+
+
+def _status_without_command(made: Recording) -> None:
+    made.robot(1_020 * MS, SERVO, {0: 0x0100})
+
+
+def _end_without_reset(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.robot(1_020 * MS, SERVO, {0: 0x0200})
+    made.robot(1_040 * MS, SERVO)
+
+
+def _two_ends(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.robot(1_020 * MS, SERVO, {0: 0x0200})
+    made.robot(1_040 * MS, SERVO, {0: 0x4000, 2: 12, 4: 600})
+
+
+def _run_without_end(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.robot(1_020 * MS, SERVO, {0: 0x0100})
+    made.robot(1_040 * MS, SERVO)
+
+
+def _late_response(made: Recording) -> None:
+    made.plc(1_000 * MS, 0x41, {0: 1})
+    made.robot(1_020 * MS, SERVO, {0: 0x0200})
+    made.robot(1_040 * MS, SERVO, {0: 0x0200, 4: 7})
+
+
+def _reserved_output(made: Recording) -> None:
+    made.robot(1_000 * MS, SERVO | 0x20)
+
+
+def _reserved_output_byte(made: Recording) -> None:
+    made.robot(1_000 * MS, SERVO, {46: 0x0100})
+
+
+@pytest.mark.parametrize(
+    ("happen", "rule", "text"),
+    [
+        (
+            _too_early,
+            "interval",
+            "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON",
+        ),
+        (_two_at_once, "interval", "SI(15) ON and SI(17) ON in one scan"),
+        (_reserved_bit, "reserved", "the reserved bit (n+32) 2 was set"),
+        (_reserved_byte, "reserved", "the reserved bytes n+46, n+47 became 01 00"),
+        (_against_stop, "start against stop", "SI(12) ON while SI(06) is OFF"),
+        (_code_taken_back, "command held", "the code changed from 16#0001 to 16#0000"),
+        (_data_changed, "command held", "n+8 changed with the code 16#0001 out"),
+        (_not_ready, "ready before code", "the code 16#0002 went out while the status read was"),
+        (_unknown_status, "status", "robot, packet 206: status: the status went from 16#0000 to"),
+        (_status_without_command, "status", "to 16#0100 without a remote command"),
+        (_end_without_reset, "status", "although the code 16#0001 is still out"),
+        (_two_ends, "status", "after an end only 16#0000 can come"),
+        (_run_without_end, "status", "without an end, and no code was changed"),
+        (_late_response, "response", "words changed after the status 16#0200"),
+        (_reserved_output, "reserved", "reserved bits of m+32 are set: 2#00100000"),
+        (_reserved_output_byte, "reserved", "the reserved bytes m+46, m+47 are 00 01"),
+    ],
+)
+def test_each_rule_of_both_sides_is_judged(
+    tmp_path: Path, happen: Callable[[Recording], None], rule: str, text: str
+) -> None:
+    """The packets at 10 k ms are number 2 k + 1 of the PLC and 2 k + 2 of the controller.
+
+    Source: manual chapter 5, 1, 2 and 3 (caution); guide 1.1, 1.2, 2 and 4.1.
+    """
+    made = _powered()
+    happen(made)
+    made.until(2_200 * MS)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.rules == [rule]
+    assert text in verdict.text
+    assert any(f"** {verdict.text}" in line for line in verdict.lines)
+
+
+@pytest.mark.parametrize(
+    ("gap_us", "tolerance_us", "found"),
+    [
+        (99_500, 1_000, []),
+        (98_900, 1_000, ["interval"]),
+        (99_500, 0, ["interval"]),
+        (100_000, 0, []),
+    ],
+)
+def test_the_interval_is_judged_to_the_tolerance(
+    tmp_path: Path, gap_us: int, tolerance_us: int, found: list[str]
+) -> None:
+    """At least 100 ms (manual chapter 5, 3, caution); a capture's clock is not the PLC's."""
+    made = _powered()
+    made.plc(1_000 * MS, 0x8041)
+    made.until(1_090 * MS)
+    made.story.to_robot(1_000 * MS + gap_us, area(dedicated=0x41))
+    assert Verdict(tmp_path, made, tolerance_us=tolerance_us).rules == found
+
+
+@pytest.mark.parametrize("happen", [_too_early, _code_taken_back, _end_without_reset])
+def test_no_rule_is_judged_across_packets_that_are_missing(
+    tmp_path: Path, happen: Callable[[Recording], None]
+) -> None:
+    """What was in the packets that the capture has not, nobody knows.
+
+    Without the packet before a change there is nothing to compare it with.
+    """
+    made = _powered()
+    happen(made)
+    made.until(2_200 * MS)
+    kept = [
+        (t_us, data)
+        for k, (t_us, data) in enumerate(made.story.packets)
+        if not (t_us > 900 * MS and k // 2 % 2)
+    ]
+    made.story.packets = kept
+    verdict = Verdict(tmp_path, made)
+    assert verdict.rules == []
+    assert verdict.result.followers[1].gaps >= 2
+    assert any("no rule was judged across them" in line for line in summary(verdict.result))
+
+
+def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Path) -> None:
+    """SI(17) is ON for 90 ms; of the packets in between every second one is missing."""
+    made = _powered()
+    _too_early(made)
+    changed = (1_000 * MS, 1_010 * MS, 1_080 * MS, 1_090 * MS)
+    made.story.packets = [
+        (t_us, data)
+        for t_us, data in made.story.packets
+        if t_us < 900 * MS or t_us // MS in [one // MS for one in changed] or t_us // (10 * MS) % 2
+    ]
+    verdict = Verdict(tmp_path, made)
+    assert verdict.result.followers[1].gaps == 0
+    assert verdict.rules == ["interval"]
+
+
+def test_data_that_come_with_their_code_are_no_fault_but_told(tmp_path: Path) -> None:
+    """Data are there one scan before the code (guide 1.1); the packets may be further apart."""
+    made = _powered()
+    made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
+    made.until(1_100 * MS)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.rules == []
+    assert verdict.result.followers[1].together == 1
+    assert "  1 times new data came with the code; which was written first cannot be seen" in list(
+        summary(verdict.result)
+    )
+
+
+def test_abnormal_ends_are_told_with_their_alarm(tmp_path: Path) -> None:
+    """Group in m+2, category in m+4: 12.600 is the emergency stop (guide 1.2)."""
+    made = _powered()
+    made.plc(1_000 * MS, 0x41, {0: 0x1001})
+    made.robot(1_020 * MS, SERVO, {0: 0x4000, 2: 12, 4: 600})
+    verdict = Verdict(tmp_path, made)
+    told = verdict.lines[-1][16:]
+    assert told == "  abnormal end, alarm 12.600 Emergency stop on, 20.5 ms after the code"
+
+
+def test_an_end_is_timed_once_and_a_reserved_bit_told_once(tmp_path: Path) -> None:
+    """Reserved bit 5 of m+32 stays ON while other bits of the byte change."""
+    made = _powered()
+    _two_ends(made)
+    made.robot(1_200 * MS, SERVO | 0x20, {0: 0x4000, 2: 12, 4: 600})
+    made.robot(1_300 * MS, IDLE | 0x20, {0: 0x4000, 2: 12, 4: 600})
+    verdict = Verdict(tmp_path, made)
+    assert verdict.rules == ["status", "reserved"]
+    assert verdict.times("MovePtp: from code to end") == (1, 20_500, 20_500)
+
+
+def test_what_was_asked_for_before_the_recording_is_not_held_against_anybody(
+    tmp_path: Path,
+) -> None:
+    """A command that was changed before goes on with 16#0100, then 16#0000 (guide 1.1)."""
+    story = Story()
+    story.open(0)
+    for k in range(1, 20):
+        so = area({0: 0x0100 if k < 10 else 0}, SERVO)
+        story.both(10_000 * k, area({0: 1}, 0x41), so)
+    assert Verdict(tmp_path, story).rules == []
+
+
+def test_events_and_chart_can_be_those_of_a_part(tmp_path: Path) -> None:
+    made = _powered()
+    _moved(made)
+    verdict = Verdict(tmp_path, made, from_us=500 * MS, until_us=700 * MS)
+    assert [line[16:] for line in verdict.lines] == [
+        "SI(01) ON   Servo ON input",
+        "SO(02) ON   Servo ON status output",
+    ]
+    chart = text_chart(verdict.result.timeline, ascii_only=True)
+    assert "650" in chart
+    assert "1000" not in chart
+    assert verdict.times("MovePtp: ran")[0] == 1
+
+
+def test_a_long_recording_fills_the_chart_and_no_more(tmp_path: Path) -> None:
+    """400 instants are drawn; the judgement says where the rest begins."""
+    made = Recording()
+    for k in range(500):
+        made.robot((k + 2) * 10 * MS, IDLE | (k % 2) << 13)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.result.chart_end_us is not None
+    assert len(verdict.result.timeline.instants()) <= 400
+
+
+def test_the_summary_says_what_was_there(tmp_path: Path) -> None:
+    made = _powered()
+    _moved(made)
+    made.story.close(1_500 * MS)
+    lines = list(summary(Verdict(tmp_path, made).result))
+    assert lines[0].startswith(
+        "told.pcap: 284 packets, 280 of class 1, 1.500 s from 2023-11-14 22:13:20"
+    )
+    assert lines[3].endswith("48 bytes, from 0.001 s, closed by a Forward Close at 1.500 s")
+    assert lines[4:6] == [
+        "    to the controller every 10 ms, 140 packets, none lost; longest silence 10 ms",
+        "    from it every 10 ms, 140 packets, none lost; longest silence 10 ms",
+    ]
+    assert lines[-1] == "no violations"
+
+
+def test_the_json_has_the_same_in_numbers(tmp_path: Path) -> None:
+    made = _powered()
+    _reserved_bit(made)
+    made.until(1_200 * MS)
+    found = json.loads(json.dumps(as_json(Verdict(tmp_path, made).result)))
+    assert (found["packets"], found["cyclic_packets"], found["violation_count"]) == (242, 240, 1)
+    (one,) = found["controllers"]
+    assert (one["address"], one["size"], one["commands"]) == ("192.168.0.10", 48, 0)
+    assert one["times"]["SI(01) ON: SO(02) ON"] == {
+        "count": 1,
+        "unanswered": 0,
+        "exact": True,
+        "median_us": 50_500,
+        "p99_us": 50_500,
+        "longest_us": 50_500,
+    }
+    assert one["connections"][0]["to_controller"]["lost"] == 0
+    assert found["violations"][0]["rule"] == "reserved"
+    assert found["violations"][0]["t_us"] == 1_000_000
+
+
+def test_a_capture_of_the_wrong_traffic_says_what_is_in_it(tmp_path: Path) -> None:
+    story = Story()
+    story.refuse(0, "2801")
+    with pytest.raises(InputError, match=r"2 packets, 0 of class 1; capture TCP port 44818"):
+        Verdict(tmp_path, story)
