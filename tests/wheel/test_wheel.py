@@ -113,7 +113,7 @@ def test_without_the_repository_the_demo_prints_the_chart_of_the_readme(
     with ZipFile(wheel) as archive:
         archive.extractall(site)
     environment = _own(dict(os.environ)) | {"PYTHONPATH": str(site), "PYTHONUTF8": "1"}
-    environment["PATH"] = ""  # as in the README: no other engine
+    environment |= {"PATH": "", "COLUMNS": "100"}  # as in the README: no other engine, and so wide
     printed = _call([sys.executable, "-m", "rcx_harness", "demo"], tmp_path, environment)
     assert f"-->\n```text\n{printed}```\n" in (repository / "README.md").read_text(encoding="utf-8")
     names = sorted(path.name for path in (tmp_path / "out" / "demo").iterdir())

@@ -355,8 +355,9 @@ class Declarations(Types):
         if len(node.names) > 1:
             raise where.error("one address for several variables", node.at)
         one = kind.element if isinstance(kind, ArrayType) else kind
-        fits = isinstance(one, ElementaryType) and _bits(one) == _ADDRESS_BITS[parts[2]]
-        if not fits or (one != kind and (_bits(one) == 1 or "." in parts[3])):
+        bits = _bits(one) if isinstance(one, ElementaryType) else 0
+        lies_there = one == kind or (bits > 1 and "." not in parts[3])
+        if bits != _ADDRESS_BITS[parts[2]] or not lies_there:
             raise where.error(
                 f"a {describe(kind)} does not fit the address {text}",
                 node.address.at,
