@@ -323,6 +323,27 @@ def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
     assert plc["Restart.ErrorID"] == 0x8003
 
 
+@pytest.mark.parametrize(
+    ("outputs", "error"),
+    [({"SO01": False}, 0x8002), ({"SO00": True}, 0x8003), ({"SO03": True}, 0x8004)],
+)
+def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
+    outputs: dict[str, bool], error: int
+) -> None:
+    """Long before the time limit, with what the controller says; nothing is asked for.
+
+    Source: manual chapter 5, 2, SI(01): CPU_OK, no emergency stop, no alarm.
+    """
+    plc = in_emergency_stop()
+    plc["Restart.Execute"] = True
+    plc.scan()
+    _play(plc, "MP_READY")
+    plc.outputs(**outputs)
+    plc.scan(2)
+    assert (plc["Restart.Error"], plc["Restart.ErrorID"]) == (True, error)
+    assert "SI01" not in plc.inputs
+
+
 @pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
 @pytest.mark.parametrize("since_change", [3, 30])
 def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
