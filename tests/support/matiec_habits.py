@@ -117,13 +117,15 @@ HABITS: dict[str, tuple[str, str, str]] = {
 }
 
 
-def iec2c_takes(before: str, variables: str, body: str, folder: Path) -> bool:
+def iec2c_takes(
+    before: str, variables: str, body: str, folder: Path, end: str = "END_PROGRAM"
+) -> bool:
     """Does matiec itself translate a program of that?"""
     matiec = find_matiec()
     assert matiec is not None
     file = folder / "program.st"
     file.write_text(
-        f"{before}\nPROGRAM P1\nVAR {variables} END_VAR\n{body}\nEND_PROGRAM\n"
+        f"{before}\nPROGRAM P1\nVAR {variables} END_VAR\n{body}\n{end}\n"
         "CONFIGURATION C1\nVAR_GLOBAL G1 : INT; END_VAR\nRESOURCE R1 ON PLC\n"
         "TASK T1(INTERVAL := T#10ms, PRIORITY := 0);\nPROGRAM Main WITH T1 : P1;\n"
         "END_RESOURCE\nEND_CONFIGURATION\n"

@@ -25,13 +25,14 @@ from rcx_harness.export.targets import TARGETS, export
 
 
 class Row(NamedTuple):
-    """Variables, statements, values of variables after one scan, and what stands before."""
+    """Variables, statements, values after one scan, what stands before, and the last line."""
 
     construct: str
     variables: str
     body: str
     values: dict[str, Any]
     before: str = ""
+    end: str = "END_PROGRAM"
 
 
 _FUNCTION = "FUNCTION F1 : INT VAR_INPUT A : INT; B : INT := 4; END_VAR {} F1 := A * 10 + B; {}"
@@ -44,6 +45,7 @@ ROWS = [
     Row("an empty statement", "I : INT;", ";; I := 1;;", {"I": 1}),
     Row("an empty branch", "I : INT;", "IF TRUE THEN ELSE I := 1; END_IF;", {"I": 0}),
     Row("no ; after END", "I : INT;", "IF TRUE THEN I := 1; END_IF I := I + 1;", {"I": 2}),
+    Row("no END of a POU", "I : INT;", "IF TRUE THEN I := 1; END_IF;", {"I": 1}, end=""),
     Row("a name with __ or _ at its end", "a__b : INT;", "a__b := 3;", {"a__b": 3}),
     Row("a reserved word as a name", "Step : INT;", "Step := 3;", {"Step": 3}),
     Row("a variable called as something else", "Len : INT;", "Len := 2 + Len('abc');", {"Len": 5}),
@@ -268,6 +270,14 @@ ROWS = [
     ),
     Row("a calculated initial value", "I : INT := ABS(-7);", "I := I + 1;", {"I": 8}),
     Row(
+        "a calculated initial value",
+        "P : ARRAY [1..2] OF S1 := [(X := 3), (X := 4)]; Q : S1 := (X := P[2].X, Y := ABS(-7));"
+        "R : ARRAY [-1..0, 1..2] OF S1 := [P[1], 2((Y := P[1].X)), P[2]]; A, B, C, D, E : INT;",
+        "A := Q.X; B := Q.Y; C := R[-1, 1].X; D := R[0, 1].Y; E := R[0, 2].X;",
+        {"A": 4, "B": 7, "C": 3, "D": 3, "E": 4},
+        "TYPE S1 : STRUCT X : INT; Y : INT := 9; END_STRUCT; END_TYPE",
+    ),
+    Row(
         "memory looked at as another type",
         "P : POINTER TO DWORD; R : REAL := 1.0; D : DWORD;",
         "P := ADR(R); D := P^;",
@@ -341,7 +351,7 @@ def written(tmp_path: Path) -> Callable[[Row], Path]:
 
     def write(row: Row) -> Path:
         file = tmp_path / "source.st"
-        text = f"{row.before}\nPROGRAM P1\nVAR {row.variables} END_VAR\n{row.body}\nEND_PROGRAM\n"
+        text = f"{row.before}\nPROGRAM P1\nVAR {row.variables} END_VAR\n{row.body}\n{row.end}\n"
         file.write_text(text, encoding="utf-8")
         return file
 
@@ -379,7 +389,7 @@ def test_it_is_named_as_not_portable(row: Row, written: Callable[[Row], Path]) -
 @pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
 @pytest.mark.parametrize("row", ROWS, ids=_IDS)
 def test_check_for_matiec_says_what_matiec_does(row: Row, tmp_path: Path) -> None:
-    takes = iec2c_takes(row.before, row.variables, row.body, tmp_path)
+    takes = iec2c_takes(row.before, row.variables, row.body, tmp_path, row.end)
     assert takes is (row.construct in tools()["matiec"].takes)
 
 

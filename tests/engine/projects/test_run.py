@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 
 import pytest
@@ -162,6 +163,53 @@ def test_an_example_runs_from_its_plcopen_project_as_from_its_sources(
     output = export("plcopen", program=[example.folder], only_needed=True)
     (file,) = write(output, tmp_path / "cell.xml")
     with example.build("builtin", program=[file]) as cell:
+        cell.run(example.duration)
+        made = list(changes(cell.trace.lines()))
+    assert made == recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]
+
+
+#: What runs the program that an export carries without its CONFIGURATION, as a user writes it.
+_OB = """\
+DATA_BLOCK "Main"
+{{ S7_Optimized_Access := 'TRUE' }}
+VERSION : 0.1
+NON_RETAIN
+"{program}"
+BEGIN
+END_DATA_BLOCK
+
+ORGANIZATION_BLOCK "Cycle"
+BEGIN
+	"Main"();
+END_ORGANIZATION_BLOCK
+"""
+
+
+@pytest.mark.parametrize("target", ["twincat", "l5x", "scl"])
+@pytest.mark.parametrize("example", EXPORTED, ids=lambda one: one.name)
+def test_an_example_runs_from_what_a_tool_gets_of_it(
+    example: Example, target: str, tmp_path: Path
+) -> None:
+    """Tasks are not carried: the example's stay; in SCL its program is a block that an OB calls.
+
+    Source: docs/export.md.
+    """
+    output = export(target, program=[example.folder], only_needed=True)
+    names = {"twincat": "plc", "l5x": "cell.L5X", "scl": "cell.scl"}
+    write(output, tmp_path / names[target])
+    files = [tmp_path / names[target]]
+    if target == "scl":
+        (program,) = re.findall(r"PROGRAM (\w+): written as FUNCTION_BLOCK", "".join(output.notes))
+        own = tmp_path / "cycle.scl"
+        own.write_text(_OB.format(program=program), encoding="utf-8")
+        task = tmp_path / "Task.st"
+        text = (example.folder / "Config.st").read_text(encoding="utf-8")
+        text = re.sub(r"PROGRAM Main (WITH \w+) : \w+;", r"PROGRAM Cycle \1 : Cycle;", text)
+        task.write_text(text, encoding="utf-8")
+        files += [own, task]
+    else:
+        files.append(example.folder / "Config.st")
+    with example.build("builtin", program=files) as cell:
         cell.run(example.duration)
         made = list(changes(cell.trace.lines()))
     assert made == recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]

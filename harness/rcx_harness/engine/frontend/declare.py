@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constants import NotConstantError
 from rcx_harness.engine.frontend.inherit import Inheritance
+from rcx_harness.engine.frontend.later import Later, Part
 from rcx_harness.engine.frontend.registry import Declared, Registry
 from rcx_harness.engine.frontend.resolve import Types, has_block
 from rcx_harness.engine.frontend.scalars import WIDTH
@@ -229,6 +230,7 @@ class Declarations(Types):
             ]
         kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
+        parts: tuple[Part, ...] = ()
         if constant_section and section.kind == "VAR_IN_OUT":
             # What cannot be written may as well be an input; a block stays where it is.
             where.note("VAR_IN_OUT CONSTANT", section.at)
@@ -240,13 +242,18 @@ class Declarations(Types):
         if node.initial is not None and not held:
             if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
                 raise where.error("an initial value is not possible here", node.at)
+            block = pou in ("PROGRAM", "FUNCTION_BLOCK")
+            places = ("VAR",) if block else ("VAR", "VAR_TEMP")
+            possible = section.kind in places and not constant_section and pou != "CONFIGURATION"
+            later = Later() if possible else None
             try:
-                initial = self.initial_value(node.initial, kind, where, initial)
+                initial = self.initial_value(node.initial, kind, where, initial, later)
             except NotConstantError:
-                calculated = isinstance(kind, (ElementaryType, EnumType)) and not constant_section
-                places = ("VAR",) if pou in ("PROGRAM", "FUNCTION_BLOCK") else ("VAR", "VAR_TEMP")
-                if not calculated or section.kind not in places or pou == "CONFIGURATION":
+                calculated = isinstance(kind, (ElementaryType, EnumType))
+                if not calculated or later is None:
                     raise
+            parts = tuple(later.found) if later is not None else ()
+            if calculated or parts:
                 where.note("a calculated initial value", node.at)
         if node.bound and not (isinstance(kind, ReferenceType) and kind.kind == "REFERENCE"):
             text = f"REF= needs a variable of REFERENCE TO, not a {describe(kind)}"
@@ -276,6 +283,7 @@ class Declarations(Types):
                 address,
                 started=started,
                 calculated=calculated,
+                parts=parts,
             )
             for name in node.names
         ]

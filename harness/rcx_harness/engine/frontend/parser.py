@@ -205,6 +205,7 @@ class _Builder(Statements):
     ) -> s.Pou:
         if result is None:
             self.note("a function without a result", position_of(name))
+        self._ended(word, rest[-1])
         (body,) = nodes_of(rest, tuple)
         sections = nodes_of(rest, s.Section)
         kind, plain = word.upper(), self._plain(result)
@@ -222,7 +223,13 @@ class _Builder(Statements):
     def program(self, word: Token, name: Token, *rest: Any) -> s.Pou:
         return self._pou(word, name, rest)
 
+    def _ended(self, word: Token, end: Token) -> None:
+        """An END without text is one that the file has not (recovery.py)."""
+        if not end:
+            self.note("no END of a POU", position_of(word))
+
     def _pou(self, word: Token, name: Token, rest: Any) -> s.Pou:
+        self._ended(word, rest[-1])
         (inside,) = nodes_of(rest, tuple)
         others = (s.Method, s.Property)
         return s.Pou(

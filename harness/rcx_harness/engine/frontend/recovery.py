@@ -52,6 +52,7 @@ _DECLARATIONS = (
     "CONFIGURATION",
 )
 _DECLARATION_ENDS = frozenset(f"END_{word}" for word in _DECLARATIONS)
+_POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
 
 def read_tokens(lark: Lark, found: list[Token], file: Path) -> tuple[list[Any], list[InputError]]:
@@ -88,6 +89,7 @@ class _Run:
                 while at < len(found):
                     feed(found[at])
                     at += 1
+                self._end_pou()
                 declarations: list[Any] = self._state.feed_token(self._end, True)
                 return declarations, self._errors
             except UnexpectedToken as error:
@@ -100,6 +102,16 @@ class _Run:
                 failed = at
                 self._errors.append(self._mistake(error, at))
                 at = self._recovered(at)
+
+    def _end_pou(self) -> None:
+        """End the POU that the file ends in: tools that show each by itself write no END."""
+        if "$END" in self._acceptable():
+            return
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        for word in _POU_ENDS:
+            if word in accepted:
+                self._state.feed_token(Token.new_borrow_pos(word, "", self._end))
+                return
 
     # --- recovery ---
 

@@ -7,7 +7,8 @@ from ctypes import c_float
 from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.constants import constant, evaluate, member
+from rcx_harness.engine.frontend.constants import NotConstantError, constant, evaluate, member
+from rcx_harness.engine.frontend.later import Later
 from rcx_harness.engine.frontend.registry import Declared, Registry, last_name
 from rcx_harness.engine.frontend.scalars import (
     ANY_CHARS,
@@ -439,7 +440,9 @@ class Types:
 
     # --- initial values ---
 
-    def initial_value(self, node: s.Init, kind: Type, where: Declared, default: Any) -> Any:
+    def initial_value(
+        self, node: s.Init, kind: Type, where: Declared, default: Any, later: Later | None = None
+    ) -> Any:
         """A complete initial value: a scalar, a flat list, or a dict by declared field name.
 
         Of a block it is a dict of those variables that are given, or None.
@@ -449,6 +452,7 @@ class Types:
             kind: Type of the variable.
             where: Its declaration, for messages.
             default: The value where the source leaves something out.
+            later: Takes parts that are no constants; None: they are errors.
 
         Raises:
             InputError: not constant, or not of the type.
@@ -456,10 +460,15 @@ class Types:
         if isinstance(kind, (ElementaryType, EnumType)):
             if isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):
                 raise where.error(f"a {describe(kind)} needs a single value", node.at)
-            value = constant(node, kind, self.types, where, self.lookup).value
+            try:
+                value = constant(node, kind, self.types, where, self.lookup).value
+            except NotConstantError:
+                if later is None or not later.takes(node, kind):
+                    raise
+                return default
             return c_float(float(value)).value if kind.name == "REAL" else value
         if isinstance(kind, (ReferenceType, InterfaceType)):
-            if is_null(node):
+            if is_null(node) or (later is not None and later.takes(node, kind)):
                 return None
             text = f"a {describe(kind)} inside another variable has no initial value but 0"
             raise where.error(text, node.at, "assign it in the code")
@@ -470,8 +479,9 @@ class Types:
                 raise where.error(f"{len(items)} values for {len(values)} elements", node.at)
             for position, item in enumerate(items):
                 if item is not None:
+                    inner = later and later.element(kind, position)
                     values[position] = self.initial_value(
-                        item, kind.element, where, values[position]
+                        item, kind.element, where, values[position], inner
                     )
             return values
         if isinstance(kind, StructType) and isinstance(node, s.StructInit):
@@ -485,11 +495,14 @@ class Types:
                     text = f"{kind.name} is a UNION and takes one initial value"
                     raise where.error(text, field.at)
                 before = self._plain_value(field_type) if kind.union else result[name]
-                value = self.initial_value(item, field_type, where, before)
+                inner = later and later.member(field)
+                value = self.initial_value(item, field_type, where, before, inner)
                 result = {name: value} if kind.union else {**result, name: value}
             return result
         if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
             return self._block_value(node, kind, where, default)
+        if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
+            return default
         raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
 
     def _plain_value(self, kind: Type) -> Any:

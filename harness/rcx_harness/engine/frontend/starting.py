@@ -47,6 +47,7 @@ def _one(
     variable: s.VarDecl, name: s.Name, symbol: t.Symbol, section: s.Section
 ) -> Iterator[s.Assign | s.Latch | Start]:
     kind, initial = symbol.type, variable.initial
+    yield from (part.assignment(name) for part in symbol.parts)
     if isinstance(kind, (ReferenceType, InterfaceType)):
         if initial is None or isinstance(initial, _NO_EXPRESSION):
             return

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from rcx_harness.engine.frontend.later import Part
 from rcx_harness.engine.frontend.scalars import Scalar
 from rcx_harness.engine.frontend.syntax import Continue, Exit, Position, Return
 from rcx_harness.engine.types import BlockType, ReferenceType, Type
@@ -61,7 +62,7 @@ class Symbol:
     that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
     pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
     methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
-    constant.
+    constant; `parts` are those of its initial value that are none.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Symbol:
     started: bool = False
     shared: bool = False
     calculated: bool = False
+    parts: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True)

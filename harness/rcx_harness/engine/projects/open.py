@@ -94,8 +94,11 @@ def read_project(files: Sequence[Path]) -> Project:
     """
     found = Project()
     tasks = [file for file in files if file.suffix.lower() == _TASK]
+    calls = siemens.called(file for file in files if file.suffix.lower() in siemens.SUFFIXES)
     for file in files:
-        if file not in tasks:
+        if file.suffix.lower() in siemens.SUFFIXES:
+            found = found.plus(siemens.read_scl(file, calls))
+        elif file not in tasks:
             found = found.plus(_read(file))
     found = found.plus(twincat.read_tasks(tasks))
     return found.plus(siemens.started(found.units))
@@ -107,8 +110,6 @@ def _read(file: Path) -> Project:
         return twincat.read_object(file)
     if suffix == _PLCPROJ:
         return twincat.read_plcproj(file)
-    if suffix in siemens.SUFFIXES:
-        return siemens.read_scl(file)
     root = read_xml(file)
     if root.name == "project":
         return read_plcopen(root, file)
@@ -133,9 +134,10 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
     """
     project = read_project(files)
     units, extra = _replaced(project.units, replaced)
-    needed, notes = _foreign(units)
+    places = {unit.name.upper(): unit.file for unit in project.units}
+    needed, notes = _foreign(units, places)
     if needed:
-        raise _refusal(needed)
+        raise _refusal(needed, places)
     unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
     paths = [
         *(
@@ -153,9 +155,12 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
 
 
 def _foreign(
-    units: Sequence[Unit],
+    units: Sequence[Unit], files: Mapping[str, Path]
 ) -> tuple[list[tuple[Unit, str, Foreign]], list[str]]:
-    """Bodies in other languages that the rest mentions, and a line for each of the others."""
+    """Bodies in other languages that the rest mentions, and a line for each of the others.
+
+    `files` says where each unit stands in the project; a replaced one is in the user's file.
+    """
     found = [(unit, name, body) for unit in units for name, body in unit.piece.foreign()]
     if not found:
         return [], []
@@ -169,9 +174,8 @@ def _foreign(
         if mentioned or (own and unit.kind == "PROGRAM" and not configured):
             needed.append((unit, name, body))
         else:
-            notes.append(
-                f"{unit.file}:{body.at}: the body of {name} {body.says}; nothing mentions it"
-            )
+            place = f"{files[unit.name.upper()]}:{body.at}"
+            notes.append(f"{place}: the body of {name} {body.says}; nothing mentions it")
     return needed, notes
 
 
@@ -187,12 +191,12 @@ def _words(lines: Lines) -> set[str]:
     return {word.upper() for word in _WORD.findall(text)}
 
 
-def _refusal(needed: Sequence[tuple[Unit, str, Foreign]]) -> InputError:
+def _refusal(needed: Sequence[tuple[Unit, str, Foreign]], files: Mapping[str, Path]) -> InputError:
     unit, name, body = needed[0]
     others = ", ".join(f"{one} ({kind.language})" for _, one, kind in needed[1:])
     return InputError(
         f"the body of {name} {body.says}" + (f"; neither is {others}" if others else ""),
-        file=unit.file,
+        file=files[unit.name.upper()],
         line=body.at,
         hint=f"write it in Structured Text: --replace {name}=file.st",
     )

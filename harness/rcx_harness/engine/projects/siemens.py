@@ -8,7 +8,7 @@ nothing for stays, and is refused by the engine, by its name and in its line.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.source import Line
 from rcx_harness.errors import InputError
 
-__all__ = ["SUFFIXES", "plain_name", "read_scl", "started"]
+__all__ = ["SUFFIXES", "called", "plain_name", "read_scl", "started"]
 
 #: External sources: blocks, types, data blocks.
 SUFFIXES = (".scl", ".udt", ".db")
@@ -85,19 +85,36 @@ def plain_name(name: str) -> str:
     return f"{plain}_1" if plain.upper() in KEYWORDS else plain
 
 
-def read_scl(file: Path) -> Project:
+def called(files: Iterable[Path]) -> dict[str, str]:
+    """What is called on data blocks, as in `"Timer".TON(...)`, by their names in upper case.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    readers = [_Reader(_text(file), file) for file in files]
+    return {name: word for one in readers for name, word in one.generic_calls(only_global=True)}
+
+
+def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
     """Read an external source.
+
+    Args:
+        file: The source.
+        calls: What other files call on data blocks (see `called`).
 
     Raises:
         InputError: the file cannot be read, or a block does not end.
     """
+    reader = _Reader(_text(file), file, calls)
+    return Project(tuple(reader.units()), tuple(reader.notes))
+
+
+def _text(file: Path) -> str:
     try:
         content = file.read_bytes()
     except OSError as error:
         raise InputError(f"cannot read the file: {error.strerror}", file=file) from None
-    text = _TITLE.sub(r"\1", _decoded(content))
-    reader = _Reader(text, file)
-    return Project(tuple(reader.units()), tuple(reader.notes))
+    return _TITLE.sub(r"\1", _decoded(content))
 
 
 def _decoded(content: bytes) -> str:
@@ -158,8 +175,8 @@ class _Data:
 
 
 class _Reader:
-    def __init__(self, text: str, file: Path) -> None:
-        self._text, self._file = text, file
+    def __init__(self, text: str, file: Path, calls: Mapping[str, str] | None = None) -> None:
+        self._text, self._file, self._calls = text, file, dict(calls or {})
         self._tokens = [
             _Token(str(found.lastgroup), found.group(), found.start())
             for found in _TOKEN.finditer(text)
@@ -173,7 +190,7 @@ class _Reader:
 
     def units(self) -> Iterator[Unit]:
         """The blocks, one after the other."""
-        self._calls = self._generic_calls()
+        self._calls.update(self.generic_calls())
         place = 0
         while place < len(self._code):
             token = self._at(place)
@@ -207,15 +224,14 @@ class _Reader:
     def _at(self, place: int) -> _Token:
         return self._tokens[self._code[place]]
 
-    def _generic_calls(self) -> dict[str, str]:
-        """Of `Timer.TON(...)`: what is called, by the name of the variable."""
-        found = {}
+    def generic_calls(self, *, only_global: bool = False) -> Iterator[tuple[str, str]]:
+        """Of `Timer.TON(...)`: the name of the variable, and what is called."""
         for place in range(len(self._code) - 3):
             name, dot, call, left = (self._at(place + k) for k in range(4))
             if dot.text == "." and left.text == "(" and call.word in _CALLED:
-                found[_named(name).upper()] = call.word
                 dot.new = call.new = ""
-        return found
+                if name.text.startswith('"') or not only_global:
+                    yield _named(name).upper(), call.word
 
     # --- one block ------------------------------------------------------------------------
 
@@ -304,6 +320,8 @@ class _Reader:
                 )
             for one in parts[parts.index(ends[-1]) + 1 :]:
                 one.new = ""
+            if len(ends) == 1:
+                self._generic_type(ends[0], name)
             ends[-1].new = f"{_now(ends[-1])}{value};"
 
     def _initial_values(self, place: int, end: int) -> _Data:
@@ -345,6 +363,10 @@ class _Reader:
         if token.kind == "attribute":
             token.new = _blank(token.text)
         elif token.kind in ("quoted", "local"):
+            if token.text.upper() == '"THIS"' and before == "." and after == "[":
+                # A data block that is an array: its elements are those of "THIS".
+                self._at(place - 1).new = token.new = ""
+                return
             token.new = _named(token)
         elif token.kind == "literal":
             prefix, mark, value = token.text.partition("#")
@@ -358,10 +380,15 @@ class _Reader:
             self._region(token, place, end)
         elif token.word == ":" and before == "ELSE":
             token.new = ""
-        elif before in (":", "OF") and token.word in _TYPES:
+        elif before in (":", "OF"):
+            self._generic_type(token, self._declared(place))
+
+    def _generic_type(self, token: _Token, name: str) -> None:
+        """A block or type that is called otherwise, or after what is called on the variable."""
+        if token.word in _TYPES:
             token.new = _TYPES[token.word]
-        elif before in (":", "OF") and token.word in _GENERIC:
-            token.new = self._calls.get(self._declared(place).upper(), _GENERIC[token.word][0])
+        elif token.word in _GENERIC:
+            token.new = self._calls.get(name.upper(), _GENERIC[token.word][0])
 
     def _declared(self, place: int) -> str:
         """The variable whose type stands there."""

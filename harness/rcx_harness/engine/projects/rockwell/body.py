@@ -213,6 +213,8 @@ class _Statements(Expressions):
             yield self._size_of(token)
         elif name in _TEXTS:
             yield self._text_call(token)
+        elif name == "FIND":
+            yield from self._find(token)
         else:
             raise self._error(f"the instruction {token.text} is not supported", token)
 
@@ -319,6 +321,25 @@ class _Statements(Expressions):
             second, place = texts
             return f"{target} := INSERT({source}, {second}, {place} - 1);"
         return f"{target} := {name}({', '.join([source, *texts])});"
+
+    def _find(self, token: Token) -> Iterator[str]:
+        """FIND(Source, Search, Start, Result)."""
+        source = self._string()
+        self._expect(",")
+        searched = self._string()
+        self._expect(",")
+        start = self._whole(self._value())
+        self._expect(",")
+        target, kind = self._variable(written=True)
+        self._expect(")")
+        inside = source if start == "1" else f"MID({source}, LEN({source}), {start})"
+        found = self._converted((f"FIND({inside}, {searched})", "INT"), kind.type, token)
+        yield f"{target} := {found};"
+        if start != "1":
+            yield f"IF {target} > 0 THEN"
+            first = self._converted((start, "DINT"), kind.type, token)
+            yield f"  {target} := {target} + {first} - 1;"
+            yield "END_IF;"
 
     def _string(self) -> str:
         token = self._peek()

@@ -94,13 +94,35 @@ FUNCTION_BLOCK FBD_ONESHOT
   END_IF;
   Before := InputBit;
 END_FUNCTION_BLOCK"""
-_HELPERS = {"FBD_TIMER": _TIMER, "FBD_ONESHOT": _ONESHOT}
+#: Tags of ladder instructions: nothing but data here.
+_LADDER = {
+    "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
+    "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
+    "CONTROL": {
+        "BOOL": ("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD"),
+        "DINT": ("LEN", "POS"),
+    },
+}
+_HELPERS = {
+    "FBD_TIMER": _TIMER,
+    "FBD_ONESHOT": _ONESHOT,
+    **{
+        name: f"TYPE {name} : STRUCT\n"
+        + "".join(f"    {', '.join(names)} : {kind};\n" for kind, names in members.items())
+        + "  END_STRUCT;\nEND_TYPE"
+        for name, members in _LADDER.items()
+    },
+}
 _HELPER_MEMBERS: dict[str, Mapping[str, Data]] = {
     "FBD_TIMER": {
         **dict.fromkeys(("TIMERENABLE", "RESET", "EN", "TT", "DN"), Data("BOOL")),
         **dict.fromkeys(("PRE", "ACC"), Data("DINT")),
     },
     "FBD_ONESHOT": dict.fromkeys(("INPUTBIT", "OUTPUTBIT"), Data("BOOL")),
+    **{
+        name: {one: Data(kind) for kind, names in members.items() for one in names}
+        for name, members in _LADDER.items()
+    },
 }
 
 
@@ -192,7 +214,8 @@ class _Reader:
         for name, text in _HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
-                units.append(Unit("FUNCTION_BLOCK", Piece(name, lines), self._file))
+                kind = text.partition(" ")[0]
+                units.append(Unit(kind, Piece(name, lines), self._file))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
         found = Project((*arrays, *units), tuple(self._notes))
         if not found.units:
