@@ -9,10 +9,12 @@ if TYPE_CHECKING:
     from rcx_harness.cell import Cell, CellTimeout
     from rcx_harness.errors import InputError
     from rcx_harness.robot import RobotConfig
+    from rcx_harness.verify.properties import always, eventually
 
-__all__ = ["Cell", "CellTimeout", "InputError", "RobotConfig"]
+__all__ = ["Cell", "CellTimeout", "InputError", "RobotConfig", "always", "eventually"]
 
 _HOME = {"Cell": "cell", "CellTimeout": "cell", "InputError": "errors", "RobotConfig": "robot"}
+_HOME |= dict.fromkeys(("always", "eventually"), "verify.properties")
 
 
 def __getattr__(name: str) -> Any:

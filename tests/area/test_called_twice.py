@@ -1,4 +1,8 @@
-"""FB_ReadArea and FB_WriteArea once in every scan; called again, they do no harm and say so."""
+"""FB_ReadArea and FB_WriteArea once in every scan; called again, they do no harm and say so.
+
+So do their twins FB_ReadAreaWords and FB_WriteAreaWords; FB_RcxTakeHead and
+FB_RcxDedicatedInputs find it out.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +27,8 @@ def _bench(tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int
   VAR
     InputArea, OutputArea : RCX_IMAGE;
     Taken, Given : {image};
-    Connected, ConnectedAgain, Okay, OkayAgain, Read : BOOL := TRUE;
+    Connected, ConnectedAgain, Okay, Read : BOOL := TRUE;
+    EmergencyStopOkAgain, StopOkAgain : BOOL := TRUE;
     ReadTwice, WriteTwice, NoWrite : BOOL;
     Robot : RCX_REF;
     ReadArea, ReadOther : FB_ReadArea{twin};
@@ -47,7 +52,7 @@ def _bench(tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int
   END_IF;
   IF WriteTwice THEN
     {write}(Robot := Robot, Image := Given, n := {n}, Margin := T#20ms,
-              EmergencyStopOk := OkayAgain, StopOk := OkayAgain);
+              EmergencyStopOk := EmergencyStopOkAgain, StopOk := StopOkAgain);
   END_IF;
   {copied.partition("---")[2] or "OutputArea := Given;"}
 END_PROGRAM
@@ -137,6 +142,22 @@ def test_a_second_reading_can_take_the_connection_away(tmp_path: Path, twin: str
 
 
 @_TWINS
+def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(
+    tmp_path: Path, twin: str
+) -> None:
+    """The blocks are told that the connection is lost, not that they were not called.
+
+    Source: docs/errors.md, 16#8001 and 16#8013.
+    """
+    plc = _bench(tmp_path, twin)
+    plc["First.Execute"] = True
+    plc.scan(2)
+    plc["ReadTwice"], plc["ConnectedAgain"] = True, False
+    plc.scan()
+    assert plc["First.ErrorID"] == 0x8001
+
+
+@_TWINS
 @_OTHER
 def test_writing_twice_never_sends_data_and_code_in_one_scan(
     tmp_path: Path, twin: str, other: bool
@@ -184,13 +205,40 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
     """
     plc = _bench(tmp_path, twin)
     assert plc.inputs == ["SI00", "SI06"]
-    plc["WriteTwice"], plc["OkayAgain"] = True, False
+    plc["WriteTwice"] = True
+    plc["EmergencyStopOkAgain"] = plc["StopOkAgain"] = False
     plc.scan()
     assert plc.inputs == []
     plc["WriteTwice"] = False
     plc.scan(100)
     assert plc.inputs == []
     assert (plc["Robot.Inner.HoldEmergency"], plc["Robot.Inner.HoldStop"]) == (True, True)
+
+
+@_TWINS
+@_OTHER
+@pytest.mark.parametrize(
+    ("pin", "stays", "held"),
+    [("EmergencyStopOk", "SI06", "HoldEmergency"), ("StopOk", "SI00", "HoldStop")],
+)
+def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area_is(
+    tmp_path: Path, twin: str, other: bool, pin: str, stays: str, held: str
+) -> None:
+    """SI(17), which is ON, too, is none of theirs.
+
+    Source: manual chapter 5, 2, SI(00), SI(06) and SI(17).
+    """
+    plc = _bench(tmp_path, twin, other=other, n=48)
+    plc["WriteArea.n"] = plc.n = 48
+    plc.scan_until(lambda: plc.inputs == ["SI00", "SI06"])
+    plc["WriteTwice"], plc[f"{pin}Again"] = True, False
+    plc["Robot.Inner.Applied"] = 0x8041
+    plc["Robot.Inner.Request"] = 0x8000
+    plc.scan()
+    assert plc.inputs == sorted([stays, "SI17"])
+    plc["WriteTwice"] = False
+    plc.scan()
+    assert [name for name in ("HoldEmergency", "HoldStop") if plc[f"Robot.Inner.{name}"]] == [held]
 
 
 @_TWINS

@@ -163,6 +163,26 @@ def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_o
     assert alone["Robot.Inner.Applied"] == 0
 
 
+@pytest.mark.parametrize("further", [0, 7, -7])
+def test_after_scans_that_went_elsewhere_the_interval_begins_anew(
+    alone: Alone, further: int
+) -> None:
+    """Also where the number of the scan has begun again after 65535 meanwhile.
+
+    Source: manual chapter 5, 3, caution; head of the block.
+    """
+    alone["Robot.Connected"] = True
+    alone["Robot.Inner.Scan"] = 100
+    for now in range(0, 300, 10):
+        alone.scan(now)
+    alone["Robot.Inner.Scan"] = 130 + further
+    for now in range(300, 420, 10):
+        alone["Robot.Inner.Request"] = 0x2000
+        alone.scan(now)
+        sent = now >= (400 if further else 300)
+        assert alone["Robot.Inner.Applied"] == (0x2000 if sent else 0x0000)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int) -> None:
     """Source: manual chapter 5, 3, caution; design of the library, 2."""

@@ -247,6 +247,28 @@ _CODES = (0x0001, 0x0501, 0x0505, 0x0506, 0x3505, 0x2506, 0x0507, 0x1504)
 _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8000)
 
 
+@pytest.mark.parametrize(("serving", "lowest"), [(0, 1), (65535, 0)])
+def test_an_output_without_end_whose_block_has_gone_is_ended(
+    alone: Alone, serving: int, lowest: int
+) -> None:
+    """Also at the last ticket before they begin again. Source: guide 4.7.4."""
+    alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
+    alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
+    for now in (0, 50, 60):
+        alone["Robot.Inner.Command"] = {
+            "NextTicket": lowest,
+            "Serving": serving,
+            "Lowest": serving,
+        }
+        alone["Robot.Inner.CodeRequest"] = alone["Block.SameData"] = True
+        alone.scan(now)
+    assert alone["Robot.Inner.Phase"] == "PHASE_COMMAND_RUN"
+    alone["Robot.Status"] = 0x0100
+    alone["Robot.Inner.Command.Lowest"] = lowest
+    alone.scan(70)
+    assert alone["Robot.Inner.Phase"] == "PHASE_STATUS_RESET"
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) -> None:
     """Source: guide chapters 1 and 2, and 4.7.4; design of the library, 2."""

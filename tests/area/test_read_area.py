@@ -88,6 +88,29 @@ def test_an_area_that_leaves_the_image_is_refused(size: int, m: int) -> None:
     assert plc["Robot.Connected"] is False
 
 
+def test_an_image_may_be_as_small_as_its_area() -> None:
+    """Source: manual chapter 1, 4.1: 48 bytes."""
+    plc = PlcBench()
+    plc["ReadArea.ImageSize"] = 48
+    plc.scan()
+    assert plc["ReadArea.ErrorID"] == 0
+    plc["ReadArea.ImageSize"] = 47
+    plc.scan()
+    assert plc["ReadArea.ErrorID"] == 0x8031
+
+
+def test_the_scans_of_robots_in_one_image_have_different_numbers() -> None:
+    """They begin with m: a block that goes from one robot to another notices it.
+
+    Source: head of FB_RcxTakeHead, Start.
+    """
+    plc = PlcBench(m=48)
+    for scan in (49, 50, 51):
+        plc.scan()
+        assert plc["Robot.Inner.Scan"] == scan
+        assert plc["Robot.Inner.Elapsed"] == (0 if scan == 49 else 10)
+
+
 def test_without_connection_nothing_of_the_area_is_believed() -> None:
     """Source: manual chapter 1, 5.2: communication is disabled in the connection error state."""
     plc = PlcBench()

@@ -133,6 +133,51 @@ def test_times_beyond_all_measure_leave_no_time_of_32_bits(head: Alone) -> None:
     assert head["Block.Extra"] == timedelta(days=8)
 
 
+_DAY_MS = 86_400_000
+
+
+@pytest.mark.parametrize(
+    ("interval", "margin", "spacing_ms", "extra_ms"),
+    [
+        ("T#24d", "T#1s", 8 * _DAY_MS + 1000, 1000),
+        ("T#200ms", "T#24d", 8 * _DAY_MS + 200, 8 * _DAY_MS),
+        ("T#200ms", "T#-1s", 200, 0),
+        ("T#200ms", "T#0s", 200, 0),
+    ],
+)
+def test_each_time_has_its_own_limits_in_every_scan(
+    head: Alone, interval: str, margin: str, spacing_ms: int, extra_ms: int
+) -> None:
+    """Whatever the times were before. Source: head of FB_RcxMakeHead: 8 days of each count."""
+    head.restart()
+    head["Block.Interval"], head["Block.Margin"] = "T#150ms", "T#50ms"
+    head.scan(0)
+    head["Block.Interval"], head["Block.Margin"] = interval, margin
+    head.scan(10)
+    assert head["Block.Spacing"] == timedelta(milliseconds=spacing_ms)
+    assert head["Block.Extra"] == timedelta(milliseconds=extra_ms)
+
+
+@pytest.mark.parametrize("changed", [None, *range(1, 16)])
+def test_the_code_follows_only_data_of_which_no_word_has_changed(
+    head: Alone, changed: int | None
+) -> None:
+    """Source: guide, chapter 2: the data of a command are there before its code."""
+    head.restart()
+    head["Block.Interval"] = "T#100ms"
+    head["Robot.Connected"] = head["Robot.SO.SO01_CpuOk"] = True
+    head["Robot.Inner.Code"] = 0x0501
+    head["Robot.Inner.Command"] = {"NextTicket": 1}
+    head.scan(0)
+    for now in (100, 110):
+        head["Robot.Inner.CodeRequest"], head["Robot.Inner.Command.Lowest"] = True, 0
+        if now == 110 and changed is not None:
+            head[f"Robot.Inner.Data[{changed}]"] = 0x1234
+        head.scan(now)
+        sent = now == 110 and changed is None
+        assert head["Block.Code"] == (0x0501 if sent else 0x0000)
+
+
 _CODES = (0x0001, 0x0020, 0x0021, 0x1022, 0x3020, 0x0501, 0x0023, 0x001F)
 _STATUSES = (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000)
 

@@ -128,7 +128,9 @@ def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
         (b"\xd4\xc3\xb2\xa1", "not a capture: truncated"),
         (b'{"format":"other"}\n', "not a trace of format rcx-trace/1"),
         (b'{"format":"rcx-trace/1"}\n', "there is no scan and no cycle in it"),
-        (b'{"format":"rcx-trace/1"}\n{"t_us":', "not a line of a trace"),
+        (b'{"format":"rcx-trace/1"}\n{"t_us":', ":2: is cut off in this line"),
+        (b'{"format":"rcx-trace/1"}\n{"t_us":\n', ":2: not a line of a trace"),
+        (b'{"format":"rcx-trace/1"}\n{"t_us":"\xff"}\n', ":2: not a line of a trace"),
         (b'{"format":"rcx-trace/1"}\n{"t_us":0,"scan":0,"so":"00","si":"00"}\n', "1 and 1 bytes"),
     ],
 )
@@ -187,7 +189,7 @@ def test_progress_is_told_while_it_takes_long(
 ) -> None:
     """A line every two seconds of a clock that goes a second at each look."""
     seconds = iter(range(10_000))
-    monkeypatch.setattr("rcx_harness.cli.judge.time.monotonic", lambda: next(seconds))
+    monkeypatch.setattr("rcx_harness.cli.progress.time.monotonic", lambda: next(seconds))
     monkeypatch.setattr(judge_module, "REPORT_EVERY", 10)
     assert main(["judge", str(good), "--quiet"]) == 0
     told = capsys.readouterr().err.splitlines()

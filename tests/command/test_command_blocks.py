@@ -285,6 +285,8 @@ def test_an_abnormal_end_clears_the_outputs_and_shows_the_alarm(
         assert plc.pin("ErrorID") == 0x8020
         assert (plc.pin("AlarmGroup"), plc.pin("AlarmCategory")) == (group, category)
         _compare(plc, blank(block))
+        plc.scan()
+        assert (plc.pin("AlarmGroup"), plc.pin("AlarmCategory")) == (group, category)
         plc.finish()
         assert (plc.pin("AlarmGroup"), plc.pin("AlarmCategory")) == (0, 0)
 

@@ -17,7 +17,7 @@ from rcx_harness.units import parse_us
 
 @pytest.mark.parametrize("name", list(BLOCKS))
 def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> None:
-    """All inputs are sampled on the edge, Timeout too; Execute may fall before the turn.
+    """All inputs are sampled on the edge, Timeout too; Execute may fall, and rise, before the turn.
 
     Source: design of the library, 3: sampled on the rising edge.
     """
@@ -36,6 +36,10 @@ def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> N
         plc.scan()
     plc.set({"Execute": False})
     plc.scan(2)
+    plc.set({**reading.draw(chance), "Timeout": "T#20s", "Execute": True})
+    plc.scan()
+    plc.set({"Execute": False})
+    plc.scan()
     assert plc.shown == ["Busy"]
     plc["Rival.Execute"] = False
     plc.end()
@@ -44,6 +48,21 @@ def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> N
     assert plc.words == expected
     plc.scan_until(lambda: bool(plc.pin("Error")), most=12)
     assert plc.pin("ErrorID") == 0x8011
+
+
+def test_an_edge_of_a_general_command_that_waits_is_nothing() -> None:
+    """Source: PLCopen: an edge while Busy is ignored."""
+    plc = bench_of("FB_ReadDate", "builtin")
+    first = plc.send({})[0]
+    for code, execute in ((0x0501, True), (0x0501, False), (0x0502, True), (0x0502, False)):
+        plc["Rival.Code"], plc["Rival.Execute"] = code, execute
+        plc.scan()
+    assert (plc["Rival.Busy"], plc["Rival.Active"]) == (True, False)
+    plc.set({"Execute": False})
+    plc.end()
+    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] not in (0, first), most=4)
+    assert plc.words[0] == 0x0501
 
 
 @pytest.mark.parametrize("name", ["FB_ReadDate", "FB_ReadServoStatus", "FB_PalletMovePtp"])

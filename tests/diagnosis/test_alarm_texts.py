@@ -243,12 +243,15 @@ def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None
     signals = len(spec.signals().input) + len(spec.signals().output)
     assert counts == {
         "alarm": len(_ALARMS),
+        "alarm, public list": len(spec.public_alarms().keys() - spec.alarms().keys()),
         "ErrorID": len(_ERRORS),
         "command": len(spec.commands()) - 1,
         "signal": signals,
     }
     by_number = {(row["list"], row["number"]): row for row in rows}
     assert by_number["alarm", "12.600"]["name_ja"] == "非常停止中"
+    assert by_number["alarm", "4.202"]["name"] == by_number["alarm", "4.2"]["name"]
+    assert by_number["alarm, public list", "6.301"]["name"] == "Servo off"
     assert by_number["ErrorID", "16#8001"]["name"] == "Not connected"
     assert by_number["command", "16#0001"]["name"] == "MovePtp"
     assert by_number["signal", "SI(06)"]["name"] == "Stop input"

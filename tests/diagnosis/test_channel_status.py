@@ -81,6 +81,23 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
     assert block[channel]["Held"] == 2_147_390_000 + 65_000
 
 
+@pytest.mark.parametrize(
+    ("held", "then"), [(2_147_399_999, 2_147_400_009), (2_147_400_000, 2_147_400_000)]
+)
+@_BOTH
+def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
+    channel: str, held: int, then: int
+) -> None:
+    """Also where the longest one is forgotten. Source: head of RCX_TURN, 24 days."""
+    block = Channels()
+    block[f"Robot.Inner.{channel}.NextTicket"] = 1
+    block["Block.Reset"] = True
+    block.scan(2)
+    block[f"Block.{channel}Channel.Turn.Held"] = held
+    block.scan()
+    assert (block[channel]["Held"], block[channel]["Longest"]) == (then, 0)
+
+
 @_BOTH
 def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None:
     block = Channels()

@@ -44,6 +44,7 @@ def test_the_oldest_entries_make_room_and_a_page_shows_eight(recorder: Recorder)
         (25, [150, 140, 130, 120, 110, 100, 90, 0]),
         (31, [90, 0, 0, 0, 0, 0, 0, 0]),
         (32, [0, 0, 0, 0, 0, 0, 0, 0]),
+        (32_767, [0, 0, 0, 0, 0, 0, 0, 0]),
     ],
 )
 def test_rows_beyond_the_log_are_empty(recorder: Recorder, first: int, shown: list[int]) -> None:

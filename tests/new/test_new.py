@@ -9,6 +9,7 @@ import pytest
 
 from rcx_harness.cli.app import main
 from rcx_harness.new import CI
+from rcx_harness.robot import RobotConfig
 
 Captured = pytest.CaptureFixture[str]
 
@@ -149,6 +150,18 @@ def test_a_folder_with_files_is_refused_and_stays_as_it_is(
     assert (tmp_path / "pytest.ini").read_text() == "mine"
 
 
+@pytest.mark.parametrize("model", ["YK400XE", "YK1200XG", "SXYX"])
+def test_a_named_robot_reaches_both_points(tmp_path: Path, model: str) -> None:
+    """The line stands before the tables; the points are within the soft limits."""
+    assert main(["new", str(tmp_path / "cell"), "--robot", model]) == 0
+    config = RobotConfig.load(tmp_path / "cell" / "robot.toml")
+    assert config.robot == (model,)
+    for number in (1, 2):
+        data = config.points[number].data
+        for axis, place in zip(config.axes, data, strict=False):
+            assert axis.soft_low < place < axis.soft_high
+
+
 def test_an_empty_repository_is_taken(tmp_path: Path) -> None:
     (tmp_path / ".git").mkdir()
     (tmp_path / ".git" / "HEAD").write_text("ref: refs/heads/main\n")
@@ -164,6 +177,7 @@ def test_an_empty_repository_is_taken(tmp_path: Path) -> None:
             ["--ci", "travis"],
             "there is no template for 'travis'; use github, gitlab, jenkins or all",
         ),
+        (["--robot", "YK4"], "there is no robot 'YK4'; use YK400XE, YK400XEC, YK510XEC"),
         (["--size", "47"], "an area of 47 bytes does not exist"),
         (["--name", "<b>"], "'<b>' is no name for a cell; give --name"),
         (["--name", ""], "'' is no name for a cell; give --name"),

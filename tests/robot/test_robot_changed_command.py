@@ -54,7 +54,7 @@ def test_a_command_set_in_the_ready_status_after_a_changed_one_is_executed(
 
 def test_a_movement_beside_one_that_nobody_sees_is_refused_as_busy() -> None:
     """Rule: changed-command, robots-move."""
-    master = _mover(changed_command_status="ready", busy_alarm="6.280")
+    master = _mover(changed_command_status="ready", moving_alarm="6.280")
     master.send(*MOVE)
     master.run(50)
     master.send()
@@ -246,6 +246,23 @@ def test_what_goes_on_behind_the_ready_status_needs_no_change_of_the_inputs() ->
     for k in range(40):
         master.robot.cycle(master.now_us + k * 5000, image)
     assert master.robot.points[1].data[0] == 100_000
+
+
+@pytest.mark.parametrize("waits", [True, False])
+def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
+    """The words stand still from the code that replaced another one on.
+
+    Rule: early-command.
+    """
+    master = Master(command_delay=20, early_command_waits=waits)
+    master.power_up()
+    master.send(*POINT_1)
+    master.run(10)
+    master.send(*VERSION)
+    image = bytes(master.si)
+    for k in range(40):
+        shown = master.robot.cycle(master.now_us + k * 5000, image)
+    assert int.from_bytes(shown[:2], "little") == (0x0200 if waits else 0)
 
 
 def test_a_command_that_failed_unseen_is_not_tried_again() -> None:

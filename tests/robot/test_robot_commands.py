@@ -198,7 +198,7 @@ def test_a_movement_attempted_in_emergency_stop_ends_in_12_600() -> None:
     ("config", "point", "expected"),
     [
         ({"undefined_point_alarm": "6.5"}, 20, (0x4000, 6, 5)),
-        ({}, 20, FORMAT_ERROR),
+        ({}, 20, (0x4000, 6, 204)),
     ],
 )
 def test_a_point_that_is_not_defined(
@@ -225,9 +225,9 @@ def test_a_movement_beside_the_program_or_a_return_to_origin() -> None:
     master = _mover(motion_during_program=False, busy_alarm="6.7")
     master.pulse("SI12")
     assert master.execute(0x0001, 0, 0, 0, 19)[:3] == (0x4000, 6, 7)
-    master = _mover(busy_alarm="6.7")
+    master = _mover(moving_alarm="6.8")
     master.turn_and_wait("SI14", True, 100)
-    assert master.execute(0x0001, 0, 0, 0, 19)[:3] == (0x4000, 6, 7)
+    assert master.execute(0x0001, 0, 0, 0, 19)[:3] == (0x4000, 6, 8)
 
 
 @pytest.mark.parametrize(("knob", "alarm"), [(False, False), (True, True)])

@@ -189,7 +189,7 @@ def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
     steps = ("A=7", "WAIT SI(20)=1")
     master = Master(programs=(RobotProgram(steps=steps, loop=False),))
     master.power_up()
-    assert master.execute(0x0101, 0, 7)[:3] == (0x4000, 4, 2)
+    assert master.execute(0x0101, 0, 7)[:3] == (0x4000, 6, 204)
     master.pulse("SI12")
     master.robot.inject("warning")
     master.robot.inject("alarm", group=12, category=762)
@@ -200,7 +200,7 @@ def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
     master.run(300)
     assert (master.on("SO03"), master.on("SO15")) == (False, False)
     assert master.execute(0x0509, 0, 1)[1:3] == (12, 762)
-    assert master.execute(0x0515)[1:3] == (4, 2)
+    assert master.execute(0x0515)[1:3] == (6, 204)
     assert (master.robot.program.main.line, master.robot.program.variables) == (1, {})
 
 

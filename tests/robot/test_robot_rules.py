@@ -6,10 +6,14 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
+import pytest
+
+from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config import SECTIONS
+from rcx_harness.spec.rules import BASES, Rule, rules
+from rcx_tools.docs import fidelity
 from rcx_tools.docs.fidelity import fidelity_page
-from rcx_tools.docs.rules import rules
 
 HERE = Path(__file__).parent
 #: Keys that describe a robot and assume nothing.
@@ -23,10 +27,27 @@ def test_every_knob_is_a_key_and_every_key_belongs_to_a_rule() -> None:
     assert keys - knobs == PLAIN
 
 
-def test_a_rule_is_either_from_the_manual_or_assumed() -> None:
+def test_a_rule_of_the_manual_has_its_section_and_no_knob() -> None:
     names = [rule.id for rule in rules()]
     assert len(set(names)) == len(names)
     assert all(not (rule.section and rule.knobs) for rule in rules())
+    assert {rule.basis for rule in rules() if rule.section} == {"manual"}
+
+
+def test_a_rule_that_somebody_else_says_or_measured_names_its_source() -> None:
+    """What a rule rests on: the manual, a public source, a measurement, or an assumption."""
+    assert Rule("a", "text", section="ch. 1").basis == "manual"
+    assert Rule("a", "text", knobs=("b",)).basis == "assumed"
+    for basis in ("public", "measured"):
+        assert Rule("a", "text", basis=basis, source="who").source == "who"
+        with pytest.raises(InputError, match="source ''"):
+            Rule("a", "text", basis=basis)
+    with pytest.raises(InputError, match="basis 'guessed'"):
+        Rule("a", "text", basis="guessed")
+    with pytest.raises(InputError, match="with section 'ch"):
+        Rule("a", "text", section="ch. 1", basis="public", source="who")
+    with pytest.raises(InputError, match="source 'who'"):
+        Rule("a", "text", source="who")
 
 
 def test_every_rule_is_named_by_a_test() -> None:
@@ -68,7 +89,22 @@ def test_the_sections_can_be_read_each_by_itself() -> None:
 def test_the_rules_of_each_list_are_numbered_from_1_on() -> None:
     """Other pages and messages say A15."""
     page = fidelity_page()
-    for letter, from_manual in (("M", True), ("A", False)):
-        mine = [rule.id for rule in rules() if rule.from_manual is from_manual]
+    for letter, basis in zip("MPRA", BASES, strict=True):
+        mine = [rule.id for rule in rules() if rule.basis == basis]
         rows = re.findall(rf"^\| {letter}(\d+) `([\w-]+)` \|", page, re.MULTILINE)
         assert rows == [(str(number), name) for number, name in enumerate(mine, 1)]
+
+
+def test_the_page_names_the_source_of_what_is_not_the_manuals(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert "## Measured at a real controller\n\nNone yet.\n" in fidelity_page()
+    found = Rule(
+        "found", "It blinks.", basis="public", source="a list", knobs=("size", "host_version")
+    )
+    seen = Rule("seen", "It hums.", basis="measured", source="A. B., host 1.08")
+    monkeypatch.setattr(fidelity, "rules", lambda: (found, seen))
+    page = fidelity_page()
+    assert "| P1 `found` | It blinks. | a list | `size` (48), `host_version` (0x0108) |" in page
+    assert "| R1 `seen` | It hums. | A. B., host 1.08 | none |" in page
+    assert "has been measured" not in page

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
 
 from alone import Alone
+from rcx_harness.engine.base import Value
 
 _STOPS = pytest.mark.parametrize(
     ("block", "hold", "keep", "wire"),
@@ -176,3 +179,161 @@ def test_the_limit_is_that_of_the_edge_also_where_the_turn_comes_later(block: st
         assert alone["Block.Active"] is True
     alone.scan(200)
     assert alone["Block.Error"] is True
+
+
+@pytest.mark.parametrize(
+    "block", ["FB_AlarmReset", "FB_AutoStart", "FB_ProgramReset", "FB_ReturnToOrigin", "FB_ServoOn"]
+)
+def test_an_edge_in_the_queue_samples_nothing(block: str) -> None:
+    """Source: PLCopen: an edge while Busy is ignored."""
+    alone = _waiting(block)
+    before = alone["Block.Job.Longest"]
+    alone["Block.Timeout"] = "T#7s"
+    for now, execute in ((10, False), (20, True)):
+        alone["Block.Execute"] = execute
+        alone.scan(now)
+    assert alone["Block.Busy"] is True
+    assert alone["Block.Active"] is False
+    assert alone["Block.Job.Longest"] == before
+
+
+#: The dedicated inputs of a block as bits of their word, chapter 5: SI(01), SI(12), SI(14) to (17).
+_REQUESTS = {
+    "FB_AlarmReset": ({"SO03_Alarm": True}, {}, 0x4000),
+    "FB_AutoStart": (
+        {"SO10_AutoMode": True, "SO02_ServoOn": True, "SO14_ProgramReset": True},
+        {},
+        0x0400,
+    ),
+    "FB_ProgramReset": ({"SO10_AutoMode": True}, {}, 0x2000),
+    "FB_ReturnToOrigin-incremental": (
+        {"SO02_ServoOn": True},
+        {"Axes": "ORIGIN_INCREMENTAL"},
+        0x1000,
+    ),
+    "FB_ReturnToOrigin-absolute": ({"SO02_ServoOn": True}, {"Axes": "ORIGIN_ABSOLUTE"}, 0x8000),
+    "FB_ServoOn": ({"SO04_MpRdy": True}, {}, 0x0002),
+}
+
+
+@pytest.mark.parametrize("case", _REQUESTS)
+def test_what_another_block_requests_in_the_same_scan_stays(case: str) -> None:
+    """SI(10) is set before the call, by a block that holds its level."""
+    outputs, pins, bit = _REQUESTS[case]
+    alone = _alone(case.partition("-")[0])
+    alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
+    alone["Robot.SI.SI00_EmergencyStop"] = alone["Robot.SI.SI06_Stop"] = True
+    for name, value in outputs.items():
+        alone[f"Robot.SO.{name}"] = value
+    for name, choice in pins.items():
+        alone[f"Block.{name}"] = choice
+    alone["Block.Execute"] = True
+    for now in (0, 10, 20):
+        alone["Robot.Inner.Request"] = 0x0100
+        alone.scan(now)
+    assert alone["Block.Active"] is True
+    assert alone["Robot.Inner.Request"] == 0x0100 | bit
+
+
+@pytest.mark.parametrize(
+    ("block", "fields", "error"),
+    [
+        ("FB_AlarmReset", {"EmergencyStopOk": False, "SO.SO03_Alarm": True}, 0x8003),
+        ("FB_ProgramReset", {"SO.SO01_CpuOk": False, "SO.SO10_AutoMode": True}, 0x8002),
+        ("FB_ServoOn", {"SO.SO04_MpRdy": False}, 0x8005),
+    ],
+)
+def test_what_cannot_be_is_refused_before_the_input_goes_out(
+    block: str, fields: Mapping[str, bool], error: int
+) -> None:
+    """Source: manual chapter 5, 3.1 to 3.3; docs/errors.md."""
+    alone = _alone(block)
+    alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
+    for name, value in fields.items():
+        alone[f"Robot.{name}"] = value
+    alone["Block.Execute"] = True
+    for now in range(0, 50, 10):
+        alone.scan(now)
+        assert alone["Robot.Inner.Request"] == 0
+    assert alone["Block.Error"] is True
+    assert alone["Block.ErrorID"] == error
+
+
+@pytest.mark.parametrize(
+    ("block", "stage", "passes", "inner"),
+    [
+        ("FB_PowerUp", "POWER_UP_AUTO_MODE", "SO10_AutoMode", "Reset"),
+        ("FB_ServoOnFromEmergencyStop", "POWER_UP_MP_READY", "SO04_MpRdy", "Servo"),
+    ],
+)
+def test_after_a_scan_without_a_call_no_further_step_begins(
+    block: str, stage: str, passes: str, inner: str
+) -> None:
+    """What the stage waits for came in that scan; the block tells that it lost its turn."""
+    alone = _alone(block)
+    alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
+    alone["Robot.SI.SI00_EmergencyStop"] = alone["Robot.SI.SI06_Stop"] = True
+    alone["Robot.SO.SO02_ServoOn"] = block == "FB_PowerUp"
+    alone["Block.Execute"] = True
+    alone.scan(0)
+    alone["Block.Stage"] = stage
+    alone.scan(10)
+    assert alone["Block.Busy"] is True
+    assert alone["Block.Stage"] == stage
+    alone["Robot.Inner.Scan"] = 7
+    alone[f"Robot.SO.{passes}"] = True
+    alone.scan(20)
+    assert alone["Block.ErrorID"] == 0x8013
+    assert alone[f"Block.{inner}.Busy"] is False
+
+
+def _jog(**fields: Value) -> Alone:
+    alone = _alone("FB_Jog")
+    alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
+    alone["Robot.SI.SI06_Stop"] = True
+    alone["Robot.Inner.Elapsed"] = 10
+    alone["Block.Timeout"] = "T#50ms"
+    for name, value in fields.items():
+        alone[f"Block.{name}"] = value
+    return alone
+
+
+def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
+    """The command that nobody waits for any more was there long before.
+
+    Source: head of FB_Jog: Timeout.
+    """
+    alone = _jog(Enable=True)
+    alone.scan(0)
+    alone["Block.Enable"] = False
+    alone["Robot.Inner.Command.Orphan"] = True
+    for now in range(10, 300, 10):
+        alone.scan(now)
+    assert alone["Block.Job.Busy"] is False
+    alone["Block.Enable"] = True
+    for now in range(300, 340, 10):
+        alone.scan(now)
+        assert alone["Block.Error"] is False, now
+    for now in range(340, 400, 10):
+        alone.scan(now)
+    assert alone["Block.ErrorID"] == 0x8012
+
+
+def test_a_jog_that_waited_too_long_is_off_the_queue() -> None:
+    """What it had asked for does not begin after its error.
+
+    Source: docs/errors.md, 16#8012.
+    """
+    alone = _jog()
+    alone["Robot.Inner.Command.NextTicket"] = 1
+    alone["Robot.Inner.Command.Orphan"] = True
+    alone["Block.Enable"] = True
+    for now in range(0, 100, 10):
+        alone.scan(now)
+    assert alone["Block.ErrorID"] == 0x8012
+    assert alone["Block.Job.Busy"] is False
+    alone["Robot.Inner.Command.Orphan"] = False
+    alone["Robot.Inner.Command.Serving"] = 1
+    for now in range(100, 150, 10):
+        alone.scan(now)
+        assert alone["Robot.Inner.CodeRequest"] is False

@@ -20,7 +20,9 @@ _BLOCKS = {
     "ProgramStop": ["SO02", "SO13"],
     "ServoOn": [],
 }
-every_block = pytest.mark.parametrize("block", _BLOCKS)
+every_block = pytest.mark.parametrize(
+    "block", _BLOCKS, ids=lambda name: f"FB_{'ReturnToOrigin' if name == 'Origin' else name}"
+)
 
 
 def _plc(block: str) -> PlcBench:

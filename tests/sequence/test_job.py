@@ -276,6 +276,90 @@ def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(a
     assert begun["Channel.NextTicket"] == 1, "what starts in such a scan stands in the queue"
 
 
+@pytest.mark.parametrize(("ahead", "live"), [(10, True), (32_767, True), (32_768, False)])
+def test_a_ticket_is_its_own_up_to_32767_ahead_and_passed_beyond(ahead: int, live: bool) -> None:
+    """Source: head of FC_RcxTickets: from 32768 on the other one is the earlier."""
+    job = _waiting()
+    serving = 40_000 - ahead
+    channel = {"Serving": serving, "NextTicket": serving + 10, "Lowest": 40_005}
+    job["Channel"] = channel
+    job.scan(10)
+    assert job["Channel.NextTicket"] == serving + (10 if live else 11)
+    full = _waiting()
+    full["Channel"] = channel | {"NextTicket": (serving + 32_767) % 65_536}
+    full.scan(10)
+    assert full["Channel.NextTicket"] == (serving + 32_767) % 65_536
+    assert full["Channel.Lowest"] == (40_000 if live else 40_005)
+
+
+@pytest.mark.parametrize(("later", "shown"), [(1, True), (32_767, True), (32_768, False)])
+def test_a_ticket_is_shown_before_one_that_is_up_to_32767_later(later: int, shown: bool) -> None:
+    """Source: head of FC_RcxTickets."""
+    job = _waiting()
+    job["Channel.Lowest"] = lowest = (40_000 + later) % 65_536
+    job.scan(10)
+    assert job["Channel.Lowest"] == (40_000 if shown else lowest)
+
+
+def _waiting() -> Alone:
+    """With the ticket 40000, behind one that has the turn."""
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
+    job["Channel"] = {"Serving": 39_999, "NextTicket": 40_000, "Lowest": 39_999}
+    job["Block.Execute"] = True
+    job.scan(0)
+    assert (job["Block.Busy"], job["Block.Active"]) == (True, False)
+    assert job["Channel.NextTicket"] == 40_001
+    return job
+
+
+def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_works_ends() -> None:
+    """Its turn is not given on: the command may be on the wire. Source: docs/errors.md, 16#8016."""
+    idle = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
+    _twice(idle)
+    assert (idle["Block.ErrorID"], idle["Block.Error"]) == (0, False)
+    idle["Block.Execute"] = True
+    idle["Block.Scan"] = 0
+    idle.scan(20)
+    assert idle["Block.Active"] is True
+    for job, serving in ((_waiting(), 39_999), (_job(), 0)):
+        job["Block.Scan"] = 0
+        job.scan(10)
+        assert (job["Block.ErrorID"], job["Block.Error"]) == (0x8016, True)
+        assert job["Block.Busy"] is job["Block.Active"] is job["Block.Request"] is False
+        assert job["Channel.Serving"] == serving
+
+
+def _twice(job: Alone) -> None:
+    """Two calls with the same number of the scan, 1."""
+    for now in (0, 10):
+        job["Block.Scan"] = 0
+        job.scan(now)
+
+
+@pytest.mark.parametrize("scan", [0, 2, 3, 65_535])
+def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: int) -> None:
+    """The numbers of the scans go on by one; another robot's may be lower, too."""
+    job = _job()
+    assert job["Block.Scan"] == 1
+    job["Block.Scan"] = (scan - 1) % 65_536
+    job.scan(10)
+    assert job["Block.ErrorID"] == (0 if scan == 2 else 0x8013)
+
+
+@pytest.mark.parametrize("ticket", [0, 65_535])
+def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
+    """Also where the tickets begin again after 65535."""
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
+    job["Channel"] = {"Serving": ticket, "NextTicket": ticket, "Lowest": ticket}
+    job["Block.Execute"] = True
+    job.scan(0)
+    assert job["Block.Active"] is True
+    job["Channel.Serving"] = (ticket + 1) % 65_536
+    job["Channel.NextTicket"] = (ticket + 2) % 65_536
+    job.scan(10)
+    assert job["Block.ErrorID"] == 0x8013
+
+
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
 def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
     """As by a FB_WriteArea that the block has moved behind: it was not seen before it."""

@@ -194,7 +194,9 @@ def test_a_remote_command_is_told_as_it_runs_and_as_it_ends(running: ServedHost)
     running.run(20)
     running.network.send(image(_SI00 | _SI06, 0x0FFF))
     assert running.run(50).commands[-1].request == "16#0FFF: no command of the manual"
-    assert running.status.commands[-1].result.startswith("abnormal end, alarm 4.2")
+    assert running.status.commands[-1].result.startswith(
+        "abnormal end, alarm 12.75 Illegal remote command"
+    )
     assert [one.t_us for one in running.status.commands] == sorted(
         {one.t_us for one in running.status.commands}
     )

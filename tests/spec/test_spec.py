@@ -55,6 +55,7 @@ def test_a_signal_is_found_by_each_of_its_names(name: str) -> None:
     [
         ("2.334", 0x0002, 0x014E),
         ("4.2", 0x0004, 0x0002),
+        ("4.202", 0x0004, 0x00CA),
         ("12.100", 0x000C, 0x0064),
         ("12.400", 0x000C, 0x0190),
         ("12.551", 0x000C, 0x0227),
@@ -67,10 +68,10 @@ def test_a_signal_is_found_by_each_of_its_names(name: str) -> None:
     ],
 )
 def test_alarm_codes(number: str, group: int, category: int) -> None:
-    """Source: manual chapter 4, 4; remote command guide 1.1 and 4.2.1."""
+    """Source: manual chapter 4, 4; remote command guide 1.1 and 4.2.1; 4.202: public list."""
     alarm = spec.alarms()[number]
     assert (alarm.group, alarm.category) == (group, category)
-    assert len(spec.alarms()) == 11
+    assert len(spec.alarms()) == 12
 
 
 @pytest.mark.parametrize(

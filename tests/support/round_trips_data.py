@@ -183,7 +183,7 @@ def _data() -> list[Trip]:
         Trip(
             0x515,
             ((0x101, 0, 29), (0x515,)),
-            (0x0200, 4, 2, 0x0101) + (0,) * 12,
+            (0x0200, 6, 204, 0x0101) + (0,) * 12,
         ),
         Trip(0x604, (_alarm(1), wait, (0x604,), wait), False, look=_serious),
     ]

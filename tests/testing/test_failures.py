@@ -47,6 +47,7 @@ def test_a_failed_test_shows_the_chart_and_the_variables_of_its_end(run: Run) ->
             "*rcx: files*",
             "*chart.svg",
             "*trace.jsonl",
+            "*view.html",
         ]
     )
 
@@ -107,7 +108,12 @@ def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) ->
 def test_the_files_hold_the_chart_and_the_whole_trace(run: Run, pytester: pytest.Pytester) -> None:
     run(_LATE, "--rcx-artifacts", "kept")
     folder = pytester.path / "kept" / "test_it" / "test_it"
-    assert sorted(path.name for path in folder.iterdir()) == ["chart.svg", "trace.jsonl"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "chart.svg",
+        "recording.jsonl",
+        "trace.jsonl",
+        "view.html",
+    ]
     texts = [one.text for one in ElementTree.parse(folder / "chart.svg").iter() if one.text]
     assert "test_it.py::test_it" in " ".join(texts)
     assert {"300", "2000", "2500"} <= set(texts)
@@ -255,7 +261,8 @@ def test_of_several_cells_each_has_its_chart(run: Run, pytester: pytest.Pytester
     )
     result.stdout.fnmatch_lines(["*chart of the cell 1 of 2*", "*chart of the cell 2 of 2*"])
     names = sorted(path.name for path in (pytester.path / "kept/test_it/test_it").iterdir())
-    assert names == ["chart-1.svg", "chart-2.svg", "trace-1.jsonl", "trace-2.jsonl"]
+    kinds = (("chart", "svg"), ("recording", "jsonl"), ("trace", "jsonl"), ("view", "html"))
+    assert names == [f"{name}-{k}.{ending}" for name, ending in kinds for k in (1, 2)]
 
 
 def test_passed_skipped_and_expected_failures_leave_nothing(

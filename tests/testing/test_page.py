@@ -23,7 +23,7 @@ def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> No
     options = {f"--rcx-{name.replace('_', '-')}" for name in (*OPTIONS, *COVERAGE)}
     assert set(re.findall(r"--rcx-[\w-]+", page)) == options
     keys = {f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)}
-    others = {"rcx_build", "rcx_harness", "rcx_chart", "rcx_trace"}
+    others = {"rcx_build", "rcx_harness", "rcx_chart", "rcx_trace", "rcx_view", "rcx_recording"}
     assert set(re.findall(r"\brcx_[a-z_]+\b", page)) == keys | others
 
 

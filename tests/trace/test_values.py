@@ -18,7 +18,7 @@ from rcx_harness.engine.types import (
     Type,
     Variable,
 )
-from rcx_harness.trace.values import LONGEST, described, literal, parts, value_text
+from rcx_harness.trace.values import LONGEST, described, literal, parts, typed, value_text
 
 INT = ElementaryType("INT")
 STATE = EnumType("STATE", ("IDLE", "RUN"), (0, 10))
@@ -107,3 +107,18 @@ def test_what_json_does_not_know_is_a_literal() -> None:
     values = {"A": [timedelta(seconds=1), date(2024, 1, 2)], "B": float("nan"), "C": 5}
     assert literal(values) == {"A": ["T#1000ms", "D#2024-01-02"], "B": "nan", "C": 5}
     assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", "no halves of characters"
+
+
+def test_a_type_comes_back_from_its_description() -> None:
+    """A block as a structure: which it was is not written."""
+    for kind in (INT, STATE, LONG, GRID, POINT):
+        again = typed(described(kind))
+        assert described(again) == described(kind)
+        assert [part.path for part in parts("X", again)] == [p.path for p in parts("X", kind)]
+    assert isinstance(typed(described(BLOCK)), StructType)
+
+
+@pytest.mark.parametrize("description", [7, None, [], {"enum": "E"}, {"array": 1, "of": "INT"}])
+def test_what_describes_no_type_is_refused(description: Any) -> None:
+    with pytest.raises((AttributeError, KeyError, TypeError, ValueError)):
+        typed(description)

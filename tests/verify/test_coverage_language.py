@@ -132,6 +132,14 @@ def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
     assert [dict(one.vectors) for one in result.decisions] == [{0b11: True, 0b10_00: False}] * 2
 
 
+def test_a_conversion_behind_and_is_looked_at_and_a_root_is_not(run: Run) -> None:
+    """A conversion ends no run, whatever it is given; a root of a negative number does."""
+    declared = "    i : INT;\n    r : REAL;\n    Good : BOOL;\n"
+    body = "  Good := i > 0 AND INT_TO_REAL(i) < 3.0;\n  Good := i > 0 AND SQRT(r) < 3.0;\n"
+    result = run(body, declared, {"i": 0})
+    assert [dict(one.vectors) for one in result.decisions] == [{0b10: False}, {0b10_00: False}]
+
+
 def test_a_decision_that_is_come_to_again_inside_itself_keeps_both(run: Run) -> None:
     """A method in a condition runs the same decision for another instance."""
     before = (

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.verify.kept import Results
 from rcx_harness.verify.mutants.engine import Workshop
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
 from rcx_harness.verify.mutants.operators import OPERATORS
 from rcx_tools.evidence.mutants.suite import in_suite, spread
-from rcx_tools.evidence.store import Results
 
 _BLOCK = """(*
  * FB_Sample: a bit of everything.

@@ -21,11 +21,13 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 from rcx_harness.spec.wire import check_size
 from rcx_harness.trace import FORMAT
+from rcx_harness.trace.view import BEGINNING
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = [
+    "INSTEAD",
     "Areas",
     "Files",
     "Robots",
@@ -51,6 +53,10 @@ Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
 #: Where the area of the robot begins, in bytes; or of several robots.
 Areas = int | Sequence[int]
 
+#: Files that are read instead of others, which are resolved: copies with a mistake in them
+#: (`rcx mutants`).
+INSTEAD: dict[Path, Path] = {}
+
 _PACKAGE = Path(__file__).resolve().parents[1]
 #: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
 _FOREIGN = ("__pycache__", "site-packages")
@@ -59,6 +65,7 @@ _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
     "chart": ("timing chart (SVG)", "<svg "),
     "vcd": ("wave file (VCD)", "$timescale"),
+    "view": ("page of rcx view", BEGINNING),
 }
 
 
@@ -130,6 +137,8 @@ def source_files(
     found = [file for file in st_files(folder) if file.resolve() not in taken]
     found = not_declared(found, made.declared)
     own = list(dict.fromkeys(own))
+    if INSTEAD:
+        own = [INSTEAD.get(file.resolve(), file) for file in own]
     return SourceFiles(tuple(own), tuple(needed(own, found)), folder, made.notes, made.declared)
 
 
@@ -190,7 +199,7 @@ def check_outputs(
     """Refuse to write over what is read, twice to the same file, or over what is not a run's.
 
     Args:
-        outputs: Where to write, by kind: `trace`, `chart`, `vcd`; None for nothing.
+        outputs: Where to write, by kind: `trace`, `chart`, `vcd`, `view`; None for nothing.
         files: The ST files that are read, if there are any.
         inputs: What else is read; entries that are no paths do not count.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -20,23 +21,23 @@ from rcx_harness.cell.build import (
     source_files,
 )
 from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
-from rcx_harness.cell.image import find_image
-from rcx_harness.cell.link import Link
+from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.image import Image, find_image
+from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
+from rcx_harness.cell.plc import Plc
 from rcx_harness.cell.positions import axes_of
+from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
+from rcx_harness.cell.surroundings import befall
 from rcx_harness.cell.watched import Watched
 from rcx_harness.engine.base import Program, Value
-from rcx_harness.engine.builtin.coverage import collecting
-from rcx_harness.engine.load import build as build_program
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
 from rcx_harness.spec.wire import CYCLE_US
-from rcx_harness.trace import Trace
+from rcx_harness.trace import KEPT, Trace
 from rcx_harness.units import format_us, parse_us
-from rcx_harness.watch.calls import CallMonitor
-from rcx_harness.watch.calls_source import CallPlan, call_plan, steady_instances
-from rcx_harness.watch.contract import ContractMonitor
+from rcx_harness.watch.calls_source import CallPlan
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
@@ -44,11 +45,7 @@ if TYPE_CHECKING:
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
 
 #: What `Cell.inject` and a stimulus can let happen, with a line of help.
-EVENTS: dict[str, str] = {
-    "link_down": "the network cable is unplugged: packets are lost",
-    "link_up": "the network cable is plugged in again",
-    **ROBOT_EVENTS,
-}
+EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
 #: A time, or a number of scans, that does not come.
 _NEVER = sys.maxsize
@@ -74,10 +71,10 @@ class _Snapshot(NamedTuple):
     program: object
     agenda: Any
     nodes: tuple[object, ...]
-    contract: Any
-    calls: Any
+    plc: Any
     trace: Any
     counts: tuple[int, int, int]
+    timing: Timing
 
 
 class Cell:
@@ -108,6 +105,9 @@ class Cell:
         calls: CallPlan | None = None,
         notice: str = "",
         agenda: Agenda | None = None,
+        keep: int = KEPT,
+        retained: Sequence[str] = (),
+        keep_program: bool = False,
     ) -> None:
         if on_loss not in ("hold", "clear"):
             raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
@@ -116,7 +116,7 @@ class Cell:
         """All controllers; the first is `robot`."""
         self.closed = False
         """After `close`."""
-        self._notice = notice
+        self._notice, self._keep_program = notice, keep_program
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -133,7 +133,7 @@ class Cell:
         members = [Member(robot, link, m, n, far), *further]
         images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
         axes = axes_of(self.robots, positions)
-        self.trace = Trace(header, trace, watched=self._watch.types, axes=axes)
+        self.trace = Trace(header, trace, keep=keep, watched=self._watch.types, axes=axes)
         self._agenda = Agenda() if agenda is None else agenda
         self._nodes = [
             Node(
@@ -144,7 +144,7 @@ class Cell:
                 timing,
                 self._agenda,
                 self.trace,
-                self._report,
+                self.report,
                 seed=seed + number - 1,
                 clear=on_loss == "clear",
                 positions=positions,
@@ -153,13 +153,14 @@ class Cell:
         ]
         self._first = self._nodes[0]
         self._agenda.repeat(timing.phases[-1], Kind.SCAN, timing.scan_us, self._scan)
-        self._contract = ContractMonitor(program, steady)
-        self._calls = CallMonitor(program, calls or CallPlan({}, {}))
+        self.plc = Plc(program, steady, calls or CallPlan({}, {}), retained)
+        """STOP and RUN, power, and what a start leaves."""
+        self._wanted = False
 
     @classmethod
     def build(
         cls,
-        program: Files,
+        program: Files | Compiled,
         *,
         lib: str | Path | None = None,
         scan: Duration | None = None,
@@ -180,11 +181,14 @@ class Cell:
         positions: str = "",
         replace: Mapping[str, str | Path] | None = None,
         connect: Elsewhere | None = None,
+        keep: int = KEPT,
+        through: Callable[[Program], Program] = lambda program: program,
     ) -> Cell:
         """Compile a program with the library and put it into a cell.
 
         Args:
-            program: One ST file or project file, or several; those of the library are added.
+            program: One ST file or project file, or several; those of the library are added. Or
+                what was compiled of them: it is taken from its beginning, and outlives the cell.
             lib: Folder of the library, all `.st` below it; default: the library of this package.
             scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
@@ -207,19 +211,23 @@ class Cell:
             replace: ST files for POUs of a project, by the POU's name.
             connect: A controller that runs elsewhere, instead of a virtual one; `link` and `robot`
                 are then none of the cell's.
+            keep: How many records of the trace stay in memory; each snapshot has them.
+            through: Puts something around the program that sees all that the cell does with it.
 
         Raises:
             InputError: anything wrong with the sources or the arguments; the controller elsewhere
                 is not there, or refuses.
         """
-        files = source_files(program, lib, replace)
-        check_outputs({"trace": trace}, files, *several(robot))
-        if collector := collecting():
-            collector.leave_out(files.folder)
-        built = build_program(files.all, engine)
-        compiled = built.program
+        keep_program = isinstance(program, Compiled)
+        if isinstance(program, Compiled):
+            compiled = program
+            compiled.fresh()
+        else:
+            files = source_files(program, lib, replace)
+            check_outputs({"trace": trace}, files, *several(robot))
+            compiled = Compiled(files, engine)
         try:
-            period = scan if scan is not None else compiled.tick_us or "10ms"
+            period = scan if scan is not None else compiled.program.tick_us or "10ms"
             timing = Timing.make(
                 scan=period, rpi=rpi, jitter=jitter, timeout=timeout, phases=phases, seed=seed
             )
@@ -233,12 +241,13 @@ class Cell:
                 connect=connect,
             )
         except BaseException:
-            compiled.close()
+            if not keep_program:
+                compiled.close()
             raise
         first, *further = members
         try:
             return cls(
-                compiled,
+                through(compiled.program),
                 first.robot,
                 first.link,
                 timing,
@@ -251,15 +260,19 @@ class Cell:
                 trace=trace,
                 watch=watch,
                 positions=positions,
-                steady=steady_instances(files.own, files.lib),
-                calls=call_plan(*files.users),
-                notice="\n".join(filter(None, (*files.notes, built.notice))),
+                steady=compiled.steady,
+                calls=compiled.calls,
+                notice=compiled.notice,
+                retained=compiled.retained,
+                keep_program=keep_program,
                 agenda=make_agenda(link, connect),
+                keep=keep,
             )
         except BaseException:
             for member in members:
                 member.link.close()
-            compiled.close()
+            if not keep_program:
+                compiled.close()
             raise
 
     # --- variables ---------------------------------------------------------------------------
@@ -271,6 +284,7 @@ class Cell:
     def __setitem__(self, path: str, value: Value) -> None:
         """Set a variable between two scans."""
         self.program.write(path, value)
+        self.plc.note(path)
 
     def watched(self) -> dict[str, str]:
         """The watched variables as they stand in Structured Text, by path.
@@ -283,8 +297,16 @@ class Cell:
     # --- time --------------------------------------------------------------------------------
 
     def scan(self, n: int = 1) -> None:
-        """Let time pass until `n` more scans have run."""
-        self._pass(_NEVER, self.scans + n)
+        """Let time pass until `n` more scans have run.
+
+        Raises:
+            InputError: no scan comes, for the PLC is in STOP or has no power.
+        """
+        self._wanted = True
+        try:
+            self._pass(_NEVER, self.scans + n)
+        finally:
+            self._wanted = False
 
     def run(self, duration: Duration) -> None:
         """Let `duration` pass: everything before `now + duration` happens."""
@@ -332,14 +354,62 @@ class Cell:
         """
         node = self._node(controller)
         self.check_near()
-        if event in ("link_down", "link_up"):
-            if args:
-                raise InputError(
-                    f"event {event!r} takes no arguments", hint=f'write robot = "{event}"'
-                )
-            node.network.set_cable(event == "link_up")
+        if event in SURROUNDINGS:
+            befall(self, event, controller, args)
         else:
             node.robot.inject(event, **args)
+
+    def set_cable(self, up: bool, controller: int = 1) -> None:
+        """Plug or unplug a controller's network cable."""
+        self._node(controller).network.set_cable(up)
+
+    def network_of(self, controller: int) -> Network:
+        """The network between the PLC and a controller."""
+        return self._node(controller).network
+
+    def stop_plc(self, *, power: bool = False) -> None:
+        """The PLC goes into STOP, or loses its power: no scan runs, its connections end.
+
+        Raises:
+            InputError: the network is a real one.
+        """
+        for network in self._networks():
+            network.set_plc(False)
+        self.plc.stop(power=power)
+
+    def start_plc(self, start: str = "warm") -> None:
+        """The PLC goes into RUN; one that runs already is started anew.
+
+        Args:
+            start: `"warm"`: all variables begin anew but those that are retained; `"cold"`: all
+                of them; `"continue"`: none, as it stands.
+        """
+        for network in self._networks():
+            network.set_plc(False)
+            network.set_plc(True)
+        if start != "continue" or not self.plc.powered:
+            for node in self._nodes:
+                node.begin_anew()
+        self.plc.start(start)
+
+    def overrun(self, late_us: int) -> None:
+        """The PLC's next scan, and with it all that follow, come so much later [us]."""
+        self._agenda.delay(Kind.SCAN, late_us)
+
+    def change_interval(self, rpi_us: int) -> None:
+        """From now on packets go in this interval [us]."""
+        self.timing = dataclasses.replace(self.timing, rpi_us=rpi_us)
+        for network in self._networks():
+            network.change_interval(self.timing)
+        for kind in (Kind.PRODUCE_TO_ROBOT, Kind.PRODUCE_TO_PLC):
+            self._agenda.periods[kind] = rpi_us
+
+    def _networks(self) -> list[PacketNetwork]:
+        found = [one.network for one in self._nodes if isinstance(one.network, PacketNetwork)]
+        if len(found) < len(self._nodes):
+            hint = "run it without --realtime and --connect"
+            raise InputError("that befalls a PLC in virtual time only", hint=hint)
+        return found
 
     def give_area(self, area: bytes | None, connected: bool = True, *, controller: int = 1) -> None:
         """Let the PLC read these bytes from its next scan on, instead of a controller's answer.
@@ -382,6 +452,16 @@ class Cell:
         return all(node.matched for node in self._nodes)
 
     @property
+    def images(self) -> list[Image]:
+        """The areas of each controller in the PLC's process image."""
+        return [node.image for node in self._nodes]
+
+    @property
+    def areas(self) -> list[tuple[int, int, int]]:
+        """Of each controller the size of its areas, and where they begin: m and n, in bytes."""
+        return [(node.link.size, node.m, node.n) for node in self._nodes]
+
+    @property
     def notice(self) -> str:
         """A line on the engine that was taken, one on the network; or empty."""
         return "\n".join(filter(None, (self._notice, self._agenda.notice)))
@@ -404,10 +484,10 @@ class Cell:
             self.program.snapshot(),
             self._agenda.snapshot(),
             tuple(node.snapshot() for node in self._nodes),
-            self._contract.snapshot(),
-            self._calls.snapshot(),
+            self.plc.snapshot(),
             self.trace.snapshot(),
             (self.now_us, self.scans, len(self.violations)),
+            self.timing,
         )
 
     def restore(self, snapshot: object) -> None:
@@ -417,10 +497,10 @@ class Cell:
         self._agenda.restore(snapshot.agenda)
         for node, state in zip(self._nodes, snapshot.nodes, strict=True):
             node.restore(state)
-        self._contract.restore(snapshot.contract)
-        self._calls.restore(snapshot.calls)
+        self.plc.restore(snapshot.plc)
         self.trace.restore(snapshot.trace)
         self.now_us, self.scans, found = snapshot.counts
+        self.timing = snapshot.timing
         del self.violations[found:]
 
     def close(self) -> None:
@@ -435,7 +515,8 @@ class Cell:
         self.trace.close()
         for node in self._nodes:
             node.link.close()
-        self.program.close()
+        if not self._keep_program:
+            self.program.close()
         self.closed = True
         self.program = cast(Program, _ClosedProgram())
 
@@ -464,6 +545,11 @@ class Cell:
             action(self.now_us)
 
     def _scan(self, now: int) -> None:
+        if not self.plc.runs:
+            if self._wanted:
+                hint = "use cell.run(), or let plc_run or plc_power_on happen"
+                raise InputError("the PLC does not run: no scan comes", hint=hint)
+            return
         for node in self._nodes:
             node.before_scan(now)
         self.program.scan(now)
@@ -471,10 +557,11 @@ class Cell:
         watched = self._watch.values() if self._watch.types else None
         for node in self._nodes:
             node.after_scan(now, number, watched if node is self._first else None)
-        if found := self._contract.scan(now, number) + self._calls.scan(now, number):
-            self._report(found)
+        if found := self.plc.judge(now, number):
+            self.report(found)
 
-    def _report(self, found: Iterable[Violation]) -> None:
+    def report(self, found: Iterable[Violation]) -> None:
+        """Note rules that were broken."""
         for violation in found:
             self.violations.append(violation)
             self.trace.add(violation)

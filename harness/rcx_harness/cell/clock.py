@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import timedelta
 from enum import IntEnum
-from heapq import heappop, heappush, heapreplace
+from heapq import heapify, heappop, heappush, heapreplace
 from random import Random
 from typing import Any
 
@@ -135,7 +135,7 @@ def _named(
 Action = Callable[[int], None]
 
 #: State of an agenda, for `Agenda.restore`.
-Snapshot = tuple[tuple[Any, ...], int]
+Snapshot = tuple[tuple[Any, ...], int, dict[int, int]]
 
 
 class Agenda:
@@ -169,6 +169,14 @@ class Agenda:
         self.periods[kind] = period_us
         self.add(t_us, kind, action, controller)
 
+    def delay(self, kind: Kind, late_us: int) -> None:
+        """Let the next events of a kind, and with them all that follow, come later."""
+        self._queue = [
+            (t_us + late_us * (one == kind), one, controller, number, action)
+            for t_us, one, controller, number, action in self._queue
+        ]
+        heapify(self._queue)
+
     def first(self) -> tuple[int, int]:
         """Time and kind of the next event; an agenda of a cell is never empty."""
         return self._queue[0][:2]
@@ -184,9 +192,9 @@ class Agenda:
 
     def snapshot(self) -> Snapshot:
         """All that is pending."""
-        return tuple(self._queue), self._count
+        return tuple(self._queue), self._count, dict(self.periods)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to what `snapshot` gave."""
-        queue, self._count = snapshot
-        self._queue = list(queue)
+        queue, self._count, periods = snapshot
+        self._queue, self.periods = list(queue), dict(periods)

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from hashlib import blake2b
 from random import Random
 from typing import Any, Protocol, runtime_checkable
 
 from rcx_harness.cell.clock import Agenda, Kind, Timing
 from rcx_harness.spec.wire import SIZE
 
-__all__ = ["DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
+__all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
 
 _TO_ROBOT, _TO_PLC = 0, 1
+#: To the robot, to the PLC.
+BOTH = (_TO_ROBOT, _TO_PLC)
 
 #: How long a scanner takes at least to open a connection anew.
 _REOPEN_US = 100_000
@@ -156,7 +159,10 @@ class PacketNetwork:
         self._link, self._timing, self._agenda = link, timing, agenda
         self._matched, self._controller = matched, controller
         self._random = Random(f"jitter {seed}")
-        self._cable, self._adapter = True, False
+        self._cable, self._adapter, self._plc = True, False, True
+        self._seed = seed
+        self._faults: dict[tuple[str, int], tuple[float, int]] = {}
+        self._hits = {"lost": 0, "late": 0, "doubled": 0}
         self._open = False
         self._epoch = 0
         self._lost_us: int | None = None
@@ -191,6 +197,33 @@ class PacketNetwork:
             if not up:
                 self._lose(_TO_ROBOT)
 
+    def set_plc(self, up: bool) -> None:
+        """The PLC's scanner starts, or ends its connection."""
+        self._plc = up
+        if not up:
+            self._lose(_TO_PLC)
+
+    def disturb(self, kind: str, direction: int, share: float, by_us: int = 0) -> None:
+        """From now on let `share` of a direction's packets be `lost`, `late` or `doubled`.
+
+        A late packet, and the second of a doubled one, come up to `by_us` later; the order of the
+        packets is kept. What becomes of a packet depends on the seed and on its time alone, so
+        that a run stays the same before a disturbance that is taken out.
+        """
+        if share:
+            self._faults[kind, direction] = (share, by_us)
+        else:
+            self._faults.pop((kind, direction), None)
+
+    @property
+    def disturbed(self) -> dict[str, int]:
+        """How many packets were `lost`, `late` and `doubled` by `disturb`."""
+        return dict(self._hits)
+
+    def change_interval(self, timing: Timing) -> None:
+        """Another packet interval, as the agenda has it from the next packet on."""
+        self._timing = timing
+
     def robot_connected(self, now_us: int) -> bool:
         """Does the robot still receive packets?"""
         return self._alive(_TO_ROBOT, now_us)
@@ -214,15 +247,17 @@ class PacketNetwork:
 
     def snapshot(self) -> object:
         """The whole state, images included."""
-        state = (self._cable, self._adapter, self._open, self._epoch, self._lost_us)
+        state = (self._cable, self._adapter, self._plc, self._open, self._epoch, self._lost_us)
         packets = (tuple(self._last), tuple(self._due))
         images = (self._link.robot_read(), self._link.scanner_read(), self.input)
-        return state, packets, images, self._random.getstate()
+        faults = (dict(self._faults), dict(self._hits), self._timing)
+        return state, packets, images, self._random.getstate(), faults
 
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
-        state, packets, images, random = snapshot
-        self._cable, self._adapter, self._open, self._epoch, self._lost_us = state
+        state, packets, images, random, faults = snapshot
+        self._cable, self._adapter, self._plc, self._open, self._epoch, self._lost_us = state
+        self._faults, self._hits, self._timing = dict(faults[0]), dict(faults[1]), faults[2]
         self._last, self._due = list(packets[0]), list(packets[1])
         self._link.scanner_write(images[0])
         self._link.robot_write(images[1])
@@ -231,7 +266,7 @@ class PacketNetwork:
 
     def _flows(self, now_us: int) -> bool:
         """Is there a connection, or can a new one be opened?"""
-        if not (self._matched and self._cable and self._adapter):
+        if not (self._matched and self._cable and self._adapter and self._plc):
             return False
         if not self._open:
             lost = [not self._alive(direction, now_us) for direction in (_TO_ROBOT, _TO_PLC)]
@@ -256,6 +291,29 @@ class PacketNetwork:
         return False
 
     def _send(self, direction: int, now_us: int, content: bytes) -> None:
+        if not self._faults:
+            self._send_on(direction, now_us, content)
+            return
+        if self._hit("lost", direction, now_us):
+            return
+        if (late_us := self._hit("late", direction, now_us)) is not None:
+            self._due[direction] = max(now_us + late_us, self._due[direction])
+        self._send_on(direction, now_us, content)
+        if (twice_us := self._hit("doubled", direction, now_us)) is not None:
+            self._due[direction] = max(now_us + twice_us, self._due[direction])
+            self._queue(self._due[direction], direction, content)
+
+    def _hit(self, kind: str, direction: int, now_us: int) -> int | None:
+        """Is the packet of this time hit: how long it takes [us], at least 1; else None."""
+        share, by_us = self._faults.get((kind, direction), (0.0, 0))
+        key = f"{kind} {direction} {now_us} {self._seed}".encode()
+        draw = (int.from_bytes(blake2b(key, digest_size=4).digest(), "big") + 1) / 2**32
+        if draw > share:
+            return None
+        self._hits[kind] += 1
+        return max(1, round(draw / share * by_us))
+
+    def _send_on(self, direction: int, now_us: int, content: bytes) -> None:
         jitter_us = self._timing.jitter_us
         if not jitter_us and now_us > self._due[direction]:
             # Nothing else is under way, and nothing happens between sending and arriving.

@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Scan, Trace
 from rcx_harness.watch.wire import WireMonitor
 
-__all__ = ["Member", "Node"]
+__all__ = ["Member", "Node", "status_path"]
 
 Report = Callable[[Iterable[Violation]], None]
 
@@ -74,13 +74,14 @@ class Node:
         self.matched = self.link.size == self.robot.config.size
         """Do master and robot agree on the area's size? Without that there is no connection."""
         self.cycles = 0
-        self._program, self._image = program, image
+        self._program, self.image = program, image
+        self.m, self.n = member.m, member.n
         self._trace, self._report = trace, report
         self._no_area = bytes(self.link.size)
         self._clear = clear
         self._unit = positions
         self._stood: tuple[float, ...] | None = None
-        self._status = _status_path(program, number)
+        self._status = status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
         self._given: tuple[bytes, bool] | None = None
@@ -102,15 +103,20 @@ class Node:
         self._connected = connected
         if self._status is not None and self._shown()[0] is not connected:
             self._program.write(self._status, connected)
-        self._image.put(self._so, connected)
+        self.image.put(self._so, connected)
 
     def after_scan(self, now: int, scan: int, watched: dict[str, Any] | None) -> None:
         """Take what the PLC has written, note it and judge it."""
-        si = self._image.get()
+        si = self.image.get()
         self.network.scanned(si)
         self._trace.add(Scan(now, scan, self._so, si, watched, self.number))
         if found := self.wire.scan(now, scan, self._so, si, self._connected):
             self._tell(found)
+
+    def begin_anew(self) -> None:
+        """The PLC has started: nothing that it wrote before counts."""
+        commands, self.wire = self.wire.commands, WireMonitor(self.link.size)
+        self.wire.commands = commands
 
     def give_area(self, area: bytes | None, connected: bool) -> None:
         """Let the PLC read these bytes from its next scan on; None: the controller's answer."""
@@ -161,7 +167,7 @@ class Node:
         self._report(found)
 
 
-def _status_path(program: Program, number: int) -> str | None:
+def status_path(program: Program, number: int) -> str | None:
     """`Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
 
     Where none has, one beside the areas.

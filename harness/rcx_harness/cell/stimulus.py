@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from difflib import get_close_matches
 from functools import partial
@@ -13,21 +14,30 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import EVENTS, Cell
+from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
+from rcx_harness.cell.surroundings import check, opposite
+from rcx_harness.engine.conditions import Condition, conditions
 from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
+from rcx_harness.robot import Violation
 from rcx_harness.spec import load_toml
 from rcx_harness.units import parse_us
 
-__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus"]
+__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
 
 #: As an `area`: the controller's own answer.
 ROBOT = "robot"
 #: Of an entry.
-KEYS = ("time", "set", "robot", "hold", "release", "area", "connected", "controller")
-_ENTRY = re.compile(r"^\s*\[\[\s*at\s*\]\]")
+KEYS = (
+    *("time", "set", "robot", "plc", "for", "hold", "release", "area", "connected"),
+    *("controller", "expect"),
+)
+_ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
+#: How the events of a PLC begin; the key `plc` leaves that out.
+_PLC = "plc_"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Entry:
     """One `[[at]]` table.
 
@@ -42,22 +52,40 @@ class Entry:
             area, those left out 0; `ROBOT` for the controller's answer again; None: as before.
         connected: What the PLC's scanner says of the connection while it reads such bytes.
         controller: Which of the cell's controllers all but `values` is for, from 1.
+        held_us: After so long the values, all of type BOOL, and the events are taken back; None:
+            they stay.
+        expect: Conditions that hold now, just before all this: see `engine.conditions`.
     """
 
     t_us: int
-    line: int
-    values: Mapping[str, Any]
-    events: tuple[tuple[str, Mapping[str, Any]], ...]
-    hold: tuple[str, ...]
-    release: tuple[str, ...]
+    line: int = 0
+    values: Mapping[str, Any] = field(default_factory=dict)
+    events: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    hold: tuple[str, ...] = ()
+    release: tuple[str, ...] = ()
     area: bytes | str | None = None
     connected: bool = True
     controller: int = 1
+    held_us: int | None = None
+    expect: tuple[str, ...] = ()
+
+    def parts(self) -> list[Entry]:
+        """This without an end; and where it has one, that."""
+        if self.held_us is None:
+            return [self]
+        end = Entry(
+            self.t_us + self.held_us,
+            self.line,
+            {path: not value for path, value in self.values.items()},
+            tuple(opposite(event, args) for event, args in self.events),
+            controller=self.controller,
+        )
+        return [replace(self, held_us=None), end]
 
     def apply(self, cell: Cell) -> None:
-        """Let it happen, now."""
+        """Let it happen, now; its end is not waited for."""
         for path, value in self.values.items():
-            cell[path] = _typed(cell, path, value)
+            cell[path] = typed(cell, path, value)
         for event, args in self.events:
             cell.inject(event, controller=self.controller, **args)
         for name in self.hold:
@@ -130,8 +158,29 @@ class Stimulus:
             cell.program.restore(before[0])
             for robot, state in zip(cell.robots, before[1], strict=True):
                 robot.restore(state)
+        expected = self._expected(cell)
+        for one in self.entries:
+            if one in expected:
+                cell.at(one.t_us, partial(_judge, cell, expected[one]))
+            for part in one.parts():
+                cell.at(part.t_us, partial(part.apply, cell))
+
+    def _expected(self, cell: Cell) -> dict[Entry, list[Condition]]:
+        """What entries expect, ready to be asked."""
+        found = {}
         for entry in self.entries:
-            cell.at(entry.t_us, partial(entry.apply, cell))
+            if entry.expect:
+                with _at_line(self.file, entry.line):
+                    found[entry] = conditions(cell.program, entry.expect)
+        return found
+
+
+def _judge(cell: Cell, expected: list[Condition]) -> None:
+    """Report what does not hold now."""
+    for one in expected:
+        if not one.holds():
+            text = f"plc, scan {cell.scans}: expect: {one.text} does not hold"
+            cell.report([Violation(cell.now_us, "expect", text)])
 
 
 @contextmanager
@@ -161,8 +210,8 @@ def _entry(table: Mapping[str, Any], line: int) -> Entry:
     values = table.get("set", {})
     if not isinstance(values, dict):
         raise InputError("set is not a table", hint='write set = { "Main.Go" = true }')
-    given = table.get("robot", [])
-    events = [_event(one) for one in (given if isinstance(given, list) else [given])]
+    events = [_event(one, "robot") for one in _listed(table, "robot")]
+    events += [_event(one, "plc") for one in _listed(table, "plc")]
     return Entry(
         parse_us(table["time"]),
         line,
@@ -173,7 +222,44 @@ def _entry(table: Mapping[str, Any], line: int) -> Entry:
         _area(table),
         _connected(table),
         _controller(table),
+        _held(table, values, events),
+        _conditions(table),
     )
+
+
+def _listed(table: Mapping[str, Any], key: str) -> list[Any]:
+    given = table.get(key, [])
+    return given if isinstance(given, list) else [given]
+
+
+def _held(
+    table: Mapping[str, Any], values: Mapping[str, Any], events: list[tuple[str, Any]]
+) -> int | None:
+    """How long it lasts, if that is said."""
+    given = table.get("for")
+    if given is None:
+        return None
+    if not isinstance(given, str):
+        raise InputError("for is not a text", hint='write for = "100ms"')
+    for path, value in values.items():
+        if not isinstance(value, bool):
+            hint = "set it back in an entry of its own"
+            raise InputError(f"'for' is for inputs that are true or false, not {path}", hint=hint)
+    for event, args in events:
+        opposite(event, args)
+    if not values and not events:
+        raise InputError("'for' goes with set, robot or plc")
+    held_us = parse_us(given)
+    if not held_us:
+        raise InputError("'for' is a time longer than 0", hint='write for = "100ms"')
+    return held_us
+
+
+def _conditions(table: Mapping[str, Any]) -> tuple[str, ...]:
+    found = _listed(table, "expect")
+    if not all(isinstance(one, str) for one in found):
+        raise InputError("expect is no condition", hint='write expect = "Main.Parts > 3"')
+    return tuple(found)
 
 
 def _area(table: Mapping[str, Any]) -> bytes | str | None:
@@ -208,26 +294,29 @@ def _controller(table: Mapping[str, Any]) -> int:
     return given
 
 
-def _event(given: object) -> tuple[str, Mapping[str, Any]]:
+def _event(given: object, key: str) -> tuple[str, Mapping[str, Any]]:
+    """An event by its name in the file, those of the PLC without how they begin."""
     args: dict[str, Any] = {}
     if isinstance(given, dict):
         args = dict(given)
         given = args.pop("event", None)
+    example, more = ("alarm", "group = 12") if key == "robot" else ("run", 'start = "cold"')
     if not isinstance(given, str):
-        raise InputError(
-            "robot is not an event",
-            hint='write robot = "alarm", or { event = "alarm", group = 12 }',
-        )
-    if given not in EVENTS:
-        near = get_close_matches(given, EVENTS, n=3)
+        hint = f'write {key} = "{example}", or {{ event = "{example}", {more} }}'
+        raise InputError(f"{key} is not an event", hint=hint)
+    of_plc = {name.removeprefix(_PLC): name for name in EVENTS if name.startswith(_PLC)}
+    names = of_plc if key == "plc" else {one: one for one in EVENTS if not one.startswith(_PLC)}
+    if given not in names:
+        near = get_close_matches(given, names, n=3)
         hint = f"did you mean {' or '.join(near)}" if near else "rcx run --help lists the events"
+        if key == "robot" and given.removeprefix(_PLC) in of_plc:
+            hint = f'write plc = "{given.removeprefix(_PLC)}"'
         raise InputError(f"unknown event {given!r}", hint=hint)
-    return given, args
+    return names[given], args
 
 
 def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
-    given = table.get(key, [])
-    names = given if isinstance(given, list) else [given]
+    names = _listed(table, key)
     if not all(isinstance(name, str) for name in names):
         raise InputError(f"{key} is not a signal", hint=f'write {key} = "SO02"')
     return tuple(names)
@@ -235,17 +324,17 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 
 def _try(entry: Entry, cell: Cell) -> None:
     for path, value in entry.values.items():
-        cell[path] = _typed(cell, path, value)
+        cell[path] = typed(cell, path, value)
     if entry.controller > len(cell.robots):
         raise InputError(f"no controller {entry.controller}; the cell has {len(cell.robots)}")
     if entry.events or entry.hold + entry.release:
         cell.check_near()
     robot = cell.robots[entry.controller - 1]
     for event, args in entry.events:
-        if not event.startswith("link_"):
+        if event in SURROUNDINGS:
+            check(event, args)
+        else:
             robot.inject(event, **args)
-        elif args:
-            raise InputError(f"event {event!r} takes no arguments", hint=f'write robot = "{event}"')
     for name in entry.hold + entry.release:
         robot.hold(name)
         robot.release(name)
@@ -254,7 +343,7 @@ def _try(entry: Entry, cell: Cell) -> None:
         cell.give_area(None, controller=entry.controller)
 
 
-def _typed(cell: Cell, path: str, value: Any) -> Any:
+def typed(cell: Cell, path: str, value: Any) -> Any:
     """TOML has no durations: a TIME or LTIME is given as a text."""
     if not isinstance(value, str):
         return value
@@ -262,3 +351,61 @@ def _typed(cell: Cell, path: str, value: Any) -> Any:
     if kind == ElementaryType("TIME") or (kind == ElementaryType("LTIME") and "#" not in value):
         return timedelta(microseconds=parse_us(value))
     return value
+
+
+def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
+    """A stimulus file of these entries, a line each.
+
+    Args:
+        entries: In order of time.
+        about: A comment for its beginning.
+    """
+    lines = [f"# {line}".rstrip() for line in about.splitlines()]
+    lines += ["at = [", *(f"  {entry_text(entry)}," for entry in entries), "]"]
+    return "\n".join(lines) + "\n"
+
+
+def entry_text(entry: Entry) -> str:
+    """An entry as an inline table."""
+    keys: dict[str, Any] = {"time": _time_text(entry.t_us)}
+    if entry.values:
+        keys["set"] = dict(entry.values)
+    for key, ours in (("robot", False), ("plc", True)):
+        named = [
+            {"event": name.removeprefix(_PLC), **args} if args else name.removeprefix(_PLC)
+            for name, args in entry.events
+            if name.startswith(_PLC) == ours
+        ]
+        if named:
+            keys[key] = named[0] if len(named) == 1 else named
+    if entry.held_us is not None:
+        keys["for"] = _time_text(entry.held_us)
+    for key in ("hold", "release", "expect"):
+        if several := getattr(entry, key):
+            keys[key] = several[0] if len(several) == 1 else list(several)
+    if entry.area is not None:
+        keys["area"] = entry.area.hex() if isinstance(entry.area, bytes) else entry.area
+        if not entry.connected:
+            keys["connected"] = False
+    if entry.controller > 1:
+        keys["controller"] = entry.controller
+    return _toml(keys)
+
+
+def _time_text(t_us: int) -> str:
+    return f"{t_us}us" if t_us % 1000 else f"{t_us // 1000}ms"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        pairs = (f"{_key(name)} = {_toml(one)}" for name, one in value.items())
+        return f"{{ {', '.join(pairs)} }}"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, timedelta):
+        return f'"{_time_text(parse_us(value))}"'
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"\w+", name, re.ASCII) else json.dumps(name, ensure_ascii=False)

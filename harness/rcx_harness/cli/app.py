@@ -10,19 +10,27 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.bridge import bridge
+from rcx_harness.cli.campaign import campaign
 from rcx_harness.cli.check import check
 from rcx_harness.cli.codec import decode, encode
+from rcx_harness.cli.compare import compare
+from rcx_harness.cli.debug import debug
 from rcx_harness.cli.demo import demo
+from rcx_harness.cli.explore import explore
 from rcx_harness.cli.export import EPILOG, export
 from rcx_harness.cli.import_ import import_
 from rcx_harness.cli.judge import judge
+from rcx_harness.cli.mutants import mutants, with_command
 from rcx_harness.cli.new import new
+from rcx_harness.cli.probe import probe
 from rcx_harness.cli.prove import prove
 from rcx_harness.cli.record import record
 from rcx_harness.cli.run import EPILOG as RUN_EPILOG
 from rcx_harness.cli.run import run
 from rcx_harness.cli.scan import scan
 from rcx_harness.cli.serve import eds, serve
+from rcx_harness.cli.sweep import sweep
+from rcx_harness.cli.view import view
 from rcx_harness.errors import InputError
 
 __all__ = ["app", "main"]
@@ -56,19 +64,27 @@ def _options(
 
 app.command(epilog=RUN_EPILOG)(run)
 app.command()(check)
+app.command()(compare)
 app.command()(encode)
 app.command()(decode)
 app.command()(bridge)
+app.command()(campaign)
+app.command()(debug)
 app.command()(demo)
 app.command()(eds)
+app.command()(explore)
 app.command(epilog=EPILOG)(export)
 app.command("import")(import_)
 app.command()(judge)
+app.command()(mutants)
 app.command()(new)
+app.command()(probe)
 app.command()(prove)
 app.command()(record)
 app.command()(scan)
 app.command()(serve)
+app.command()(sweep)
+app.command()(view)
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -78,7 +94,7 @@ def main(args: Sequence[str] | None = None) -> int:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
     """
     try:
-        app(args=args)
+        app(args=with_command(sys.argv[1:] if args is None else args))
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code

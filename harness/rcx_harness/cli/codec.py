@@ -10,6 +10,7 @@ import typer
 
 from rcx_harness import spec
 from rcx_harness.errors import InputError
+from rcx_harness.spec.plain import alarm_name
 from rcx_harness.spec.wire import ABNORMAL_END, STATUS_NAMES
 from rcx_harness.units import format_word
 
@@ -76,8 +77,8 @@ def _print_response(command: spec.Command, words: Sequence[int]) -> None:
     print(f"  status {format_word(status)}: {STATUS_NAMES.get(status, 'no status of the manual')}")
     if status == ABNORMAL_END:
         number = f"{words[1]}.{words[2]}"
-        alarm = spec.alarms().get(number)
-        print(f"  alarm {number}" + (f": {alarm.name}" if alarm else ""))
+        name = alarm_name(number)
+        print(f"  alarm {number}" + (f": {name}" if name else ""))
     elif status:
         _print_fields(command.response, command.read_response(words))
 

@@ -6,18 +6,14 @@ import ipaddress
 import json
 import shutil
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
 from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
+from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions
@@ -29,8 +25,6 @@ from rcx_harness.trace.chart import text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 
 __all__ = ["judge"]
-
-_PATIENCE_S = 2.0
 
 
 def judge(
@@ -90,7 +84,7 @@ def judge(
         trace=trace,
     )
     silent = quiet or as_object
-    with _progress(silent or not sys.stdout.isatty()) as progress:
+    with progress_bar("reading", silent or not sys.stdout.isatty()) as progress:
         result = judge_file(options, (lambda line: None) if silent else print, progress)
     if chart is not None:
         replace_files({chart: svg_chart(result.timeline, file.name).encode()})
@@ -117,22 +111,3 @@ def _print(result: Judgement, *, show: bool, silent: bool) -> None:
         print()
     for line in summary(result):
         print(line)
-
-
-@contextmanager
-def _progress(bar: bool) -> Iterator[Callable[[float], None]]:
-    """Progress on stderr: a bar on a terminal that shows nothing else, else a line at times."""
-    if bar and sys.stderr.isatty():
-        with Progress(console=Console(stderr=True), transient=True) as shown:
-            task = shown.add_task("reading", total=1.0)
-            yield lambda share: shown.update(task, completed=share)
-        return
-    told = time.monotonic()
-
-    def tell(share: float) -> None:
-        nonlocal told
-        if bar and time.monotonic() - told >= _PATIENCE_S:
-            told = time.monotonic()
-            print(f"reading: {share:.0%}", file=sys.stderr, flush=True)
-
-    yield tell

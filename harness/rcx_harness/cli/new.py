@@ -25,12 +25,15 @@ def new(
     ] = None,
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     ci: Annotated[str, typer.Option(help=f"CI files: {', '.join(CI)} or all.")] = "all",
+    robot: Annotated[
+        str | None, typer.Option(help="Model of the robot, as in docs/robots.md: YK400XE ...")
+    ] = None,
 ) -> None:
     """Write a repository for a cell of your own: program, tests, virtual robot, CI files.
 
     Exit code: 0, or 2 where the folder has files.
     """
-    files = new_project(folder, name, size, ci)
+    files = new_project(folder, name, size, ci, robot)
     for file in files:
         print(f"  {file.as_posix()}")
     print(f"written: {len(files)} files in {folder}\n\nnext:\n  cd {quoted(folder)}")

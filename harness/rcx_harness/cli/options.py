@@ -49,8 +49,11 @@ def with_options(
             command(options(**values))
 
         with_values.__name__, with_values.__doc__ = command.__name__, command.__doc__
-        with_values.__annotations__ = get_type_hints(options, include_extras=True)
-        vars(with_values)["__signature__"] = inspect.signature(options, eval_str=True)
+        hints = get_type_hints(options, include_extras=True)
+        signature = inspect.signature(options)
+        places = [one.replace(annotation=hints[one.name]) for one in signature.parameters.values()]
+        with_values.__annotations__ = hints
+        vars(with_values)["__signature__"] = signature.replace(parameters=places)
         return with_values
 
     return made

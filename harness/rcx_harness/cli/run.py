@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import shutil
 import sys
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
 from types import TracebackType
@@ -21,14 +20,11 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
-from rcx_harness.cell.clock import Duration
 from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm
 from rcx_harness.cli.options import (
-    Lib,
-    Replace,
-    Sources,
     check_ipv4,
     config_data,
     config_instance,
@@ -47,6 +43,7 @@ from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.scale import scaled_svg, scaled_text
+from rcx_harness.trace.view import View
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
 from rcx_harness.verify.coverage.output import (
@@ -57,6 +54,8 @@ from rcx_harness.verify.coverage.output import (
     conclude,
 )
 from rcx_harness.verify.coverage.parts import merge, part_of
+from rcx_harness.verify.properties import judge_run
+from rcx_harness.verify.storm.demands import Demands
 
 __all__ = ["EPILOG", "RunOptions", "run"]
 
@@ -76,21 +75,10 @@ _SHORTEST_LINE_US = 1_000
 
 
 @dataclass(frozen=True)
-class RunOptions:
-    """What `rcx run` can be asked for: every option, its type, its default and its help.
+class RunOptions(CellOptions):
+    """What `rcx run` can be asked for besides the cell."""
 
-    Those that bear the name of an argument of `Cell.build` go there.
-    """
-
-    files: Sources
-    lib: Lib = None
-    replace: Replace = None
-    scan: Annotated[
-        str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
-    ] = None
     duration: Annotated[str, typer.Option("--for", help="Virtual time to run.")] = "5s"
-    engine: Annotated[str, typer.Option(help="auto, matiec, builtin or strucpp.")] = "auto"
-    link: Annotated[str, typer.Option(help="direct, or enip: real EtherNet/IP.")] = "direct"
     realtime: Annotated[
         bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
     ] = False
@@ -116,41 +104,18 @@ class RunOptions:
     address: Annotated[
         str, typer.Option("--from", help="With --connect: address of this machine to work from.")
     ] = ""
-    size: Annotated[
-        int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
-    ] = None
-    m: Annotated[
-        list[int] | None,
-        typer.Option("--m", help="Where in the inputs the area begins; once for each robot."),
-    ] = None
-    n: Annotated[
-        list[int] | None,
-        typer.Option("--n", help="Where in the outputs the area begins; once for each robot."),
-    ] = None
-    robot: Annotated[
-        list[Path] | None,
-        typer.Option(help="Properties of the robot (TOML); of several robots once for each."),
-    ] = None
     stimulus: Annotated[Path | None, typer.Option(help="What happens when (TOML).")] = None
-    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0
-    rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms"
-    jitter: Annotated[str, typer.Option(help="Greatest delay of a packet.")] = "0ms"
-    timeout: Annotated[
-        str | None,
-        typer.Option(
-            help="Loss of the link. Default: 4 RPI, at least 100ms; "
-            "with --realtime 32 RPI, at least 320ms."
-        ),
+    properties: Annotated[
+        list[Path] | None,
+        typer.Option(help="What has to hold, as of rcx campaign: .toml, .py; repeatable."),
     ] = None
-    phases: Annotated[
-        str, typer.Option(help="zero, random, or e.g. scan=3ms,to_robot=1ms,to_plc=2ms,cycle=1ms.")
-    ] = "zero"
-    on_loss: Annotated[
-        str, typer.Option(help="The PLC's inputs without a link: hold or clear.")
-    ] = "hold"
+    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0
     trace: Annotated[Path | None, typer.Option(help="Write the trace (JSON lines).")] = None
     chart: Annotated[Path | None, typer.Option(help="Write the timing chart (SVG).")] = None
     vcd: Annotated[Path | None, typer.Option(help="Write a wave file (VCD).")] = None
+    view: Annotated[
+        Path | None, typer.Option(help="Write a page to look at in a browser (HTML), as rcx view.")
+    ] = None
     watch: Annotated[
         list[str] | None,
         typer.Option(help="Variables to show, e.g. Main.Step,Main.Hmi.*; may be repeated."),
@@ -180,7 +145,7 @@ class RunOptions:
     @property
     def outputs(self) -> dict[str, Path | None]:
         """Where to write, by kind."""
-        return {"trace": self.trace, "chart": self.chart, "vcd": self.vcd}
+        return {"trace": self.trace, "chart": self.chart, "vcd": self.vcd, "view": self.view}
 
     @property
     def live(self) -> bool:
@@ -218,11 +183,13 @@ class RunOptions:
         Raises:
             InputError: options that exclude each other.
         """
-        arguments = inspect.signature(Cell.build).parameters
-        given = {one.name: getattr(self, one.name) for one in fields(self)}
-        given |= {"replace": replacements(self.replace), "connect": self.where()}
-        given |= {"link": self._link(), "timeout": self._timeout(), "phases": self._phases()}
-        return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
+        return super().of_cell() | {"seed": self.seed, **self._further()}
+
+    def _further(self) -> dict[str, Any]:
+        given: dict[str, Any] = {"connect": self.where(), "link": self._link()}
+        given |= {"timeout": self._timeout(), "trace": self.trace, "watch": self.watch}
+        given["positions"] = self.positions
+        return {name: value for name, value in given.items() if value not in (None, [])}
 
     @property
     def line_us(self) -> int | None:
@@ -260,13 +227,6 @@ class RunOptions:
         if self.timeout is None and self.live:
             return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
         return self.timeout
-
-    def _phases(self) -> str | dict[str, Duration]:
-        """`scan=3ms,cycle=1ms` as a table; a single word stays one."""
-        if "=" not in self.phases:
-            return self.phases
-        pairs = [part.partition("=") for part in self.phases.split(",")]
-        return {name.strip(): value.strip() for name, _, value in pairs}
 
 
 @dataclass(frozen=True)
@@ -355,6 +315,11 @@ def _run(
     with made as cell:
         timeline = Timeline(cell.trace)
         cell.trace.listen(timeline.take)
+        view = View(cell.trace.header) if options.view is not None else None
+        if view is not None:
+            cell.trace.listen(view.take)
+        if options.properties:
+            judge_run(cell, Demands.load(options.properties).properties)
         if stimulus is not None:
             stimulus.schedule(cell)
         wave = None
@@ -385,6 +350,8 @@ def _run(
             else:
                 chart = scaled_svg(timeline, title, line_us)
             replace_files({options.chart: chart.encode()})
+        if options.view is not None and view is not None:
+            replace_files({options.view: view.page(_title(options, cell)).encode()})
     notice = "\n".join(filter(None, (cell.notice, late)))
     coverage = _concluded(options, collector) if collector is not None else None
     return _Outcome(cell, end_us, notice, timeline, connected, coverage)

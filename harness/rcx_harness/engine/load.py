@@ -17,6 +17,7 @@ from rcx_harness.engine.frontend.constructs import refuse
 from rcx_harness.engine.matiec.build import MISSING, Matiec, find_matiec
 from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.native.toolchain import find_c_compiler, find_cxx_compiler
+from rcx_harness.engine.retained import retained
 from rcx_harness.engine.strucpp.build import MISSING_STRUCPP, find_strucpp
 from rcx_harness.engine.strucpp.program import StrucppProgram
 from rcx_harness.errors import InputError
@@ -46,10 +47,12 @@ class Built:
     Attributes:
         program: Ready for its first scan.
         notice: One line where `auto` did without matiec, and why; else empty.
+        retained: Paths of the variables that a warm start keeps.
     """
 
     program: Program
     notice: str
+    retained: tuple[str, ...] = ()
 
 
 #: Constructs that are not in the portable subset, and that matiec knows.
@@ -73,10 +76,16 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
     project = load([path if isinstance(path, Path) else Path(path) for path in paths])
+    program, notice = _compiled(project, engine)
+    return Built(program, notice, retained(project))
+
+
+def _compiled(project: Project, engine: str) -> tuple[Program, str]:
+    """The program on an engine, and a line about the choice."""
     collector = collecting()
     if engine == "auto" and collector is not None:
         notice = "coverage is counted: running on the built-in engine"
-        return Built(BuiltinProgram.build(project), notice)
+        return BuiltinProgram.build(project), notice
     if engine == "matiec":
         refuse(project.uses, "matiec", _OF_MATIEC)
     matiec = find_matiec() if engine in ("auto", "matiec") else None
@@ -85,16 +94,16 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         first = min(beyond, key=lambda use: (str(use.file), use.at))
         where = f"{first.file.name}, line {first.at.line}"
         notice = f"matiec does not know {first} ({where}): running on the built-in engine"
-        return Built(BuiltinProgram.build(project), notice)
+        return BuiltinProgram.build(project), notice
     strucpp = find_strucpp() if engine == "strucpp" else None
     compiler = find_cxx_compiler() if strucpp else find_c_compiler()
     compiled = compiler is not None and (matiec is not None or strucpp is not None)
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
-        return Built(MatiecProgram.build(project, matiec, compiler), "")
+        return MatiecProgram.build(project, matiec, compiler), ""
     if strucpp is not None and compiler is not None:
-        return Built(StrucppProgram.build(project, strucpp, compiler), "")
+        return StrucppProgram.build(project, strucpp, compiler), ""
     if reason := why_not(engine):
         raise InputError(f"{reason}, or use the built-in engine")
     notice = ""
@@ -103,7 +112,7 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
         if matiec is not None:
             missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
         notice = f"{missing}: running on the built-in engine"
-    return Built(BuiltinProgram.build(project), notice)
+    return BuiltinProgram.build(project), notice
 
 
 def why_not(engine: str) -> str:

@@ -87,13 +87,15 @@ class Variable:
     """A variable of a function block or program.
 
     `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_EXTERNAL or VAR_GLOBAL;
-    `address` the direct address it is located at (`%QX0.0`), if any.
+    `address` the direct address it is located at (`%QX0.0`), if any; `retain` says that it keeps
+    its value over a warm start.
     """
 
     name: str
     type: Type
     section: str
     address: str | None = None
+    retain: bool = False
 
 
 @dataclass(frozen=True, eq=False)

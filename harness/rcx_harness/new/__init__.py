@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.spec.robots import RobotModel, robot_models
 from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["CI", "new_project"]
@@ -20,13 +21,18 @@ CI: dict[str, str] = {
 }
 
 _TEMPLATE = Path(__file__).resolve().parent / "template"
+_PLACES = [120000, -45000, 30000, 0], [-80000, 60000, 30000, 0]
 _NAME = re.compile(r"\w[\w .-]{0,59}")
 #: What may be in the folder already: an empty repository.
 _WELCOME = {".git"}
 
 
 def new_project(
-    folder: Path, name: str | None = None, size: int = SIZE, ci: str = "all"
+    folder: Path,
+    name: str | None = None,
+    size: int = SIZE,
+    ci: str = "all",
+    robot: str | None = None,
 ) -> list[Path]:
     """Write the template into a new or empty folder.
 
@@ -35,6 +41,7 @@ def new_project(
         name: The cell's name in the README; default: the folder's.
         size: Bytes of the areas, 48 or 256.
         ci: `"github"`, `"gitlab"`, `"jenkins"` or `"all"`.
+        robot: A model of docs/robots.md; default: axes that are X, Y, Z and R themselves.
 
     Returns:
         The files, relative to the folder.
@@ -53,6 +60,7 @@ def new_project(
         )
     _check_empty(folder)
     words = {"@NAME@": title, "@SIZE@": str(size), "@VERSION@": version("rcx-harness")}
+    words |= _robot(robot)
     others = {path for system, path in CI.items() if ci not in ("all", system)}
     files = {}
     for source in sorted(_TEMPLATE.rglob("*"), key=lambda file: file.parts):
@@ -61,6 +69,33 @@ def new_project(
             files[Path(place)] = _filled(source.read_text(encoding="utf-8"), words)
     replace_files({folder / place: text.encode() for place, text in files.items()})
     return list(files)
+
+
+def _points(model: RobotModel) -> list[list[int]]:
+    """Two places in pulses that it reaches."""
+    return [
+        [
+            round(joint.zero + (joint.low + share * (joint.high - joint.low)) * per)
+            for joint in model.joints
+            for per in (joint.pulses_per_unit,)
+        ]
+        for share in (0.4, 0.7)
+    ]
+
+
+def _robot(name: str | None) -> dict[str, str]:
+    """What the template has for the robot of that model; without one it has axes of its own.
+
+    Raises:
+        InputError: there is no such model.
+    """
+    if name is None:
+        return {"@ROBOT@": ""} | {f"@POINT{k}@": str(at) for k, at in enumerate(_PLACES, 1)}
+    models = robot_models()
+    if name not in models:
+        raise InputError(f"there is no robot {name!r}", hint=f"use {', '.join(models)}")
+    places = enumerate(_points(models[name]), 1)
+    return {"@ROBOT@": f'robot = "{name}"\n'} | {f"@POINT{k}@": str(at) for k, at in places}
 
 
 def _check_empty(folder: Path) -> None:

@@ -26,18 +26,26 @@ else:
 
 __all__ = [
     "APART",
+    "COPIES",
     "DLL",
+    "MOST_PROCESSES",
     "WHOLE",
     "DirectInput",
     "RelayedInput",
     "StandardInput",
     "addresses",
     "ask_for_priority",
+    "be_apart",
     "cache_root",
+    "copied",
+    "copy_ended",
+    "end_apart",
     "fine_timers",
     "group_address",
+    "interrupts_later",
     "loaded",
     "nobody_reads",
+    "processors",
     "told_to_end",
     "unload",
 ]
@@ -45,6 +53,9 @@ __all__ = [
 _PRIORITY = 1
 _CHUNK = 65536
 _FINEST_MS = 1
+#: Real time after which a copy counts as hanging: so much [s], and so often its processor time.
+_HANGS_S, _BUSY = 600, 8
+_TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
 
 APART: dict[str, Any]
 """For a process that Ctrl-C does not reach: its parent decides when it ends."""
@@ -54,6 +65,11 @@ DLL: Final = ".dll" if sys.platform == "win32" else ".so"
 
 WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
 """For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
+
+COPIES: Final = sys.platform != "win32"
+"""Can a process make copies of itself?"""
+MOST_PROCESSES: Final = 60 if sys.platform == "win32" else sys.maxsize
+"""So many processes can be waited for at once."""
 
 _ENDS = [signal.SIGINT, signal.SIGTERM]
 
@@ -89,6 +105,54 @@ def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
             signal.signal(number, handler)
 
 
+@contextmanager
+def interrupts_later() -> Iterator[None]:
+    """Meanwhile Ctrl-C waits; a process that is started here does not hear it before `be_apart`."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def be_apart() -> None:
+    """From now on Ctrl-C does not reach this process, and `end_apart` ends what it starts, too."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform != "win32":
+        os.setsid()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def end_apart(pid: int, *, has_ended: bool = False) -> None:
+    """End a process that may be apart; with what it has started, but for Windows.
+
+    Args:
+        pid: Its number.
+        has_ended: It is gone: only what it has started is left.
+    """
+    if sys.platform == "win32":
+        if not has_ended:
+            with suppress(OSError):
+                os.kill(pid, signal.SIGTERM)
+        return
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
+    if not has_ended:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def processors() -> int:
+    """How many processors this process may use, at least 1."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def fine_timers() -> None:
     """Let this process sleep by the millisecond; Windows wakes it every 15.6 ms otherwise."""
     if sys.platform == "win32":
@@ -107,6 +171,52 @@ def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
         number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
         with suppress(OSError):
             os.sched_setscheduler(0, number, os.sched_param(_PRIORITY))
+
+
+def copied(work: Callable[[], object], seconds: float) -> int:
+    """Do something in a copy of this process, which prints nothing; its process number.
+
+    Args:
+        work: What to do; it ends with exit code 0, or 1 where this raises.
+        seconds: Processor time that it may take; and so much real time that a busy machine does.
+    """
+    if sys.platform == "win32":
+        raise NotImplementedError
+    import resource
+
+    if pid := os.fork():
+        return pid
+    code = 1
+    try:
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(nothing, stream)
+        limit = int(seconds) + 1
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(_HANGS_S + _BUSY * limit)
+        work()
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def copy_ended(pid: int = -1) -> tuple[int, int | str, float]:
+    """Wait until a copy has ended, any one by default.
+
+    Returns:
+        Its process number, its exit code or what ended it (`time` where it took too long), and
+        its processor time [s].
+    """
+    if sys.platform == "win32":
+        raise NotImplementedError
+    found, status, usage = os.wait4(pid, 0)
+    how: int | str = os.waitstatus_to_exitcode(status)
+    if isinstance(how, int) and how < 0:
+        name = signal.Signals(-how).name
+        how = "time" if name in _TOO_LONG else name
+    return found, how, usage.ru_utime + usage.ru_stime
 
 
 def nobody_reads(error: OSError) -> bool:

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.geometry import Frame
+from rcx_harness.robot.kinematics import CARTESIAN, Scara
 from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.stored import AXES, ROBOTS
+from rcx_harness.spec.robots import law
 
 __all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings"]
 
 #: Servo state of an axis, as the servo status reference answers it (guide, 4.7.3).
 BRAKE, SERVO, FREE = 0, 1, 2
+#: Hand systems, as points and commands have them (guide, 4.2.1).
+_RIGHT, _LEFT = 1, 2
+#: Places of the axes that turn the arms of a SCARA robot.
+_PLANE = (0, 1)
 #: The max. torque command value that the parameter gives [%].
 _FULL_TORQUE = 100
 #: Highest speed of the tool on lines and arcs [mm/s]: SCARA robots, all others (guide, 4.2.1).
@@ -133,6 +140,7 @@ class Arm:
         config: The controller's properties.
         indices: Of its axes in those of the controller; none if there is no such robot.
         axes: What they are like.
+        model: Its type, if the robot file names one.
         scara: It is a SCARA robot.
     """
 
@@ -149,7 +157,8 @@ class Arm:
         self.config = config
         self.indices = config.axes_of(number)
         self.axes = [config.axes[index] for index in self.indices]
-        self.scara = number in config.scara_robots
+        self.model = config.model(number)
+        self.scara = self.model.scara if self.model else number in config.scara_robots
         self._settings = settings
         self._memory = memory
         self._positions = positions
@@ -166,14 +175,45 @@ class Arm:
 
     @property
     def frame(self) -> Frame:
-        """Its coordinates, with the selected shift and hand."""
+        """Its coordinates, with the selected shift and hand, and the arm as it stands."""
+        return self.frame_with(self.hand_system)
+
+    def frame_with(self, hand_system: int) -> Frame:
+        """Its coordinates, with the arm in that hand system: 1 right-handed, 2 left-handed."""
         hand = self._memory.hand(self.number, self.settings.hand)
+        tool, kinematics = hand.data[:3], CARTESIAN
+        if self.model and self.model.scara:
+            arm1, arm2 = (1000 * arm for arm in self.model.arms)
+            offset = 0.0
+            if not hand.on_r_axis:  # a hand beside the R axis makes another arm 2 (guide, 4.3.5)
+                offset = 1000 * tool[0] / self.axes[1].pulses_per_mm
+                arm2, tool = arm2 + tool[1], (0, 0, tool[2])
+            kinematics = Scara(arm1, arm2, offset, left=hand_system == _LEFT)
+        zeros = tuple(axis.zero for axis in self.axes)
         return Frame(
             tuple(axis.pulses_per_mm for axis in self.axes),
             shift=self._memory.shift(self.settings.shift),
-            hand=hand.data[:3],
+            hand=tool,
             on_r=hand.on_r_axis,
+            zeros=zeros if any(zeros) else (),
+            kinematics=kinematics,
         )
+
+    @property
+    def hand_system(self) -> int:
+        """The arm as it stands: 1 right-handed, 2 left-handed.
+
+        Where the file names the type it is where the joints are, else what was told last.
+        """
+        if not (self.model and self.model.scara):
+            return _RIGHT + self.settings.arm_status
+        bend = self.frame_with(_RIGHT).bend(self.here)
+        return _LEFT if bend is not None and bend < 0 else _RIGHT
+
+    @property
+    def designated_hand(self) -> int:
+        """The hand system of a target in millimetres that has none: the arm designation."""
+        return _RIGHT + self.settings.arm
 
     @property
     def line_speed(self) -> float:
@@ -184,17 +224,42 @@ class Arm:
         """The parameter of one of its axes."""
         return self._memory.parameters.get(self.number, name, place)
 
-    def pulses_of(self, data: Sequence[int], *, mm: bool) -> tuple[int, ...]:
-        """Point data as pulses of its axes; pulses know no shift and no hand."""
+    def acceleration(self, place: int) -> float:
+        """The highest one of an axis, with the load of the parameter WEIGHT [pulses/s^2]."""
+        highest = self.axes[place].max_acceleration
+        if self.model is None or place >= len(self.model.joints):
+            return highest
+        load = self.parameter("WEIGHTG", place) / 1000
+        return highest * self.model.joints[place].slower(law(), load)
+
+    def pulses_of(self, data: Sequence[int], *, mm: bool, hand: int) -> tuple[int, ...]:
+        """Point data as pulses of its axes; pulses know no shift and no hand.
+
+        Args:
+            data: Of each axis, at least as many as it has.
+            mm: They are in 0.001 mm.
+            hand: With which hand system it is to come there: 1 right-handed, 2 left-handed.
+
+        Raises:
+            UnreachableError: it cannot come there.
+        """
         if mm:
-            return _rounded(self.frame.to_pulses(data))
+            return _rounded(self.frame_with(hand).to_pulses(data))
         return tuple(data[: len(self.axes)])
 
     def place_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """A coordinate of one axis as pulses; in mm the others are those of the robot now."""
+        """A coordinate of one axis as pulses; in mm the others are those of the robot now.
+
+        Raises:
+            CommandError: no single axis of this robot is that coordinate.
+        """
         if not mm:
             return value
         frame = self.frame
+        if not frame.straight:
+            if place in _PLANE:
+                raise CommandError(self.config.drive_xy_alarm)
+            frame = replace(frame, hand=(0, 0, frame.hand[2]))
         position = list(frame.to_mm(self.here))
         position[place] = value
         return round(frame.to_pulses(position)[place])
@@ -203,17 +268,22 @@ class Arm:
         """The way of one axis as pulses, along that axis."""
         return round(value * self.axes[place].pulses_per_mm / 1000) if mm else value
 
-    def beyond(self, ways: Mapping[int, float], *, mm: bool) -> dict[int, int]:
+    def beyond(self, ways: Mapping[int, float], *, mm: bool, hand: int = 0) -> dict[int, int]:
         """The target when each of these coordinates changes by its way [pulses or 0.001 mm].
 
         In millimetres these are the coordinates of the tool; other axes may have to move for them.
+        `hand` is the hand system there, 0: as it stands.
+
+        Raises:
+            UnreachableError: it cannot come there.
         """
         start = self.here
         if not mm:
             return {place: start[place] + round(way) for place, way in ways.items()}
         frame = self.frame
         position = [value + ways.get(place, 0) for place, value in enumerate(frame.to_mm(start))]
-        ends = enumerate(_rounded(frame.to_pulses(position)))
+        there = self.frame_with(hand) if hand else frame
+        ends = enumerate(_rounded(there.to_pulses(position)))
         return {place: end for place, end in ends if place in ways or end != start[place]}
 
     def shown(self, *, mm: bool) -> tuple[int, ...]:

@@ -1,7 +1,8 @@
 """Coordinates of a robot in millimetres, and the curves that its tool follows in them.
 
-Axes 1 to 3 are X, Y and Z, axis 4 is the rotation R about Z; each is pulses by a factor. The hand
-is where the tool is, seen from the axes; one that is mounted on the R axis turns with it. The shift
+Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z; the joints, pulses by a
+factor each, give the place of the flange (kinematics). The hand is where the tool is, seen from the
+flange; one that is mounted on the R axis turns with it. The shift
 moves the coordinates, and turns them about its own origin. Lengths are in 0.001 mm, angles in 0.001
 degree, as on the wire.
 """
@@ -12,6 +13,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
+
+from rcx_harness.robot.kinematics import CARTESIAN, Kinematics
 
 __all__ = ["Arc", "Curve", "Frame", "Line"]
 
@@ -30,12 +33,21 @@ class Frame:
         shift: X, Y, Z and R of the coordinates.
         hand: X, Y and Z of the tool.
         on_r: The hand is mounted on the R axis.
+        zeros: Per axis, where it is at 0 mm or 0 degrees [pulses]; none given: 0.
+        kinematics: How the robot is built, and for `to_pulses` which arm it is to have.
     """
 
     pulses_per_mm: tuple[float, ...]
     shift: Sequence[float] = _NONE
     hand: Sequence[float] = _NONE[:3]
     on_r: bool = False
+    zeros: tuple[float, ...] = ()
+    kinematics: Kinematics = CARTESIAN
+
+    @property
+    def straight(self) -> bool:
+        """The axes do even steps on a line of the tool on which nothing turns."""
+        return self.kinematics.straight
 
     @property
     def turning_hand(self) -> bool:
@@ -44,7 +56,7 @@ class Frame:
 
     def to_mm(self, pulses: Sequence[float]) -> tuple[float, ...]:
         """Where the tool is, in the shifted coordinates."""
-        own = [value * 1000 / per for value, per in zip(pulses, self.pulses_per_mm, strict=True)]
+        own = self.kinematics.forward(self._joints(pulses))
         if self._plain:
             return tuple(own)
         mm = _padded(own)
@@ -54,16 +66,23 @@ class Frame:
         return tuple(mm[: len(own)])
 
     def to_pulses(self, mm: Sequence[float]) -> tuple[float, ...]:
-        """Where the axes are when the tool is at `mm`; not rounded."""
+        """Where the axes are when the tool is at `mm`; not rounded.
+
+        Raises:
+            UnreachableError: they cannot bring it there.
+        """
         own = list(mm)
         if not self._plain:
             own = _padded(own)
             own[_X], own[_Y] = _turned(own[_X], own[_Y], self._turn)
             tool = self._tool(own[_R] + self.shift[_R])
             own = [own[k] + self.shift[k] - tool[k] for k in range(4)] + own[4:]
-        return tuple(
-            value * per / 1000 for value, per in zip(own, self.pulses_per_mm, strict=False)
-        )
+        joints = zip(self.kinematics.inverse(own), self.pulses_per_mm, strict=False)
+        return self._from_zero([value * per / 1000 for value, per in joints])
+
+    def bend(self, pulses: Sequence[float]) -> float | None:
+        """Of the arm, from stretched [degree], positive right-handed; None without an arm."""
+        return self.kinematics.bend(self._joints(pulses))
 
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
         """Where the tool at `mm` gets to on a way that is given in its own coordinates.
@@ -75,6 +94,15 @@ class Frame:
         if self.on_r and len(mm) > _R:
             ways[_X], ways[_Y] = _turned(ways[_X], ways[_Y], mm[_R])
         return tuple(value + ways[k] for k, value in enumerate(mm))
+
+    def _joints(self, pulses: Sequence[float]) -> list[float]:
+        if self.zeros:
+            pulses = [value - zero for value, zero in zip(pulses, self.zeros, strict=True)]
+        return [value * 1000 / per for value, per in zip(pulses, self.pulses_per_mm, strict=True)]
+
+    def _from_zero(self, pulses: Sequence[float]) -> tuple[float, ...]:
+        zeros = self.zeros or (0.0,) * len(pulses)
+        return tuple(value + zero for value, zero in zip(pulses, zeros, strict=False))
 
     @property
     def _plain(self) -> bool:

@@ -54,6 +54,7 @@ class Handshake:
         self._failure: CommandError | None = None
         self._blocked = 0  # a code that stands there since before the ready status: never executed
         self._unseen: list[Execution] = []  # what goes on behind the ready status
+        self._waits = False  # a code that stands there is to be taken in the next cycle
         self._reported = 0  # the code that was last found to be set too early
 
     @property
@@ -63,7 +64,7 @@ class Handshake:
 
     def next_due_us(self, now_us: int) -> int | None:
         """When it goes on by itself; None if only the master can bring it on."""
-        if self._unseen or self.phase in (Phase.RUNNING, Phase.ABANDONED):
+        if self._unseen or self._waits or self.phase in (Phase.RUNNING, Phase.ABANDONED):
             return now_us
         return self._due_us if self.phase in (Phase.ACCEPTING, Phase.CLEARING) else None
 
@@ -102,6 +103,7 @@ class Handshake:
             self._rest(WORDS_AT_REST)
 
     def _look_for_command(self, machine: Machine, words: Words) -> None:
+        self._waits = False
         if words[0] != self._blocked:
             self._blocked = 0
         if words[0] and not self._blocked and not machine.inputs_disabled:
@@ -219,6 +221,7 @@ class Handshake:
         """Ready again; a code that is there now was set too early."""
         self._execution = None
         self._shown = WORDS_AT_REST
+        self._waits = self._config.early_command_waits and words[0] != 0
         self._blocked = 0 if self._config.early_command_waits else words[0]
         self.phase = Phase.READY
 

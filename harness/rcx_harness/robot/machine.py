@@ -211,9 +211,10 @@ class Machine:
         for alarm in self.alarms.active:
             if alarm.serious:
                 raise CommandError(alarm.number)
-        program = self.program.running and not config.motion_during_program
-        if program or self.motion.moving(arm.number) or self.origins.moves(arm.indices):
+        if self.program.running and not config.motion_during_program:
             raise CommandError(config.busy_alarm)
+        if self.motion.moving(arm.number) or self.origins.moves(arm.indices):
+            raise CommandError(config.moving_alarm)
 
     def move(
         self, robot: int, path: Path, *, relative: Hashable | None = None, pushing: bool = False

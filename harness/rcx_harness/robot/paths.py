@@ -17,6 +17,7 @@ from typing import Protocol
 from rcx_harness.robot.alarms import SOFT_LIMIT, CommandError
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.geometry import Arc, Curve, Frame, Line
+from rcx_harness.robot.schedule import AxisLimits, Schedule
 
 __all__ = [
     "Arch",
@@ -33,7 +34,7 @@ __all__ = [
     "plan_ptp",
 ]
 
-_TURNING_SAMPLES = 256  # into how many parts a line is cut on which the hand turns
+_TURNING_SAMPLES = 256  # into how many parts a line is cut on which the hand or an arm turns
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,7 @@ class CurvePath(_Fixed):
     arrival = "TOLE"
 
     def __init__(
-        self, curve: Curve, profile: Profile, frame: Frame, axes: Mapping[int, int],
+        self, curve: Curve, profile: Profile | Schedule, frame: Frame, axes: Mapping[int, int],
         target: Mapping[int, int],
     ) -> None:  # fmt: skip
         """`axes` gives the index of each axis that moves by its place in the robot, 0 to 5."""
@@ -317,7 +318,7 @@ def _ramps(arm: Arm, place: int, pace: Pace) -> tuple[float, float]:
         arm.parameter(name, place) / 100 if given is None else given
         for name, given in (("ACCEL", pace.up), ("DECEL", pace.down))
     )
-    highest = arm.axes[place].max_acceleration
+    highest = arm.acceleration(place)
     return highest * up, highest * down
 
 
@@ -328,26 +329,59 @@ def _completed(arm: Arm, target: Mapping[int, int]) -> tuple[int, ...]:
 
 def _curve(arm: Arm, frame: Frame, curve: Curve, target: Mapping[int, int], pace: Pace) -> Path:
     """The fastest way along a curve on which no axis is faster than it can."""
-    samples = max(curve.samples, _TURNING_SAMPLES if frame.turning_hand else 1)
+    turning = frame.turning_hand or not frame.straight
+    samples = max(curve.samples, _TURNING_SAMPLES if turning else 1)
     every = [frame.to_pulses(curve.at(k / samples)) for k in range(samples + 1)]
+    _keep_hand(arm, frame, every, _completed(arm, target))
     length = curve.length / 1000
-    speeds = [arm.line_speed * pace.share if pace.mm_per_s is None else pace.mm_per_s]
-    ramps = []
+    limits = []
     for place in target:
         axis = arm.axes[place]
         values = [pulses[place] for pulses in every]
         if _leaves(values, axis.soft_low, axis.soft_high):
             raise CommandError(SOFT_LIMIT, axis=place + 1)
-        step = max(abs(after - before) for before, after in pairwise(values))
-        if length and step:
-            rate = step * samples / length  # pulses of the axis for each mm of the tool
-            speeds.append(axis.max_speed * pace.share / rate)
-            ramps.append([ramp / rate for ramp in _ramps(arm, place, pace)])
-    up, down = (min(kind) for kind in zip(*ramps, strict=True)) if ramps else (1.0, 1.0)
-    profile = Profile.over(length if ramps else 0.0, min(speeds), up, down)
+        speed = axis.max_speed * pace.share
+        limits.append(AxisLimits(values, speed, *_ramps(arm, place, pace)))
+    speed = arm.line_speed * pace.share if pace.mm_per_s is None else pace.mm_per_s
+    profile: Profile | Schedule = (
+        _even(length, speed, limits, samples)
+        if frame.straight or not length
+        else Schedule(length, speed, limits)
+    )
     axes = {place: arm.indices[place] for place in target}
     ends = {arm.indices[place]: end for place, end in target.items()}
     return CurvePath(curve, profile, frame, axes, ends)
+
+
+def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:
+    """One speed on the whole way, with one acceleration and deceleration."""
+    speeds, ramps = [speed], []
+    for axis in limits:
+        step = max(abs(after - before) for before, after in pairwise(axis.places))
+        if length and step:
+            rate = step * samples / length  # pulses of the axis for each mm of the tool
+            speeds.append(axis.speed / rate)
+            ramps.append([axis.up / rate, axis.down / rate])
+    up, down = (min(kind) for kind in zip(*ramps, strict=True)) if ramps else (1.0, 1.0)
+    return Profile.over(length if ramps else 0.0, min(speeds), up, down)
+
+
+def _keep_hand(
+    arm: Arm, frame: Frame, every: Sequence[Sequence[float]], end: Sequence[int]
+) -> None:
+    """A curve is done with one hand system, and not too near to the stretched arm.
+
+    Raises:
+        CommandError: the way or its end is otherwise.
+    """
+    bends = [bend for pulses in every if (bend := frame.bend(pulses)) is not None]
+    if not bends:
+        return
+    if min(map(abs, bends)) < arm.config.outer_angle:
+        raise CommandError(arm.config.outer_range_alarm)
+    if (frame.bend(end) or 0.0) * bends[0] < 0:
+        to_left = bends[0] > 0
+        raise CommandError(arm.config.to_left_alarm if to_left else arm.config.to_right_alarm)
 
 
 def _leaves(values: Sequence[float], low: int, high: int) -> bool:

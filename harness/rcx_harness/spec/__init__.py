@@ -9,6 +9,7 @@ from rcx_harness.spec.tables import (
     folder,
     load_toml,
     parse_toml,
+    public_alarms,
     signals,
     whole_number,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "folder",
     "load_toml",
     "parse_toml",
+    "public_alarms",
     "signals",
     "whole_number",
 ]

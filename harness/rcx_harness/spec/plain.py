@@ -8,7 +8,7 @@ from rcx_harness import spec
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
 from rcx_harness.units import format_word
 
-__all__ = ["alarm_text", "request_text", "response_text"]
+__all__ = ["alarm_name", "alarm_text", "request_text", "response_text"]
 
 _LONGEST = 160
 
@@ -46,9 +46,14 @@ def response_text(request: int, words: Sequence[int]) -> str:
 
 
 def alarm_text(number: str) -> str:
-    """`12.600 Emergency stop on`; the number alone where the manual has no name for it."""
+    """`12.600 Emergency stop on`; the number alone where nobody has a name for it."""
+    return f"{number} {alarm_name(number)}".rstrip()
+
+
+def alarm_name(number: str) -> str:
+    """As the manual names the alarm, else a public list; empty where neither does."""
     alarm = spec.alarms().get(number)
-    return f"{number} {alarm.name}" if alarm else number
+    return alarm.name if alarm else spec.public_alarms().get(number, "")
 
 
 def _fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldValue]) -> list[str]:

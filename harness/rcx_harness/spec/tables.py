@@ -90,7 +90,10 @@ class Signals:
 
 @dataclass(frozen=True)
 class Alarm:
-    """An alarm that the manual names; `number` is `"12.600"`. `_ja` are texts in Japanese."""
+    """An alarm with its texts; `number` is `"12.600"`. `_ja` are texts in Japanese.
+
+    It is named in the `section` of the manual, or by another `source`.
+    """
 
     number: str
     group: int
@@ -98,10 +101,11 @@ class Alarm:
     name: str
     cause: str
     remedy: str
-    section: str
     name_ja: str
     cause_ja: str
     remedy_ja: str
+    section: str = ""
+    source: str = ""
 
 
 def load_toml(path: Path) -> dict[str, Any]:
@@ -164,6 +168,13 @@ def alarms() -> Mapping[str, Alarm]:
     """The alarms by number."""
     path = folder() / "alarms.toml"
     return {alarm.number: alarm for alarm in _build(Alarm, load_toml(path)["alarm"], path)}
+
+
+@lru_cache(maxsize=1)
+def public_alarms() -> Mapping[str, str]:
+    """Names of alarms by number, from a public list; all that the manual names are among them."""
+    names: Mapping[str, str] = load_toml(folder() / "public_alarms.toml")["names"]
+    return names
 
 
 @lru_cache(maxsize=1)

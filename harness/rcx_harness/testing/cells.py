@@ -6,6 +6,7 @@ import hashlib
 import os
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import Cell, CellTimeout
+from rcx_harness.engine.base import Program
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
 from rcx_harness.testing.evidence import (
@@ -22,15 +24,16 @@ from rcx_harness.testing.evidence import (
     watched_of,
     write_files,
 )
-from rcx_harness.testing.settings import artifacts, settings_of
+from rcx_harness.testing.settings import artifacts, project, settings_of
 from rcx_harness.units import format_us
+from rcx_harness.verify.debug.recording import Recorded, write_recording
 
-__all__ = ["Build", "Cells", "shorten"]
+__all__ = ["Build", "Cells", "folder_of", "shorten"]
 
 #: `rcx_build`: options of a cell to the cell.
 Build = Callable[..., Cell]
 
-_FILES = re.compile(r"(chart|trace)(-\d+)?\.(svg|jsonl)")
+_FILES = re.compile(r"(chart|trace|view|recording)(-\d+)?\.(svg|jsonl|html)")
 _LONGEST = 80
 #: Times of a cell, and how a message about them begins (clocks.py).
 _TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
@@ -49,6 +52,8 @@ class Cells:
         self._item = item
         self._temporary = temporary
         self._cells: list[Cell] = []
+        self._recorded: list[tuple[Recorded, Mapping[str, Any]]] = []
+        self._failed = ""
         self._told: list[int] = []
         self._attached = False
         self._evidence: list[tuple[str, str]] | None = None
@@ -62,12 +67,14 @@ class Cells:
             InputError: anything wrong with sources or settings.
         """
         settings = settings_of(self._item, changes)
+        recorded: list[Recorded] = []
         try:
-            cell = Cell.build(**settings)
+            cell = Cell.build(**settings, through=partial(_recording, recorded))
         except InputError as error:
             _hint_at_units(error, settings)
             raise
         self._cells.append(cell)
+        self._recorded.append((recorded[0], settings))
         self._told.append(0)
         return cell
 
@@ -95,6 +102,7 @@ class Cells:
         broken = self.broken()
         try:
             if broken:
+                self._failed = broken.splitlines()[1].strip()
                 self._collect()
         finally:
             for cell in self._cells:
@@ -106,6 +114,7 @@ class Cells:
         if self._attached or not self._cells:
             return
         self._attached = True
+        self._failed = self._failed or _first_line(report)
         report.sections += self._collect()
         named: list[tuple[str, object]] = [(f"rcx_{path.stem}", str(path)) for path in self._files]
         report.user_properties += named
@@ -139,9 +148,18 @@ class Cells:
             for number, cell in enumerate(self._cells, 1):
                 suffix = f"-{number}" if len(self._cells) > 1 else ""
                 self._files += write_files(cell, folder, self._item.nodeid, suffix)
+                self._files.append(self._write_recording(number, folder, suffix))
         except InputError as error:
             return str(error)
         return "\n".join(_short(path) for path in self._files)
+
+    def _write_recording(self, number: int, folder: Path, suffix: str) -> Path:
+        """What `rcx debug` opens."""
+        recorded, settings = self._recorded[number - 1]
+        file, test = folder / f"recording{suffix}.jsonl", self._item.nodeid
+        home, cell = project(self._item.config), self._cells[number - 1]
+        write_recording(file, recorded, cell, settings, home, test, self._failed)
+        return file
 
     def _folder(self) -> Path:
         named = self._named_folder()
@@ -154,11 +172,7 @@ class Cells:
         parent = artifacts(self._item.config)
         if parent is None:
             return None
-        file, _, name = self._item.nodeid.partition("::")
-        names, bracket, parameter = name.partition("[")
-        parts = [*file.removesuffix(".py").split("/"), *names.split("::")]
-        parts[-1] += bracket + parameter
-        return parent.joinpath(*map(_file_name, parts))
+        return parent.joinpath(folder_of(self._item))
 
     def _forget_last_run(self) -> None:
         """Remove what an earlier run has left of this test: it may pass now."""
@@ -175,6 +189,28 @@ class Cells:
         """Does a marker allow it: by its rule, or as all of them?"""
         markers = self._item.iter_markers("allow_violations")
         return any(not marker.args or violation.rule in marker.args for marker in markers)
+
+
+def _recording(made: list[Recorded], program: Program) -> Program:
+    """The program of a cell, recorded."""
+    made.append(Recorded(program))
+    return made[-1]
+
+
+def _first_line(report: pytest.TestReport) -> str:
+    """Why a test has failed, in one line."""
+    crash = getattr(report.longrepr, "reprcrash", None)
+    text = str(crash.message if crash is not None else report.longrepr or "the test failed")
+    return next((line.strip() for line in text.splitlines() if line.strip()), "the test failed")
+
+
+def folder_of(item: pytest.Item) -> Path:
+    """Where the files of a test lie in the folder for all: as the test in the project."""
+    file, _, name = item.nodeid.partition("::")
+    names, bracket, parameter = name.partition("[")
+    parts = [*file.removesuffix(".py").split("/"), *names.split("::")]
+    parts[-1] += bracket + parameter
+    return Path(*map(_file_name, parts))
 
 
 def _hint_at_units(error: InputError, settings: Mapping[str, Any]) -> None:

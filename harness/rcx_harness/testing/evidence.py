@@ -15,6 +15,7 @@ from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.trace.view import View
 from rcx_harness.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
@@ -81,18 +82,23 @@ def broken_rules(cell: Cell) -> str:
 
 
 def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[Path]:
-    """Write chart and trace into a folder, over those of an earlier run.
+    """Write chart, trace and page into a folder, over those of an earlier run.
 
-    The trace holds what is in memory: the latest 40,000 records, about two minutes.
+    Trace and page hold what is in memory: the latest 40,000 records, about two minutes.
 
     Raises:
         InputError: a file cannot be written.
     """
-    chart, trace = folder / f"chart{suffix}.svg", folder / f"trace{suffix}.jsonl"
+    names = (f"chart{suffix}.svg", f"trace{suffix}.jsonl", f"view{suffix}.html")
+    chart, trace, page = (folder / name for name in names)
     lines = "".join(line + "\n" for line in cell.trace.lines())
     drawn = svg_chart(LastChanges(cell), title)
-    replace_files({chart: drawn.encode(), trace: lines.encode()})
-    return [chart, trace]
+    view = View(cell.trace.header)
+    for record in cell.trace:
+        view.take(record)
+    contents = {chart: drawn, trace: lines, page: view.page(title)}
+    replace_files({path: text.encode() for path, text in contents.items()})
+    return list(contents)
 
 
 def _state(cell: Cell) -> Iterator[str]:

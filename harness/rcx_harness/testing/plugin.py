@@ -6,8 +6,10 @@ nothing of the harness until a test asks for a fixture. docs/testing.md is the u
 
 from __future__ import annotations
 
+import os
 from argparse import ArgumentTypeError
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from rcx_harness.robot import Controller
     from rcx_harness.testing.cells import Build, Cells
 
-__all__ = ["cell", "rcx_build", "robot"]
+__all__ = ["cell", "rcx_build", "rcx_machine", "robot"]
 
 _CELLS: pytest.StashKey[Cells] = pytest.StashKey()
 
@@ -45,11 +47,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         parser.addini(f"rcx_{name}", text, default=None)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
     """Make the markers known; check the settings where there are any."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     _check_keys(config)
+    if order := os.environ.get("RCX_MUTANT_ORDER"):  # as rcx_harness.verify.mutants.order says
+        from rcx_harness.testing.mutants import start as start_mutants
+
+        start_mutants(config, Path(order))
+        return
     if _in_use(config):
         from rcx_harness.testing.settings import check_settings
 
@@ -110,6 +118,32 @@ def cell(rcx_build: Build) -> Cell:
 def robot(cell: Cell) -> Controller:
     """The virtual robot of `cell`."""
     return cell.robot
+
+
+@pytest.fixture
+def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., None]:
+    """Run hypothesis's state machine of a cell: takes files of demands, and `machine=`.
+
+    Further names are hypothesis's settings: `max_examples`, `stateful_step_count` ...
+    """
+    from rcx_harness.errors import InputError
+
+    def run(*demands: str, machine: Any = None, **settings: Any) -> None:
+        try:
+            from rcx_harness.testing.machines import run_machine
+        except ModuleNotFoundError as error:
+            if error.name != "hypothesis":
+                raise
+            pytest.fail("rcx: rcx_machine needs hypothesis; pip install hypothesis", pytrace=False)
+        try:
+            run_machine(request.node, demands, machine, settings, tmp_path)
+        except InputError as error:
+            reason = f"rcx: {error}"
+        else:
+            return
+        pytest.fail(reason, pytrace=False)
+
+    return run
 
 
 @pytest.hookimpl(wrapper=True)

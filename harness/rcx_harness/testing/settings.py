@@ -25,8 +25,9 @@ __all__ = ["RULES", "artifacts", "check_settings", "header", "is_on", "known", "
 __all__ += ["settings_of", "unknown_key", "wrong_marker"]
 
 #: What the marker and `rcx_build` take: the arguments of `Cell.build`, `program` as `sources`.
+_INSIDE = ("program", "trace", "keep", "through")
 _BUILD = inspect.signature(Cell.build).parameters
-_KEYS = ("sources", *(name for name in _BUILD if name not in ("program", "trace")))
+_KEYS = ("sources", *(name for name in _BUILD if name not in _INSIDE))
 
 _ON_COMMAND_LINE = [name for name in OPTIONS if name != "artifacts"]
 _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifacts")]

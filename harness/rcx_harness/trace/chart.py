@@ -17,7 +17,7 @@ from typing import Any
 from rcx_harness.engine.types import ElementaryType, Type
 from rcx_harness.spec import Signal, command_name, signals
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
-from rcx_harness.trace.values import parts, value_text
+from rcx_harness.trace.values import Changed, value_text
 from rcx_harness.watch.wire import word
 
 __all__ = ["LONGEST_TEXT", "MOST_INSTANTS", "NOTHING", "Band", "Glyphs", "Lane", "Timeline"]
@@ -183,25 +183,18 @@ class _Variables:
     """The lanes of the watched variables: of structures and arrays for each member and element."""
 
     def __init__(self, watched: Mapping[str, Type]) -> None:
-        self._parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
-        self._before: dict[str, Any] = {}
+        self._changed = Changed(watched)
         self._lanes: dict[str, Lane] = {}
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
         """Take the values of a scan."""
-        for path, within in self._parts.items():
-            value = values[path]
-            if path in self._before and value == self._before[path]:
-                continue
-            self._before[path] = value
-            for part in within:
-                held = part.of(value)
-                if isinstance(held, float) and math.isnan(held):
-                    held = "nan"  # the same one again is no change
-                if part.path in self._lanes:
-                    self._lanes[part.path].note(t_us, held)
-                else:
-                    self._lanes[part.path] = _of_variable(part.path, part.type, held)
+        for part, held in self._changed.take(values):
+            if isinstance(held, float) and math.isnan(held):
+                held = "nan"  # the same one again is no change
+            if part.path in self._lanes:
+                self._lanes[part.path].note(t_us, held)
+            else:
+                self._lanes[part.path] = _of_variable(part.path, part.type, held)
 
     def lanes(self) -> list[Lane]:
         """Those that changed, or all if they are few."""

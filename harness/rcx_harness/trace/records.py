@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO, TypeVar
+from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 from rcx_harness.engine.types import Type
 from rcx_harness.errors import InputError
@@ -15,13 +16,23 @@ from rcx_harness.output.files import OutputFile
 from rcx_harness.robot import Violation
 from rcx_harness.trace.values import described, literal
 
-__all__ = ["FORMAT", "Cycle", "Record", "Scan", "Trace", "Violation", "read_trace"]
+__all__ = [
+    "FORMAT",
+    "KEPT",
+    "CutOffError",
+    "Cycle",
+    "Record",
+    "Scan",
+    "Trace",
+    "Violation",
+    "read_trace",
+]
 
 #: First entry of the first line.
 FORMAT = "rcx-trace/1"
 
 #: Records kept in memory: about two minutes of a 10 ms scan. A file gets all of them.
-_KEPT = 40_000
+KEPT = 40_000
 
 
 class Scan(NamedTuple):
@@ -70,6 +81,9 @@ class Cycle(NamedTuple):
 
 Record = Scan | Cycle | Violation
 
+#: Progress is told after so many lines.
+_REPORT_EVERY = 20_000
+
 _COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 _R = TypeVar("_R", Scan, Cycle, Violation)
 #: How a broken rule begins, with its name: `plc, scan 3: interval: `.
@@ -107,7 +121,7 @@ class Trace:
         header: Mapping[str, Any],
         path: str | Path | None = None,
         *,
-        keep: int = _KEPT,
+        keep: int = KEPT,
         watched: Mapping[str, Type] | None = None,
         axes: Sequence[Sequence[str]] = (),
     ) -> None:
@@ -199,37 +213,72 @@ class Trace:
         return [record for record in self._kept if isinstance(record, kind)]
 
 
-def read_trace(path: str | Path) -> tuple[dict[str, Any], Iterator[Record]]:
+class CutOffError(InputError):
+    """The last line of a trace is not whole: what wrote it was ended. The records before it are."""
+
+
+def read_trace(
+    path: str | Path, progress: Callable[[float], None] = lambda share: None
+) -> tuple[dict[str, Any], Generator[Record, None, None]]:
     """Read a trace file, record by record.
+
+    Args:
+        path: The file.
+        progress: Is called at times with the share of the file that has been read.
 
     Returns:
         The header, and an iterator over the records that reads as it goes.
 
     Raises:
-        InputError: not readable, not of this format, or a line that is no record.
+        InputError: not readable, not of this format, or a line that is no record; of those also
+            the iterator's, which is `CutOffError` where it is the last line and not whole.
     """
     try:
-        file = Path(path).open(encoding="utf-8")  # noqa: SIM115 - the iterator closes it
+        file = Path(path).open("rb")  # noqa: SIM115 - the iterator closes it
+        length = max(1, os.fstat(file.fileno()).st_size)
     except OSError as error:
         raise InputError(f"the trace cannot be read: {error.strerror}", file=path) from None
-    header = _load(file.readline(), path, 1)
-    if header.get("format") != FORMAT:
+    try:
+        header = _header(file.readline(), path)
+    except BaseException:
         file.close()
-        raise InputError(f"not a trace of format {FORMAT}", file=path, line=1)
-    return header, _records(file, path)
+        raise
+    return header, _records(file, path, lambda read: progress(min(1.0, read / length)))
 
 
-def _records(file: TextIO, path: str | Path) -> Iterator[Record]:
+def _header(line: bytes, path: str | Path) -> dict[str, Any]:
+    if not line.strip():
+        raise InputError("is empty; a trace begins with a header", file=path)
+    header = _load(line, path, 1)
+    given = header.get("format")
+    if given == FORMAT:
+        return header
+    if str(given).startswith(FORMAT.partition("/")[0]):
+        text = f"is a trace of format {given:.40}, and this version of rcx reads {FORMAT}"
+        raise InputError(text, file=path, line=1, hint="read it with the version that wrote it")
+    raise InputError(f"not a trace of format {FORMAT}", file=path, line=1)
+
+
+def _records(
+    file: BinaryIO, path: str | Path, progress: Callable[[int], None]
+) -> Generator[Record, None, None]:
+    read = 0
     with file:
         for number, line in enumerate(file, start=2):
-            entry = _load(line, path, number)
+            read += len(line)
+            if number % _REPORT_EVERY == 0:
+                progress(read)
             try:
-                yield _record(entry)
-            except (KeyError, TypeError, ValueError):
+                yield _record(_load(line, path, number))
+            except InputError as error:
+                if line.endswith(b"\n"):
+                    raise
+                raise CutOffError("is cut off in this line", file=error.file, line=number) from None
+            except (AttributeError, KeyError, TypeError, ValueError):
                 raise InputError("not a record of a trace", file=path, line=number) from None
 
 
-def _load(line: str, path: str | Path, number: int) -> dict[str, Any]:
+def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
     try:
         entry = json.loads(line)
     except ValueError:
@@ -240,13 +289,15 @@ def _load(line: str, path: str | Path, number: int) -> dict[str, Any]:
 
 
 def _record(entry: dict[str, Any]) -> Record:
-    controller = int(entry.get("controller", 1))
+    controller, t_us = int(entry.get("controller", 1)), int(entry["t_us"])
+    if t_us < 0 or controller < 1:
+        raise ValueError
     if "scan" in entry:
         so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
-        return Scan(entry["t_us"], entry["scan"], so, si, entry.get("vars"), controller)
+        return Scan(t_us, entry["scan"], so, si, entry.get("vars"), controller)
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
         where = tuple(entry["positions"]) if "positions" in entry else None
-        return Cycle(entry["t_us"], entry["cycle"], si, so, controller, where)
+        return Cycle(t_us, entry["cycle"], si, so, controller, where)
     named = _RULE.match(entry["violation"])
-    return Violation(entry["t_us"], named[1] if named else "", entry["violation"])
+    return Violation(t_us, named[1] if named else "", entry["violation"])

@@ -6,7 +6,7 @@ A value is what an engine reads (`engine.base.Value`); its type says what it is 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import date, datetime, time, timedelta
 from functools import reduce
 from itertools import chain, product
@@ -22,7 +22,18 @@ from rcx_harness.engine.types import (
     Type,
 )
 
-__all__ = ["LONGEST", "Part", "described", "is_long", "literal", "members", "parts", "value_text"]
+__all__ = [
+    "LONGEST",
+    "Changed",
+    "Part",
+    "described",
+    "is_long",
+    "literal",
+    "members",
+    "parts",
+    "typed",
+]
+__all__ += ["value_text"]
 
 #: An array with more elements is one value: nobody reads as many lanes.
 LONGEST = 64
@@ -78,6 +89,28 @@ def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Pa
             yield from parts(name, kind.element, (*way, *steps))
     else:
         yield Part(path, kind, way)
+
+
+class Changed:
+    """Watched variables scan by scan: what of them has another value than in the scan before.
+
+    Args:
+        watched: Their types by path.
+    """
+
+    def __init__(self, watched: Mapping[str, Type]) -> None:
+        self.parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
+        """The plain variables in each of them."""
+        self._before: dict[str, Any] = {}
+
+    def take(self, values: Mapping[str, Any]) -> Iterator[tuple[Part, Any]]:
+        """The plain variables, with their values, of all that changed; at first of all."""
+        for path, within in self.parts.items():
+            value = values[path]
+            if path in self._before and value == self._before[path]:
+                continue
+            self._before[path] = value
+            yield from ((part, part.of(value)) for part in within)
 
 
 def value_text(kind: Type, value: Any) -> str:
@@ -164,3 +197,21 @@ def described(kind: Type) -> Any:
             "members": {name: described(member) for name, member in members(kind)},
         }
     return kind.name
+
+
+def typed(description: Any) -> Type:
+    """The type that `described` has described; blocks are structures then.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is no description of a type.
+    """
+    if isinstance(description, str):
+        return ElementaryType(description)
+    if "enum" in description:
+        given = description["members"]
+        return EnumType(description["enum"], tuple(given), tuple(map(int, given.values())))
+    if "array" in description:
+        bounds = tuple((int(low), int(high)) for low, high in description["array"])
+        return ArrayType("", bounds, typed(description["of"]))
+    fields = tuple((name, typed(member)) for name, member in description["members"].items())
+    return StructType(description["struct"], fields)

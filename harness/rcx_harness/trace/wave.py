@@ -18,7 +18,7 @@ from rcx_harness.engine.types import ElementaryType, Type
 from rcx_harness.output.files import OutputFile
 from rcx_harness.spec import Signal, signals
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace
-from rcx_harness.trace.values import Part, parts, value_text
+from rcx_harness.trace.values import Changed, Part, value_text
 from rcx_harness.watch.wire import word
 
 __all__ = ["Wave"]
@@ -79,13 +79,9 @@ class _Values:
 
     def __init__(self, writer: VCDWriter, watched: Mapping[str, Type]) -> None:
         self._writer = writer
-        self._before: dict[str, Any] = {}
-        every = {part.path: part for path, kind in watched.items() for part in parts(path, kind)}
-        known = {name: self._register(part) for name, part in every.items()}
-        self._parts = {
-            path: [(part, *known[part.path]) for part in parts(path, kind)]
-            for path, kind in watched.items()
-        }
+        self._changed = Changed(watched)
+        every = {part.path: part for within in self._changed.parts.values() for part in within}
+        self._known = {name: self._register(part) for name, part in every.items()}
 
     def _register(self, part: Part) -> tuple[Variable[Any], Callable[[Any], Any]]:
         *scope, last = part.path.split(".")
@@ -94,13 +90,9 @@ class _Values:
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
         """Note the changes of a scan."""
-        for path, within in self._parts.items():
-            value = values[path]
-            if path in self._before and value == self._before[path]:
-                continue
-            self._before[path] = value
-            for part, variable, shown in within:
-                self._writer.change(variable, t_us, shown(part.of(value)))
+        for part, value in self._changed.take(values):
+            variable, shown = self._known[part.path]
+            self._writer.change(variable, t_us, shown(value))
 
 
 def _form(kind: Type) -> tuple[str, int | None, Callable[[Any], Any]]:

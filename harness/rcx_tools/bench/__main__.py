@@ -30,9 +30,12 @@ POINTS: dict[str, str] = {
     "sizes": "bytes per instance on matiec",
     "cost": "a scan of matiec's C beside C written by hand",
     "simulation": "simulated seconds a second, growth, memory, compile times",
+    "debug": "a step back after 10 minutes under the debugger, and what its past weighs",
     "explicit": "explicit messages beside stock cpppo, scans in lock-step",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "language": "files of public libraries that the front end accepts (RCX_LIBRARIES)",
+    "farm": "seeds in 1, 2 and 4 workers: efficiency, the same verdicts (docs/cluster.md)",
+    "view": "the page of a million scans: written, opened, moved (chromium)",
     "suite": "the tests: time, the ten slowest, the same results in any number of processes",
 }
 

@@ -7,10 +7,8 @@ anywhere is an extra scan.
 from __future__ import annotations
 
 import itertools
-import os
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import astuple
 from datetime import timedelta
 from functools import cache, partial
@@ -29,6 +27,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Scan
+from rcx_harness.verify.farm import Farm
 from rcx_tools.bench.figure import Figure, Options, at_most, shown
 from rcx_tools.bench.minimum import Clocks, Command, command, sequence
 
@@ -186,9 +185,8 @@ def measure(options: Options) -> dict[str, Figure]:
     step = 7 if options.quick else 1
     cases = grid(range(1, 21, step), range(1, 101, step), _RESPONSES_MS)
     margins = grid(range(1, 21, 3 * step), range(1, 101, 9 * step), _MARGINS_MS)
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        commands = list(pool.map(simulate_command, cases, chunksize=64))
-        sequences = list(pool.map(simulate_sequence, margins, chunksize=16))
+    commands = [one for _, one in Farm().run(simulate_command, cases)]
+    sequences = [one for _, one in Farm().run(simulate_sequence, margins)]
     return {
         "handshake_combinations": shown(len(commands), "cells", "scan x RPI x response"),
         "handshake_extra_scans": at_most(_most(commands), "scans", 0, "docs/timing.md"),

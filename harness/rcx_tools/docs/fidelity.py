@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 
 from rcx_harness.robot.config import SECTIONS, RobotConfig
-from rcx_tools.docs.rules import rules
+from rcx_harness.spec.rules import Rule, rules
 
 __all__ = ["fidelity_page"]
 
@@ -14,16 +15,26 @@ _HEAD = """\
 
 Written by the harness from `spec/rules.toml`; do not edit.
 The manual is that of the YAMAHA network board EtherNet/IP for RCX340/RCX320, Ver. 1.31.
-Nothing here has been compared with a real controller.
+
+A rule is of one of four classes: the manual says it, a public source says it, somebody measured it
+at a real controller, or it is assumed, since the manual is silent or open to two readings. What is
+inferred from a name stays assumed. {measured}
+
+A knob is a key of the robot file (`--robot`); its default is in brackets, delays are in ms, fixed
+or as `[shortest, longest]`.
+An assumed rule without a knob is a simplification of the model.
 """
 
-_ASSUMED_HEAD = """\
-## Assumed
+_NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
+_SOME_MEASURED = "What was measured holds for the controllers and firmware that it names."
 
-The manual is silent or open to two readings. A knob is a key of the robot file (`--robot`);
-its default is in brackets, delays are in ms, fixed or as `[shortest, longest]`.
-A rule without a knob is a simplification of the model.
-"""
+#: The classes: basis, letter of its numbers, heading, what its rows name.
+_CLASSES = (
+    ("manual", "M", "From the manual", "Section"),
+    ("public", "P", "From a public source", "Source"),
+    ("measured", "R", "Measured at a real controller", "By whom, which firmware"),
+    ("assumed", "A", "Assumed", "Knobs"),
+)
 
 _SECTIONS_HEAD = """\
 ## Keys of the robot file by section
@@ -39,18 +50,30 @@ def fidelity_page() -> str:
         for entry in fields(RobotConfig)
         if entry.default is not MISSING
     }
-    lines = [_HEAD, "## From the manual\n", "| # | Rule | Section |", "|---|---|---|"]
-    for number, rule in enumerate((r for r in rules() if r.from_manual), 1):
-        lines.append(f"| M{number} `{rule.id}` | {rule.text} | {rule.section} |")
-    lines += ["", _ASSUMED_HEAD, "| # | Rule | Knobs |", "|---|---|---|"]
-    for number, rule in enumerate((r for r in rules() if not r.from_manual), 1):
-        knobs = [_knob(name, defaults.get(name)) for name in rule.knobs]
-        lines.append(f"| A{number} `{rule.id}` | {rule.text} | {', '.join(knobs) or 'none'} |")
-    lines += ["", _SECTIONS_HEAD, "| Section | What it is | Keys |", "|---|---|---|"]
+    measured = any(rule.basis == "measured" for rule in rules())
+    lines = [_HEAD.format(measured=_SOME_MEASURED if measured else _NOTHING_MEASURED)]
+    for basis, letter, title, names in _CLASSES:
+        lines.append(f"## {title}\n")
+        mine = [rule for rule in rules() if rule.basis == basis]
+        if mine:
+            both = basis in ("public", "measured")
+            heads = ["#", "Rule", names, *(["Knobs"] if both else [])]
+            lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+            lines += [_row(f"{letter}{n}", rule, defaults) for n, rule in enumerate(mine, 1)]
+        else:
+            lines.append("None yet.")
+        lines.append("")
+    lines += [_SECTIONS_HEAD, "| Section | What it is | Keys |", "|---|---|---|"]
     for section in SECTIONS:
         keys = ", ".join(_knob(entry.name, defaults.get(entry.name)) for entry in fields(section))
         lines.append(f"| `{section.__name__}` | {section.__doc__} | {keys} |")
     return "\n".join(lines) + "\n"
+
+
+def _row(number: str, rule: Rule, defaults: Mapping[str, object]) -> str:
+    knobs = ", ".join(_knob(name, defaults.get(name)) for name in rule.knobs) or "none"
+    last = {"manual": rule.section, "assumed": knobs}.get(rule.basis, f"{rule.source} | {knobs}")
+    return f"| {number} `{rule.id}` | {rule.text} | {last} |"
 
 
 def _knob(name: str, default: object) -> str:

@@ -21,8 +21,10 @@ from rcx_tools.docs import blocks, examples, fidelity
 from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
+from rcx_tools.docs.probes import probes_page
 from rcx_tools.docs.processes import process_chart, processes
 from rcx_tools.docs.processes_svg import process_svg
+from rcx_tools.docs.robots import robots_page
 from rcx_tools.docs.rooms import rooms_svg
 from rcx_tools.docs.words import words_page
 from rcx_tools.evidence.page import verification_page
@@ -244,6 +246,8 @@ def pages() -> dict[str, Callable[[], str]]:
         ),
         "docs/fidelity.md": fidelity.fidelity_page,
         "docs/panel.html": panel_page,
+        "docs/probes.md": probes_page,
+        "docs/robots.md": robots_page,
         "docs/rooms.svg": rooms_svg,
         "docs/processes.md": lambda: _page(
             "Processes and their timing charts", "docs/charts", _processes()

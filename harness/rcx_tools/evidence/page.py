@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rcx_tools.docs.rules import rules
+from rcx_harness.spec.rules import rules
 from rcx_tools.evidence.checks import CHECKS, Check
 from rcx_tools.evidence.results import ROOT
 
@@ -39,14 +40,17 @@ _MORE = """\
 
 - **No real controller has been connected.** Everything here is about the blocks, and the virtual
   controller that was written from the manual.
-- The virtual controller follows {manual} rules from the manual; {assumed} more are assumed, since
-  the manual is silent or open there: [fidelity.md](fidelity.md) lists both, rule by rule.
+- The virtual controller follows {manual} rules from the manual{others}; {assumed} more
+  are assumed, since the manual is silent or open there: [fidelity.md](fidelity.md) lists them.
 - The PLC takes in and gives out the robot's area as a whole, between two scans, and `Margin` is as
   large as [scan-model.md](scan-model.md) says.
 - The compiler of the PLC does what the standard says of the portable part of the language that the
   library keeps to. The checks run on the built-in engine, or on matiec where it is found; the
   metamorphic checks compare both.
 """
+
+#: How rules are named that are neither the manual's nor assumed.
+_OTHERS = {"public": "from public sources", "measured": "measured at a real controller"}
 
 
 def verification_page(kept: Path = KEPT) -> str:
@@ -73,9 +77,11 @@ def _lines(figures: Mapping[str, Any]) -> Iterator[str]:
                 yield from _table([["Figure", "Value"], *checks[check.name]["rows"]])
                 for table in checks[check.name].get("tables", ()):
                     yield from _table(table)
-    manual = sum(rule.from_manual for rule in rules())
+    count = Counter(rule.basis for rule in rules())
     yield ""
-    yield _MORE.format(manual=manual, assumed=len(rules()) - manual).rstrip("\n")
+    others = "".join(f", {count[b]} {t}" for b, t in _OTHERS.items() if count[b])
+    more = _MORE.format(manual=count["manual"], others=others, assumed=count["assumed"])
+    yield more.rstrip("\n")
 
 
 def _table(lines: Sequence[Sequence[str]]) -> Iterator[str]:

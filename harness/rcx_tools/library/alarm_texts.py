@@ -111,7 +111,7 @@ def _block(name: str, head: Sequence[str], inputs: Sequence[str], body: Sequence
 
 def _alarm_block(name: str, language: str) -> str:
     head = [
-        f"{name}: the alarms that the manual names, in {language} (chapter 4, 4).",
+        f"{name}: the alarms that the manual names, and 4.202, in {language} (chapter 4, 4).",
         *("", f"Part of FB_AlarmText. Generated from {_ALARMS} by `make docs`."),
     ]
     body = ["CASE WORD_TO_INT(Group) OF"]
@@ -208,12 +208,16 @@ def _table() -> str:
     page.write("\N{ZERO WIDTH NO-BREAK SPACE}")
     writer = csv.writer(page, lineterminator="\n")
     writer.writerow(["list", "number", *columns])
-    for row in spec.load_toml(spec.folder() / "alarms.toml")["alarm"]:
+    alarms = spec.load_toml(spec.folder() / "alarms.toml")["alarm"]
+    for row in alarms:
         writer.writerow(["alarm", row["number"], *(row[column] for column in columns)])
+    known, blank = {row["number"] for row in alarms}, [""] * (len(columns) - 1)
+    for number, name in spec.public_alarms().items():
+        if number not in known:
+            writer.writerow(["alarm, public list", number, name, *blank])
     for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
         number = f"16#{row['id']:04X}"
         writer.writerow(["ErrorID", number, *(row[column] for column in columns)])
-    blank = [""] * (len(columns) - 1)
     for code, command in _named_commands():
         writer.writerow(["command", f"16#{code:04X}", command.name, *blank])
     every = spec.signals()

@@ -182,6 +182,14 @@ def test_a_conversion_gives_what_fits_the_target(
     assert run(f"A : {source} := {value}; X : {kind};", f"X := {conversion}(A);", "X") == result
 
 
+@pytest.mark.parametrize("depth", [1, 29, 30, 59, 60, 61, 150])
+def test_code_in_more_brackets_than_lines_of_python_take_has_its_value(
+    run: Run, depth: int
+) -> None:
+    code = "(" * depth + "X" + " + X)" * depth
+    assert run("X : DINT := 3; Y : DINT;", f"Y := {code};", "Y") == 3 * (depth + 1)
+
+
 def test_trunc_cuts_towards_zero(run: Run) -> None:
     assert run(
         "A : REAL := -2.9; I : INT; D : DINT;", "I := TRUNC(A); D := TRUNC(2.9);", "I D"

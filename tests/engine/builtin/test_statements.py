@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from rcx_harness.engine.builtin import BuiltinProgram
 
 Run = Callable[..., Any]
@@ -57,6 +59,17 @@ def test_a_for_loop_includes_its_end_and_may_run_no_times(run: Run) -> None:
         "FOR I := 9 TO 1 BY -3 DO M := M * 10 + I; END_FOR;",
         "Sum N Z M I",
     ) == (10, 5, 1, 963, 0)
+
+
+@pytest.mark.parametrize("end", ["Next(C := C)", "1 + Next(C := C)", "Next(C := C) + 1"])
+def test_the_end_of_a_for_loop_is_called_once(run: Run, end: str) -> None:
+    """Where it is a call: it is looked at before the first round.
+
+    Source: IEC 61131-3 (2003), 3.3.2.4.
+    """
+    before = "FUNCTION Next : INT VAR_IN_OUT C : INT; END_VAR C := C + 1; Next := 2; END_FUNCTION"
+    body = f"FOR I := 1 TO {end} DO N := N + 1; END_FOR;"
+    assert run("I, N, C : INT;", body, "N C", before) == (3 if "1" in end else 2, 1)
 
 
 def test_a_for_loop_may_have_a_step_that_is_not_constant(run: Run) -> None:

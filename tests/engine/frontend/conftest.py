@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import Project, check, load
 from rcx_harness.errors import InputError
 
@@ -23,6 +24,12 @@ def _write(folder: Path, sources: tuple[str, ...]) -> list[Path]:
 def project_of(tmp_path: Path) -> Callable[..., Project]:
     """Loads one or more sources, each as a file of its own."""
     return lambda *sources: load(_write(tmp_path, sources))
+
+
+@pytest.fixture
+def build_of(tmp_path: Path) -> Callable[..., BuiltinProgram]:
+    """Compiles one or more sources, each as a file of its own."""
+    return lambda *sources: BuiltinProgram.build(load(_write(tmp_path, sources)))
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import Project, check, load
 from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType
 from rcx_harness.errors import InputError
@@ -103,6 +104,70 @@ def test_global_and_located_variables_are_known(project_of: Callable[..., Projec
         "TOTAL": ("Total", INT),
     }
     assert [(item.address, item.path) for item in project.located] == [("%IW3", "Level")]
+
+
+@pytest.mark.parametrize(
+    ("runs", "located"),
+    [
+        # One that others call by its name has its own; of an instance they are listed once.
+        ("PROGRAM B WITH T1 : Top;", [("%QW2", "B.Speed"), ("%QW1", "Feeder.Pulse")]),
+        (
+            "PROGRAM A WITH T1 : Feeder; PROGRAM B WITH T1 : Top;",
+            [("%QW1", "A.Pulse"), ("%QW2", "B.Speed")],
+        ),
+    ],
+)
+def test_located_variables_of_a_program_that_others_name_are_known(
+    runs: str, located: list[tuple[str, str]], project_of: Callable[..., Project]
+) -> None:
+    project = project_of(
+        "PROGRAM Feeder VAR Pulse AT %QW1 : INT; N : INT; END_VAR N := N + 1; END_PROGRAM\n"
+        "PROGRAM Top VAR Speed AT %QW2 : INT; N : INT; END_VAR N := Feeder.N; END_PROGRAM\n"
+        "CONFIGURATION C1 RESOURCE R1 ON Plc TASK T1 (INTERVAL := T#10ms, PRIORITY := 1);\n"
+        f"{runs} END_RESOURCE END_CONFIGURATION\n"
+    )
+    assert [(item.address, item.path) for item in project.located] == located
+
+
+@pytest.mark.parametrize(
+    ("pragma", "bare"),
+    [("qualified_only", False), ("linkalways", True), ("init_on_onlchange", True)],
+)
+def test_only_one_attribute_keeps_global_names_behind_that_of_their_list(
+    pragma: str, bare: bool, errors_of: Callable[..., list[InputError]]
+) -> None:
+    """Source: TwinCAT and CODESYS, attribute 'qualified_only'; the list is called as its file."""
+    lists = f"{{attribute '{pragma}'}}\nVAR_GLOBAL Level : INT; END_VAR\n"
+    program = "PROGRAM P1\n{0} := 1;\nEND_PROGRAM\n"
+    assert errors_of(lists, program.format("source0.Level")) == []
+    assert [error.line for error in errors_of(lists, program.format("Level"))] == [2] * (not bare)
+
+
+def test_a_variable_goes_before_a_list_of_its_name(build_of: Callable[..., BuiltinProgram]) -> None:
+    """The property is set (+ 1), not the global variable of that name."""
+    program = build_of(
+        "VAR_GLOBAL Level : INT; END_VAR\n",
+        "FUNCTION_BLOCK Tank VAR N : INT; END_VAR\n"
+        "PROPERTY Level : INT GET Level := N; END_GET SET N := Level + 1; END_SET END_PROPERTY\n"
+        "END_FUNCTION_BLOCK\n"
+        "PROGRAM P1 VAR source0 : Tank; END_VAR\nsource0.Level := 5;\nEND_PROGRAM\n",
+    )
+    program.scan(0)
+    assert program.read("Main.source0.N") == 6
+
+
+def test_a_label_of_a_case_may_be_a_global_constant(
+    build_of: Callable[..., BuiltinProgram],
+) -> None:
+    """By itself, and behind the name of its list."""
+    program = build_of(
+        "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
+        "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"
+        "CASE I OF 1: A := 1; Full: A := 2; END_CASE;\n"
+        "CASE I OF 1: B := 1; source0.Full: B := 2; END_CASE;\nEND_PROGRAM\n",
+    )
+    program.scan(0)
+    assert (program.read("Main.A"), program.read("Main.B")) == (2, 2)
 
 
 def test_types_are_resolved_with_names_as_declared(project_of: Callable[..., Project]) -> None:

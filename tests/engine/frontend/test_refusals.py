@@ -120,6 +120,11 @@ _STATEMENTS = [
     ("B := P = Q1;", "= is not defined for Pair"),
     ("T1 := T1 * T1;", "* is not defined for TIME"),
     ("T1 := Day + Day;", "+ is not defined for DATE"),
+    ("Day := Day * 2;", "* is not defined for DATE"),
+    ("T1 := 5 / T1;", "/ is not defined for TIME"),
+    ("T1 := 5 - T1;", "- is not defined for TIME"),
+    ("U := -UINT#5;", "- is not defined for UINT"),
+    ("S1 := SIZEOF(I);", "a STRING is expected here, not a UDINT"),
     ("IF I THEN I := 1; END_IF;", "a BOOL is expected here, not a INT"),
     ("WHILE I DO I := 1; END_WHILE;", "a BOOL is expected here"),
     ("FOR R := 1.0 TO 2.0 DO I := 1; END_FOR;", "a FOR needs an integer counter"),
@@ -172,6 +177,10 @@ _DECLARATIONS = [
     ("VAR A : BYTE := 16#100; END_VAR", 2, "256 is outside BYTE"),
     ("VAR A : ARRAY [5..1] OF INT; END_VAR", 2, "the bounds 5..1 are empty"),
     ("VAR A : ARRAY [0..N] OF INT; END_VAR", 2, "a constant is expected here"),
+    ("VAR A : ARRAY [3000000000..3000000001] OF INT; END_VAR", 2, "3000000000 is outside DINT"),
+    ("VAR A : INT := -INT#5; END_VAR", 2, "only a number can be negative here"),
+    ("VAR A : BOOL := -TRUE; END_VAR", 2, "only a number can be negative here"),
+    ("VAR A : STRING := -'a'; END_VAR", 2, "only a number can be negative here"),
     ("VAR A : ARRAY [0..1] OF INT := [1, 2, 3]; END_VAR", 2, "3 values for 2 elements"),
     ("VAR A : RTC; END_VAR", 2, "the block RTC is not supported"),
     ("VAR A : Main; END_VAR", 2, "Main uses Main"),
@@ -179,6 +188,7 @@ _DECLARATIONS = [
     ("VAR to : INT; END_VAR", 2, "to is a reserved word"),
     ("VAR A AT %IX0.0 : INT; END_VAR", 2, "a INT does not fit the address %IX0.0"),
     ("VAR A AT %IX0.0 : ARRAY [0..1] OF BOOL; END_VAR", 2, "does not fit the address %IX0.0"),
+    ("VAR A AT %IX5 : ARRAY [0..1] OF BOOL; END_VAR", 2, "does not fit the address %IX5"),
     ("VAR A AT %IW0 : ARRAY [0..1] OF BYTE; END_VAR", 2, "does not fit the address %IW0"),
     ("VAR A AT %IW0.1 : ARRAY [0..1] OF WORD; END_VAR", 2, "does not fit the address %IW0.1"),
     ("VAR A AT %ZW0 : WORD; END_VAR", 2, "%ZW0 is no address"),
@@ -210,6 +220,27 @@ _UNITS = [
     ("TYPE A1 : STRUCT B : INT; b : INT; END_STRUCT; END_TYPE", 1, "b is a field twice"),
     ("TYPE A1 : (ONE, one); END_TYPE", 1, "one is a member twice"),
     ("TYPE A1 : INT;", 1, "the file ends in the middle"),
+    ("TYPE A1 : (ONE := 32767, TWO); END_TYPE", 1, "a member is outside INT (-32768 to 32767)"),
+    ("TYPE A1 : (ONE := 255, TWO) USINT; END_TYPE", 1, "a member is outside USINT (0 to 255)"),
+    (
+        "FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"
+        "F1 := A + B; END_FUNCTION\n"
+        "PROGRAM P1 VAR I : INT; END_VAR\nI := F1(B := 1);\nEND_PROGRAM",
+        4,
+        "the input A of F1 is missing",
+    ),
+    (
+        "TYPE A1 : STRUCT B : TON; END_STRUCT; END_TYPE\n"
+        "PROGRAM P1 VAR A : A1; C : BOOL; END_VAR\nC := A.B();\nEND_PROGRAM",
+        3,
+        "this is no method, and has no value",
+    ),
+    (
+        "PROGRAM P1\nVAR CONSTANT N : BOOL := TRUE; END_VAR VAR A : INT := N; END_VAR\n"
+        "A := A;\nEND_PROGRAM",
+        2,
+        "a INT is expected here, not a BOOL",
+    ),
     (
         "PROGRAM P1\nVAR CONSTANT A : TON; END_VAR\nEND_PROGRAM",
         2,
@@ -324,6 +355,34 @@ def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
 
     assert error.line == 8
     assert "Outer also uses the global variable Shared itself" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("source", "lines"),
+    [
+        # What stands outside of declarations is one mistake, up to where one begins.
+        ("END_VAR;\nX\nPROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nEND_PROGRAM\n", [1, 5]),
+        # One begins a line.
+        ("END_VAR; TYPE T1 : NONE1; END_TYPE\nTYPE T2 : NONE2; END_TYPE\n", [1, 2]),
+        # A mistake in the last word leaves what stands before it.
+        ("PROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nI := 1 :=", [3, 4]),
+    ],
+)
+def test_behind_a_mistake_the_rest_of_the_file_is_checked(
+    source: str, lines: list[int], errors_of: Callable[..., list[InputError]]
+) -> None:
+    assert [error.line for error in errors_of(source)] == lines
+
+
+def test_what_runs_is_asked_only_where_nothing_else_is_wrong(
+    errors_of: Callable[..., list[InputError]],
+) -> None:
+    """There are two programs and no CONFIGURATION, which is one message by itself."""
+    source = "PROGRAM P1\nVAR I : {0}; END_VAR\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM\n"
+    assert ["there is no type NONE1" in str(one) for one in errors_of(source.format("NONE1"))] == [
+        True
+    ]
+    assert ["several programs" in str(one) for one in errors_of(source.format("INT"))] == [True]
 
 
 def test_every_error_of_all_files_is_listed_in_their_order(

@@ -56,6 +56,8 @@ def test_a_value_of_the_type_is_taken(kind: Type, value: Any, held: Any) -> None
         (INT, 1.0, "use a whole number"),
         (_elementary("REAL"), 1e39, "use a number"),
         (_elementary("REAL"), "1", "use a number"),
+        (_elementary("STRING"), 5, "use up to 126 single-byte characters"),
+        (_elementary("CHAR"), 5, "use one single-byte character"),
         (_elementary("STRING"), "x" * 127, "use up to 126 single-byte characters"),
         (_elementary("STRING"), "\u20ac", "use up to 126 single-byte characters"),
         (_elementary("TIME"), 5, "use a timedelta or a literal such as T#1500ms"),

@@ -102,6 +102,21 @@ def test_the_portable_subset_refuses_it_by_name(source: str, construct: str) -> 
     assert construct in ", ".join(named[:2])
 
 
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("USING N;", "a NAMESPACE;"),
+        (
+            "FUNCTION_BLOCK F EXTENDS G R REF= X; END_FUNCTION_BLOCK",
+            "EXTENDS; also REFERENCE TO;",
+        ),
+    ],
+)
+def test_what_else_it_refuses_is_named_too(source: str, told: str) -> None:
+    with pytest.raises(InputError, match=f"does not take {told}"):
+        parse_portable(source, Path("program.st"))
+
+
 def test_the_rules_of_the_library_name_it() -> None:
     found = {finding.text for finding in portability.lint([_MACHINE], binding=True)}
 

@@ -103,6 +103,8 @@ def test_the_fields_of_a_union_lie_in_one_memory(
         ("PP := ADR(A[2]); I := PP^.Low; N := PP^.High;", "N", 7),
         ("PB := ADR(Gap) + 4; PB^ := 5; B := 1;", "Gap", {"A": 0, "B": 5, "C": False}),
         ("PB := ADR(Gap) + 8; PB^ := 2;", "Gap.C", True),
+        ("Gap.B := 16#04030201; PB := ADR(Gap) + 5; B := PB^;", "B", 2),
+        ("Gap.A := 7; Gap.B := 16#04030201; PQ := ADR(Gap); Q := PQ^;", "Q", 0x0403_0201_0000_0007),
         ("PT := ADR(T1); PT^ := PT^ + 500;", "T1", timedelta(milliseconds=1500)),
         ("PW := ADR(A); PD := PW + 2; D := PD^;", "D", 0xFFFF0304),
         ("PB := ADR(S); PB^ := 65; PB := PB + 1; PB^ := 66;", "S", "AB"),

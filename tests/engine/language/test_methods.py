@@ -455,6 +455,22 @@ def test_a_block_as_an_input_is_a_copy(build: Callable[[str], BuiltinProgram]) -
     assert _run(build, blocks, variables, body, "X Y Z") == (8, 5, 7)
 
 
+@pytest.mark.parametrize("data", ["Data", "THIS^.Data"])
+def test_a_method_works_on_the_in_out_that_its_block_was_called_with(
+    data: str, build: Callable[[str], BuiltinProgram]
+) -> None:
+    """Called in the body: 1 + 2; from outside it begins with what the last call was given: + 3."""
+    block = (
+        "FUNCTION_BLOCK A VAR_IN_OUT Data : INT; END_VAR VAR Seen : INT; END_VAR\n"
+        "METHOD Raise : INT VAR_INPUT By1 : INT; END_VAR\n"
+        f"{data} := {data} + By1; Raise := {data};\nEND_METHOD\n"
+        "Seen := THIS^.Raise(2);\nEND_FUNCTION_BLOCK\n"
+    )
+    body = "X(Data := I); J := I; K := X.Raise(3);"
+    found = _run(build, block, "X : A; I : INT := 1; J, K : INT;", body, "J X.Seen K")
+    assert found == (3, 3, 6)
+
+
 def test_words_of_methods_stay_names_elsewhere(build: Callable[[str], BuiltinProgram]) -> None:
     """Final, Override, Get and the like are everyday names of variables."""
     variables = "Final, Override, Internal, Public, Get, Set, Abstract : INT;"

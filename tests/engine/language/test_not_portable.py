@@ -79,6 +79,50 @@ def test_so_is_a_block(tmp_path: Path) -> None:
     ]
 
 
+_ADDER = """\
+FUNCTION_BLOCK Adder
+METHOD Sum : INT
+  VAR_INPUT A, B : INT; END_VAR
+  Sum := A + B;
+END_METHOD
+END_FUNCTION_BLOCK
+"""
+_HALF = """\
+FUNCTION Half
+  VAR_INPUT A : INT; END_VAR
+  VAR_OUTPUT Q : INT; END_VAR
+  Q := A / 2;
+END_FUNCTION
+"""
+_METHOD = ("a METHOD", "")
+_BOTH = ("named and positional arguments together", "")
+_NO_RESULT = [
+    ("a function without a result", ""),
+    ("a section in another place", ""),
+    ("a function with VAR_OUTPUT or VAR_IN_OUT", ""),
+]
+
+
+@pytest.mark.parametrize(
+    ("before", "variable", "statement", "noted"),
+    [
+        ("", "X : LTIME;", "X := LTIME();", [(_TYPE, "LTIME"), ("the time as a function", "")]),
+        (_ADDER, "F : Adder;", "I := F.Sum(1, B := 2);", [_METHOD, _BOTH]),
+        (_ADDER, "F : Adder;", "I := F.Sum(A := 1, B := 2);", [_METHOD]),
+        (_ADDER, "F : Adder;", "I := F.Sum(1, 2);", [_METHOD]),
+        (_HALF, "", "Half(A := 4, Q => I);", _NO_RESULT),
+    ],
+)
+def test_nothing_else_is_noted(
+    tmp_path: Path, before: str, variable: str, statement: str, noted: list[tuple[str, str]]
+) -> None:
+    """Of a function without a result not that it never sets one."""
+    file = tmp_path / "loose.st"
+    program = f"PROGRAM P1\nVAR I : INT; {variable} END_VAR\n{statement}\nEND_PROGRAM\n"
+    file.write_text(before + program)
+    assert [(one.construct, one.detail) for one in load([file]).uses] == noted
+
+
 @pytest.mark.parametrize(
     "statement",
     [

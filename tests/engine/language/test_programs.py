@@ -65,6 +65,21 @@ def test_the_instance_of_a_configuration_is_the_one_that_is_named(build: Build) 
     assert (program.read("A.N"), program.read("B.Seen")) == (2, 2)
 
 
+def test_what_it_starts_is_started_once(build: Build) -> None:
+    """Though it is an instance of the configuration, and known by its own name."""
+    program = build(
+        "FUNCTION_BLOCK FB1 VAR_OUTPUT Starts : INT; END_VAR\n"
+        "METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR"
+        " Starts := Starts + 1; END_METHOD\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM Counter VAR F : FB1; END_VAR F(); END_PROGRAM\n"
+        "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.F.Starts; END_PROGRAM\n"
+        "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
+        "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
+    )
+    program.scan(0)
+    assert (program.read("A.F.Starts"), program.read("B.Seen")) == (1, 1)
+
+
 def test_two_instances_of_it_have_no_one_name(mistakes_of: Mistakes) -> None:
     (error,) = mistakes_of(
         "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
@@ -199,6 +214,16 @@ def test_calculated_initial_values_and_references(build: Build) -> None:
     assert [program.read(f"Main.{name}") for name in ("A", "B", "C", "Own")] == [9, 3, 5, 5]
 
 
+def test_a_constant_fits_where_its_value_does(build: Build) -> None:
+    """Whatever its own type: 5 fits an INT, and a REAL too."""
+    program = build(
+        "TYPE Mood : (CALM := 1, WILD := 5); END_TYPE\n"
+        "PROGRAM P VAR CONSTANT N : DINT := 5; END_VAR\n"
+        "VAR I : INT := N; R : REAL := N; M : Mood := N; END_VAR I := I; END_PROGRAM\n"
+    )
+    assert [program.read(f"Main.{name}") for name in ("I", "R", "M")] == [5, 5.0, "WILD"]
+
+
 @pytest.mark.parametrize(
     ("declaration", "message"),
     [
@@ -213,6 +238,22 @@ def test_what_is_no_initial_value_is_refused(
 ) -> None:
     errors = mistakes_of(f"PROGRAM P {declaration}\nY := 1; END_PROGRAM\n")
     assert message in str(errors[0])
+
+
+def test_a_variable_may_be_called_as_the_qualifier_of_an_edge(build: Build) -> None:
+    program = build("PROGRAM P VAR R_EDGE, F_EDGE : BOOL; END_VAR\nR_EDGE := TRUE; END_PROGRAM\n")
+    program.scan(0)
+    assert (program.read("Main.R_EDGE"), program.read("Main.F_EDGE")) == (True, False)
+
+
+def test_static_variables_of_a_block_are_those_of_all_its_instances(build: Build) -> None:
+    program = build(
+        "FUNCTION_BLOCK FB1 VAR_STAT N : INT; END_VAR VAR_OUTPUT Q : INT; END_VAR\n"
+        "N := N + 1; Q := N; END_FUNCTION_BLOCK\n"
+        "PROGRAM P VAR A, B : FB1; END_VAR A(); B(); END_PROGRAM\n"
+    )
+    program.scan(0)
+    assert (program.read("Main.A.Q"), program.read("Main.B.Q")) == (1, 2)
 
 
 def test_time_is_that_of_the_scan_and_of_a_function_too(build: Build) -> None:

@@ -288,6 +288,19 @@ def test_the_other_timers_too(kind: str, levels: str, tmp_path: Path) -> None:
     assert "".join("1" if q else "0" for (q,) in rows) == levels
 
 
+def test_a_block_that_is_called_like_a_standard_one_has_its_own_pins(
+    build: Callable[[str], BuiltinProgram],
+) -> None:
+    """RESET of a CTU is another name of its R."""
+    program = build(
+        "FUNCTION_BLOCK CTU_Own VAR_INPUT RESET : BOOL; END_VAR VAR_OUTPUT Q : BOOL; END_VAR\n"
+        "Q := RESET;\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM P1 VAR A : CTU_Own; END_VAR\nA(RESET := TRUE);\nEND_PROGRAM\n"
+    )
+    program.scan(0)
+    assert program.read("Main.A.Q") is True
+
+
 @pytest.mark.parametrize(
     ("call", "pin", "value"),
     [

@@ -105,5 +105,5 @@ def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
     master.turn_and_wait("SI06", False)
     master.execute(ROBOT_2 | 0x001, 4, 0, 50, 19)
     assert _answer(master, 0x0515)[:4] == (12, 400, 0x0101, 0)
-    assert master.execute(0x0FFF)[:3] == (0x4000, 4, 2)
-    assert _answer(master, 0x0515)[:4] == (4, 2, 0x0101, 0)
+    assert master.execute(0x0FFF)[:3] == (0x4000, 12, 75)
+    assert _answer(master, 0x0515)[:4] == (12, 75, 0x0101, 0x0301)

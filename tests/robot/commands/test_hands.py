@@ -75,12 +75,9 @@ def test_a_hand_that_was_never_defined_is_0() -> None:
         pytest.param((WRITE, 0, 5, 0, 0, 0, 0, 0, 0, 0, 2), id="definition: data 4 is 2"),
         pytest.param((WRITE, 0, 5, 0, *long_words(0, 0, 0, -1)), id="definition: data 4 is -1"),
         pytest.param((WRITE, 0, 5, 0, *PRINTED, 1), id="definition: n+24"),
-        pytest.param((0x2000 | WRITE, 0, 5), id="definition: robot 2 is not there"),
-        pytest.param((0x5000 | WRITE, 0, 5), id="definition: robot 5"),
         pytest.param((READ, 1, 5), id="reference: n+2"),
         pytest.param((READ, 0, 32), id="reference: hand 32"),
         pytest.param((READ, 0, 5, 1), id="reference: n+6"),
-        pytest.param((0x2000 | READ, 0, 5), id="reference: robot 2 is not there"),
     ],
 )
 def test_a_wrong_telegram_on_hands_changes_nothing(words: tuple[int, ...]) -> None:
@@ -90,6 +87,17 @@ def test_a_wrong_telegram_on_hands_changes_nothing(words: tuple[int, ...]) -> No
     """
     master = ready(hands={(1, 5): Hand((1, 2, 3, 0))})
     assert master.execute(*words) == abnormal_end("4.2")
+    assert master.robot.machine.memory.hands == {(1, 5): Hand((1, 2, 3, 0))}
+
+
+@pytest.mark.parametrize("code", [0x2000 | WRITE, 0x5000 | WRITE, 0x2000 | READ])
+def test_a_robot_that_is_not_there_has_no_hands(code: int) -> None:
+    """Rule: alarm-names.
+
+    Source: remote command guide 4.3.5
+    """
+    master = ready(hands={(1, 5): Hand((1, 2, 3, 0))})
+    assert master.execute(code, 0, 5) == abnormal_end("4.204")
     assert master.robot.machine.memory.hands == {(1, 5): Hand((1, 2, 3, 0))}
 
 

@@ -375,7 +375,7 @@ def test_a_return_to_origin_is_refused_while_another_one_is_under_way(robot: int
 
     Rule: origin-command-needs.
     """
-    master = _master(INCREMENTAL, Axis(start=700, robot=2), busy_alarm="1.0")
+    master = _master(INCREMENTAL, Axis(start=700, robot=2), moving_alarm="1.0")
     master.turn_and_wait("SI14", True, 100)
     assert master.execute(AXIS | robot << 12, 0, 0x0001) == abnormal_end("1.0")
     master.run(200)

@@ -173,7 +173,6 @@ def test_both_points_must_be_defined(code: int) -> None:
         pytest.param((WRITE, 0x8000, 1), id="definition: flag bit 15"),
         pytest.param((WRITE, 0, 30000), id="definition: point 30000"),
         pytest.param((WRITE, 0, 1, 1), id="definition: n+6"),
-        pytest.param((0x1100, 0, 1), id="definition: robot 1"),
         pytest.param((READ, 0, 30000), id="reference: point 30000"),
         pytest.param((READ, 1, 1), id="reference: n+2"),
         pytest.param((READ, 0, 1, 1), id="reference: n+6"),
@@ -188,6 +187,17 @@ def test_a_wrong_telegram_on_points_changes_nothing(words: tuple[int, ...]) -> N
     """Source: remote command guide 4.3.1, 4.4.3."""
     master = ready(points={1: PULSES})
     assert master.execute(*words) == abnormal_end("4.2")
+    assert master.robot.points == {1: PULSES}
+
+
+def test_points_have_no_robot() -> None:
+    """The code with a robot is none of the guide's.
+
+    Rule: alarm-names.
+    Source: remote command guide 4.3.1
+    """
+    master = ready(points={1: PULSES})
+    assert master.execute(0x1100, 0, 1) == abnormal_end("12.75")
     assert master.robot.points == {1: PULSES}
 
 

@@ -77,7 +77,7 @@ def test_all_16_tasks_can_be_taken_and_then_none_is_vacant() -> None:
         assert master.execute(*telegram(REGISTER, NUMBER, program=number, priority=1)) == NORMAL_END
     assert master.execute(STATES, 0, 1)[2:10] == (0,) * 8
     last = telegram(REGISTER, NUMBER, program=17, priority=1)
-    assert master.execute(*last) == abnormal_end("4.2")
+    assert master.execute(*last) == abnormal_end("6.262")
     assert (
         master.execute(*telegram(REGISTER, NUMBER, program=17, task=16, priority=1)) == NORMAL_END
     )
@@ -94,7 +94,7 @@ def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
     master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=6))
     assert lines(master) == [0, 1, 0, 0, 0, 0, 0, 0]
     assert info(master, 1) == (1, 2, 1, 6)
-    assert master.execute(*telegram(INFO, NUMBER, program=2)) == abnormal_end("4.2")
+    assert master.execute(*telegram(INFO, NUMBER, program=2)) == abnormal_end("6.262")
 
 
 def test_a_program_whose_task_another_takes_can_be_started_by_that_one() -> None:

@@ -200,12 +200,17 @@ def test_an_axis_that_is_not_there_cannot_be_put_out(options: tuple[int, int]) -
         (READ, 0, 23),
         (READ, 0, 128),
         (ENABLE, 0, 2),
-        (0x1000 | DEFINE, 0, 24, 0, DUTY, 1, 1),
     ],
 )
 def test_words_items_and_the_parameter_have_their_limits(words: tuple[int, ...]) -> None:
     """Source: remote command guide 4.9."""
     assert _master().execute(*words) == abnormal_end("4.2")
+
+
+def test_a_definition_has_no_robot_in_its_code() -> None:
+    """Source: remote command guide 4.9."""
+    words = (0x1000 | DEFINE, 0, 24, 0, DUTY, 1, 1)
+    assert _master().execute(*words) == abnormal_end("12.75")
 
 
 def test_every_quantity_can_be_put_out_with_its_sign_and_its_upper_word() -> None:

@@ -194,7 +194,7 @@ def test_0_is_shown_where_the_robot_has_no_axis(code: int) -> None:
     """
     master = powered_up(scara_robots=())
     assert _answer(master, ROBOT_2 | code) == _data(0)
-    assert master.execute(0x5000 | code) == abnormal_end("4.2")
+    assert master.execute(0x5000 | code) == abnormal_end("4.204")
 
 
 @pytest.mark.parametrize("code", sorted({*REFERENCES, ORIGINS} - {SPEEDS, DESIGNATION, ARM}))

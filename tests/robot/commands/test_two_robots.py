@@ -71,7 +71,7 @@ def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
 
     Rule: robots-move, movement-beside.
     """
-    master = _mover(origin_time=1000, busy_alarm="6.7")
+    master = _mover(origin_time=1000, moving_alarm="6.7")
     master.turn_and_wait("SI14", True, 50)
     assert not master.on("SO11")
     assert master.execute(0x2001, 0, 0, 0, 20) == abnormal_end("6.7")
@@ -88,7 +88,7 @@ def test_a_robot_that_moves_takes_no_other_movement() -> None:
 
     Rule: robots-move.
     """
-    master = _mover(busy_alarm="6.7")
+    master = _mover(moving_alarm="6.7")
     path = PtpPath([AxisMove(0, 0, 100_000, 50_000, 5e6, 5e6)])
     master.robot.machine.move(1, path)
     assert master.execute(0x1001, 0, 0, 0, 19) == abnormal_end("6.7")

@@ -212,16 +212,20 @@ def test_all_data_of_motors_and_system_are_reset_at_once() -> None:
         (SYSTEM, 0, 4),
         (SYSTEM, 0, 1, 1),
         (ALL, 0, 1),
-        (0x1000 | ALL,),
     ],
 )
 def test_item_and_axis_have_their_limits(words: tuple[int, ...]) -> None:
-    """Only one axis can be specified; 0x0607 has no robot.
+    """Only one axis can be specified.
 
     Source: remote command guide 4.8.4, 4.8.5, 4.8.6
     """
     master = _master()
     assert master.execute(*words) == abnormal_end("4.2")
+
+
+def test_a_reset_of_all_data_has_no_robot() -> None:
+    """Source: remote command guide 4.8.6."""
+    assert _master().execute(0x1000 | ALL) == abnormal_end("12.75")
 
 
 def test_an_axis_that_is_not_there_has_no_motor_data() -> None:

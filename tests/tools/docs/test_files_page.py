@@ -18,7 +18,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
 from rcx_harness.robot.config.checks import CHOICES, RANGES
 from rcx_harness.robot.stored import QUANTITIES, parameter_names, parameter_ranges
-from rcx_tools.docs.rules import rules
+from rcx_harness.spec.rules import rules
 
 _PAGE = (Path(__file__).resolve().parents[3] / "docs/files.md").read_text(encoding="utf-8")
 _PLAIN = re.compile(r"`([^`]+)`")
@@ -46,7 +46,8 @@ def test_every_key_of_an_entry_of_the_stimulus_is_there_and_no_other() -> None:
 
 
 def test_every_event_is_there_and_no_other() -> None:
-    assert set(_table("Events")) - {"group", "category", "port", "on"} == set(EVENTS)
+    arguments = {"group", "category", "port", "on", "share", "to", "by", "rpi", "start"}
+    assert set(_table("Events")) - arguments == set(EVENTS)
 
 
 def test_every_key_of_a_robot_file_is_there_or_a_knob_of_the_page_on_fidelity() -> None:

@@ -6,17 +6,20 @@ from collections.abc import Iterator
 
 import pytest
 
+from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.link import PacketNetwork
+from rcx_harness.cell.stimulus import Entry
 from rcx_harness.trace import Record, Scan
+from rcx_harness.verify.storm.shrink import shrink
+from rcx_harness.verify.storm.storms import Failure, Storm
 from rcx_tools.evidence.broken import broken_library
 from rcx_tools.evidence.campaign.judge import Judge
-from rcx_tools.evidence.campaign.network import BOTH
 from rcx_tools.evidence.campaign.requests import Request
 from rcx_tools.evidence.campaign.run import compiled as compiled_campaign
 from rcx_tools.evidence.campaign.run import run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
-from rcx_tools.evidence.campaign.station import Act, Compiled, Execution, Station
-from rcx_tools.evidence.campaign.storms import Failure, Storm, shrink
+from rcx_tools.evidence.campaign.station import Execution, Station
 
 SEEDS = range(3)
 #: The broken blocks that are found at once; `make campaign` takes all of them.
@@ -68,21 +71,14 @@ def test_a_broken_block_is_found(name: str) -> None:
 
 def test_packets_are_lost_late_and_doubled(compiled: Compiled) -> None:
     conditions, _ = draw_run(0, 0)
-    acts = [
-        Act(0, "packets", {"what": what, "directions": BOTH, "share": 0.5, "until_us": 10**9})
-        for what in ("lost", "late", "doubled")
-    ]
     station = Station(compiled, conditions, 0)
     station.run("1s")
-    for act in acts:
-        station.apply(act)
+    for what in ("lost", "late", "doubled"):
+        station.inject(f"packets_{what}", share=0.5)
     station.run("2s")
-    network = station.network
-    assert min(network.lost, network.late, network.doubled) > 10, (
-        network.lost,
-        network.late,
-        network.doubled,
-    )
+    network = station.network_of(1)
+    assert isinstance(network, PacketNetwork)
+    assert min(network.disturbed.values()) > 10, network.disturbed
     station.close()
 
 
@@ -92,10 +88,11 @@ def test_a_plc_that_lost_its_power_starts_anew(compiled: Compiled) -> None:
     station.run("1s")
     scans = station.scans
     station["Main.GeneralWord"] = 77
-    station.apply(Act(0, "plc_power", {"off_us": 500_000}))
+    station.inject("plc_power_off")
     station.run("400ms")
-    assert not station.plc_on
+    assert not station.plc.runs
     assert station.scans == scans
+    station.inject("plc_power_on")
     station.run("400ms")
     assert station["Main.GeneralWord"] == 0
     assert station.scans > scans
@@ -175,8 +172,8 @@ def test_a_failing_run_is_made_short() -> None:
         compiled = compiled_campaign("builtin", lib)
         conditions, _ = draw_run(0, 0)
         enable = {"Main.Jog.Enable": True}
-        noise = [Act(k * 100_000, "set", {"Main.GeneralWord": k}) for k in range(12)]
-        jog = [Act(300_000, "set", enable), Act(900_000, "set", {"Main.Jog.Enable": False})]
+        noise = [Entry(k * 100_000, values={"Main.GeneralWord": k}) for k in range(12)]
+        jog = [Entry(300_000, values=enable), Entry(900_000, values={"Main.Jog.Enable": False})]
         acts = sorted([*noise, *jog], key=lambda act: act.t_us)
         storms = [Storm(acts, 1_500_000)]
         with pytest.raises(Failure) as raised:
@@ -185,6 +182,6 @@ def test_a_failing_run_is_made_short() -> None:
             lambda some: run_storms(compiled, conditions, some, 0), storms, raised.value
         )
         assert failure.kind == "jog goes on"
-        assert [list(storm.acts) for storm in short] == [jog[:1]], (
+        assert [[act.values for act in storm.acts] for storm in short] == [[enable]], (
             "the end of a storm ends the jog, too"
         )

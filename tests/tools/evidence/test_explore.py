@@ -8,14 +8,15 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.trace import Scan, Violation, read_trace
-from rcx_tools.evidence.explore import kept
+from rcx_harness.verify.explore import kept
+from rcx_harness.verify.explore.search import Result
 from rcx_tools.evidence.explore import known as known_outcomes
 from rcx_tools.evidence.explore.known import Done, Found, Known
 from rcx_tools.evidence.explore.model import DOWN, UP, Model
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
-from rcx_tools.evidence.explore.search import LIBRARY, Explorer, Result
+from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 
 #: States that are explored of each model; `make explore` explores all of them.

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.verify.mutants.judging import Task
 from rcx_harness.verify.mutants.text import edited
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
 from rcx_tools.evidence.mutants.copies import Copies
-from rcx_tools.evidence.mutants.pool import Task, run_tasks
+from rcx_tools.evidence.mutants.pool import run_tasks
 from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
     concerned,
@@ -25,7 +26,7 @@ from rcx_tools.evidence.mutants.python import (
 )
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
-from rcx_tools.evidence.mutants.select import alike, cheapest, nearest
+from rcx_tools.evidence.mutants.select import alike, cheapest, naming_tests, nearest
 from rcx_tools.evidence.mutants.tables import (
     TABLE_OPERATORS,
     marks_of,
@@ -194,6 +195,19 @@ def test_the_tests_that_run_the_fewest_functions_come_first_up_to_a_time() -> No
     about = {node: frozenset(functions) for node, functions in ran.items()}
     assert nearest(ran, about, seconds, 3.5) == ["b::unit", "a::unit", "b::some"]
     assert nearest(ran, about, seconds, 3.4) == ["b::unit", "a::unit"]
+
+
+def test_a_test_file_judges_the_blocks_that_its_docstring_names(tmp_path: Path) -> None:
+    (tmp_path / "tests/area").mkdir(parents=True)
+    for name, text in {
+        "area/test_b.py": '"""FB_One and FB_OneWords, twice: FB_One."""',
+        "test_a.py": '"""Of FB_One\'s twin FB_OneWords."""\nx = "FB_Two"',
+        "area/test_none.py": 'x = "FB_Two"',
+        "area/other.py": '"""FB_Two."""',
+    }.items():
+        (tmp_path / "tests" / name).write_text(text, encoding="utf-8")
+    both = ("tests/area/test_b.py", "tests/test_a.py")
+    assert naming_tests(tmp_path) == {"FB_One": both, "FB_OneWords": both}
 
 
 def test_a_value_with_a_name_is_judged_by_the_tests_of_those_that_use_it() -> None:

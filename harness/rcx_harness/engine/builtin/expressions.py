@@ -136,7 +136,7 @@ class Expressions:
         if have != want:
             node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
             return settle(standard_call(node, [code]), to)
-        return self.cut(code, to) if kind != to and have in ANY_STRING else code
+        return self.cut(code, to) if have in ANY_STRING else code
 
     def elements(self, node: t.Index) -> str:
         """Code of the list that an element is in."""

@@ -178,7 +178,7 @@ def _hint(found: Constant, kind: Type) -> str:
 
 
 def constant(
-    node: s.Init, kind: Type, types: dict[str, Type], where: Declared, lookup: Lookup | None = None
+    node: s.Init, kind: Type, types: dict[str, Type], where: Declared, lookup: Lookup
 ) -> Constant:
     """Value of an initial value or CASE label, brought to a type.
 
@@ -187,7 +187,7 @@ def constant(
         kind: The type that its place asks for.
         types: Types of the project by upper-case name.
         where: Its declaration, for messages.
-        lookup: Finds named constants; None where only literals will do.
+        lookup: Finds named constants.
 
     Raises:
         InputError: not constant, or not of the type.
@@ -195,7 +195,7 @@ def constant(
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):
             return member(kind, node, where)
-        if lookup is None or lookup(node) is None:
+        if lookup(node) is None:
             return member(kind, node, where)
     found = evaluate(node, types, where, lookup)
     if isinstance(node, s.Literal) or _is_negative(node):
@@ -250,9 +250,7 @@ _COMPARISONS: dict[str, Callable[[Scalar, Scalar], bool]] = {
 _MOST_BITS = 256
 
 
-def evaluate(
-    node: s.Init, types: dict[str, Type], where: Declared, lookup: Lookup | None = None
-) -> Constant:
+def evaluate(node: s.Init, types: dict[str, Type], where: Declared, lookup: Lookup) -> Constant:
     """Value of a constant expression: literals, named constants and operators.
 
     Raises:
@@ -261,13 +259,13 @@ def evaluate(
     if isinstance(node, s.Literal):
         return literal(node, types, where)
     if isinstance(node, (s.Name, s.Field, s.Call)):
-        found = lookup(node) if lookup is not None else None
+        found = lookup(node)
         if found is not None:
             where.note("a constant instead of a literal", node.at)
             return found
     elif isinstance(node, s.Unary):
         return _negated(node, evaluate(node.operand, types, where, lookup), where)
-    elif isinstance(node, s.Binary) and lookup is not None:
+    elif isinstance(node, s.Binary):
         left = evaluate(node.left, types, where, lookup)
         right = evaluate(node.right, types, where, lookup)
         where.note("a constant expression", node.at)

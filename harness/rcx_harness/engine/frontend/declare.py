@@ -132,7 +132,9 @@ class Declarations(Types):
             pou.block = BlockType(
                 node.name.text,
                 tuple(
-                    Variable(symbol.name, symbol.type, symbol.section, symbol.address)
+                    Variable(
+                        symbol.name, symbol.type, symbol.section, symbol.address, symbol.retain
+                    )
                     for symbol in symbols.values()
                     if symbol.section != "VAR_TEMP" and "." not in symbol.name
                 ),
@@ -284,6 +286,7 @@ class Declarations(Types):
                 started=started,
                 calculated=calculated,
                 parts=parts,
+                retain=section.qualifier == "RETAIN",
             )
             for name in node.names
         ]

@@ -424,7 +424,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         instances=schedule.instances,
         configured=registry.configuration is not None,
         globals={
-            key: Variable(symbol.name, symbol.type, "VAR_GLOBAL", symbol.address)
+            key: Variable(symbol.name, symbol.type, "VAR_GLOBAL", symbol.address, symbol.retain)
             for key, symbol in declarations.globals.items()
         },
         global_symbols=declarations.globals,

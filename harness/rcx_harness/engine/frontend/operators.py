@@ -271,7 +271,7 @@ class Operators:
         """Durations and dates: + and - as the standard allows, a duration * and / a number."""
         left_type, right_type = self._expressions.infer(left), self._expressions.infer(right)
         a, b = group(left_type), group(right_type)
-        if op == "*" and a not in MOMENTS:
+        if a not in MOMENTS:
             self._scope.note("a number times a duration", at, f"write the {b} first")
             left, right, left_type, right_type, a = right, left, right_type, left_type, b
         if op in ("*", "/") and a in ANY_DURATION:
@@ -282,7 +282,7 @@ class Operators:
             return t.Binary(op, self._expressions.check(left, left_type), number, ELEMENTARY[a])
         kind = self.moment_type(op, left_type, right_type)
         result = ELEMENTARY[group(kind) or a]
-        if op == "-" and a in ANY_DATE and a.removeprefix("L") == b.removeprefix("L"):
+        if op == "-" and a.removeprefix("L") == b.removeprefix("L"):
             both = ELEMENTARY[a if a.startswith("L") else b]
             return t.Binary(
                 op,

@@ -70,10 +70,10 @@ class Project:
         tick_us: Greatest common divisor of the intervals; None without tasks.
         schedule: Program instances in the order in which they run within a scan.
         objects: Which block extends and implements which, and their methods.
+        views: Whether memory is looked at as another type: by pointers, or in a UNION.
         key: Names the sources with their contents where what is made of them may be kept
             (`engine.cache`); else empty.
         uses: Constructs beyond the portable subset.
-        views: Whether memory is looked at as another type: by pointers, or in a UNION.
     """
 
     files: tuple[Path, ...]
@@ -92,6 +92,6 @@ class Project:
     tick_us: int | None
     schedule: tuple[Run, ...]
     objects: Objects
+    views: bool
     key: str = ""
     uses: tuple[Use, ...] = ()
-    views: bool = False

@@ -79,7 +79,7 @@ class References:
         if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
             self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
             index = self._all.operators.number(index)
-        if not isinstance(index, ElementaryType) or index.name not in ANY_INT:
+        if index.name not in ANY_INT:
             text = f"an index must be an integer, not a {describe(index)}"
             raise self._scope.error(text, node.indices[0].at)
         return t.Deref(base, _target(kind), self._all.check(node.indices[0], index))

@@ -432,7 +432,7 @@ class Types:
         if isinstance(node, s.Literal) or (
             isinstance(node, s.Unary) and isinstance(node.operand, s.Literal)
         ):
-            return int(constant(node, ELEMENTARY["DINT"], self.types, where).value)
+            return int(self.constant(node, ELEMENTARY["DINT"], where).value)
         value = evaluate(node, self.types, where, self.lookup).value
         if isinstance(value, bool) or not isinstance(value, int):
             raise where.error("a whole number is expected here", node.at)

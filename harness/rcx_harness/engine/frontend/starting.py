@@ -55,7 +55,9 @@ def _one(
             yield s.Latch(name, "REF", initial, name.at)
         elif section.kind != "VAR_INPUT":
             yield s.Assign(name, initial, name.at)
-    elif symbol.calculated and not isinstance(initial, _NO_EXPRESSION) and initial is not None:
+    elif symbol.calculated:
+        assert initial is not None
+        assert not isinstance(initial, _NO_EXPRESSION)
         yield s.Assign(name, initial, name.at)
     elif isinstance(variable.spec, s.NamedSpec) and variable.spec.arguments:
         yield Start(name, variable.spec.arguments, variable.spec.at)

@@ -62,7 +62,8 @@ class Symbol:
     that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
     pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
     methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
-    constant; `parts` are those of its initial value that are none.
+    constant; `parts` are those of its initial value that are none. `retain`: it keeps its value
+    over a warm start.
     """
 
     name: str
@@ -78,6 +79,7 @@ class Symbol:
     shared: bool = False
     calculated: bool = False
     parts: tuple[Part, ...] = ()
+    retain: bool = False
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,11 @@ from rcx_harness.spec.wire import AREA_SIZES, DEDICATED_AT
 from rcx_harness.trace import Cycle, Record, Scan, Trace, read_trace
 from rcx_harness.trace.chart import MOST_INSTANTS, Timeline
 
-__all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "judge"]
+__all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged", "judge"]
 
 _SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
-_LINE = 100  # bytes of a line with a broken rule, about
 _CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")  # how files begin
 _TRACE, _PACKED = "7b", "1f8b"
 #: Traces of these have not the findings of both sides in them.
@@ -199,14 +198,41 @@ def judge(
     Raises:
         InputError: the file cannot be read, or has nothing of a controller in it.
     """
-    begin = _beginning(options.file)
-    if begin in _CAPTURES or (not begin and options.file.suffix.lower() in ENDINGS):
+    if is_capture(options.file):
         return _judge_capture(options, tell, progress)
+    return _judge_trace(options, tell, progress)
+
+
+def is_capture(file: Path) -> bool:
+    """Is it a capture, or a trace?
+
+    Raises:
+        InputError: it is neither, or cannot be read.
+    """
+    begin = _beginning(file)
+    if begin in _CAPTURES or (not begin and file.suffix.lower() in ENDINGS):
+        return True
     if not begin.startswith(_TRACE):
         hint = "unpack it first" if begin.startswith(_PACKED) else "it may be cut off at its start"
         text = "neither a capture (pcapng, pcap) nor a trace (jsonl)"
-        raise InputError(text, file=options.file, hint=hint)
-    return _judge_trace(options, tell, progress)
+        raise InputError(text, file=file, hint=hint)
+    return False
+
+
+def is_judged(file: Path) -> bool:
+    """Is it a trace that has the findings of both sides in it, as a run writes them?
+
+    Raises:
+        InputError: it cannot be read, or is no recording.
+    """
+    begin = _beginning(file)
+    if not begin:
+        raise InputError("is empty", file=file, hint="nothing was recorded in it")
+    if not begin.startswith(_TRACE):
+        return False
+    header, records = read_trace(file)
+    records.close()
+    return header.get("by") not in _UNJUDGED
 
 
 def _beginning(file: Path) -> str:
@@ -266,17 +292,12 @@ def _advice(network: Network) -> str:
 def _judge_trace(
     options: JudgeOptions, tell: Callable[[str], None], progress: Callable[[float], None]
 ) -> Judgement:
-    header, records = read_trace(options.file)
+    header, records = read_trace(options.file, progress)
     by_cycle = header.get("by") == "rcx serve"
     one = _Judge(options, tell, "cycle" if by_cycle else "scan", header)
     one.judges = header.get("by") in _UNJUDGED
-    length = max(1, options.file.stat().st_size)
-    done = 0
     try:
-        for count, record in enumerate(records):
-            done += len(record.line()) + 1 if not isinstance(record, Violation) else _LINE
-            if count % REPORT_EVERY == 0:
-                progress(min(1.0, done / length))
+        for record in records:
             _take_record(one, record, by_cycle=by_cycle)
         if not one.result.followers:
             raise InputError("there is no scan and no cycle in it", file=options.file)

@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
+from rcx_harness.robot.kinematics import UnreachableError
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
 from rcx_harness.spec.wire import CYCLE_US
@@ -143,7 +144,10 @@ def start(machine: Machine, call: Call) -> Execution:
         CommandError: it cannot be executed, or has no effect in this controller yet.
     """
     if call.code in _STARTERS:
-        return _STARTERS[call.code](machine, call)
+        try:
+            return _STARTERS[call.code](machine, call)
+        except UnreachableError:
+            raise CommandError(machine.config.out_of_reach_alarm) from None
     if call.code in _ACTIONS:
         return Action(machine, call)
     raise CommandError(machine.config.undefined_code_alarm)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 
 from rcx_harness.robot.alarms import SOFT_LIMIT, STOP
 from rcx_harness.robot.commands.base import Call, CommandError, Response, takes_time
 from rcx_harness.robot.commands.moves import Moving, position_output
+from rcx_harness.robot.kinematics import UnreachableError
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
 from rcx_harness.robot.paths import Pace, plan_line, plan_ptp
@@ -15,7 +17,8 @@ _PULSES = (0x020, 0x024)
 _TOOL = (0x022, 0x026)
 _R = 3
 _PROBE = 1000  # 1 mm or 1 degree: far enough to see which axes a direction moves
-_STEP = 250.0  # how closely the way of a turning hand is looked at [0.001 degree]
+_STEP = 250.0  # how closely a way on which something turns is looked at [0.001 mm, 0.001 degree]
+_FAR = 1e7  # no robot gets there [0.001 mm, 0.001 degree]
 
 
 @takes_time(0x020, 0x021, 0x022)
@@ -76,7 +79,8 @@ def _drive(machine: Machine, call: Call, place: int, target: int) -> Movement:
 def _follow(machine: Machine, call: Call, distance: Callable[[], float]) -> Movement:
     """The tool along its direction by `distance` [0.001 mm or 0.001 degree]."""
     arm = call.arm
-    machine.check_movable(arm, arm.beyond(_ways(call, _PROBE), mm=True))
+    places = arm.beyond(_ways(call, _PROBE), mm=True) if arm.frame.straight else None
+    machine.check_movable(arm, places)
     target = arm.beyond(_ways(call, distance()), mm=True)
     return machine.move(arm.number, plan_line(arm, target, _manual(call)))
 
@@ -107,6 +111,20 @@ def _reach(call: Call) -> float:
     def at(distance: float) -> tuple[float, ...]:
         return frame.to_pulses([v + ways.get(k, 0.0) * distance for k, v in enumerate(start)])
 
+    def inside(distance: float) -> bool:
+        try:
+            there = at(distance)
+        except UnreachableError:
+            return False
+        bend = frame.bend(there)
+        return (bend is None or abs(bend) >= call.arm.config.outer_angle) and all(
+            min(axis.soft_low, was) <= place <= max(axis.soft_high, was)
+            for place, was, axis in zip(there, now, axes, strict=True)
+        )
+
+    now: Sequence[float] = call.arm.here
+    if not frame.straight:
+        return _last(inside, _FAR)
     turning = frame.turning_hand and _R in ways
     now, then, reach = at(0.0), at(1.0), []
     for place, axis in enumerate(axes):
@@ -114,23 +132,13 @@ def _reach(call: Call) -> float:
         if rate and (place in ways or not turning):
             limit = axis.soft_high if rate > 0 else axis.soft_low
             reach.append(max(0.0, (limit - now[place]) / rate))
-    if not turning:
-        return min(reach)
-
-    def inside(distance: float) -> bool:
-        places = zip(at(distance), now, axes, strict=True)
-        return all(
-            min(axis.soft_low, was) <= place <= max(axis.soft_high, was)
-            for place, was, axis in places
-        )
-
-    return _last(inside, min(reach))
+    return _last(inside, min(reach)) if turning else min(reach)
 
 
 def _last(inside: Callable[[float], bool], end: float) -> float:
     """The last distance before the first one that is not inside, found in steps, then halving."""
     steps: Iterable[float] = (k * _STEP for k in range(1, int(end / _STEP) + 1))
-    out = next((distance for distance in (*steps, end) if not inside(distance)), None)
+    out = next((distance for distance in chain(steps, (end,)) if not inside(distance)), None)
     if out is None:
         return end
     low = max(0.0, out - _STEP)

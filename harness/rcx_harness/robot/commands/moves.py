@@ -22,6 +22,7 @@ _Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
 
 _DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3  # speed modes; the first in 0.01 % of the maximum
 _LINEAR = (0x003, 0x00A, 0x045)
+_ON_CURVE = (*_LINEAR, 0x004)
 _MM = (0x006, 0x00E, 0x012, 0x016, 0x04C)
 _DRIVE_TO_POINT = (0x010, 0x04B)
 _DRIVEI_BY_POINT = 0x014
@@ -65,7 +66,7 @@ def move_to_point(machine: Machine, call: Call) -> Moving:
     """MOVE with PTP or linear interpolation to a point (4.2.1)."""
     places = _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
-    path = _plan(call)(call.arm, _target(call.arm, point, places), _pace(call))
+    path = _plan(call)(call.arm, _target(call, point, places), _pace(call))
     return _begin(machine, call, path, point.hand)
 
 
@@ -75,7 +76,7 @@ def move_arch(machine: Machine, call: Call) -> Moving:
     places = _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
     arch = _arch(call)
-    path = plan_arch(call.arm, _target(call.arm, point, places), _pace(call), arch)
+    path = plan_arch(call.arm, _target(call, point, places), _pace(call), arch)
     return _begin(machine, call, path, point.hand)
 
 
@@ -84,7 +85,7 @@ def move_circular(machine: Machine, call: Call) -> Moving:
     """On an arc through the first point to the second one, with all axes."""
     places = _movable_places(machine, call)
     points = [machine.memory.point(call.values[name]) for name in ("point1", "point2")]
-    via, target = (_target(call.arm, point, places) for point in points)
+    via, target = (_target(call, point, places) for point in points)
     path = plan_arc(call.arm, via, target, _pace(call))
     return _begin(machine, call, path, points[1].hand)
 
@@ -96,7 +97,8 @@ def move_direct(machine: Machine, call: Call) -> Moving:
     places = _movable_places(machine, call)
     if mm and places == _R_ONLY and call.arm.scara:
         places = _R_AND_ARM
-    pulses = call.arm.pulses_of(call.values["targets"], mm=mm)
+    hand = _hand(call) or call.arm.designated_hand
+    pulses = call.arm.pulses_of(call.values["targets"], mm=mm, hand=hand)
     path = plan_ptp(call.arm, {place: pulses[place] for place in places}, _pace(call))
     return _begin(machine, call, path, _hand(call))
 
@@ -107,8 +109,9 @@ def move_by_point(machine: Machine, call: Call) -> Moving:
     places = _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
     ways = {place: point.data[place] for place in places}
-    hand = 0 if call.code == _DRIVEI_BY_POINT else point.hand
-    return _go_by(machine, call, ways, mm=point.mm, hand=hand)
+    one_axis = call.code == _DRIVEI_BY_POINT
+    hand = 0 if one_axis else point.hand
+    return _go_by(machine, call, ways, mm=point.mm, hand=hand, one_axis=one_axis)
 
 
 @takes_time(0x00E, 0x00F)
@@ -122,7 +125,7 @@ def movei_direct(machine: Machine, call: Call) -> Moving:
 def drivei_direct(machine: Machine, call: Call) -> Moving:
     """DRIVEI by the distance in the command."""
     ways = dict.fromkeys(_movable_places(machine, call), call.values["distance"])
-    return _go_by(machine, call, ways, mm=call.code in _MM)
+    return _go_by(machine, call, ways, mm=call.code in _MM, one_axis=True)
 
 
 @takes_time(0x010, 0x012, 0x013)
@@ -137,7 +140,7 @@ def move_to_work_position(machine: Machine, call: Call) -> Moving:
     """To a work position of a pallet (4.2.5): all axes with PTP, or in an arch."""
     places = _movable_places(machine, call)
     point = machine.memory.work_point(call.values["pallet"], call.values["work"])
-    target = _target(call.arm, point, places)
+    target = _target(call, point, places)
     pace = _pace(call)
     if call.code == _PALLET_ARCH:
         path = plan_arch(call.arm, target, pace, _arch(call))
@@ -159,7 +162,11 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
         scale = 1 if point.mm else 1000 / arm.axes[place].pulses_per_mm
         way[place] = point.data[place] * scale
     frame, start = arm.frame, arm.here
-    ends = frame.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
+    if point.mm or frame.straight:
+        there = arm.frame_with(point.hand) if point.hand else frame
+        ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
+    else:  # a way of each axis, as of a robot whose axes are the coordinates
+        ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)
         for place, end in enumerate(ends)
@@ -240,9 +247,15 @@ def _hand(call: Call) -> int:
     return int(call.values.get("hand", 0)) % 3  # 3 is none, as 0
 
 
-def _target(arm: Arm, point: Point, places: Iterable[int]) -> dict[int, int]:
-    """Where a point is, by place [pulses]."""
-    pulses = arm.pulses_of(point.data, mm=point.mm)
+def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
+    """Where a point is, by place [pulses].
+
+    A point without a hand system has that of the arm designation, on lines and arcs that of the arm
+    as it stands.
+    """
+    arm = call.arm
+    free = arm.hand_system if call.code in _ON_CURVE else arm.designated_hand
+    pulses = arm.pulses_of(point.data, mm=point.mm, hand=point.hand or free)
     return {place: pulses[place] for place in places}
 
 
@@ -254,7 +267,7 @@ def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
     """
     places = _movable_places(machine, call)
     if call.code in _DRIVE_TO_POINT:
-        return _target(call.arm, machine.memory.point(call.values["point"]), places)
+        return _target(call, machine.memory.point(call.values["point"]), places)
     value, mm = call.values["target"], call.code in _MM
     return {place: call.arm.place_pulses(place, value, mm=mm) for place in places}
 
@@ -281,9 +294,17 @@ def _arch(call: Call) -> Arch:
 
 
 def _go_by(
-    machine: Machine, call: Call, ways: Mapping[int, int], *, mm: bool, hand: int = 0
+    machine: Machine,
+    call: Call,
+    ways: Mapping[int, int],
+    *,
+    mm: bool,
+    hand: int = 0,
+    one_axis: bool = False,
 ) -> Moving:
     """Move each axis (by its place) by its way [pulses or 0.001 mm].
+
+    With `one_axis` no other axis may have to move for that.
 
     A movement that was interrupted goes on to where it was to end when the same command comes again
     (parameter "MOVEI/DRIVEI start position": Keep); with Reset it starts anew from where it is. It
@@ -293,9 +314,11 @@ def _go_by(
     again = (call.code, mm, tuple(sorted(ways.items())))
     kept = machine.motion.kept_target(arm.number, again)
     if kept is None:
-        target = arm.beyond(ways, mm=mm)
+        target = arm.beyond(ways, mm=mm, hand=hand)
+        if one_axis and not arm.frame.straight and len(target) > 1:
+            raise CommandError(arm.config.drive_xy_alarm)
     else:
-        target = {place: kept[arm.indices[place]] for place in ways}
+        target = {place: kept[index] for place, index in enumerate(arm.indices) if index in kept}
     path = _plan(call)(arm, target, _pace(call))
     return _begin(machine, call, path, hand, relative=again)
 

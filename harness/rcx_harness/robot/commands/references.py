@@ -71,7 +71,7 @@ def read_position_once(machine: Machine, call: Call) -> Response:
     return {
         **values,
         "flag_bit0": int(config.position_flag_bit0),
-        "hand": 1 + call.arm.settings.arm_status if hand else 0,
+        "hand": call.arm.hand_system if hand else 0,
     }
 
 
@@ -123,8 +123,8 @@ def read_arm(machine: Machine, call: Call) -> Response:
         return {}
     if not call.arm.scara:
         return {"arm_state": _NO_SCARA}
-    settings = call.arm.settings
-    return {"arm_state": settings.arm if call.code == _DESIGNATION else settings.arm_status}
+    arm = call.arm
+    return {"arm_state": arm.settings.arm if call.code == _DESIGNATION else arm.hand_system - 1}
 
 
 @act(0x50F)

@@ -180,7 +180,7 @@ def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
         if places:
             machine.check_movable(arm, places)
     if machine.origin_running:
-        raise CommandError(config.busy_alarm)
+        raise CommandError(config.moving_alarm)
     marked = [index for index in chosen if config.axes[index].origin_method == "mark"]
     if not all(machine.origins.complete[index] for index in marked):
         raise CommandError(config.origin_method_alarm)

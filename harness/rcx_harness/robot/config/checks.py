@@ -26,6 +26,7 @@ from rcx_harness.robot.stored import (
     single,
     variable_number,
 )
+from rcx_harness.spec.robots import robot_models
 from rcx_harness.spec.wire import AREA_SIZES
 
 __all__ = [
@@ -108,7 +109,9 @@ def check_value(key: str, declared: str, value: Any) -> None:
     Raises:
         InputError: with what is allowed as the hint; the key is in single quotes.
     """
-    if key in CHOICES:
+    if key == "robot" and declared != "int":
+        _check_models(key, value)
+    elif key in CHOICES:
         choices = CHOICES[key]
         right = value in choices and type(value) is type(choices[0])
         _expect(right, key, value, " or ".join(map(str, choices)))
@@ -255,6 +258,15 @@ def _check_number(key: str, value: Any) -> None:
     else:
         right = is_number(value) and 0 <= value <= _MOST
         _expect(right, key, value, f"a number from 0 on, up to {_MOST}")
+
+
+def _check_models(key: str, value: Any) -> None:
+    names = value if isinstance(value, tuple) else (value,)
+    texts = all(isinstance(name, str) for name in names) and len(names) <= ROBOTS
+    _expect(texts, key, value, f'a model such as "YK400XE", or a list of {ROBOTS} at most')
+    for name in names:
+        if name not in robot_models():
+            raise InputError(f"'{key}' cannot be {_shown(name)}", hint=near(name, robot_models()))
 
 
 def _check_axes(axes: Any) -> None:

@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
 from rcx_harness.robot.config.file import line_of, read_value
+from rcx_harness.robot.config.models import merged, model_of
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec import load_toml
+from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
 
 __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
@@ -27,6 +30,8 @@ Delay = float | tuple[float, float]
 class Axis:
     """One axis. `pulses_per_mm` is per degree for a rotating axis; speeds are in pulses.
 
+    `max_acceleration` is that without a load, where the robot has a model.
+
     `type` is `absolute`, `incremental` or `semi_absolute`; `origin_method` is `sensor`,
     `stroke_end` or `mark`.
     """
@@ -35,6 +40,7 @@ class Axis:
     type: str = "absolute"
     origin_method: str = "sensor"
     pulses_per_mm: float = 1000.0
+    zero: int = 0  # where it is at 0 mm or 0 degrees [pulses]
     max_speed: float = 1_000_000.0  # [pulses/s]
     max_acceleration: float = 5_000_000.0  # [pulses/s^2]
     soft_low: int = -1_000_000  # [pulses]
@@ -70,6 +76,7 @@ class Robot:
     """Size of the areas, axes and programs."""
 
     size: int = SIZE
+    robot: tuple[str, ...] = ()  # models of robots 1, 2 ...; a single one may be a text
     axes: tuple[Axis, ...] = _AXES
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
@@ -198,6 +205,7 @@ class Motion:
     end_in_tolerance: bool = False
     jog_limit: str = "alarm"  # alarm, normal
     arch_zero_is_parameter: bool = False
+    outer_angle: float = 3.0  # axis 2 so near to stretched: no lines and arcs [degree]
     motion_during_program: bool = True
     servo_needs_motor_power: bool = True
     semi_absolute_is_incremental: bool = True
@@ -242,29 +250,35 @@ class Alarms:
     main_power_alarm: str = ""
     alarm_history_length: int = 500
     format_alarm: str = "4.2"
-    undefined_code_alarm: str = "4.2"
-    absent_robot_alarm: str = "4.2"
-    no_axis_alarm: str = "4.2"
-    pendant_alarm: str = "4.2"
-    busy_alarm: str = "4.2"
-    servo_off_alarm: str = "4.2"
-    motor_power_alarm: str = "4.2"
+    undefined_code_alarm: str = "12.75"
+    absent_robot_alarm: str = "4.204"
+    no_axis_alarm: str = "4.205"
+    pendant_alarm: str = "12.76"
+    busy_alarm: str = "6.281"
+    moving_alarm: str = "6.282"
+    servo_off_alarm: str = "6.301"
+    motor_power_alarm: str = "6.300"
     not_scara_alarm: str = "4.2"
-    origin_method_alarm: str = "4.2"
-    absolute_reset_alarm: str = "4.2"
-    undefined_program_alarm: str = "4.2"
-    undefined_task_alarm: str = "4.2"
-    manual_mode_alarm: str = "4.2"
-    absent_controller_alarm: str = "4.2"
+    out_of_reach_alarm: str = "2.335"
+    outer_range_alarm: str = "2.352"
+    to_left_alarm: str = "2.319"
+    to_right_alarm: str = "2.320"
+    drive_xy_alarm: str = "2.337"
+    origin_method_alarm: str = "6.317"
+    absolute_reset_alarm: str = "6.312"
+    undefined_program_alarm: str = "3.203"
+    undefined_task_alarm: str = "6.262"
+    manual_mode_alarm: str = "0.20"
+    absent_controller_alarm: str = "4.213"
     impossible_date_alarm: str = "4.2"
-    undefined_point_alarm: str = "4.2"
-    no_circle_alarm: str = "4.2"
-    undefined_pallet_alarm: str = "4.2"
+    undefined_point_alarm: str = "6.204"
+    no_circle_alarm: str = "2.330"
+    undefined_pallet_alarm: str = "6.236"
     undefined_data_alarm: str = ""  # comments, shifts, hands, messages; empty: they are empty or 0
-    work_position_alarm: str = "4.2"
-    point_unit_alarm: str = "4.2"
-    overflow_alarm: str = "4.2"
-    division_alarm: str = "4.2"
+    work_position_alarm: str = "6.283"
+    point_unit_alarm: str = "6.205"
+    overflow_alarm: str = "6.252"
+    division_alarm: str = "6.203"
 
 
 #: The keys that are lists of tables, and what each table is.
@@ -288,6 +302,11 @@ class RobotConfig(  # fields of the last one come first
 
     def __post_init__(self) -> None:
         """Refuse values that no controller could have (InputError)."""
+        if isinstance(self.robot, str):
+            object.__setattr__(self, "robot", (self.robot,))
+        if self.robot and self.axes is _AXES:
+            axes = tuple(Axis(**keys) for keys in merged(self.robot, ()))
+            object.__setattr__(self, "axes", axes)
         for entry in fields(self):
             if entry.name in STORED:
                 check_stored(entry.name, getattr(self, entry.name), len(self.axes))
@@ -311,6 +330,10 @@ class RobotConfig(  # fields of the last one come first
             kinds.add("semi_absolute")
         return tuple(index for index in indices if self.axes[index].type in kinds)
 
+    def model(self, robot: int) -> RobotModel | None:
+        """The type of robot 1 to 4, if it has a name."""
+        return model_of(self.robot[robot - 1]) if robot <= len(self.robot) else None
+
     @property
     def workpieces(self) -> Mapping[int, int]:
         """Where something stands that PUSH meets: index into `axes` to pulses."""
@@ -330,11 +353,23 @@ class RobotConfig(  # fields of the last one come first
         file = Path(path)
         table = load_toml(file)
         try:
+            table = _with_models(table)
             values = {key: read_value(cls, key, value, _TABLES) for key, value in table.items()}
             return cls(**values)
         except InputError as error:
             line = line_of(file, error.message)
             raise InputError(error.message, file=file, line=line, hint=error.hint) from error
+
+
+def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A robot file whose `[[axes]]` are those of the models that it names, as it changes them."""
+    names, axes = table.get("robot", ()), table.get("axes", [])
+    names = [names] if isinstance(names, str) else names
+    check_value("robot", "models", tuple(names) if isinstance(names, list) else names)
+    plain = isinstance(axes, list) and all(isinstance(entry, dict) for entry in axes)
+    if not names or not plain:  # read_value tells what is wrong
+        return dict(table)
+    return {**table, "robot": names, "axes": merged(names, axes)}
 
 
 #: The sections in the order of their fields.

@@ -31,7 +31,7 @@ front: Any = import_module("rcx_harness.engine.frontend.load")
 chooser: Any = import_module("rcx_harness.engine.load")
 compiling: Any = import_module("rcx_harness.engine.builtin.compile")
 
-__all__ = ["Checked", "Workshop", "load_checked", "pou_of", "python_of", "rechecked"]
+__all__ = ["Checked", "Workshop", "bodies_of", "load_checked", "python_of", "rechecked"]
 
 
 @dataclass
@@ -60,12 +60,21 @@ class _Compiled:
     swapped: bool = False
 
 
-def pou_of(source: s.Source, name: str) -> s.Pou | None:
-    """The POU of that upper-case name in a file."""
+def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
+    """The POUs of a file with their methods, by upper-case names: `FB_X`, `FB_X.METHOD`."""
+    found: dict[str, s.Pou | s.Method] = {}
     for node in source.declarations:
-        if isinstance(node, s.Pou) and node.name.key == name:
-            return node
-    return None
+        if isinstance(node, s.Pou):
+            name = node.name.key
+            found[name] = node
+            for member in node.members:
+                if isinstance(member, s.Method):
+                    found[f"{name}.{member.name.key}"] = member
+                else:
+                    accessors = (("GET", member.getter), ("SET", member.setter))
+                    inner = f"{name}.{member.name.key}"
+                    found |= {f"{inner}.{word}": one for word, one in accessors if one is not None}
+    return found
 
 
 def rechecked(checked: Checked, name: str, body: tuple[s.Statement, ...]) -> t.Pou:

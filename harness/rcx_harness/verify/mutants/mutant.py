@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice, zip_longest
 from pathlib import Path
 from random import Random
@@ -13,12 +13,13 @@ from typing import TypeVar
 
 from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse, parse_portable
+from rcx_harness.engine.frontend.parser import parse, parse_portable, parse_text
+from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
-from rcx_harness.verify.mutants.engine import Checked, load_checked, pou_of, python_of, rechecked
+from rcx_harness.verify.mutants.engine import Checked, bodies_of, load_checked, python_of, rechecked
 from rcx_harness.verify.mutants.operators import Change, changes
 from rcx_harness.verify.mutants.text import Edit, SourceText, Span, edited, whole_lines
-from rcx_harness.verify.mutants.walk import Body
+from rcx_harness.verify.mutants.walk import Body, statements
 
 __all__ = ["Counted", "Mutant", "Mutants", "in_rounds", "mutant_of"]
 
@@ -40,6 +41,8 @@ class Mutant:
         after: What they become; empty where they are removed.
         text: The whole file with the mistake.
         body: The statements of the POU with the mistake; None where a declaration is changed.
+        reach: The line of the innermost statement that the mistake is in: it shows only where that
+            is executed. 0 for a declaration.
     """
 
     file: str
@@ -50,6 +53,7 @@ class Mutant:
     after: str
     text: str
     body: tuple[s.Statement, ...] | None = field(compare=False, repr=False)
+    reach: int = field(default=0, compare=False)
 
     @property
     def identity(self) -> str:
@@ -67,20 +71,28 @@ class Counted:
 
 
 class Mutants:
-    """The mutants of a library.
+    """The mutants of a library, or of a program.
 
     Args:
-        root: The repository.
-        library: Its ST files, all of them.
+        root: The repository; files are named from there on.
+        library: All ST files, with those of the library where a program needs it.
+        portable: What is no portable Structured Text is no mutant.
+
+    Raises:
+        InputError: a mistake in the sources.
     """
 
-    def __init__(self, root: Path, library: Sequence[Path]) -> None:
-        self._root = root
-        self._library = list(library)
-        with tempfile.TemporaryDirectory() as folder:
-            program = Path(folder) / "NoProgram.st"
-            program.write_text(_NO_PROGRAM, encoding="utf-8")
-            self.checked: Checked = load_checked([*self._library, program])
+    def __init__(self, root: Path, library: Sequence[Path], *, portable: bool = True) -> None:
+        self._root = root.resolve()
+        self._parse = parse_portable if portable else parse_text
+        found = [node for file in library for node in parse(file).declarations]
+        if any(isinstance(node, s.Pou) and node.kind == "PROGRAM" for node in found):
+            self.checked: Checked = load_checked(list(library))
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                program = Path(folder) / "NoProgram.st"
+                program.write_text(_NO_PROGRAM, encoding="utf-8")
+                self.checked = load_checked([*library, program])
         self.counted = Counted()
 
     def of(self, file: Path) -> Iterator[Mutant]:
@@ -103,24 +115,25 @@ class Mutants:
     def _of(
         self, file: Path, order: Callable[[Iterable[Change]], list[Change]]
     ) -> Iterator[Mutant]:
-        text = file.read_text(encoding="utf-8")
-        for node in parse(file).declarations:
-            if isinstance(node, s.Pou):
-                source = SourceText(text, file)
-                body = Body(node, source, self.checked.scopes[node.name.key])
-                yield from self._of_pou(file, text, body, order(changes(body)))
+        text = source_text(file)
+        source = SourceText(text, file)
+        for key, node in bodies_of(parse(file)).items():
+            body = Body(node, source, self.checked.scopes[key])
+            yield from self._of_pou(file, key, body, order(changes(body)))
 
     def _of_pou(
-        self, file: Path, text: str, body: Body, found: Sequence[Change]
+        self, file: Path, key: str, body: Body, found: Sequence[Change]
     ) -> Iterator[Mutant]:
-        node, source = body.pou, body.source
-        seen = {"", self._initial(node.name.key, text, file)}
-        checker = _Checker(self.checked, node, source)
+        text, pou = body.source.text, body.scope.pou.name
+        path = _named(file, self._root)
+        seen = {"", self._initial(key, text, file)}
+        checker = _Checker(self.checked, key, body, self._parse)
+        reach = _Reach(body)
         for change in found:
             after = edited(text, change.edits)
             try:
                 if change.operator == "default":
-                    code, statements = self._initial(node.name.key, after, file), None
+                    code, statements = self._initial(key, after, file), None
                 else:
                     code, statements = checker.changed(change.edits)
             except InputError:
@@ -130,18 +143,16 @@ class Mutants:
                 self.counted.equal += 1
                 continue
             seen.add(code)
-            path = file.relative_to(self._root).as_posix()
-            yield mutant_of(path, node.name.text, change.operator, text, change.edits, statements)
+            mutant = mutant_of(path, pou, change.operator, text, change.edits, statements)
+            yield replace(mutant, reach=reach.of(change))
 
     def _initial(self, name: str, text: str, file: Path) -> str:
         """The initial values that the declarations of a POU give."""
         scope = self.checked.scopes[name]
-        node = pou_of(parse_portable(text, file), name)
-        assert node is not None
         found = []
-        for section in node.sections:
+        for section in bodies_of(self._parse(text, file))[name].sections:
             for declaration in section.variables:
-                if declaration.initial is not None:
+                if isinstance(declaration.initial, (s.Literal, s.Name)):
                     kind = scope.pou.symbols[declaration.names[0].key].type
                     value = scope.declarations.initial_value(
                         declaration.initial, kind, scope.where, None
@@ -155,15 +166,20 @@ class _Checker:
 
     Args:
         checked: The library.
-        node: The POU.
-        source: The text of its file.
+        name: Upper-case name of the POU.
+        body: The POU.
+        parsing: Gives the syntax of a changed statement.
     """
 
-    def __init__(self, checked: Checked, node: s.Pou, source: SourceText) -> None:
+    def __init__(
+        self, checked: Checked, name: str, body: Body, parsing: Callable[[str, Path], s.Source]
+    ) -> None:
         self._checked = checked
-        self._node = node
-        self._source = source
-        self._spans = [source.span(statement) for statement in node.body]
+        self._name = name
+        self._node = node = body.pou
+        self._source = body.source
+        self._parse = parsing
+        self._spans = [body.source.span(statement) for statement in node.body]
         self._as_it_is = [self._code(index, (one,)) for index, one in enumerate(node.body)]
 
     def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
@@ -186,7 +202,7 @@ class _Checker:
         if text.strip():
             program = f"PROGRAM p\n{text}\nEND_PROGRAM\n"
             file = self._checked.project.files[0]
-            (parsed,) = parse_portable(program, file).declarations
+            (parsed,) = self._parse(program, file).declarations
             assert isinstance(parsed, s.Pou)
             statements = parsed.body
         code = self._code(index, statements)
@@ -194,8 +210,35 @@ class _Checker:
         return ("" if code == self._as_it_is[index] else code), body
 
     def _code(self, index: int, statements: tuple[s.Statement, ...]) -> str:
-        pou = rechecked(self._checked, self._node.name.key, statements)
+        pou = rechecked(self._checked, self._name, statements)
         return f"{index}: {python_of(self._checked.project, pou, Storage())}"
+
+
+class _Reach:
+    """Finds the statement that a change is in.
+
+    Args:
+        body: The POU.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self._found: list[tuple[Span, int]] = [
+            (body.source.span(node), node.at.line) for node in statements(body)
+        ]
+
+    def of(self, change: Change) -> int:
+        """Its line; of a change behind all of them, that of the first; of a declaration, 0."""
+        start = min(edit.span.start for edit in change.edits)
+        if change.operator == "default" or not self._found:
+            return 0
+        around = [line for span, line in self._found if span.start <= start < span.end]
+        return around[-1] if around else self._found[0][1]
+
+
+def _named(file: Path, root: Path) -> str:
+    """A file as it is named from a folder on."""
+    file = file.resolve()
+    return (file.relative_to(root) if file.is_relative_to(root) else file).as_posix()
 
 
 def in_rounds(

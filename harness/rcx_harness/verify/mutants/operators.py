@@ -126,6 +126,8 @@ def _condition(place: Place, body: Body) -> Iterator[Change]:
                 yield _one("condition", body.source.span(condition), value)
     elif isinstance(node, s.While):
         yield _one("condition", body.source.span(node.condition), "FALSE")
+    elif isinstance(node, s.Repeat):
+        yield _one("condition", body.source.span(node.condition), "TRUE")
 
 
 def _arithmetic(place: Place, body: Body) -> Iterator[Change]:
@@ -162,6 +164,8 @@ def _dropped(place: Place, body: Body) -> Iterator[Change]:
         operator = "dropped reset" if reset else "dropped assignment"
     elif isinstance(node, s.CallStatement):
         operator = "dropped call"
+    elif isinstance(node, (s.AssignChain, s.Latch)):
+        operator = "dropped assignment"
     else:
         return
     span = body.source.span(node)
@@ -289,7 +293,7 @@ def changes_nothing(node: s.Assign, body: Body) -> bool:
     It does where the value is that of its declaration, and nothing before it in the function
     writes to the variable. The library has such lines for compilers that ask for them.
     """
-    if body.pou.kind != "FUNCTION" or not isinstance(node.target, s.Name):
+    if body.scope.pou.kind != "FUNCTION" or not isinstance(node.target, s.Name):
         return False
     symbol = body.scope.symbol(node.target.key)
     if symbol is None or symbol.section not in ("VAR", "RESULT"):

@@ -13,7 +13,13 @@ from rcx_harness.engine.frontend.lexer import tokens
 
 __all__ = ["Edit", "SourceText", "Span", "children", "edited", "whole_lines"]
 
-_OPENING = {"IF": "END_IF", "CASE": "END_CASE", "WHILE": "END_WHILE"}
+_OPENING = {
+    "IF": "END_IF",
+    "CASE": "END_CASE",
+    "WHILE": "END_WHILE",
+    "FOR": "END_FOR",
+    "REPEAT": "END_REPEAT",
+}
 
 
 @dataclass(frozen=True)
@@ -149,6 +155,18 @@ class SourceText:
         if isinstance(node, s.Call):
             first = self._at(node.at)
             return first, self._closing[first + 1]
+        if isinstance(node, s.Invoke):
+            first, last = self._range(node.callee)
+            return first, self._closing[last + 1]
+        if isinstance(node, s.Part):
+            first, last = self._range(node.base)
+            return first, last + 2
+        if isinstance(node, s.Dereference):
+            first, last = self._range(node.base)
+            return first, last + 1
+        if isinstance(node, s.This):
+            first = self._at(node.at)
+            return first, first if node.pointer else first + 1
         if isinstance(node, s.Argument):
             value = self._range(node.value)
             first = self._at(node.at)
@@ -180,6 +198,11 @@ class SourceText:
                 depth += 1
             elif kind in _OPENING.values():
                 depth -= 1
+                if depth == 0 and self._kind(index + 1) != "SEMICOLON":
+                    return first, index  # what many tools let pass
             elif kind == "SEMICOLON" and depth == 0:
                 return first, index
             index += 1
+
+    def _kind(self, index: int) -> str:
+        return self._tokens[index].type if index < len(self._tokens) else ""

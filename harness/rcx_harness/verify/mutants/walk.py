@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend import tree as t
@@ -14,7 +14,7 @@ from rcx_harness.engine.types import Type
 from rcx_harness.errors import InputError
 from rcx_harness.verify.mutants.text import SourceText, children
 
-__all__ = ["Body", "Place", "places"]
+__all__ = ["Body", "Place", "places", "statements"]
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,12 @@ class Body:
     """The POU that is mutated: its syntax, its text, and what its names mean.
 
     Args:
-        pou: The POU as parsed.
+        pou: The POU as parsed, or a method of it.
         source: The text of its file.
         scope: Its checked declarations.
     """
 
-    def __init__(self, pou: s.Pou, source: SourceText, scope: Scope) -> None:
+    def __init__(self, pou: s.Pou | s.Method, source: SourceText, scope: Scope) -> None:
         self.pou = pou
         self.source = source
         self.scope = scope
@@ -70,12 +70,25 @@ def places(body: Body) -> Iterator[Place]:
     yield from _statements(body.pou.body)
 
 
+def statements(body: Body) -> Iterator[Any]:
+    """Every statement, each before those inside it."""
+    kinds = get_args(s.Statement)
+    yield from (place.node for place in places(body) if isinstance(place.node, kinds))
+
+
 def _statements(statements: tuple[s.Statement, ...]) -> Iterator[Place]:
     for node in statements:
         yield Place(node, alone=len(statements) == 1)
         if isinstance(node, s.Assign):
             yield from _expression(node.target, written=True)
             yield from _expression(node.value)
+        elif isinstance(node, s.AssignChain):
+            for target in node.targets:
+                yield from _expression(target, written=True)
+            yield from _expression(node.value)
+        elif isinstance(node, s.Latch):
+            yield from _expression(node.target, written=True)
+            yield from _expression(node.value, written=node.op == "REF")
         elif isinstance(node, s.CallStatement):
             yield from _expression(node.callee, written=True)
             for argument in node.arguments:
@@ -94,6 +107,15 @@ def _statements(statements: tuple[s.Statement, ...]) -> Iterator[Place]:
         elif isinstance(node, s.While):
             yield from _expression(node.condition)
             yield from _statements(node.body)
+        elif isinstance(node, s.Repeat):
+            yield from _statements(node.body)
+            yield from _expression(node.condition)
+        elif isinstance(node, s.For):
+            yield from _expression(node.counter, written=True)
+            for part in (node.start, node.end, node.step):
+                if part is not None:
+                    yield from _expression(part)
+            yield from _statements(node.body)
 
 
 def _expression(node: Any, *, written: bool = False, denied: bool = False) -> Iterator[Place]:
@@ -104,7 +126,9 @@ def _expression(node: Any, *, written: bool = False, denied: bool = False) -> It
         yield from _expression(node.base, written=True)
         for index in node.indices:
             yield from _expression(index)
-    elif isinstance(node, s.Call):
+    elif isinstance(node, (s.Part, s.Dereference)):
+        yield from _expression(node.base, written=True)
+    elif isinstance(node, (s.Call, s.Invoke)):
         for argument in node.arguments:
             yield from _expression(argument.value)
     elif isinstance(node, s.Unary):

@@ -21,13 +21,14 @@ from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.machine import Path as Place
 from rcx_harness.verify.prove.search import Run
 from rcx_harness.verify.prove.surroundings import Surroundings, path_of
+from rcx_harness.verify.stimulus import Moment, text_of_moments
 
 __all__ = ["Replayed", "replay", "stimulus_text"]
 
 
 def stimulus_text(run: Run, around: Surroundings, about: str = "") -> str:
     """The stimulus file of a run: what changes, when it changes."""
-    lines = [f"# {line}" for line in about.splitlines()]
+    moments = []
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
     kinds = {one.name: one.type for one in around.inputs}
@@ -36,28 +37,9 @@ def stimulus_text(run: Run, around: Surroundings, about: str = "") -> str:
         values |= changed
         given = {one: area for one, area in step.areas.items() if before.get(one) != area}
         before |= given
-        keys: list[list[str]] = [[] for _ in around.areas]
-        if changed:
-            pairs = [f'"{name}" = {_toml(value, kinds[name])}' for name, value in changed.items()]
-            keys[0].append(f"set = {{ {', '.join(pairs)} }}")
-        for controller, (content, connected) in given.items():
-            entry = keys[controller - 1]
-            entry.append(f'area = "{_hex(content)}"')
-            entry += [] if connected else ["connected = false"]
-            entry += [f"controller = {controller}"] if controller > 1 else []
-        for entry in filter(None, keys):
-            lines += ["", "[[at]]", f'time = "{_time(step.t_us)}"', *entry]
-    return "\n".join(lines).lstrip("\n") + "\n"
-
-
-def _time(t_us: int) -> str:
-    return f"{t_us}us" if t_us % 1000 else f"{t_us // 1000}ms"
-
-
-def _hex(content: bytes) -> str:
-    """In words of the area; what is 0 to the end is left out."""
-    used = max((k + 1 for k, byte in enumerate(content) if byte), default=1)
-    return content[: used + used % 2].hex(" ", 2)
+        texts = {name: _toml(value, kinds[name]) for name, value in changed.items()}
+        moments.append(Moment(step.t_us, texts, given))
+    return text_of_moments(moments, about)
 
 
 def _toml(value: Any, kind: Any) -> str:

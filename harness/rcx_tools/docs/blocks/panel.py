@@ -104,7 +104,7 @@ def _front() -> Iterator[str]:
     yield "<h2>Remote status, word m</h2>"
     yield from _rows(("Status", "Meaning"), ((f"<code>{a}</code>", b) for a, b in _STATUS))
     yield "</div></div>"
-    yield "<h2>Alarms that the EtherNet/IP manual names</h2>"
+    yield "<h2>Alarms that the EtherNet/IP manual names (4.202: a public list)</h2>"
     alarms = spec.alarms().values()
     rows = ((one.number, one.name, f"{one.cause} {one.remedy}") for one in alarms)
     yield from _rows(("Alarm", "Name", "Cause and remedy"), rows)

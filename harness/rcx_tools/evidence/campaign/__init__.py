@@ -5,6 +5,6 @@ stops and take over; then the causes go. Checked is that no rule of the wire or 
 broken, that each command is executed exactly once, or at most once with an error that says so,
 that nothing starts by itself, and that the documented way back leads to a working cell.
 
-`station` is the cell of any program, `storms` runs what befalls it and makes a failing run short,
-`requests` compares what was asked for with what was executed; the other modules know this program.
+Storms, faults and what makes a failing run short are those of `rcx campaign`; what is here knows
+this program and this library: `requests` compares what was asked for with what was executed.
 """

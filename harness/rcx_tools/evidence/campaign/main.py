@@ -4,29 +4,31 @@ from __future__ import annotations
 
 import hashlib
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple, TypeGuard
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.stimulus import entry_text
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.trace import Record
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.verify.farm import Farm
+from rcx_harness.verify.storm.shrink import shrink
+from rcx_harness.verify.storm.storms import Failure, Storm
 from rcx_tools.evidence.broken import library_copy
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES
+from rcx_tools.evidence.campaign.outcome import Outcome
 from rcx_tools.evidence.campaign.run import compiled, run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
-from rcx_tools.evidence.campaign.station import Compiled
-from rcx_tools.evidence.campaign.storms import Failure, Outcome, Storm, shrink
 from rcx_tools.evidence.results import FOLDER, write_result
-from rcx_tools.evidence.workers import results
 
 __all__ = ["main"]
 
@@ -85,17 +87,6 @@ def _run(job: _Job) -> _Result:
     return _Result(job.seed, outcome, "", job)
 
 
-def _results(jobs: list[_Job], workers: int, console: Console) -> Iterator[_Result]:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
-        task = progress.add_task("campaign", total=len(jobs))
-        for done, result in enumerate(results(_run, jobs, workers), 1):
-            progress.advance(task)
-            if not console.is_terminal and done % 20 == 0:
-                console.print(f"{done} of {len(jobs)}")
-            yield result
-
-
 def _explain(seed: int, options: Namespace, console: Console) -> None:
     """Run a seed again, make its failure short, and write trace, chart and acts."""
     program = _compiled(options.engine, options.lib)
@@ -126,7 +117,7 @@ def _explain(seed: int, options: Namespace, console: Console) -> None:
     except Failure as failure:
         chart = svg_chart(timeline, f"campaign, seed {seed}: {failure.kind}")
         (folder / f"seed_{seed}.svg").write_text(chart, encoding="utf-8")
-    acts = [str(act) for storm in short for act in storm.acts]
+    acts = [entry_text(act) for storm in short for act in storm.acts]
     lines = [str(found), f"{conditions.timing}", *acts]
     (folder / f"seed_{seed}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
     console.print(f"seed {seed}: {found}")
@@ -168,7 +159,8 @@ def _figures(total: Outcome, options: Namespace, engine: str, twice: int) -> dic
 def _expected() -> set[str]:
     """What every long campaign must have seen: work of each block, and each kind of fault."""
     faults = {"alarm", "emergency_stop", "link_down", "power_off", "pendant_on", "manual_mode"}
-    faults |= {"lost", "late", "doubled", "overrun", "interval", "plc_power", "main_power_off"}
+    faults |= {"lost", "late", "doubled", "plc_overrun", "packet_interval", "plc_power_off"}
+    faults |= {"main_power_off"}
     return faults | {"safety_on"} | set(COMMANDS) | set(SEQUENCES)
 
 
@@ -199,8 +191,7 @@ def _main(options: Namespace, console: Console) -> int:
         jobs += [_Job(0, 0, engine, None, False, k) for k in range(len(SEEDED))]
     console.print(f"seeds {seeds[0]} to {seeds[-1]}, {options.storms} storms each, on {engine}")
     total, failures, twice, found = Outcome(), {}, 0, {}
-    for result in _results(jobs, options.jobs, console):
-        job = result.job
+    for job, result in Farm(options.jobs, console=console).run(_run, jobs, title="campaign"):
         if job.seeded >= 0:
             found[SEEDED[job.seeded].name] = result.failure or "NOT FOUND"
             continue

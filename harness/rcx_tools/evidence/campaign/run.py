@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rcx_harness.cell.build import source_files
+from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.link import PacketNetwork
+from rcx_harness.cell.stimulus import Entry
 from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE
 from rcx_harness.trace import Record, Scan
+from rcx_harness.verify.storm.storms import Run, Storm
 from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES, Judge
-from rcx_tools.evidence.campaign.station import Compiled, Conditions, Station
-from rcx_tools.evidence.campaign.storms import Outcome, Run, Storm
+from rcx_tools.evidence.campaign.outcome import Outcome
+from rcx_tools.evidence.campaign.station import Conditions, Station
 
 __all__ = ["compiled", "run_storms"]
 
@@ -26,6 +32,7 @@ _REST_US = 500_000
 
 _LEVELS = ("Jog", "Position", "SequenceControl", "AutoMode", "Watch")
 _CALLS = ("CallMovePtp", "CallWritePoint", "CallJog", "CallPosition", "CallServoOn")
+_PACKETS = ("packets_lost", "packets_late", "packets_doubled")
 _CALM = (
     *("power_on", "link_up", "emergency_stop_release", "pendant_off", "auto_mode"),
     *("main_power_on", "safety_off"),
@@ -34,7 +41,7 @@ _CALM = (
 
 def compiled(engine: str = "auto", lib: Path | None = None) -> Compiled:
     """The campaign's program; `lib` is the folder of the library, None for plc/lib."""
-    return Compiled(_PROGRAM, engine, lib)
+    return Compiled(source_files(_PROGRAM, lib), engine)
 
 
 def run_storms(
@@ -55,23 +62,42 @@ def run_storms(
     with station:
         if listener is not None:
             station.trace.listen(listener)
-        return _Run(station).of(storms)
+        run = _Run(station)
+        run.of(storms)
+        return run.outcome
 
 
 class _Run(Run):
     def __init__(self, station: Station) -> None:
         super().__init__(station)
+        self.station = station
+        self.outcome = Outcome()
         self._serial = 0
-        self._last = Scan(0, 0, bytes(48), bytes(48))
+        self._last = Scan(0, 0, bytes(SIZE), bytes(SIZE))
         self.judge = Judge(station.program, self.note)
         self.outcome.ends, self.outcome.done = self.judge.ends, self.judge.done
         station.trace.listen(self.judge.take)
         station.trace.listen(self._listen)
-        station.on_restart = self.judge.restart  # type: ignore[method-assign]
+        station.plc.on_start.append(self.judge.restart)
 
     def _listen(self, record: Record) -> None:
         if isinstance(record, Scan):
             self._last = record
+
+    def apply(self, act: Entry) -> None:
+        """Something happens now; a PLC without power has no variables."""
+        self.outcome.take(act)
+        if self.station.plc.runs or not act.values:
+            super().apply(act)
+
+    def weathered(self) -> None:
+        """Note the figures."""
+        outcome, station = self.outcome, self.station
+        network = station.network_of(1)
+        assert isinstance(network, PacketNetwork)
+        outcome.storms += 1
+        outcome.virtual_us, outcome.scans = station.now_us, station.scans
+        outcome.packets = network.disturbed
 
     # --- rest --------------------------------------------------------------------------------
 
@@ -86,8 +112,8 @@ class _Run(Run):
             station[f"Main.{name}"] = True
         for event in _CALM:
             station.inject(event)
-        station.network.heal()
-        station.clock.overrun_us = 0
+        for event in _PACKETS:
+            station.inject(event, share=0)
         # A connection whose packets were lost a moment ago is taken as lost only now.
         unseen_us = 2 * station.timing.timeout_us
         station.run(unseen_us)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from random import Random
 from typing import Any
 
 from rcx_harness.cell.clock import Timing
+from rcx_harness.cell.stimulus import Entry
 from rcx_harness.robot import RobotConfig, RobotProgram
+from rcx_harness.verify.storm.storms import Storm
 from rcx_tools.evidence.campaign.commands import real
 from rcx_tools.evidence.campaign.judge import SEQUENCES
-from rcx_tools.evidence.campaign.network import BOTH
-from rcx_tools.evidence.campaign.station import Act, Conditions
-from rcx_tools.evidence.campaign.storms import Storm
+from rcx_tools.evidence.campaign.station import Conditions
 
 __all__ = ["draw_run"]
 
@@ -167,7 +168,7 @@ class _Storm:
         self._conditions, self._random = conditions, random
         self._number, self._length_us = number, length_us
 
-    def acts(self, pause_ms: int, roughness: float) -> Iterator[Act]:
+    def acts(self, pause_ms: int, roughness: float) -> Iterator[Entry]:
         random = self._random
         t_us = 0
         while t_us < self._length_us:
@@ -179,17 +180,17 @@ class _Storm:
             else:
                 yield from self._start(t_us, random.choice(list(_STARTS)))
 
-    def _start(self, t_us: int, block: str) -> Iterator[Act]:
+    def _start(self, t_us: int, block: str) -> Iterator[Entry]:
         """A rising edge, held for a scan, for a while, or until the end."""
         self._number += 1
         pins = _STARTS[block](self._number, self._random) if block in _STARTS else {}
         sets = {f"Main.{block}.{pin}": value for pin, value in pins.items()}
-        yield Act(t_us, "set", {**sets, f"Main.{block}.Execute": True})
+        yield _set(t_us, {**sets, f"Main.{block}.Execute": True})
         scan_us = self._conditions.timing.scan_us
         held_us = self._random.choice((scan_us, scan_us, 100_000, 400_000, 1_500_000))
-        yield Act(t_us + held_us, "set", {f"Main.{block}.Execute": False})
+        yield _set(t_us + held_us, {f"Main.{block}.Execute": False})
 
-    def _use(self, t_us: int) -> Iterator[Act]:
+    def _use(self, t_us: int) -> Iterator[Entry]:
         """Sequences, level blocks and general-purpose outputs."""
         random = self._random
         kind = random.randrange(8)
@@ -197,7 +198,7 @@ class _Storm:
             yield from self._start(t_us, random.choice(list(SEQUENCES)))
         elif kind == 4:
             word, bit = random.randrange(65536), random.random() < 0.5
-            yield Act(t_us, "set", {"Main.GeneralWord": word, "Main.GeneralBit": bit})
+            yield _set(t_us, {"Main.GeneralWord": word, "Main.GeneralBit": bit})
         elif kind == 5:
             sets: Pins = {
                 "Main.Jog.Frame": random.choice(("JOG_PULSES", "JOG_CARTESIAN", "JOG_TOOL")),
@@ -211,48 +212,59 @@ class _Storm:
         else:
             yield from self._enable(t_us, random.choice(("SequenceControl", "AutoMode", "Watch")))
 
-    def _enable(self, t_us: int, block: str, sets: Pins | None = None) -> Iterator[Act]:
-        yield Act(t_us, "set", {**(sets or {}), f"Main.{block}.Enable": True})
+    def _enable(self, t_us: int, block: str, sets: Pins | None = None) -> Iterator[Entry]:
+        yield _set(t_us, {**(sets or {}), f"Main.{block}.Enable": True})
         until_us = t_us + self._random.randint(1, 1500) * 1000
-        yield Act(until_us, "set", {f"Main.{block}.Enable": False})
+        yield _set(until_us, {f"Main.{block}.Enable": False})
 
-    def _trouble(self, t_us: int) -> Iterator[Act]:
+    def _trouble(self, t_us: int) -> Iterator[Entry]:
         random = self._random
         lasts_us = random.choice((10, 60, 150, 400, 900)) * random.randint(500, 1000)
         kind = random.randrange(12)
         if kind < 4:
-            yield self._packets(t_us, t_us + lasts_us)
+            yield self._packets(t_us, lasts_us)
         elif kind == 4:
             scan_us = self._conditions.timing.scan_us
             # Longer than this, and the PLC would not see the loss of a connection.
-            yield Act(t_us, "overrun", {"us": random.randint(1, 95_000 - scan_us)})
+            by = f"{random.randint(1, 95_000 - scan_us)}us"
+            yield _event(t_us, "plc_overrun", by=by)
         elif kind == 5:
             pin = random.choice(("Main.EmergencyStopOk", "Main.StopOk"))
-            yield Act(t_us, "set", {pin: False})
-            yield Act(t_us + lasts_us, "set", {pin: True})
+            yield _set(t_us, {pin: False})
+            yield _set(t_us + lasts_us, {pin: True})
         elif kind == 6:
             call = f"Main.{random.choice(_CALLS)}"
-            yield Act(t_us, "set", {call: False})
-            yield Act(t_us + lasts_us, "set", {call: True})
+            yield _set(t_us, {call: False})
+            yield _set(t_us + lasts_us, {call: True})
         elif kind == 7:
-            yield Act(t_us, "event", {"name": "alarm", "group": 2, "category": 334})
+            yield _event(t_us, "alarm", group=2, category=334)
         elif kind == 8 and random.random() < 0.5:
-            yield Act(t_us, "plc_power", {"off_us": random.randint(10, 600) * 1000})
+            off_us = random.randint(10, 600) * 1000
+            yield replace(_event(t_us, "plc_power_off", start="cold"), held_us=off_us)
         elif kind == 9 and random.random() < 0.5:
             interval_us = random.choice(self._conditions.intervals_us)
-            yield Act(t_us, "interval", {"us": interval_us})
+            yield _event(t_us, "packet_interval", rpi=f"{interval_us}us")
         else:
             begin, end = random.choice(_EVENTS)
-            yield Act(t_us, "event", {"name": begin})
-            yield Act(t_us + lasts_us, "event", {"name": end})
+            yield _event(t_us, begin)
+            yield _event(t_us + lasts_us, end)
 
-    def _packets(self, t_us: int, until_us: int) -> Act:
+    def _packets(self, t_us: int, lasts_us: int) -> Entry:
         random = self._random
         kind = random.choice(("lost", "late", "doubled"))
-        directions = random.choice((BOTH, BOTH[:1], BOTH[1:]))
-        share = random.choice((0.1, 0.3, 0.6, 1.0))
-        details = {"what": kind, "directions": directions, "share": share, "until_us": until_us}
-        return Act(t_us, "packets", details)
+        to = random.choice(("both", "robot", "plc"))
+        args: Pins = {"share": random.choice((0.1, 0.3, 0.6, 1.0)), "to": to}
+        if kind != "lost":
+            args["by"] = f"{self._conditions.late_us}us"
+        return replace(_event(t_us, f"packets_{kind}", **args), held_us=lasts_us)
+
+
+def _set(t_us: int, values: Pins) -> Entry:
+    return Entry(t_us, values=values)
+
+
+def _event(t_us: int, name: str, **args: Any) -> Entry:
+    return Entry(t_us, events=((name, args),))
 
 
 def _draw_storm(conditions: Conditions, seed: int, number: int) -> Storm:

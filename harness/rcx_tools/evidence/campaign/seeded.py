@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+from rcx_harness.verify.storm.storms import Failure
 from rcx_tools.evidence.broken import broken_library
 from rcx_tools.evidence.campaign.run import compiled, run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
-from rcx_tools.evidence.campaign.storms import Failure
 
 __all__ = ["SEEDED", "Found", "Seeded", "find"]
 

@@ -1,38 +1,22 @@
-"""The cell of a campaign: a PLC that can lose its power, a network with faults, and notes."""
+"""The cell of a campaign: a program whose controller notes what it executes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
 from rcx_harness.cell.clock import Timing
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
+from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.handshake import Handshake, Words
 from rcx_harness.robot.machine import Machine
-from rcx_harness.watch.calls_source import steady_instances
-from rcx_harness.watch.wire import WireMonitor
-from rcx_tools.evidence.campaign.network import FaultAgenda, FaultLink, FaultNetwork
 
-__all__ = ["Act", "Compiled", "Conditions", "Execution", "RecordingController", "Station"]
-
-
-class Act(NamedTuple):
-    """One thing that happens: when [us from the storm's begin], which kind, and its details."""
-
-    t_us: int
-    kind: str
-    details: dict[str, Any]
-
-    def __str__(self) -> str:
-        shown = ", ".join(f"{name} = {value}" for name, value in self.details.items())
-        return f"{self.t_us / 1000:9.1f} ms  {self.kind}: {shown}"
+__all__ = ["Conditions", "Execution", "RecordingController", "Station"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +26,7 @@ class Conditions:
     Attributes:
         timing: Scan, packets and their time-out, for the longest packet interval.
         intervals_us: The packet intervals that the run may change to.
-        latest_us: No packet arrives later than this.
+        late_us: A packet that is late is so by at most this.
         robot: Properties of the controller.
         start: Variables of the program that are set before its first scan.
         m: First byte of the robot's area in `Main.InputArea`.
@@ -51,7 +35,7 @@ class Conditions:
 
     timing: Timing
     intervals_us: tuple[int, ...]
-    latest_us: int
+    late_us: int
     robot: RobotConfig
     start: Mapping[str, Any] = field(default_factory=dict)
     m: int = 0
@@ -112,31 +96,8 @@ class RecordingController(Controller):
             state.handshake = _Recording(self.config, state.findings, self.executions)
 
 
-class Compiled:
-    """A program, compiled once, ready for its first scan again and again.
-
-    Args:
-        program: Its file.
-        engine: `auto`, `matiec` or `builtin`.
-        lib: Folder of the library; None for the one that comes with the harness.
-    """
-
-    def __init__(self, program: Path, engine: str = "auto", lib: Path | None = None) -> None:
-        files = source_files(program, lib)
-        built = build(files.all, engine)
-        self.program: Program = built.program
-        self.notice = built.notice
-        self.steady = steady_instances(files.own, files.lib)
-        self._first = self.program.snapshot()
-
-    def fresh(self) -> Program:
-        """The program before its first scan."""
-        self.program.restore(self._first)
-        return self.program
-
-
 class Station(Cell):
-    """A program and a controller that records, on a network with faults.
+    """A program and a controller that records.
 
     Args:
         compiled: The program.
@@ -148,89 +109,21 @@ class Station(Cell):
     def __init__(
         self, compiled: Compiled, conditions: Conditions, seed: int, trace: Path | None = None
     ) -> None:
-        timing = conditions.timing
         program = compiled.fresh()
-        link = FaultLink(timing, seed, conditions.latest_us)
-        self.clock = FaultAgenda()
         self.recorder = RecordingController(conditions.robot, seed)
         super().__init__(
             program,
             self.recorder,
-            link,
-            timing,
+            DirectLink(),
+            conditions.timing,
             m=conditions.m,
             n=conditions.n,
             seed=seed,
             trace=trace,
             steady=compiled.steady,
-            agenda=self.clock,
+            keep_program=True,
         )
-        assert link.made is not None
-        self.network: FaultNetwork = link.made
         for path, value in conditions.start.items():
             self[path] = value
-        self._start = program.snapshot()
-        self._quiet_contract: Any = self._contract.snapshot()
-        self._powered = True
-        self._plugged = True
-
-    def apply(self, act: Act) -> None:
-        """Let it happen now."""
-        details = act.details
-        if act.kind == "set":
-            for path, value in details.items():
-                self[path] = value
-        elif act.kind == "event":
-            arguments = {name: value for name, value in details.items() if name != "name"}
-            self.inject(details["name"], **arguments)
-        elif act.kind == "packets":
-            until_us = self.now_us - act.t_us + details["until_us"]
-            for direction in details["directions"]:
-                self.network.fault(details["what"], direction, details["share"], until_us)
-        elif act.kind == "overrun":
-            self.clock.overrun_us = details["us"]
-        elif act.kind == "interval":
-            self.timing = replace(self.timing, rpi_us=details["us"])
-            self.network.change_interval(self.timing)
-        else:
-            self._lose_plc_power(details["off_us"])
-
-    def close(self) -> None:
-        """Write out the trace; the program is that of all runs."""
-        self.trace.close()
-
-    def inject(self, event: str, **args: Any) -> None:
-        """Let something happen now; a cable that is plugged in does not help a PLC that is off."""
-        if event in ("link_down", "link_up"):
-            self._plugged = event == "link_up"
-        if event != "link_up" or self.plc_on:
-            super().inject(event, **args)
-
-    @property
-    def plc_on(self) -> bool:
-        """The PLC has power."""
-        return self._powered
-
-    def _lose_plc_power(self, off_us: int) -> None:
-        """The PLC is off until its scanner has lost the connection, or longer."""
-        if not self.plc_on:
-            return
-        self._powered = False
-        self.network.set_cable(False)
-        lost_us = self.timing.timeout_us + 20_000
-        self.at(self.now_us + max(off_us, lost_us), self._restart_plc)
-
-    def _restart_plc(self) -> None:
-        self._powered = True
-        self.program.restore(self._start)
-        self._contract.restore(self._quiet_contract)
-        self._first.wire = WireMonitor()
-        self.network.set_cable(self._plugged)
-        self.on_restart()
-
-    def on_restart(self) -> None:
-        """The PLC has started anew; a hook for who follows the blocks."""
-
-    def _scan(self, now: int) -> None:
-        if self.plc_on:
-            super()._scan(now)
+        self.plc.beginning = program.snapshot()
+        self.plc.inputs_stay = False  # all its variables are the program's own

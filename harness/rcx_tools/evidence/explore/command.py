@@ -8,26 +8,28 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import os
 import time
 from collections.abc import Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import Queue
 from tempfile import TemporaryDirectory
+from threading import Thread
 from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from rcx_harness.output.system import processors
+from rcx_harness.verify.explore.search import Broken
+from rcx_harness.verify.farm import Farm
 from rcx_tools.evidence.explore.known import Done, Found, Known
 from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
-from rcx_tools.evidence.explore.search import LIBRARY, Broken, Explorer
+from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 from rcx_tools.evidence.results import ROOT
 
@@ -46,6 +48,24 @@ class _Task(NamedTuple):
     seed: int
 
 
+#: How far a model is: its name, explored states, known states.
+_Report = tuple[str, int, int]
+
+
+@dataclass(frozen=True)
+class _Exploring:
+    """Explores a model, or looks for a seeded bug, by its name."""
+
+    task: _Task
+    reports: Queue[_Report | None]
+
+    def __call__(self, item: tuple[str, bool]) -> Done | Found:
+        name, is_bug = item
+        if is_bug:
+            return _look_for(name, self.task.library)
+        return _explore(name, self.task, self.reports)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run from the command line; 0 if every model is complete and no rule is broken."""
     parser = argparse.ArgumentParser(
@@ -53,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     names = list(_MODELS)
     parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")
-    parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1))
+    parser.add_argument("--jobs", type=int, default=min(2, processors()))
     parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
     parser.add_argument("--lib", type=Path, help="another copy of plc/lib")
     parser.add_argument("--fresh", action="store_true", help="forget the outcomes of earlier runs")
@@ -93,50 +113,51 @@ def _run(
         TextColumn("{task.completed:>7,.0f} of {task.total:>7,.0f} {task.fields[what]}"),
         TimeElapsedColumn(),
     )
-    context = multiprocessing.get_context("spawn")
+    outcomes: dict[str, Done | Found] = {}
+    for model in models:
+        if (done := known.model(model)) is not None:
+            outcomes[model.name] = done
+    for bug in seeded:
+        if (found := known.bug(bug, _MODELS[bug.model])) is not None:
+            outcomes[bug.name] = found
+    for name, outcome in outcomes.items():
+        console.print(f"{name}: known from an earlier run ({_line(outcome)})")
+    items = [*((one.name, False) for one in models), *((one.name, True) for one in seeded)]
+    missing = [one for one in items if one[0] not in outcomes]
     with (
-        context.Manager() as manager,
-        ProcessPoolExecutor(jobs, mp_context=context) as pool,
+        multiprocessing.get_context("spawn").Manager() as manager,
         Progress(*columns, console=console, transient=True) as progress,
     ):
-        reports: Queue[tuple[str, int, int]] = manager.Queue()
-        tasks: dict[str, TaskID] = {}
-        outcomes: dict[str, Done | Found] = {}
-        running: dict[Future[Done | Found], str] = {}
-        for model in models:
-            if (done := known.model(model)) is not None:
-                outcomes[model.name] = done
-            else:
-                running[pool.submit(_explore, model.name, task, reports)] = model.name
-        for bug in seeded:
-            if (found := known.bug(bug, _MODELS[bug.model])) is not None:
-                outcomes[bug.name] = found
-            else:
-                running[pool.submit(_look_for, bug.name, task.library)] = bug.name
-        for name, outcome in outcomes.items():
-            console.print(f"{name}: known from an earlier run ({_line(outcome)})")
-        while running:
-            time.sleep(0.2)
-            for future in [one for one in running if one.done()]:
-                name, outcome = running.pop(future), future.result()
+        reports: Queue[_Report | None] = manager.Queue()
+        showing = Thread(target=_show, args=(progress, reports))
+        showing.start()
+        if seeded:
+            bar = progress.add_task(_SEEDS, what="looked for", total=len(seeded))
+        try:
+            for (name, _), outcome in Farm(jobs).as_ready(_Exploring(task, reports), missing):
                 outcomes[name] = outcome
                 known.keep(outcome, _model_of(outcome))
                 progress.console.print(_line(outcome))
-            while not reports.empty():
-                name, number, states = reports.get()
-                if name not in tasks:
-                    tasks[name] = progress.add_task(name, what="known states", total=1)
-                progress.update(tasks[name], completed=number, total=states)
-            if seeded:
-                if _SEEDS not in tasks:
-                    tasks[_SEEDS] = progress.add_task(_SEEDS, what="looked for", total=len(seeded))
-                progress.update(tasks[_SEEDS], completed=sum(b.name in outcomes for b in seeded))
+                if seeded:
+                    progress.update(bar, completed=sum(bug.name in outcomes for bug in seeded))
+        finally:
+            reports.put(None)
+            showing.join()
     names = [*(model.name for model in models), *(bug.name for bug in seeded)]
     every = [outcomes[name] for name in names]
     return (
         [one for one in every if isinstance(one, Done)],
         [one for one in every if isinstance(one, Found)],
     )
+
+
+def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
+    """Show how far each model is, until there is no more to come."""
+    bars: dict[str, TaskID] = {}
+    for name, number, states in iter(reports.get, None):
+        if name not in bars:
+            bars[name] = progress.add_task(name, what="known states", total=1)
+        progress.update(bars[name], completed=number, total=states)
 
 
 def _model_of(outcome: Done | Found) -> Model:
@@ -153,7 +174,7 @@ def _line(done: Done | Found) -> str:
     return f"{text}, {f'BROKEN: {one.broken.rules[0]}' if one.broken else 'no rule broken'}"
 
 
-def _explore(name: str, task: _Task, reports: Queue[tuple[str, int, int]]) -> Done:
+def _explore(name: str, task: _Task, reports: Queue[_Report | None]) -> Done:
     """Explore one model; a broken rule is replayed and written as trace and chart."""
     model, started = _MODELS[name], time.process_time()
     explorer = Explorer(model, task.library, task.seed)

@@ -9,20 +9,22 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from rcx_harness.engine.needed import needed
+from rcx_harness.verify.explore.search import Result
+from rcx_harness.verify.kept import Results, digest
 from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
-from rcx_tools.evidence.explore.search import LIBRARY, Result
+from rcx_tools.evidence.explore.search import LIBRARY
 from rcx_tools.evidence.explore.seeded import Seeded
 from rcx_tools.evidence.results import ROOT
-from rcx_tools.evidence.store import Results, digest
 
 __all__ = ["OWN", "Done", "Found", "Known"]
 
 _HERE = Path(__file__).parent
 #: What decides over states and rules, beside blocks and models: the engine, these of this package.
 _ENGINE = ("*.py", "*.lark")
-#: The modules beside this one that decide what is found.
-OWN = ("abstraction", "kept", "model", "oracle", "search", "models")
+#: The modules beside this one that decide what is found, and those of all explorations.
+OWN = ("model", "oracle", "search", "models")
+_SHARED = ("abstraction", "kept", "search")
 
 
 class Done(NamedTuple):
@@ -91,6 +93,7 @@ class Known:
             rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
             defined = OWN if model in MODELS else (*OWN, "models_small")
             own = [_HERE / f"{part}.py" for part in defined]
-            state = digest(ROOT, [*files, *rules, *own])
+            shared = [ROOT / f"harness/rcx_harness/verify/explore/{part}.py" for part in _SHARED]
+            state = digest(ROOT, [*files, *rules, *own, *shared])
             self._keys[name] = f"{model.name} {state} {self._seed} {name}"
         return self._keys[name]

@@ -10,10 +10,11 @@ from rcx_harness.spec.wire import CYCLE_US, SIZE
 from rcx_harness.trace import Record, Scan, Trace, Violation
 from rcx_harness.trace.chart import Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.verify.explore.search import Broken
 from rcx_harness.watch.wire import WireMonitor, word
 from rcx_tools.evidence.explore.model import Choice, Model
 from rcx_tools.evidence.explore.oracle import Oracle
-from rcx_tools.evidence.explore.search import LIBRARY, Broken, compiled, quiet_choices
+from rcx_tools.evidence.explore.search import LIBRARY, compiled, quiet_choices
 
 __all__ = ["Replay", "replay"]
 

@@ -1,11 +1,10 @@
-"""Every reachable state of a model, breadth first: the first trace found is a shortest one."""
+"""Every reachable state of a model of the library's blocks."""
 
 from __future__ import annotations
 
 import tempfile
 from array import array
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -13,67 +12,16 @@ from typing import Any
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
-from rcx_tools.evidence.explore.abstraction import NOW_US, Abstraction
+from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
+from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World
 from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
 from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["LIBRARY", "Broken", "Explorer", "Result", "compiled", "quiet_choices"]
+__all__ = ["LIBRARY", "Explorer", "compiled", "quiet_choices"]
 
 #: The library as it stands.
 LIBRARY = tuple(sorted((ROOT / "plc/lib").rglob("*.st")))
-
-_OPEN = -1
-
-#: From so many states on, at each power of two, it is looked for hangs among those that are known.
-_FIRST_LOOK = 512
-
-
-@dataclass(frozen=True)
-class Broken:
-    """A rule that can be broken, and the shortest way there.
-
-    Attributes:
-        rules: What is broken in the last scan, in words.
-        path: The choices from the start on; the last one leads into the broken scan.
-        quiet: For a hang: the environment in which nothing comes to an end any more.
-    """
-
-    rules: tuple[str, ...]
-    path: tuple[Choice, ...]
-    quiet: Quiet | None = None
-
-
-@dataclass
-class Result:
-    """What an exploration has found.
-
-    Attributes:
-        model: Name of the model.
-        states: Reachable states that differ.
-        transitions: Scans that were run and judged, one for each state and choice.
-        depth: Scans from the start to the farthest state.
-        complete: Every state is known; False where a rule was broken or a limit reached.
-        cut: Those of them that lead to a longer queue than the model looks at.
-        checked: Scans that were repeated to check the abstraction.
-        bounds: Most scans until all is quiet, for each quiet environment.
-        broken: The first rule that is broken.
-    """
-
-    model: str
-    states: int = 0
-    transitions: int = 0
-    depth: int = 0
-    complete: bool = False
-    cut: int = 0
-    checked: int = 0
-    bounds: dict[str, int] = field(default_factory=dict)
-    broken: Broken | None = None
-
-    @property
-    def met(self) -> bool:
-        """Is all of it known, and no rule broken?"""
-        return self.complete and self.broken is None
 
 
 def compiled(model: Model, library: Sequence[Path] = LIBRARY) -> BuiltinProgram:
@@ -83,7 +31,7 @@ def compiled(model: Model, library: Sequence[Path] = LIBRARY) -> BuiltinProgram:
         return BuiltinProgram.build(load([path, *needed([path], library)]))
 
 
-class Explorer:
+class Explorer(World[Choice]):
     """Explores one model.
 
     Args:
@@ -101,99 +49,73 @@ class Explorer:
         self._oracle = Oracle(model, self._root)
         self._choices = model.choices()
         self._quiet = [quiet_choices(model, quiet) for quiet in model.quiet]
+        self._nexts = [array("i") for _ in self._quiet]
+        self._idle = [bytearray([1]), bytearray([1])]
+        self._now_quiet: list[Choice] = []
 
     def run(self, limit: int = 0, report: Callable[[int, int], None] | None = None) -> Result:
-        """Find every state.
+        """Find every state; see `Search.run`."""
+        search = Search(self, self._choices, self._random)
+        return search.run(self._model.name, limit, report=report)
 
-        Args:
-            limit: Give up after so many states; 0 = never.
-            report: Called now and then with the states that are done and that are known.
-        """
-        result = Result(self._model.name)
-        freeze, thaw, size = self._state.freeze, self._state.thaw, self._state.size
-        scan, judge, pins = self.program.scan, self._oracle.judge, self._oracle.pins
-        image, root, choices = self._root.INPUTAREA, self._root, self._choices
-        first = freeze() + self._oracle.initial()
-        known: dict[bytes, int] = {first: 0}
-        states = [first]
-        parents, by = array("i", [_OPEN]), array("i", [_OPEN])
-        depths = array("i", [0])
-        nexts = [array("i") for _ in self._quiet]
-        idle: list[bytearray] = [bytearray([1]), bytearray([1])]
-        number = 0
-        while number < len(states):
-            here = states[number]
-            memory, states[number] = here[size:], b""
-            quiet = [choice[self._oracle.wire(memory)] for choice in self._quiet]
-            quiets = {choice.number for choice in quiet}
-            check = self._random.randrange(len(choices))
-            for choice in choices:
-                thaw(here, choice.ticks)
-                for name, value in choice.values:
-                    setattr(root, name, value)
-                image[:34] = choice.image
-                before = pins()
-                scan(NOW_US)
-                after, broken = judge(memory, choice, before)
-                key = freeze() + after
-                if broken:
-                    result.broken = Broken(tuple(broken), self._path(parents, by, number, choice))
-                    result.states, result.depth = len(states), depths[number] + 1
-                    return result
-                result.transitions += 1
-                there = known.get(key, _OPEN)
-                if there == _OPEN and self._queue() > self._model.queue:
-                    result.cut += 1
-                    continue
-                if there == _OPEN:
-                    there = known[key] = len(states)
-                    states.append(key)
-                    parents.append(number)
-                    by.append(choice.number)
-                    depths.append(depths[number] + 1)
-                    idle[0].append(self._is_free())
-                    idle[1].append(self._is_idle())
-                if choice.number in quiets:
-                    for k, one in enumerate(quiet):
-                        if one.number == choice.number:
-                            nexts[k].append(there)
-                if choice.number == check:
-                    self._check(here, choice, key)
-                    result.checked += 1
-            number += 1
-            if report is not None and number % 100 == 0:
-                report(number, len(states))
-            result.states, result.depth = len(states), depths[-1]
-            result.complete = number == len(states)
-            last = result.complete or number == limit
-            if last or (number >= _FIRST_LOOK and number & (number - 1) == 0):
-                for quiet_one, follow in zip(self._model.quiet, nexts, strict=True):
-                    bound, stuck, slowest = _longest(follow, idle[quiet_one.idle_blocks])
-                    result.bounds[quiet_one.title] = bound
-                    if 0 < quiet_one.most < bound and result.broken is None:
-                        text = (
-                            f"wait: {bound} scans until the channel is free, not "
-                            f"{quiet_one.most}: {quiet_one.title}"
-                        )
-                        path = self._path(parents, by, slowest, None)
-                        result.broken = Broken((text,), path, quiet_one)
-                    if stuck >= 0 and result.broken is None:
-                        text = f"hang: never free again: {quiet_one.title}"
-                        path = self._path(parents, by, stuck, None)
-                        result.broken = Broken((text,), path, quiet_one)
-            if last or result.broken is not None:
-                break
-        return result
+    def first(self) -> bytes:
+        """The state at the start."""
+        return self._state.freeze() + self._oracle.initial()
 
-    def _path(self, parents: Any, by: Any, number: int, last: Choice | None) -> tuple[Choice, ...]:
-        path = [] if last is None else [last]
-        while parents[number] != _OPEN:
-            path.append(self._choices[by[number]])
-            number = parents[number]
-        return tuple(reversed(path))
+    def choices(self, state: bytes) -> Sequence[Choice]:
+        """What may happen next."""
+        return self._choices
 
-    def _check(self, here: bytes, choice: Choice, key: bytes) -> None:
+    def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
+        """Let it happen."""
+        self._state.thaw(state, choice.ticks)
+        root = self._root
+        for name, value in choice.values:
+            setattr(root, name, value)
+        root.INPUTAREA[:34] = choice.image
+        before = self._oracle.pins()
+        self.program.scan(NOW_US)
+        after, broken = self._oracle.judge(state[self._state.size :], choice, before)
+        return self._state.freeze() + after, broken
+
+    def is_cut(self) -> bool:
+        """Is the queue longer than the model looks at?"""
+        return self._queue() > self._model.queue
+
+    def added(self) -> None:
+        """Note whether it is quiet."""
+        self._idle[0].append(self._is_free())
+        self._idle[1].append(self._is_idle())
+
+    def entered(self, state: bytes) -> None:
+        """Note what the quiet environments choose."""
+        wire = self._oracle.wire(state[self._state.size :])
+        self._now_quiet = [choice[wire] for choice in self._quiet]
+
+    def followed(self, number: int, choice: Choice, following: int) -> None:
+        """Note where the quiet environments lead to."""
+        for k, one in enumerate(self._now_quiet):
+            if one.number == choice.number:
+                self._nexts[k].append(following)
+
+    def look(self, result: Result, states: Paths) -> None:
+        """Look for hangs, and for waits that are too long."""
+        for quiet, follow in zip(self._model.quiet, self._nexts, strict=True):
+            bound, stuck, slowest = _longest(follow, self._idle[quiet.idle_blocks])
+            result.bounds[quiet.title] = bound
+            if 0 < quiet.most < bound and result.broken is None:
+                text = (
+                    f"wait: {bound} scans until the channel is free, not "
+                    f"{quiet.most}: {quiet.title}"
+                )
+                result.broken = Broken((text,), states.path(slowest), quiet)
+            if stuck >= 0 and result.broken is None:
+                text = f"hang: never free again: {quiet.title}"
+                result.broken = Broken((text,), states.path(stuck), quiet)
+
+    def check(self, state: bytes, choice: Choice, following: bytes) -> None:
         """Repeat a scan with arbitrary values in all that the state leaves out."""
+        here, key = state, following
         memory = here[self._state.size :]
         now_us = self._state.disturb(here, choice.ticks, self._random)
         self._root.INPUTAREA[34:] = self._random.randbytes(len(self._root.INPUTAREA) - 34)
@@ -205,9 +127,11 @@ class Explorer:
         after, broken = self._oracle.judge(memory, choice, before)
         there = self._state.freeze() + after
         if there != key or broken:
-            names = self._state.names()
-            where = [k for k, (a, b) in enumerate(zip(there, key, strict=True)) if a != b]
-            told = [names[k] if k < len(names) else f"oracle {k - len(names)}" for k in where]
+            told = self._state.differences(there, key)
+            size = self._state.size
+            told += [
+                f"oracle {k}" for k in range(len(key) - size) if there[size + k] != key[size + k]
+            ]
             raise AssertionError(
                 f"model {self._model.name}: what the state leaves out has an effect on {told} "
                 f"in the scan: {self._model.tell(choice)} {broken}"

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from rcx_harness.errors import InputError
+from rcx_harness.verify.farm import Farm
 from rcx_tools.evidence.broken import library_copy
 from rcx_tools.evidence.metamorphic.course import Options, follow
 from rcx_tools.evidence.metamorphic.programs import Subject, subjects
 from rcx_tools.evidence.metamorphic.relations import RELATIONS
 from rcx_tools.evidence.metamorphic.seeded import SEEDED, find
 from rcx_tools.evidence.results import write_result
-from rcx_tools.evidence.workers import results
 
 __all__ = ["main"]
 
@@ -71,17 +69,6 @@ def _run(job: _Job) -> _Result:
     return _Result(job, count, scans, tuple(differences), "")
 
 
-def _results(jobs: list[_Job], workers: int, console: Console) -> Iterator[_Result]:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
-        task = progress.add_task("metamorphic", total=len(jobs))
-        for done, result in enumerate(results(_run, jobs, workers), 1):
-            progress.advance(task)
-            if not console.is_terminal and done % 20 == 0:
-                console.print(f"{done} of {len(jobs)}")
-            yield result
-
-
 def _options(arguments: list[str] | None) -> Namespace:
     parser = ArgumentParser(prog="python -m rcx_tools.evidence.metamorphic", description=__doc__)
     parser.add_argument("--only", default="", help="programs whose name has this text")
@@ -115,8 +102,7 @@ def _main(jobs: list[_Job], workers: int, console: Console, *, whole: bool) -> i
     scans, found = 0, 0
     broken: list[str] = []
     against: set[str] = set()
-    for result in _results(jobs, workers, console):
-        job = result.job
+    for job, result in Farm(workers, console=console).run(_run, jobs, title="metamorphic"):
         if job.seeded >= 0:
             found += bool(result.differences)
             if not result.differences:

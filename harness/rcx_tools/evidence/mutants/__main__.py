@@ -30,12 +30,12 @@ from typing import Any
 from rich.console import Console
 
 from rcx_harness.errors import InputError
+from rcx_harness.verify.kept import Results
+from rcx_harness.verify.mutants.judging import Judging
+from rcx_harness.verify.mutants.report import print_report, write_rows
 from rcx_tools.evidence.mutants.harness import KINDS, HarnessRun
-from rcx_tools.evidence.mutants.judging import Judging
 from rcx_tools.evidence.mutants.library import LibraryRun
 from rcx_tools.evidence.mutants.pool import PATIENCE_S
-from rcx_tools.evidence.mutants.report import print_report, write_rows
-from rcx_tools.evidence.store import Results
 
 __all__ = ["main"]
 
@@ -55,8 +55,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     judging = Judging(
         console,
         Results(out / "mutants.jsonl", fresh=options.fresh),
-        options.jobs,
-        options.patience,
         started + 60 * options.minutes if options.minutes is not None else None,
     )
     try:

@@ -11,8 +11,7 @@ import resource
 import shutil
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
@@ -21,6 +20,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.errors import InputError
+from rcx_harness.testing.tracing import PerTest
 from rcx_tools.evidence.mutants.suite import pytest_options, settle_hypothesis
 
 __all__ = ["Copies", "Traced"]
@@ -33,61 +33,42 @@ _FEW = 3
 _MEMORY = 6 << 30
 
 
-class Traced:
+class Traced(PerTest):
     """Notes per test whether it passes, its processor time [s], and which functions it has run.
 
     Functions are `(file, line)`: of the files in `folder`, with the line where their code begins.
-    What a fixture runs that several tests share counts for each of them.
     """
 
     def __init__(self, folder: Path) -> None:
+        super().__init__()
         self._folder = str(folder)
-        self._seen: set[Any] = set()
-        self._shared: dict[int, set[Any]] = {}
-        self.passed: dict[str, bool] = {}
-        self.seconds: dict[str, float] = {}
-        self.ran: dict[str, set[tuple[str, int]]] = {}
+        self._codes: set[Any] = set()
+
+    def take(self) -> set[Any]:
+        """The code that has run since the last time."""
+        codes, self._codes = self._codes, set()
+        return codes
+
+    def begin(self) -> None:
+        """Trace calls."""
+        sys.settrace(self._call)
+
+    def end(self) -> None:
+        """Trace nothing."""
+        sys.settrace(None)
 
     def _call(self, frame: FrameType, event: str, arg: object) -> None:
-        self._seen.add(frame.f_code)
+        self._codes.add(frame.f_code)
 
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
-        """Run a test."""
-        self._seen = set()
-        start = time.process_time()
-        sys.settrace(self._call)
-        try:
-            done = yield
-        finally:
-            sys.settrace(None)
-        self.seconds[item.nodeid] = time.process_time() - start
-        info = getattr(item, "_fixtureinfo", None)
-        for definitions in info.name2fixturedefs.values() if info else ():
-            for one in definitions:
-                self._seen |= self._shared.get(id(one), set())
-        self.ran[item.nodeid] = {
-            (code.co_filename, code.co_firstlineno)
-            for code in self._seen
-            if code.co_filename.startswith(self._folder)
-        }
-        return done
+    @property
+    def ran(self) -> dict[str, set[tuple[str, int]]]:
+        """The functions that each test has run."""
+        return {node: {*self._functions(seen)} for node, seen in self.seen.items()}
 
-    @pytest.hookimpl(wrapper=True)
-    def pytest_fixture_setup(self, fixturedef: Any) -> Any:
-        """Make a fixture; where tests share it, the others run it, too."""
-        outside, self._seen = self._seen, set()
-        try:
-            return (yield)
-        finally:
-            if fixturedef.scope != "function":
-                self._shared[id(fixturedef)] = self._seen
-            self._seen = self._seen | outside
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note what came of a part of it."""
-        so_far = self.passed.get(report.nodeid, True)
-        self.passed[report.nodeid] = so_far and not report.failed
+    def _functions(self, codes: Iterable[Any]) -> Iterator[tuple[str, int]]:
+        for code in codes:
+            if code.co_filename.startswith(self._folder):
+                yield code.co_filename, code.co_firstlineno
 
 
 class _First:

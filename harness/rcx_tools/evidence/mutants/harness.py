@@ -16,11 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.errors import InputError
+from rcx_harness.verify.kept import digest
+from rcx_harness.verify.mutants.judging import Judging, Task
 from rcx_harness.verify.mutants.mutant import Mutant
+from rcx_harness.verify.mutants.report import Judged, Reasons, figures
+from rcx_harness.verify.progress import progress_bar
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.copies import Copies, Traced
-from rcx_tools.evidence.mutants.judging import Judging, progress_bar
-from rcx_tools.evidence.mutants.pool import Task, run_tasks
+from rcx_tools.evidence.mutants.pool import run_tasks
 from rcx_tools.evidence.mutants.python import (
     concerned,
     file_key,
@@ -28,7 +31,6 @@ from rcx_tools.evidence.mutants.python import (
     python_changes,
     python_meaning,
 )
-from rcx_tools.evidence.mutants.report import Judged, Reasons, figures
 from rcx_tools.evidence.mutants.sample import sampled
 from rcx_tools.evidence.mutants.seeded import Bug, bugs
 from rcx_tools.evidence.mutants.select import (
@@ -45,7 +47,6 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
-from rcx_tools.evidence.store import digest
 
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 
@@ -213,7 +214,7 @@ class HarnessRun:
         tasks = [Task(nothing, shard, _PATIENCE_S, str(k)) for k, shard in enumerate(shards)]
         with progress_bar(self._judging.console) as progress:
             bar = progress.add_task("the harness as it is", total=len(files), told="")
-            for outcome in run_tasks(tasks, run, self._judging.jobs):
+            for outcome in run_tasks(tasks, run, self._options.jobs):
                 left = folder / f"{outcome.task.key}.json"
                 tests = outcome.task.tests
                 progress.update(bar, advance=len(tests), told=tests[-1], refresh=True)
@@ -314,7 +315,13 @@ class HarnessRun:
             changed = {mutant.file: mutant.text}
             return copies.first_failure(changed, nodes, regenerate=_is_table(mutant.file))
 
-        judged = self._judging.of(title, tasks, judges, run, copies.discard)
+        jobs, patience_s = self._options.jobs, self._options.patience
+        judged = self._judging.of(
+            title,
+            tasks,
+            judges,
+            lambda todo: run_tasks(todo, run, jobs, copies.discard, patience_s),
+        )
         return self._told(judged, len(tasks))
 
     def _told(self, judged: Sequence[Judged], of: int) -> dict[str, Any]:

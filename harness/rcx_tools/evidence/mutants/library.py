@@ -9,20 +9,27 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.needed import needed
+from rcx_harness.verify.kept import digest
 from rcx_harness.verify.mutants.engine import Workshop
+from rcx_harness.verify.mutants.judging import Judging, Task
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants
+from rcx_harness.verify.mutants.report import Reasons, figures
+from rcx_harness.verify.progress import progress_bar
 from rcx_tools.evidence.mutants.baseline import Baseline
-from rcx_tools.evidence.mutants.judging import Judging, progress_bar
-from rcx_tools.evidence.mutants.pool import Task
-from rcx_tools.evidence.mutants.report import Reasons, figures
-from rcx_tools.evidence.mutants.select import Judges, TestStates, folder_of, named_tests
+from rcx_tools.evidence.mutants.pool import run_tasks
+from rcx_tools.evidence.mutants.select import (
+    Judges,
+    TestStates,
+    folder_of,
+    named_tests,
+    naming_tests,
+)
 from rcx_tools.evidence.mutants.suite import (
     Suite,
     forget_benches,
     private_folder,
     remove_folders,
 )
-from rcx_tools.evidence.store import digest
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
 
@@ -64,7 +71,8 @@ class LibraryRun:
         baseline = self._baseline()
         for node in baseline.failed:
             self._console.print(f"fails with the original, judges nothing: {node}", markup=False)
-        named = {one: named_tests(one) for one in self._library}
+        naming = naming_tests(self._root)
+        named = {one: (*named_tests(one), *naming.get(one.stem, ())) for one in self._library}
         judges = Judges(self._states, baseline.ran, baseline.seconds, self._options.named)
         mutants = Mutants(self._root, self._library)
         tasks = self._tasks(mutants, judges, named)
@@ -77,7 +85,10 @@ class LibraryRun:
             return self._suite.run(judges.ordered(mutant.pou, task.tests, named[file]))
 
         config = next(iter(self._suite.items.values())).config
-        judged = self._judging.of("library", tasks, judges, run)
+        jobs, patience_s = self._options.jobs, self._options.patience
+        judged = self._judging.of(
+            "library", tasks, judges, lambda todo: run_tasks(todo, run, jobs, patience_s=patience_s)
+        )
         remove_folders(config)
         reasons = Reasons(self._root / "tests/tools/evidence/survivors.toml")
         whole = {file.stem for file in self._wanted() if not self._is_sampled(file)}

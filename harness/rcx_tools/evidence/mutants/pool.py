@@ -5,41 +5,16 @@ from __future__ import annotations
 import gc
 import json
 import os
-import resource
-import signal
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 
 from rcx_harness.errors import InputError
-from rcx_harness.verify.mutants.mutant import Mutant
+from rcx_harness.output.system import copied, copy_ended
+from rcx_harness.verify.mutants.judging import ENDLESS, Outcome, Task
 
-__all__ = ["PATIENCE_S", "Outcome", "Task", "run_tasks"]
+__all__ = ["PATIENCE_S", "run_tasks"]
 
 #: What a child may take: so often the processor time of its tests, and so much besides [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
-#: Real time after which a child counts as hanging: so much [s], and so often its processor time,
-#: since the machine may have other work.
-_HANGS, _BUSY = 600, 8
-
-
-@dataclass(frozen=True)
-class Task:
-    """A mutant and its tests; `seconds` is what they take with the original."""
-
-    mutant: Mutant
-    tests: tuple[str, ...]
-    seconds: float
-    key: str
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a mutant: killed, with what found it, or survived; processor time [s]."""
-
-    task: Task
-    killed: bool
-    by: str
-    seconds: float
 
 
 class _Pool:
@@ -59,44 +34,27 @@ class _Pool:
 
     def start(self, task: Task) -> None:
         reading, writing = os.pipe()
-        pid = os.fork()
-        if pid:
-            os.close(writing)
-            self._running[pid] = (task, reading)
-            return
-        try:
-            os.close(reading)
-            self._child(task, writing)
-        finally:
-            os._exit(1)
 
-    def _child(self, task: Task, writing: int) -> None:
-        nothing = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):
-            os.dup2(nothing, stream)
-        limit = int(task.seconds * _SLOWER + self._patience_s)
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.alarm(_HANGS + _BUSY * limit)
-        os.write(writing, json.dumps({"by": self._run(task)}).encode())
-        os._exit(0)
+        def work() -> None:
+            os.close(reading)
+            os.write(writing, json.dumps({"by": self._run(task)}).encode())
+
+        pid = copied(work, task.seconds * _SLOWER + self._patience_s)
+        os.close(writing)
+        self._running[pid] = (task, reading)
 
     def ended(self) -> Outcome:
         """Wait for the next child to end."""
-        pid, status, usage = os.wait4(-1, 0)
+        pid, how, seconds = copy_ended()
         task, reading = self._running.pop(pid)
         self._told(pid)
         answer = os.read(reading, 65536)
         os.close(reading)
-        seconds = usage.ru_utime + usage.ru_stime
         if answer:
             by = json.loads(answer)["by"]
             return Outcome(task, by is not None, by or "", seconds)
-        if os.WIFSIGNALED(status):
-            name = signal.Signals(os.WTERMSIG(status)).name
-            slow = name in ("SIGXCPU", "SIGALRM", "SIGKILL")
-            return Outcome(task, True, "a test does not end" if slow else name, seconds)
+        if isinstance(how, str):
+            return Outcome(task, True, ENDLESS if how == "time" else how, seconds)
         text = f"the tests of {task.mutant.file} could not be run with {task.mutant.after!r}"
         raise InputError(text, hint="look for room on the disk, and run it again")
 

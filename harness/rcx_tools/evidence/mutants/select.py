@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import re
 from collections import Counter
@@ -12,7 +13,16 @@ from pathlib import Path
 
 from rcx_tools.evidence.mutants.suite import spread
 
-__all__ = ["Judges", "TestStates", "alike", "cheapest", "folder_of", "named_tests", "nearest"]
+__all__ = [
+    "Judges",
+    "TestStates",
+    "alike",
+    "cheapest",
+    "folder_of",
+    "named_tests",
+    "naming_tests",
+    "nearest",
+]
 
 #: So many tests of each other file that runs the POU; fault runs are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
@@ -59,8 +69,8 @@ class TestStates:
 class Judges:
     """Selects tests by what they have run.
 
-    The tests that the head of the file names, and some of every other file, evenly spread; of
-    both those that run the POU.
+    The tests that the head of the file names or that name the POU themselves, and some of every
+    other file, evenly spread; of all those that run the POU.
 
     Args:
         states: Of the files of tests.
@@ -112,6 +122,10 @@ class Judges:
     def killed(self, pou: str, node: str) -> None:
         """Remember that a test has found a mutant of a POU."""
         self._kills.setdefault(pou.upper(), Counter())[node] += 1
+
+    def state_of(self, file: str) -> str:
+        """A hash of a file of tests and of what it uses."""
+        return self.states.of(file)
 
     def state(self, nodes: Iterable[str]) -> str:
         """A hash of tests: their identifiers, and the texts that they consist of."""
@@ -176,6 +190,16 @@ def named_tests(file: Path) -> tuple[str, ...]:
     """The test files in the head of a file of the library."""
     head = file.read_text(encoding="utf-8").partition("*)")[0]
     return tuple(re.findall(r"tests/[\w/]+\.py", head))
+
+
+def naming_tests(root: Path) -> dict[str, tuple[str, ...]]:
+    """The test files of a repository whose docstring names a POU of the library, by its name."""
+    found: dict[str, tuple[str, ...]] = {}
+    for file in sorted((root / "tests").rglob("test_*.py")):
+        told = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+        for name in sorted(set(re.findall(r"\bF[BC]_\w+", told))):
+            found[name] = (*found.get(name, ()), file.relative_to(root).as_posix())
+    return found
 
 
 def folder_of(file: str) -> str:

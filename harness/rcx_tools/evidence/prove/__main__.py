@@ -6,7 +6,6 @@ is run; of names the outcome is in out/prove/part.json.
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
@@ -16,14 +15,15 @@ from typing import Any
 from rich.console import Console
 
 from rcx_harness.errors import InputError
-from rcx_tools.evidence.mutants.judging import progress_bar
+from rcx_harness.output.system import processors
+from rcx_harness.verify.kept import Results
+from rcx_harness.verify.progress import progress_bar
 from rcx_tools.evidence.prove import report, seeded
 from rcx_tools.evidence.prove.agreement import jobs as agreeing
 from rcx_tools.evidence.prove.jobs import died, jobs, run
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
 from rcx_tools.evidence.results import ROOT, write_result
-from rcx_tools.evidence.store import Results
 
 __all__ = ["LIBRARY", "main"]
 
@@ -44,7 +44,7 @@ def _arguments(arguments: list[str] | None) -> Namespace:
         type=int,
         choices=range(65),
         metavar="N",
-        default=min(os.cpu_count() or 1, 64),
+        default=min(processors(), 64),
         help=workers,
     )
     parser.add_argument("--fresh", action="store_true", help="forget earlier outcomes")

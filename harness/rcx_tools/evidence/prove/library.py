@@ -17,10 +17,10 @@ from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.syntax import Source
 from rcx_harness.errors import InputError
+from rcx_harness.verify.kept import digest
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, Value
 from rcx_tools.evidence.prove.summaries import SUMMARIES
-from rcx_tools.evidence.store import digest
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
 

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
 from typing import Any, Protocol, TypeVar
 
-from rcx_harness.enip.errors import ProcessDiedError
-from rcx_tools.evidence.workers import results
+from rcx_harness.verify.farm import Farm, Lost
 
 __all__ = ["DIED", "HasKey", "outcomes"]
 
@@ -34,32 +30,14 @@ def outcomes(run: Run[Job], jobs: Sequence[Job], workers: int, died: Run[Job]) -
 
     Args:
         run: Runs a job.
-        jobs: What is to be run.
+        jobs: What is to be run; of one key once.
         workers: How many at a time; 0: in this process.
         died: The outcome of a job whose process has died.
     """
-    waiting = {job.key: job for job in jobs}
-    if not waiting:
-        return
-    if not workers:
-        yield from map(run, jobs)
-        return
-    try:
-        for outcome in results(run, list(waiting.values()), workers):
-            del waiting[outcome["key"]]
-            yield outcome
-    except ProcessDiedError:
-        yield from _one_by_one(run, waiting.values(), died)
 
+    def lost(one: Lost[Job]) -> dict[str, Any]:
+        return died(one.item)
 
-def _one_by_one(run: Run[Job], jobs: Any, died: Run[Job]) -> Iterator[Any]:
-    """The rest, so that it is known which job a process has died of."""
-    waiting = list(jobs)
-    while waiting:
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-            try:
-                while waiting:
-                    yield pool.submit(run, waiting[0]).result()
-                    del waiting[0]
-            except BrokenProcessPool:
-                yield died(waiting.pop(0))
+    different = {job.key: job for job in jobs}.values()
+    for _, outcome in Farm(workers).as_ready(run, different, lost=lost):
+        yield outcome

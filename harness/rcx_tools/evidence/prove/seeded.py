@@ -14,6 +14,7 @@ import z3
 
 from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
+from rcx_harness.verify.kept import digest
 from rcx_harness.verify.prove.solve import PROVED
 from rcx_tools.evidence.prove.claims import CLAIMS
 from rcx_tools.evidence.prove.environment import Hints
@@ -31,7 +32,6 @@ from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.property import Goal
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
-from rcx_tools.evidence.store import digest
 
 __all__ = [
     "BUGS",

@@ -7,25 +7,28 @@ from panel import press
 
 from rcx_harness import Cell
 
-PICK, PLACE = [120_000, -45_000, 30_000, 0], [-80_000, 60_000, 30_000, 0]
-
 
 def gripper(cell: Cell) -> bool:
     """DO2(0), bit 0 of output port 2 of the robot."""
     return bool(cell.robot.read_port("DO(20)"))
 
 
+def point(cell: Cell, number: int) -> list[int]:
+    """Where a point of robot.toml is, in pulses of the robot's axes."""
+    return list(cell.robot.points[number].data[: len(cell.robot.positions)])
+
+
 def test_one_part_is_picked_at_point_1_and_placed_at_point_2(moving: Cell) -> None:
     moving["Main.LastPart"] = True
     moving.run_until(lambda: moving["Main.Stage"] == "CELL_GRIP", within="5s")
-    assert moving.robot.positions == PICK
+    assert moving.robot.positions == point(moving, 1)
     assert not gripper(moving)
 
     moving.run_until(lambda: moving["Main.Stage"] == "CELL_TO_PLACE", within="1s")
     assert gripper(moving)
 
     moving.run_until(lambda: moving["Main.Stage"] == "CELL_RELEASE", within="5s")
-    assert moving.robot.positions == PLACE
+    assert moving.robot.positions == point(moving, 2)
     assert gripper(moving)
 
     moving.run_until(lambda: moving["Main.Stage"] == "CELL_IDLE", within="1s")

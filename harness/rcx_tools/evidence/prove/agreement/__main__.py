@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import ArgumentParser
 from pathlib import Path as File
 
 from rich.console import Console
 
+from rcx_harness.output.system import processors
+from rcx_harness.verify.farm import Farm
 from rcx_tools.evidence.prove.agreement.bench import missing
 from rcx_tools.evidence.prove.agreement.comparing import ENGINES, MATIEC_SCANS, SCANS
 from rcx_tools.evidence.prove.agreement.jobs import compared, prepare
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.results import ROOT
-from rcx_tools.evidence.workers import results
 
 __all__ = ["main"]
 
@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--scans", type=int)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--engine", choices=tuple(ENGINES), default="builtin")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--jobs", type=int, default=processors())
     options = parser.parse_args(arguments)
     console = Console(highlight=False)
     if not File(options.lib).is_dir():
@@ -49,7 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
         prepare(options.lib)
     scans = options.scans or (MATIEC_SCANS if matiec else SCANS)
     work = [(options.lib, name, {options.engine: scans}, options.seed) for name in wanted]
-    found = [one for part in results(compared, work, options.jobs) for one in part.values()]
+    parts = Farm(options.jobs, console=console).run(compared, work, title="POUs")
+    found = [one for _, part in parts for one in part.values()]
     for one in found:
         if one.disagreement:
             console.print(one.disagreement, markup=False)

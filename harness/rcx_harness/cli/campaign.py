@@ -1,0 +1,176 @@
+"""`rcx campaign`: storms on a user's cell, and the shortest runs that fail."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.cell_options import CellOptions
+from rcx_harness.cli.options import counted, with_options
+from rcx_harness.errors import InputError
+from rcx_harness.verify.farm import Cluster, Farm
+from rcx_harness.verify.farm.fingerprint import fingerprint
+from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
+from rcx_harness.verify.storm.cells import Cells, CellsOf
+from rcx_harness.verify.storm.course import Course
+from rcx_harness.verify.storm.kept import keep
+from rcx_harness.verify.storm.replay import Replay, replay
+from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
+
+__all__ = ["VerifyOptions", "campaign", "write_replay"]
+
+
+@dataclass(frozen=True)
+class VerifyOptions(CellOptions):
+    """What campaign and sweep can be asked for besides the cell."""
+
+    properties: Annotated[
+        list[Path] | None,
+        typer.Option(help="What the operator does and what you demand: .toml, .py; repeatable."),
+    ] = None
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Processes. Default: one for each processor; 0: in this one.", min=0),
+    ] = None
+    cluster: Annotated[
+        str | None, typer.Option(help="Scheduler of dask.distributed, tcp://host:8786, instead.")
+    ] = None
+
+    def farm(self) -> Farm:
+        """Where the work is done.
+
+        Raises:
+            InputError: a cluster that cannot be used.
+        """
+        where = None if self.cluster is None else Cluster(self.cluster)
+        return Farm(self.workers, where, console=Console(stderr=True))
+
+    def cells(self, stimulus: Path | None) -> CellsOf:
+        """What the cells are made of.
+
+        Raises:
+            InputError: something that cannot be read, or that goes with no campaign.
+        """
+        if self.link != "direct":
+            raise InputError(f"--link {self.link} is for rcx run", hint="leave it out")
+        return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
+
+    def about(self, cells: CellsOf, further: str = "") -> dict[str, str]:
+        """What results rest on."""
+        options = " ".join([*self.words()[len(self.files) :], further]).strip()
+        ours = hashlib.sha256(repr(fingerprint()).encode()).hexdigest()[:16]
+        return {"files": cells.parcel.digest(), "options": options or "none", "rcx": ours}
+
+
+@dataclass(frozen=True)
+class CampaignOptions(VerifyOptions):
+    """What `rcx campaign` can be asked for."""
+
+    seeds: Annotated[int, typer.Option(help="How many storms.", min=1)] = 100
+    seed_from: Annotated[int, typer.Option(help="The first seed.", min=0)] = 0
+    stimulus: Annotated[
+        Path | None, typer.Option(help="A good run (TOML) in which things go wrong.")
+    ] = None
+    out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path(
+        "out/campaign"
+    )
+
+
+@with_options(CampaignOptions)
+def campaign(options: CampaignOptions) -> None:
+    """Let everything go wrong in a cell, at random: which rules and properties break?
+
+    The network, the robots, the PLC and its operator, as each seed draws them. Failing seeds are
+    classed; of each class the shortest run is written as a stimulus of rcx run, with its chart.
+    Ctrl-C keeps what is done; the same call goes on.
+
+    Exit code: 0 if nothing has failed, 1 if something has, 2 on bad input.
+    """
+    check_folder(options.out)
+    of = options.cells(options.stimulus)
+    cells = of.make()
+    cell = cells.cell(options.seed_from)
+    Course(cell, cells.demands)  # what is demanded is there
+    cell.close()
+    if cells.notice:
+        print(cells.notice)
+    _say_what_is_missing(cells)
+    farm = options.farm()
+    kept, notice = keep(options.out / "results.jsonl", options.about(of))
+    if notice:
+        print(notice)
+        forget(options.out)
+    work, failing = Storms(of), dict[str, list[int]]()
+    total = Seed({}, 0, 0, 0)
+    seeds = range(options.seed_from, options.seed_from + options.seeds)
+    try:
+        for seed, result in storms(farm, work, seeds, kept):
+            total = Seed({}, *(map(sum, zip(total[1:], result[1:], strict=True))))
+            for kind in result.failures:
+                failing.setdefault(kind, []).append(seed)
+        found = classes(farm, work, failing, kept)
+    except KeyboardInterrupt:
+        print(f"what is done is in {options.out}; the same call goes on")
+        raise
+    print(
+        f"seeds {seeds[0]} to {seeds[-1]}: {total.acts} events, {total.virtual_us / 1e6:.0f} s of "
+        f"virtual time, {counted(total.scans, 'scan')}"
+    )
+    _tell(options, cells, found)
+    if failing:
+        raise typer.Exit(1)
+
+
+def _say_what_is_missing(cells: Cells) -> None:
+    demands = cells.demands
+    missing = []
+    if demands.recovery is None:
+        missing.append("[recover]: whether the cell works again is not asked")
+    if not (demands.buttons or demands.switches or demands.values):
+        missing.append("[operator]: nobody presses anything")
+    if not demands.properties:
+        missing.append("[[always]]: the rules of the wire and of the blocks alone are judged")
+    for one in missing:
+        print(f"no {one}")
+
+
+def _tell(options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Explained]]) -> None:
+    if not found:
+        print("nothing failed")
+        return
+    names: list[str] = []
+    print(f"{len(found)} class{'es' if len(found) > 1 else ''} of failures")
+    for kind, one in found:
+        number = counted(len(one.seeds), "seed")
+        print(f"\n{kind}: {number}, the first is {one.seeds[0]}")
+        if one.replay is None:
+            print("  it did not fail again")
+            continue
+        print(f"  {one.replay.told}")
+        print(f"  needs: {', '.join(one.causes) or 'nothing but the start'}")
+        names.append(file_name(kind, names))
+        write_replay(options, cells, one.replay, options.out, names[-1])
+
+
+def write_replay(
+    options: VerifyOptions, cells: Cells, one: Replay, folder: Path, name: str
+) -> None:
+    """Write the shortest run of a class, run it as `rcx run` would, and say how to."""
+    file = folder / f"{name}.toml"
+    write(folder, {file.name: one.text})
+    came = replay(cells, one, Stimulus.load(file))
+    write(folder, {f"{name}.svg": came.chart})
+    words = options.words()
+    if "expect" not in came.found and any(callable(p.that) for p in cells.demands.properties):
+        words += [f"--properties {file}" for file in options.properties or ()]
+    again = {one.kind, "expect"}.intersection(came.found)
+    print(f"  {command(one, words, file)}")
+    shown = f"{file} ({counted(one.lines, 'line')}), {file.with_suffix('.svg')}"
+    print(f"  {shown}" if again else f"  {shown}; replayed it did NOT fail")

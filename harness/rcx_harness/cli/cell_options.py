@@ -1,0 +1,97 @@
+"""The options that say what a cell is made of, for every command that builds one."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.clock import Duration
+from rcx_harness.cli.options import Lib, Replace, Sources, replacements
+
+__all__ = ["CellOptions"]
+
+
+@dataclass(frozen=True)
+class CellOptions:
+    """What cells are made of: every option, its type, its default and its help.
+
+    Those that bear the name of an argument of `Cell.build` go there.
+    """
+
+    files: Sources
+    lib: Lib = None
+    replace: Replace = None
+    scan: Annotated[
+        str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
+    ] = None
+    engine: Annotated[str, typer.Option(help="auto, matiec, builtin or strucpp.")] = "auto"
+    link: Annotated[str, typer.Option(help="direct, or enip: real EtherNet/IP.")] = "direct"
+    size: Annotated[
+        int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
+    ] = None
+    m: Annotated[
+        list[int] | None,
+        typer.Option("--m", help="Where in the inputs the area begins; once for each robot."),
+    ] = None
+    n: Annotated[
+        list[int] | None,
+        typer.Option("--n", help="Where in the outputs the area begins; once for each robot."),
+    ] = None
+    robot: Annotated[
+        list[Path] | None,
+        typer.Option(help="Properties of the robot (TOML); of several robots once for each."),
+    ] = None
+    rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms"
+    jitter: Annotated[str, typer.Option(help="Greatest delay of a packet.")] = "0ms"
+    timeout: Annotated[
+        str | None,
+        typer.Option(
+            help="Loss of the link. Default: 4 RPI, at least 100ms; "
+            "with --realtime 32 RPI, at least 320ms."
+        ),
+    ] = None
+    phases: Annotated[
+        str, typer.Option(help="zero, random, or e.g. scan=3ms,to_robot=1ms,to_plc=2ms,cycle=1ms.")
+    ] = "zero"
+    on_loss: Annotated[
+        str, typer.Option(help="The PLC's inputs without a link: hold or clear.")
+    ] = "hold"
+
+    def of_cell(self) -> dict[str, Any]:
+        """The arguments of `Cell.build`; where nothing is given, its own defaults.
+
+        Raises:
+            InputError: what cannot be.
+        """
+        arguments = inspect.signature(Cell.build).parameters
+        given = {one.name: getattr(self, one.name) for one in fields(CellOptions)}
+        given |= {"replace": replacements(self.replace), "phases": self._phases()}
+        return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
+
+    def words(self) -> list[str]:
+        """These options as they are typed, quoted for a shell, without what is the default."""
+        return [shlex.quote(word) for word in self._words()]
+
+    def _words(self) -> Iterator[str]:
+        yield from (os.fspath(file) for file in self.files)
+        for one in fields(CellOptions):
+            value = getattr(self, one.name)
+            if one.name == "files" or value == one.default:
+                continue
+            for each in value if isinstance(value, list) else [value]:
+                yield from (f"--{one.name.replace('_', '-')}", str(each))
+
+    def _phases(self) -> str | dict[str, Duration]:
+        """`scan=3ms,cycle=1ms` as a table; a single word stays one."""
+        if "=" not in self.phases:
+            return self.phases
+        pairs = [part.partition("=") for part in self.phases.split(",")]
+        return {name.strip(): value.strip() for name, _, value in pairs}

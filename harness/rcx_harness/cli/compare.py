@@ -1,0 +1,145 @@
+"""`rcx compare`: a recorded controller beside the virtual one."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cell.build import check_outputs
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.options import check_ipv4, check_port, duration_us
+from rcx_harness.cli.progress import progress_bar
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import InputError
+from rcx_harness.look.compare.fit import fit as fit_to
+from rcx_harness.look.compare.recording import load
+from rcx_harness.look.compare.replay import Happening, Replay
+from rcx_harness.look.compare.robot_file import robot_file
+from rcx_harness.look.compare.text import as_json, chart, fit_lines, lines
+from rcx_harness.output.files import replace_files
+from rcx_harness.robot import EVENTS, RobotConfig
+from rcx_harness.spec.wire import AREA_SIZES, check_size
+from rcx_harness.trace.chart import Timeline, text_chart
+from rcx_harness.trace.chart_svg import svg_chart
+
+__all__ = ["compare"]
+
+
+def compare(
+    file: Annotated[Path, typer.Argument(help="A capture (pcapng, pcap) or a trace (jsonl).")],
+    robot: Annotated[
+        Path | None, typer.Option(help="Robot file of the virtual controller. Default: none.")
+    ] = None,
+    fit: Annotated[
+        Path | None,
+        typer.Option(help="Look for the robot file with which both agree, and write it here."),
+    ] = None,
+    events: Annotated[
+        Path | None,
+        typer.Option(help="What a person did at the cell: a stimulus with robot = ... only."),
+    ] = None,
+    controller: Annotated[
+        str | None, typer.Option(help="Address of the controller, if a capture has several.")
+    ] = None,
+    size: Annotated[
+        int | None, typer.Option(help="Bytes of its areas, 48 or 256. Default: either.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="TCP port of explicit messages.")] = PORT,
+    tolerance: Annotated[
+        str | None,
+        typer.Option(
+            help="By so much an answer may be seen earlier or later. Default: as recorded."
+        ),
+    ] = None,
+    around: Annotated[
+        str, typer.Option(help="The chart shows so much before and after the first difference.")
+    ] = "200ms",
+    quiet: Annotated[bool, typer.Option("--quiet", help="No chart.")] = False,
+    svg: Annotated[Path | None, typer.Option("--chart", help="Write that chart (SVG).")] = None,
+    as_object: Annotated[
+        bool, typer.Option("--json", help="Print one object of JSON and nothing else.")
+    ] = False,
+) -> None:
+    """Feed the virtual controller with what a PLC sent, and show where the recording differs.
+
+    With --fit the robot file is looked for with which both agree: delays are measured, every other
+    key is tried where it has an influence; it says what the recording cannot decide, and what no
+    key expresses. It only reads, and writes over nothing.
+
+    Exit code: 0 if both agree (with --fit: if nothing is left), 1 if not, 2 on bad input.
+    """
+    check_outputs({"chart": svg}, None, file, robot, events)
+    check_port("--port", port)
+    if size is not None:
+        check_size(size)
+    if controller is not None:
+        check_ipv4("--controller", controller)
+    if fit is not None and fit.exists():
+        raise InputError("is there already", file=fit, hint="name another file")
+    around_us = duration_us("--around", around)
+    config = RobotConfig() if robot is None else RobotConfig.load(robot)
+    happenings = [] if events is None else _happenings(events)
+    with progress_bar("reading", not sys.stdout.isatty() or as_object) as progress:
+        hosts = [] if controller is None else [ipaddress.IPv4Address(controller).packed]
+        sizes = AREA_SIZES if size is None else (size,)
+        recording = load(file, hosts, sizes, port, progress)
+    if tolerance is not None:
+        recording = replace(recording, tolerance_us=duration_us("--tolerance", tolerance))
+    if config.size != recording.size:
+        if robot is not None and config.size != RobotConfig.size:
+            text = f"the recording has areas of {recording.size} bytes, not {config.size}"
+            raise InputError(text, file=robot)
+        config = replace(config, size=recording.size)
+    replay = Replay(recording, happenings)
+    found = None
+    if fit is not None:
+        with progress_bar("fitting", True) as progress:
+            found = fit_to(replay, config, progress)
+        config = found.config
+    result = replay.run(config)
+    drawn = None
+    if result.first_us is not None:
+        drawn = chart(replay, result, around_us, result.first_us)
+    if found is not None and fit is not None:
+        replace_files({fit: robot_file(found, robot, file.name).encode()})
+    if svg is not None:
+        title = f"{file.name}: recorded, and virtual (2)"
+        replace_files({svg: svg_chart(drawn or Timeline(), title).encode()})
+    if as_object:
+        print(json.dumps(as_json(replay, result, found), indent=2))
+    else:
+        if drawn is not None and not quiet:
+            width = min(shutil.get_terminal_size((100, 24)).columns, 120)
+            unicode = "utf" in (sys.stdout.encoding or "").lower()
+            print(text_chart(drawn, width, ascii_only=not unicode))
+            print("controller 1 is the recorded one, 2 the virtual one\n")
+        for line in [*lines(replay, result), *(["", *fit_lines(found, replay)] if found else [])]:
+            print(line)
+        if fit is not None:
+            print(f"written: {fit}")
+    if result.differences if found is None else found.left:
+        raise typer.Exit(1)
+
+
+def _happenings(path: Path) -> list[Happening]:
+    """What a stimulus says of the robot; whatever else it says has no place here."""
+    found = []
+    for entry in Stimulus.load(path).entries:
+        if entry.values or entry.hold or entry.release or entry.area is not None:
+            hint = "only time and robot = ... count: the PLC is in the recording"
+            raise InputError("sets what is no event", file=path, line=entry.line, hint=hint)
+        for event, args in entry.events:
+            if event not in EVENTS:
+                hint = "a cable that is pulled is in the recording"
+                raise InputError(
+                    f"{event!r} is no event of a robot", file=path, line=entry.line, hint=hint
+                )
+            found.append(Happening(entry.t_us, event, args))
+    return found

@@ -1,0 +1,236 @@
+"""`rcx debug`: a debug adapter for editors, on standard input and output or on a port."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections.abc import Mapping
+from contextlib import redirect_stdout, suppress
+from dataclasses import fields
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+import typer
+from typer.core import TyperOption
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.build import blame_lib
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.options import duration_us, with_options
+from rcx_harness.cli.run import RunOptions
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.verify.debug.machine import CellMachine
+from rcx_harness.verify.debug.protocol import Client
+from rcx_harness.verify.debug.recording import is_recording, opened
+from rcx_harness.verify.debug.session import Launched, Session
+
+__all__ = ["debug", "launched"]
+
+_HOST = "127.0.0.1"
+_EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
+
+#: What a run has and a debugger has not: real time and networks, what a run writes.
+_OF_RUN_ONLY = (
+    *("link", "realtime", "connect", "yes", "input_instance", "output_instance", "config_instance"),
+    *("config_data", "address", "trace", "chart", "vcd", "watch", "positions", "scale", "show"),
+    *("coverage", "coverage_out", "coverage_library", "cover_fail_under"),
+)
+#: What clients say about themselves.
+_OF_CLIENTS = (
+    *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
+    *("presentation", "preLaunchTask", "postDebugTask", "internalConsoleOptions", "console"),
+    *("serverReadyAction", "suppressMultipleSessionWarning", "restart"),
+)
+
+
+def debug(
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(help="A recording, or sources, for a client that names none itself."),
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(
+            help="Wait for clients on this port of this computer; 0: any.", min=0, max=65535
+        ),
+    ] = None,
+    vscode: Annotated[
+        Path | None,
+        typer.Option(help="Write the extension for VS Code into this folder, and end."),
+    ] = None,
+) -> None:
+    """Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.
+
+    An editor starts it and talks to it on standard input and output, or on --port. What it
+    launches takes the options of rcx run: see docs/debug.md.
+
+    Exit code: 0, or 2 on bad input.
+    """
+    if vscode is not None:
+        _write_extension(vscode)
+        return
+    given = list(files or ())
+    if port is not None:
+        _serve(port, given)
+        return
+    # Not sys.stdin, which could not be closed at the end while somebody reads from it.
+    reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
+    with redirect_stdout(sys.stderr):  # nothing else goes to the client
+        code = _session(reading, writing, given)
+    if code:
+        raise typer.Exit(code)
+
+
+def _session(reading: BinaryIO, writing: BinaryIO, given: list[Path]) -> int:
+    return Session(Client(reading, writing), lambda one: launched(one, given)).run()
+
+
+def _serve(port: int, given: list[Path]) -> None:
+    """One client after the other, until Ctrl-C."""
+    with socket.socket() as listening:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind((_HOST, port))
+        except OSError as error:
+            hint = "choose another, or end what uses it"
+            raise InputError(f"--port {port}: {error.strerror}", hint=hint) from None
+        listening.listen(1)
+        where = f"{_HOST}:{listening.getsockname()[1]}"
+        print(f"waiting for a debug client on {where}; Ctrl-C ends", file=sys.stderr, flush=True)
+        while True:
+            connection, _ = listening.accept()
+            with connection:
+                both = connection.makefile("rb"), connection.makefile("wb")
+                try:
+                    _session(*both, given)
+                except InputError as error:
+                    print(f"rcx: {error}", file=sys.stderr)
+                finally:
+                    with suppress(OSError):  # so that nobody reads any longer
+                        connection.shutdown(socket.SHUT_RDWR)
+
+
+def _write_extension(folder: Path) -> None:
+    contents = {folder / file.name: file.read_bytes() for file in sorted(_EXTENSION.iterdir())}
+    for path, data in contents.items():
+        if path.exists() and path.read_bytes() != data:
+            hint = "name another folder, or remove it"
+            raise InputError(
+                "is there already, and is another; nothing was written", file=path, hint=hint
+            )
+    replace_files(contents)
+    print("written: " + ", ".join(os.fspath(path) for path in contents))
+
+
+# --- what a client launches ---------------------------------------------------------------------
+
+
+def launched(arguments: Mapping[str, Any], given: list[Path]) -> Launched:
+    """Build what a client wants to debug.
+
+    Args:
+        arguments: Of its request: the options of `rcx run` by their names, `sources`,
+            `recording`, `cwd`.
+        given: Files of the command line, for a client that names none.
+
+    Raises:
+        InputError: anything wrong with them.
+    """
+    folder = arguments.get("cwd")
+    if folder is not None:
+        try:
+            os.chdir(folder)
+        except (OSError, TypeError):
+            raise InputError(f"cwd {folder!r} is no folder") from None
+    recording = arguments.get("recording")
+    if recording is None and "sources" not in arguments and "program" not in arguments:
+        recording = given[0] if len(given) == 1 and is_recording(given[0]) else None
+    if recording is not None:
+        mixed = [key for key in arguments if key not in _OF_CLIENTS]
+        if mixed:
+            hint = "leave it out: a recording has its own options"
+            raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
+        machine, notice, last = opened(Path(str(recording)))
+        return Launched(machine, notice, last)
+    return _of_cell(_options(arguments, given))
+
+
+def _of_cell(options: RunOptions) -> Launched:
+    if options.engine not in ("auto", "builtin"):
+        hint = "leave the engine out"
+        raise InputError(f"the {options.engine} engine cannot be debugged", hint=hint)
+    end_us = duration_us("for", options.duration)
+    stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
+    built = {**options.of_cell(), "engine": "builtin", "keep": 1}
+    try:
+        cell = Cell.build(list(options.files), **built)
+    except InputError as error:
+        raise blame_lib(error, options.lib) from None
+    try:
+        if stimulus is not None:
+            stimulus.schedule(cell)
+    except BaseException:
+        cell.close()
+        raise
+    late = stimulus.late(end_us) if stimulus is not None else ""
+    notice = "\n".join(filter(None, (cell.notice, late)))
+    return Launched(CellMachine(cell, end_us, options.duration), notice)
+
+
+def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
+    """The options of `rcx run` that a client gives, by their own rules."""
+    made: list[RunOptions] = []
+
+    @with_options(RunOptions)
+    def launch(options: RunOptions) -> None:
+        made.append(options)
+
+    app = typer.Typer(add_completion=False)
+    app.command()(launch)
+    command = typer.main.get_command(app)
+    sources = arguments.get("sources", arguments.get("program"))
+    line = [str(one) for one in _several(sources if sources is not None else given)]
+    if not line:
+        raise InputError("no program is named", hint='write "sources": ["plc/Main.st"]')
+    options = {one.name: one for one in command.params if isinstance(one, TyperOption)}
+    for key, value in arguments.items():
+        if key in (*_OF_CLIENTS, "sources", "program") or key.startswith("__"):
+            continue
+        option = options.get(_name(key))
+        if option is None or option.name in _OF_RUN_ONLY:
+            raise _unknown(key, options)
+        for one in _several(value):
+            if one is not None and not isinstance(one, bool):
+                line.append(f"{option.opts[0]}={one}")
+            elif one:
+                line.append(option.opts[0])
+    try:
+        command.main(line, prog_name="launch", standalone_mode=False)
+    except Exception as error:
+        told = getattr(error, "format_message", None)  # typer has click inside, or beside it
+        if told is None:
+            raise
+        raise InputError(told().rstrip(".")) from None
+    return made[0]
+
+
+def _several(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, (list, tuple)) else [value]
+
+
+def _name(key: str) -> str:
+    """`onLoss`, `on-loss` and `on_loss` are one option; `for` has another name in Python."""
+    plain = "".join(f"_{c.lower()}" if c.isupper() else c for c in key).replace("-", "_")
+    return "duration" if plain == "for" else plain
+
+
+def _unknown(key: str, options: Mapping[str, Any]) -> InputError:
+    if _name(key) in {one.name for one in fields(RunOptions)}:
+        return InputError(f"{key} goes with rcx run, not with rcx debug", hint="leave it out")
+    known = [name for name in options if name not in _OF_RUN_ONLY]
+    near = did_you_mean(get_close_matches(_name(key), known, n=1))
+    return InputError(f"launch has no option {key!r}", hint=near or f"use {', '.join(known)}")

@@ -1,0 +1,64 @@
+"""Options of the commands whose work is shared out: `--workers`, `--cluster` and what it needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from rcx_harness.errors import InputError
+from rcx_harness.verify.farm import Cluster, Farm
+
+__all__ = ["FarmOptions"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FarmOptions:
+    """Who does the work; for a command that takes `with_options` of a dataclass built on this."""
+
+    workers: Annotated[
+        int | None, typer.Option(help="Processes. Default: one for each processor.", min=1)
+    ] = None
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="Scheduler of a cluster: tls://HOST:PORT, or tcp:// on this computer."),
+    ] = None
+    cluster_ca: Annotated[
+        Path | None, typer.Option(help="With tls: certificate of who signs the cluster's (PEM).")
+    ] = None
+    cluster_cert: Annotated[
+        Path | None, typer.Option(help="With tls: certificate of this computer (PEM).")
+    ] = None
+    cluster_key: Annotated[Path | None, typer.Option(help="With tls: its private key (PEM).")] = (
+        None
+    )
+    cluster_plain: Annotated[
+        bool, typer.Option("--cluster-plain", help="Allow tcp to other computers, not encrypted.")
+    ] = False
+
+    def farm(self, console: Console) -> Farm:
+        """Where the work is done, with its progress on this console.
+
+        Raises:
+            InputError: options that do not go together, or a cluster that cannot be used so.
+        """
+        if self.cluster is None:
+            given = {
+                "--cluster-ca": self.cluster_ca,
+                "--cluster-cert": self.cluster_cert,
+                "--cluster-key": self.cluster_key,
+                "--cluster-plain": self.cluster_plain or None,
+            }
+            for name, value in given.items():
+                if value is not None:
+                    raise InputError(f"{name} goes with --cluster", hint="name its scheduler, too")
+            return Farm(self.workers, console=console)
+        if self.workers is not None:
+            hint = "a cluster has as many workers as were started there"
+            raise InputError("--workers does not go with --cluster", hint=hint)
+        files = (self.cluster_ca, self.cluster_cert, self.cluster_key)
+        cluster = Cluster(self.cluster, *files, plain=self.cluster_plain)
+        return Farm(cluster=cluster, console=console)

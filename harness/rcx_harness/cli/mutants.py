@@ -1,0 +1,168 @@
+"""`rcx mutants`: are the tests of a program worth something?"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from rcx_harness.cell.build import source_files
+from rcx_harness.cli.farm import FarmOptions
+from rcx_harness.cli.options import Lib, with_options
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.verify.coverage.output import check_fail_under
+
+__all__ = ["mutants", "with_command"]
+
+_BEGINNING = '{"mutants": '
+_SHOWN = 20
+_REASONS = Path("mutants.toml")
+_ROWS = "mutants-without-reason.toml"
+
+
+def with_command(args: Sequence[str]) -> list[str]:
+    """The arguments with what is behind `--` as one option for each word."""
+    if args[:1] != ["mutants"] or "--" not in args:
+        return list(args)
+    place = list(args).index("--")
+    return [*args[:place], *(f"--word={word}" for word in args[place + 1 :])]
+
+
+@dataclass(frozen=True)
+class Options(FarmOptions):
+    """What `rcx mutants` takes."""
+
+    files: Annotated[list[Path], typer.Argument(help="ST files of the program, or folders.")]
+    lib: Lib = None
+    minutes: Annotated[
+        float | None, typer.Option(help="Begin no mutant after so long; the next call goes on.")
+    ] = None
+    fail_under: Annotated[
+        str, typer.Option(help="Exit code 1 where fewer are killed [%], of those without a reason.")
+    ] = "100"
+    reasons: Annotated[
+        Path, typer.Option(help="Survivors that no test can find, with the reason (TOML).")
+    ] = _REASONS
+    folder: Annotated[Path, typer.Option(help="Folder for what is known of earlier calls.")] = Path(
+        ".rcx"
+    )
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget earlier calls.")] = False
+    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.")] = _SHOWN
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write what was found out (JSON).")
+    ] = None
+    word: Annotated[list[str] | None, typer.Option(hidden=True)] = None
+
+
+@with_options(Options)
+def mutants(given: Options) -> None:
+    """Make one small mistake after the other in a program, and see whether its tests find it.
+
+    `rcx mutants plc -- pytest`: behind `--` is the command that runs the tests. Each mistake is
+    made in a copy; only the tests that execute its statement are run.
+
+    Exit code: 0 if enough mutants are killed, 1 if not, 2 on bad input or failing tests.
+    """
+    if not given.word:
+        hint = f"rcx mutants {given.files[0]} -- pytest"
+        raise InputError("no command for the tests is given", hint=hint)
+    percent = check_fail_under("--fail-under", given.fail_under)
+    if given.minutes is not None and given.minutes < 0:
+        raise InputError(f"--minutes is {given.minutes:g}", hint="give 0 or more")
+    _check_outputs(given)
+    started = time.monotonic()
+
+    from rcx_harness.verify.kept import Results
+    from rcx_harness.verify.mutants.judging import Judging
+    from rcx_harness.verify.mutants.report import Reasons, write_rows
+    from rcx_harness.verify.mutants.sessions import Run
+    from rcx_harness.verify.mutants.user import UserMutants
+
+    reasons = Reasons(given.reasons)
+    written = [] if given.json_file is None else [given.json_file]
+    sources, run = source_files(given.files, given.lib), Run.of(given.word, Path.cwd())
+    work = UserMutants(sources, run, written)
+    console = Console(stderr=True)
+    with console.status("the tests, with the program as it is ..."):
+        tests = work.baseline()
+    until = None if given.minutes is None else started + 60 * given.minutes
+    results = Results(given.folder / "mutants.jsonl", fresh=given.fresh)
+    found = work.judged(tests, Judging(console, results, until), given.farm(console), reasons)
+    rows = given.folder / _ROWS
+    write_rows(rows, found["survivors"])
+    _print(found, given.show or sys.maxsize, rows)
+    if given.json_file is not None:
+        text = f"{_BEGINNING}{json.dumps(found, indent=1)}}}\n"
+        replace_files({given.json_file: text.encode()})
+        print(f"written: {given.json_file}")
+    if found["score_without_reasons"] < percent:
+        raise typer.Exit(1)
+
+
+def _check_outputs(given: Options) -> None:
+    """Nothing of the user's is written over."""
+    file = given.json_file
+    if file is not None and file.exists():
+        beginning = b"" if file.is_dir() else file.read_bytes()[: len(_BEGINNING)]
+        if file.is_dir() or beginning not in (b"", _BEGINNING.encode()):
+            raise InputError(
+                "is there already, and is not what this command writes; nothing was written",
+                file=file,
+                hint="name another file, or remove this one",
+            )
+    if given.reasons != _REASONS and not given.reasons.is_file():
+        raise InputError("no such file", file=given.reasons)
+    if given.folder.exists() and not given.folder.is_dir():
+        raise InputError("is no folder", file=given.folder, hint="give another --folder")
+
+
+def _print(found: Mapping[str, Any], show: int, rows: Path) -> None:
+    table = Table("file", "mutants", "killed", "survive", "killed [%]", box=None, pad_edge=False)
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for name, one in found["score_by_folder"].items():
+        survive = one["mutants"] - one["killed"]
+        table.add_row(name, *map(str, (one["mutants"], one["killed"], survive, one["score"])))
+    Console().print(table, highlight=False)
+    unreached = {(one["file"], one["line"], one["after"]) for one in found["unreached"]}
+    unexplained = [row for row in found["survivors"] if not row["reason"]]
+    for row in unexplained[:show]:
+        more = ""
+        if (row["file"], row["line"], row["after"]) in unreached:
+            more = ", and no test runs this line"
+        print(f"{row['file']}:{row['line']}: {row['operator']} survives{more}")
+        for sign, text in (("-", row["before"]), ("+", row["after"] or "(nothing)")):
+            print("\n".join(f"  {sign} {line}" for line in text.splitlines()))
+    if len(unexplained) > show:
+        print(f"... and {len(unexplained) - show} more survive: --show 0 shows all")
+    for row in found["rows_without_a_survivor"]:
+        print(f"a test finds it now, its reason is no longer needed: {row}")
+    for row in found["rows_without_a_mutant"]:
+        print(f"there is no such mutant, the reason is for nothing: {row}")
+    if unexplained:
+        print(f"rows for those that no test can find: {rows}")
+    print(_sum(found, len(unexplained)))
+
+
+def _sum(found: Mapping[str, Any], unexplained: int) -> str:
+    explained = found["survivors_with_a_reason"]
+    parts = [f"{found['killed']} of {found['mutants']} mutants killed"]
+    if found["timed_out"]:
+        parts.append(f"{found['timed_out']} of these by tests that do not end")
+    parts.append(f"{unexplained} survive")
+    if explained:
+        parts.append(f"{explained} more with a reason")
+    if found["not_run"]:
+        parts.append(f"{found['not_run']} NOT RUN YET (the next call goes on)")
+    if found["not_compiling"]:
+        parts.append(f"{found['not_compiling']} do not compile and count for nothing")
+    return f"{', '.join(parts)}: {found['score_without_reasons']:.1f} %"

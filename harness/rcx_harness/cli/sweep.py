@@ -1,0 +1,182 @@
+"""`rcx sweep`: every fault at every moment of a good run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from rcx_harness.cli.campaign import VerifyOptions, write_replay
+from rcx_harness.cli.options import counted, duration_us, with_options
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.verify.storm.cells import Cells
+from rcx_harness.verify.storm.course import Course
+from rcx_harness.verify.storm.kept import keep
+from rcx_harness.verify.storm.sweep import Inject, Shown, Sweep, injects, pieces, ranges, told
+from rcx_harness.verify.storm.written import check_folder, file_name, forget
+
+__all__ = ["sweep"]
+
+#: How every JSON of this command begins.
+_BEGINNING = '{"inject": '
+_AFTER_US = 1_000_000
+
+
+@dataclass(frozen=True)
+class SweepOptions(VerifyOptions):
+    """What `rcx sweep` can be asked for."""
+
+    stimulus: Annotated[Path | None, typer.Option(help="The good run (TOML).")] = None
+    inject: Annotated[
+        str,
+        typer.Option(
+            help="What is injected, with commas: events as of a stimulus (at each controller; "
+            "link_down@2 at one), inputs as Main.CellSafe=false."
+        ),
+    ] = "emergency_stop,link_down,power_cycle"
+    hold: Annotated[str, typer.Option(help="How long what lasts is held.")] = "500ms"
+    duration: Annotated[
+        str | None, typer.Option("--for", help="Length of the good run. Default: its last entry.")
+    ] = None
+    every: Annotated[int, typer.Option(help="Only at every so manyth scan.", min=1)] = 1
+    seed: Annotated[int, typer.Option(help="Seed of the good run.", min=0, max=2**63 - 1)] = 0
+    out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path("out/sweep")
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write what was found out (JSON).")
+    ] = None
+
+
+@with_options(SweepOptions)
+def sweep(options: SweepOptions) -> None:
+    """Inject faults at every scan of a good run: from which moments does the cell not recover?
+
+    Judged as rcx campaign does, by what --properties demands. Of each class the first moment is
+    written as a stimulus of rcx run, with its chart. Ctrl-C keeps what is done; the same call goes
+    on.
+
+    Exit code: 0 if the cell recovers from all moments, 1 if not, 2 on bad input.
+    """
+    if options.stimulus is None:
+        raise InputError("--stimulus is missing", hint="name the stimulus of a good run")
+    check_folder(options.out)
+    _check_json(options.json_file)
+    of = options.cells(options.stimulus)
+    cells = of.make()
+    cell = cells.cell(options.seed)
+    Course(cell, cells.demands)
+    hold_us = duration_us("--hold", options.hold)
+    if not hold_us:
+        raise InputError("--hold of 0 s injects nothing", hint="use --hold 500ms")
+    names = [name.strip() for name in options.inject.split(",") if name.strip()]
+    if not names:
+        raise InputError("--inject names nothing", hint="use --inject emergency_stop,link_down")
+    what = injects(names, len(cell.robots), hold_us)
+    for one in what:
+        for path in one.values:
+            cell[path] = cell[path]
+    scan_us, scans = cell.timing.scan_us, _scans(options, cells)
+    cell.close()
+    if cells.notice:
+        print(cells.notice)
+    if cells.demands.recovery is None:
+        print("no [recover]: whether the cell works again is not asked")
+    kept, notice = keep(options.out / "results.jsonl", options.about(of, f"seed {options.seed}"))
+    if notice:
+        print(notice)
+        forget(options.out)
+    farm, work = options.farm(), Sweep(of, options.seed)
+    found: dict[tuple[str, str], dict[int, str]] = {}
+    by_name = {one.name: one for one in what}
+    try:
+        items = pieces(what, scans, options.every)
+        for item, failing in farm.run(work, items, kept=kept, title="pieces of the run"):
+            for scan, kinds in failing.items():
+                for kind, text in kinds.items():
+                    found.setdefault((item.inject.name, kind), {})[scan] = text
+        shown = [Shown(by_name[name], min(scans), kind) for (name, kind), scans in found.items()]
+        replays = [replay for _, replay in farm.run(work, shown, kept=kept, title="classes")]
+    except KeyboardInterrupt:
+        print(f"what is done is in {options.out}; the same call goes on")
+        raise
+    moments = len(range(0, scans, options.every))
+    print(
+        f"{counted(moments, 'moment')} of {scans * scan_us / 1e6:g} s, "
+        f"{counted(len(what), 'fault')} at each"
+    )
+    if not found:
+        print("the cell recovers from all of them")
+    else:
+        _print(found, scan_us, options.every)
+    written: list[str] = []
+    for (name, kind), replay in zip(found, replays, strict=True):
+        if replay is not None:
+            print(f"\n{name}, {kind}:\n  {replay.told}")
+            written.append(file_name(f"{name} {kind}", written))
+            write_replay(options, cells, replay, options.out, written[-1])
+    if options.json_file is not None:
+        _write_json(options, what, found, moments)
+    if found:
+        raise typer.Exit(1)
+
+
+def _scans(options: SweepOptions, cells: Cells) -> int:
+    """How many scans the good run has."""
+    last = cells.demands.start[-1].t_us if cells.demands.start else 0
+    length_us = last + _AFTER_US
+    if options.duration is not None:
+        length_us = duration_us("--for", options.duration)
+    scan_us = cells.cell(options.seed).timing.scan_us
+    if length_us < scan_us:
+        raise InputError("--for is shorter than a scan", hint="use --for 5s")
+    return length_us // scan_us
+
+
+def _print(found: dict[tuple[str, str], dict[int, str]], scan_us: int, every: int) -> None:
+    table = Table("injected", "what fails", "moments", "after scan", box=None, pad_edge=False)
+    for (name, kind), scans in found.items():
+        places = told(ranges(list(scans), every), scan_us)
+        table.add_row(name, kind.replace("[", r"\["), str(len(scans)), places)
+    console = Console()
+    if not console.is_terminal:
+        console.width = 200
+    console.print(table)
+
+
+def _check_json(file: Path | None) -> None:
+    if file is None or not file.exists():
+        return
+    if file.is_dir() or file.read_bytes()[: len(_BEGINNING)] not in (b"", _BEGINNING.encode()):
+        raise InputError(
+            "is there already, and is not what this command writes; nothing was written",
+            file=file,
+            hint="name another file, or remove this one",
+        )
+
+
+def _write_json(
+    options: SweepOptions,
+    what: list[Inject],
+    found: dict[tuple[str, str], dict[int, str]],
+    moments: int,
+) -> None:
+    classes: list[dict[str, Any]] = [
+        {
+            "inject": name,
+            "kind": kind,
+            "moments": len(scans),
+            "scans": ranges(list(scans), options.every),
+            "text": scans[min(scans)],
+        }
+        for (name, kind), scans in found.items()
+    ]
+    names, shown = json.dumps([one.name for one in what]), json.dumps(classes, indent=1)
+    text = f'{_BEGINNING}{names}, "moments": {moments}, "classes": {shown}}}\n'
+    assert options.json_file is not None
+    replace_files({options.json_file: text.encode()})
+    print(f"written: {options.json_file}")

@@ -1,0 +1,57 @@
+"""`rcx view`: a recording as a page to look at."""
+
+from __future__ import annotations
+
+import ipaddress
+import sys
+import webbrowser
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cell.build import check_outputs
+from rcx_harness.cli.options import check_ipv4, counted
+from rcx_harness.cli.progress import progress_bar
+from rcx_harness.errors import InputError
+from rcx_harness.look.view import view_file
+from rcx_harness.output.files import replace_files
+
+__all__ = ["view"]
+
+
+def view(
+    file: Annotated[Path, typer.Argument(help="A trace (jsonl) or a capture (pcapng, pcap).")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Where to write the page. Default: beside it, NAME.html."),
+    ] = None,
+    opened: Annotated[bool, typer.Option("--open", help="Open it in the browser.")] = False,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help="Of a capture: only this controller, by its address; may be repeated."),
+    ] = None,
+) -> None:
+    """Write a recording as one page of HTML, which works without a network.
+
+    Time to scale with zoom and pan, two cursors, commands in plain words, signals, variables,
+    positions, broken rules with their section, search.
+
+    Exit code: 0, or 2 on bad input, also where the file is cut off: what comes before that is in
+    the page.
+    """
+    page = file.parent / f"{file.stem}.html" if out is None else out
+    check_outputs({"view": page}, None, file)
+    for host in controller or []:
+        check_ipv4("--controller", host)
+    hosts = [ipaddress.IPv4Address(host).packed for host in controller or []]
+    with progress_bar("reading", True) as progress:
+        seen = view_file(file, hosts, progress)
+    replace_files({page: seen.page.encode()})
+    print(f"written: {page}, {counted(seen.broken, 'broken rule')}")
+    if opened and not webbrowser.open(page.resolve().as_uri()):
+        print(f"rcx: no browser was found; open {page} in one", file=sys.stderr)
+    if seen.cut is not None:
+        error = seen.cut
+        text = f"{error.message}; what comes before is in {page}"
+        raise InputError(text, file=file, line=error.line, hint=error.hint)

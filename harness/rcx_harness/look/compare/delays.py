@@ -1,0 +1,165 @@
+"""The delays of a controller, as a recording shows them: each drawn so that the answer fits.
+
+Where a robot file gives a delay as a range, each answer has one of its own in it. A replay that
+drew them by chance would differ from every recording; this takes the one that the recording shows,
+as far as the range allows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from rcx_harness.look.compare.channels import STATUS, Channel, Timeline
+from rcx_harness.robot import Controller
+from rcx_harness.spec import signals
+from rcx_harness.spec.wire import CYCLE_US, ENDS, NORMAL_END, READY, RUN, SIZE
+
+__all__ = ["DELAYS", "Drawn", "Guide", "asked"]
+
+#: Which change answers what takes that long: channels and the values that they come to.
+_ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
+    "boot_time": (("SO01", (1,)),),
+    "link_error_delay": (("SO03", (1,)),),
+    "emergency_stop_delay": (("SO00", (1,)),),
+    "emergency_release_delay": (("SO00", (0,)),),
+    "servo_on_delay": (("SO02", (1,)), (STATUS, ENDS)),
+    "alarm_reset_delay": (("SO03", (0,)),),
+    "program_reset_delay": (("SO14", (1,)),),
+    "program_start_delay": (("SO13", (1,)), ("SO14", (0,))),
+    "program_stop_delay": (("SO13", (0,)),),
+    "sequence_delay": (("SO12", (1,)),),
+    "auto_mode_delay": (("SO10", (1,)),),
+    "origin_time": (("SO11", (1,)), (STATUS, ENDS)),
+    "command_accept_delay": ((STATUS, ()),),
+    "command_delay": ((STATUS, ENDS),),
+    "status_reset_delay": ((STATUS, (READY,)),),
+}
+DELAYS = tuple(_ANSWERS)
+#: Which input asks for it, and the level that it goes to; asked for again, it is the later answer.
+_ASKED = {
+    "emergency_stop_delay": (("SI00", 0),),
+    "emergency_release_delay": (("SI00", 1),),
+    "servo_on_delay": (("SI01", 1),),
+    "alarm_reset_delay": (("SI16", 1),),
+    "program_reset_delay": (("SI15", 1),),
+    "program_start_delay": (("SI12", 1),),
+    "program_stop_delay": (("SI06", 0),),
+    "sequence_delay": (("SI10", 1),),
+    "origin_time": (("SI14", 1), ("SI17", 1)),
+}
+_INPUTS = {
+    one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input
+}
+_OF_COMMANDS = ("command_accept_delay", "command_delay", "status_reset_delay")
+_CODE = Channel("code", 0, 2)
+#: An answer later than this is none to that request [us].
+_LONGEST_US = 60_000_000
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One delay of a replay.
+
+    Attributes:
+        key: Which.
+        at_us: When it began.
+        us: How long it was.
+        seen: The recording shows it.
+    """
+
+    key: str
+    at_us: int
+    us: int
+    seen: bool
+
+
+def asked(inputs: Sequence[tuple[int, bytes | None]]) -> dict[str, Timeline]:
+    """What the PLC sent, by dedicated input and `code`; nothing is ON without a connection."""
+    size = next((len(si) for _, si in inputs if si is not None), SIZE)
+    areas = [(t_us, bytes(size) if si is None else si) for t_us, si in inputs]
+    return {one.name: Timeline.of(one, areas) for one in (_CODE, *_INPUTS.values())}
+
+
+class Guide:
+    """Draws the delays of a controller in a replay.
+
+    Args:
+        controller: Its delays are drawn here from now on.
+        recorded: The recording's values by channel.
+        asked: What the PLC sent, by dedicated input and `code`: see `asked`.
+        free: These keys are whatever the recording shows, not what the configuration allows.
+
+    Attributes:
+        drawn: What was drawn, in order.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        recorded: Mapping[str, Timeline],
+        asked: Mapping[str, Timeline],
+        free: frozenset[str] = frozenset(),
+    ) -> None:
+        self._machine, self._recorded, self._asked = controller.machine, recorded, asked
+        self._free = free
+        self._config = controller.config
+        self.drawn: list[Drawn] = []
+        status = recorded[STATUS].values
+        ways = [now for before, now in pairwise(status) if before == READY]
+        self._shows_run = ways.count(RUN) > ways.count(NORMAL_END)
+        self._latest: dict[str, int] = {}  # of those that are free: what was seen last
+        draw: Callable[[str], int] = self.draw_us
+        vars(self._machine)["draw_us"] = draw
+
+    def draw_us(self, key: str) -> int:
+        """A delay [us], in place of Machine.draw_us."""
+        now_us = self._machine.now_us
+        delay = getattr(self._config, key)
+        low, high = delay if isinstance(delay, tuple) else (delay, delay)
+        low_us, high_us = round(low * 1000), round(high * 1000)
+        seen_us = self._seen_us(key, now_us)
+        if seen_us is None:
+            us: int = self._latest.get(key, low_us)
+        elif key in self._free:
+            us = self._latest[key] = seen_us
+        else:
+            us = min(max(seen_us, low_us), high_us)
+        self.drawn.append(Drawn(key, now_us, us, seen_us is not None))
+        return us
+
+    def _accepted(self, at_us: int) -> bool:
+        """Is it the acceptance that the status shows, or the end of a command that shows none?"""
+        status = self._recorded[STATUS]
+        return self._shows_run or status.at(at_us) not in (RUN, NORMAL_END)
+
+    def _seen_us(self, key: str, now_us: int) -> int | None:
+        """How long the recording shows that it took; None where it does not show it."""
+        found = []
+        for channel, values in _ANSWERS[key]:
+            line = self._recorded[channel]
+            there = line.at(now_us - 1) in values and line.at(now_us + CYCLE_US) in values
+            if there if channel != STATUS else not self._asked["code"].at(now_us) and key in _ASKED:
+                continue  # there already, or no command: nothing answers
+            for value in values or (None,):
+                at_us = line.next_change(now_us, value)
+                if at_us is not None and at_us - now_us <= _LONGEST_US:
+                    found.append(at_us - now_us)
+        if not found:
+            return None
+        us = min(found)
+        again = [self._asked[name].next_change(now_us + 1, to) for name, to in _ASKED.get(key, ())]
+        if key in _OF_COMMANDS or (
+            STATUS in dict(_ANSWERS[key]) and self._recorded[STATUS].at(now_us) == RUN
+        ):
+            again = [self._asked["code"].next_change(now_us + 1, None)]
+        if any(at_us is not None and at_us < now_us + us for at_us in again):
+            return None
+        if key == "command_accept_delay" and not self._accepted(now_us + us):
+            return None
+        if key == "origin_time":
+            axes = self._config.axes
+            on_the_way = [k for k in range(len(axes)) if self._machine.origins.moves({k})]
+            us //= max(1, len({axes[k].type == "absolute" for k in on_the_way}))  # one by one
+        return us

@@ -1,0 +1,268 @@
+"""Which robot file lets the virtual controller answer as a recorded one (`rcx compare --fit`).
+
+Delays are measured. Every other key is tried where it can have had an influence: a key that the
+controller has not read up to a difference has no part in it. The one with which both agree longest
+is taken, until they agree, or until no key carries them further; what differs then is left over,
+and the search goes on behind it. At the end each key is tried once more, with all that was found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.look.compare.channels import RESPONSE, STATUS, Difference
+from rcx_harness.look.compare.delays import DELAYS, Drawn, asked
+from rcx_harness.look.compare.knobs import KNOBS, Seen, seen_at, values
+from rcx_harness.look.compare.replay import Replay, Replayed, watched
+from rcx_harness.robot import RobotConfig
+from rcx_harness.spec.wire import CYCLE_US, READY
+from rcx_harness.watch.wire import word
+
+__all__ = ["Fit", "Knob", "fit"]
+
+_FREE = frozenset(DELAYS)
+#: So many differences are left over at most; with more the recording is of another machine.
+_MOST_LEFT = 100
+_NEVER = 1 << 62
+#: A mode that is shown at once has no delay to draw; it begins with one that is none to see [ms].
+_LEAST_MODE_DELAY = 0.001
+
+
+@dataclass(frozen=True)
+class Knob:
+    """What the recording says of one key.
+
+    Attributes:
+        key: It.
+        value: With which both agree; of a delay (shortest, longest) in ms where they differ.
+        found: Another value would show; else the recording cannot decide it.
+        why: In one line.
+        others: Values with which both agree as well.
+    """
+
+    key: str
+    value: Any
+    found: bool
+    why: str
+    others: tuple[Any, ...] = ()
+
+
+@dataclass
+class Fit:
+    """What was found.
+
+    Attributes:
+        config: With which both agree, but for what is left over.
+        knobs: Every key but those that only describe the robot.
+        left: What no key expresses.
+        runs: How many replays it took.
+    """
+
+    config: RobotConfig
+    knobs: list[Knob] = field(default_factory=list)
+    left: list[Difference] = field(default_factory=list)
+    runs: int = 0
+
+
+def fit(
+    replay: Replay, base: RobotConfig, progress: Callable[[float], None] = lambda share: None
+) -> Fit:
+    """Look for the robot file that a recording is of.
+
+    Args:
+        replay: The recording.
+        base: Where to begin; what it describes (axes, programs, points ...) is taken as it is.
+        progress: Is called with the share of the recording with which both agree.
+    """
+    return _Search(replay, base, progress).search()
+
+
+class _Search:
+    def __init__(
+        self, replay: Replay, base: RobotConfig, progress: Callable[[float], None]
+    ) -> None:
+        self._replay, self._progress, self._base = replay, progress, base
+        self._result = Fit(base)
+        self._asked = asked(replay.recording.inputs)
+
+    def search(self) -> Fit:
+        result = self._result
+        if not result.config.auto_mode_delay:
+            result.config = replace(result.config, auto_mode_delay=_LEAST_MODE_DELAY)
+        while True:
+            here = self._run(watched(result.config), to_first=True)
+            if here.first_us is None or len(result.left) >= _MOST_LEFT:
+                break
+            begin_us, end_us = self._replay.span
+            self._progress((here.first_us - begin_us) / max(1, end_us - begin_us))
+            better = self._better(here)
+            if better is None:
+                first = here.differences[0]
+                same = [one for one in here.differences if one.begin_us == first.begin_us]
+                result.left += same
+            else:
+                result.config = better
+        if len(result.left) < _MOST_LEFT:
+            while (narrower := self._settle()) is not None:
+                result.config, result.knobs = narrower, []
+        return result
+
+    def _run(
+        self, config: RobotConfig, *, free: frozenset[str] = _FREE, to_first: bool = False
+    ) -> Replayed:
+        self._result.runs += 1
+        return self._replay.run(config, free=free, expected=self._result.left, to_first=to_first)
+
+    def _better(self, here: Replayed) -> RobotConfig | None:
+        """The configuration, one key another, with which both agree longest."""
+        config, seen = self._result.config, self._seen(here)
+        least, found = _reach(here), None
+        best = (*least, -_NEVER)
+        for key in KNOBS:
+            if key not in here.read:
+                continue
+            for value in self._values(key, here, seen):
+                changed = self._changed(config, key, value)
+                if changed is None:
+                    continue
+                there = self._run(changed, to_first=True)
+                score = (*_reach(there), -_spread_us(there.drawn))
+                if score[:2] > least and score > best:
+                    best, found = score, changed
+        return found
+
+    def _values(self, key: str, here: Replayed, seen: Seen) -> list[Any]:
+        current = getattr(self._result.config, key)
+        return values(key, current, seen, here.alarms, self._asked)
+
+    @staticmethod
+    def _changed(config: RobotConfig, key: str, value: Any) -> RobotConfig | None:
+        try:
+            return replace(config, **{key: value})
+        except InputError:  # not one that this key can have
+            return None
+
+    def _seen(self, here: Replayed) -> Seen:
+        """What the recording shows at the first difference, and every alarm in it."""
+        recording = self._replay.recording
+        first = here.differences[0] if here.differences else None
+        alarms: set[str] = set()
+        at_first = Seen()
+        si = bytes(recording.size)
+        inputs = iter([*recording.inputs, (_NEVER, None)])
+        due_us, coming = next(inputs)
+        for t_us, so in recording.outputs:
+            while due_us <= t_us:
+                si = coming if coming is not None and word(coming, 0) != READY else si
+                due_us, coming = next(inputs)
+            alarms |= seen_at(t_us, si, so, so, self._result.config.clock).alarms
+            if first and first.channel in (STATUS, RESPONSE) and t_us == first.begin_us:
+                virtual = _area_at(here, t_us)
+                at_first = seen_at(t_us, si, so, virtual, self._result.config.clock)
+        if at_first.alarms:
+            return at_first
+        return replace(at_first, alarms=frozenset(alarms))
+
+    def _settle(self) -> RobotConfig | None:
+        """Try every key once more.
+
+        Returns:
+            A configuration that agrees as well, with delays of one kind nearer to each other: the
+            likelier one. None if there is no such.
+        """
+        result = self._result
+        here = self._run(watched(result.config))
+        measured = {key: [one for one in here.drawn if one.key == key] for key in DELAYS}
+        for key, drawn in measured.items():
+            knob = _delay(key, getattr(result.config, key), drawn)
+            result.knobs.append(knob)
+        seen = self._seen(here)
+        spread_us = _spread_us(here.drawn)
+        for key in KNOBS:
+            value = getattr(result.config, key)
+            if key not in here.read:
+                why = "nothing in this recording depends on it"
+                result.knobs.append(Knob(key, value, False, why))
+                continue
+            equal, other = [], 0
+            for one in self._values(key, here, seen):
+                changed = self._changed(result.config, key, one)
+                if changed is None:
+                    continue
+                there = self._run(changed, to_first=True)
+                narrower_us = spread_us - _spread_us(there.drawn)
+                if there.first_us is None and narrower_us > CYCLE_US:
+                    return changed
+                if there.first_us is None and narrower_us >= -CYCLE_US:
+                    equal.append(one)
+                else:
+                    other += 1
+            if not other:
+                why = f"the same with each of {len(equal) + 1} values"
+                result.knobs.append(Knob(key, value, False, why))
+            else:
+                why = f"{other} other value{'s' * (other > 1)} would show"
+                result.knobs.append(Knob(key, value, True, why, tuple(equal)))
+        for one in result.knobs:
+            if one.key in DELAYS:
+                self._take_delay(one)
+        return None
+
+    def _take_delay(self, knob: Knob) -> None:
+        """The delay that it had at the beginning where that is as good, else the measured one."""
+        result = self._result
+        was = getattr(self._base, knob.key)
+        kept = replace(result.config, **{knob.key: was})
+        measured = replace(result.config, **{knob.key: knob.value})
+        if not knob.found:
+            result.config = kept
+        elif isinstance(was, tuple):
+            result.config = measured
+        else:
+            there = self._run(kept, free=_FREE - {knob.key}, to_first=True)
+            result.config = kept if there.first_us is None else measured
+
+
+def _reach(result: Replayed) -> tuple[int, int]:
+    """Until when both agree, and in how much they differ then, the less the more."""
+    first_us = result.first_us
+    if first_us is None:
+        return _NEVER, 0
+    return first_us, -sum(map(_words, result.differences))
+
+
+def _words(one: Difference) -> int:
+    """In how many words both sides differ."""
+    apart = one.recorded ^ one.virtual
+    return sum(apart >> 16 * k & 0xFFFF > 0 for k in range(-(-apart.bit_length() // 16)))
+
+
+def _area_at(here: Replayed, t_us: int) -> bytes:
+    area = here.outputs[0][1]
+    for at_us, one in here.outputs:
+        if at_us > t_us:
+            break
+        area = one
+    return area
+
+
+def _spread_us(drawn: Sequence[Drawn]) -> int:
+    """By how much the delays of one kind differ, all kinds together."""
+    kinds: dict[str, list[int]] = {}
+    for one in drawn:
+        if one.seen:
+            kinds.setdefault(one.key, []).append(one.us)
+    return sum(max(kind) - min(kind) for kind in kinds.values())
+
+
+def _delay(key: str, current: Any, drawn: Sequence[Drawn]) -> Knob:
+    seen = [one.us for one in drawn if one.seen]
+    if not seen:
+        text = "no answer of this kind is in this recording"
+        return Knob(key, current, False, text)
+    low, high = min(seen) / 1000, max(seen) / 1000
+    text = f"measured {len(seen)} time{'s' * (len(seen) > 1)}"
+    return Knob(key, low if low == high else (low, high), True, text)

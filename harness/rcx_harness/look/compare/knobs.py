@@ -1,0 +1,198 @@
+"""Which values each key of a robot file is tried with, and which a difference suggests."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from datetime import datetime, timedelta
+from itertools import combinations, pairwise
+from typing import Any
+
+from rcx_harness.look.compare.channels import Timeline
+from rcx_harness.look.compare.delays import DELAYS
+from rcx_harness.robot import RobotConfig
+from rcx_harness.robot.config.checks import CHOICES, STORED
+from rcx_harness.spec import commands
+from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
+
+__all__ = ["DESCRIBED", "KNOBS", "Seen", "seen_at", "values"]
+
+#: Keys that say what a robot is and has, not what the manual leaves open: the user's to give.
+DESCRIBED = (*STORED, "robot", "axes", "programs", "real_time_items", "size")
+#: An alarm and a number that nothing else is.
+_SOME_ALARM = "98.765"
+_KINDS = {entry.name: str(entry.type) for entry in fields(RobotConfig)}
+#: The keys that can be found: all but delays, which are measured, and what is described.
+KNOBS = tuple(name for name in _KINDS if name not in (*DESCRIBED, *DELAYS))
+_NUMBERS: dict[str, tuple[float, ...]] = {
+    "auto_speed": (100, 50, 10, 1),
+    "program_speed": (100, 50, 10, 1),
+    "manual_speed": (100, 50, 20, 10, 1),
+    "inching_amount": (100, 10, 1, 10_000),
+    "max_payload": (50, 0, 2_000_000),
+    "alarm_history_length": (500, 100, 10, 1),
+    "real_time_interval": (5.0, 10.0, 20.0, 50.0, 100.0),
+    "host_version": (0x0108, 1),
+    "host_revision": (0x0030, 1),
+    "fpga_version": (0x1001, 1),
+    "driver_version": (0x0101, 1),
+    "ivy2_unit": (0, 1),
+    "outer_angle": (3.0, 0.0, 10.0, 30.0),
+}
+_TUPLES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "scara_robots": tuple(
+        chosen for count in range(5) for chosen in combinations((1, 2, 3, 4), count)
+    ),
+    "option_slots": ((0x0401, 0x0100, 0, 0), (1, 2, 3, 4)),
+}
+_LONGEST_INTERVAL_US = 1_000_000
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a place in a recording suggests.
+
+    Attributes:
+        alarms: Numbers of alarms that it shows.
+        numbers: Pairs of what the virtual controller answers and what the recording does.
+        rows: The same for answers that are several numbers.
+        clock: Date and time that the recording answers, as the key `clock` gives it.
+    """
+
+    alarms: frozenset[str] = frozenset()
+    numbers: frozenset[tuple[int, int]] = frozenset()
+    rows: frozenset[tuple[tuple[int, ...], tuple[int, ...]]] = frozenset()
+    clock: str = ""
+
+
+def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
+    """What the answers at a time suggest.
+
+    Args:
+        t_us: The time.
+        si: The area to the controller: which command was asked.
+        recorded: The area from it in the recording.
+        virtual: The one of the virtual controller.
+        clock: What its key `clock` says.
+    """
+    words, other = _words(recorded), _words(virtual)
+    if words[0] == ABNORMAL_END:
+        return Seen(alarms=frozenset({f"{words[1]}.{words[2]}"}))
+    command = commands().get(_words(si)[0] & 0x0FFF)
+    if command is None:
+        return Seen()
+    mine, theirs = command.read_response(words), command.read_response(other)
+    alarms = set()
+    if mine.get("alarm_group"):
+        alarms.add(f"{mine['alarm_group']}.{mine['alarm_category']}")
+    numbers = {
+        pair
+        for name, value in mine.items()
+        for pair in zip(_parts(theirs[name]), _parts(value), strict=True)
+    }
+    rows = {
+        (_parts(theirs[name]), _parts(value))
+        for name, value in mine.items()
+        if isinstance(value, tuple)
+    }
+    return Seen(frozenset(alarms), frozenset(numbers), frozenset(rows), _clock(t_us, mine, clock))
+
+
+def _clock(t_us: int, fields_: Mapping[str, Any], clock: str) -> str:
+    """What the clock showed at time 0, by an answer to its reference."""
+    try:
+        shown = datetime.fromisoformat(clock) + timedelta(microseconds=t_us)
+        if "year" in fields_:
+            date = {name: fields_[name] for name in ("month", "day")}
+            shown = shown.replace(year=2000 + fields_["year"], **date)
+        elif "second" in fields_:
+            shown = shown.replace(**{name: fields_[name] for name in ("hour", "minute", "second")})
+        else:
+            return ""
+        return (shown - timedelta(microseconds=t_us)).isoformat(sep=" ", timespec="seconds")
+    except (ValueError, TypeError):
+        return ""
+
+
+def _parts(value: Any) -> tuple[int, ...]:
+    every = value if isinstance(value, tuple) else (value,)
+    return tuple(one for one in every if isinstance(one, int))
+
+
+def _words(area: bytes) -> Sequence[int]:
+    return [int.from_bytes(area[at : at + 2], "little") for at in range(0, DEDICATED_AT, 2)]
+
+
+def values(
+    key: str,
+    current: Any,
+    seen: Seen,
+    raised: Collection[str],
+    asked: Mapping[str, Timeline],
+) -> list[Any]:
+    """What to try instead of the current value.
+
+    Args:
+        key: One of KNOBS.
+        current: Its value.
+        seen: What the recording suggests.
+        raised: Alarms that were raised.
+        asked: What the PLC sent, by dedicated input.
+    """
+    found: list[Any] = []
+    for one in _values(key, current, seen, raised, asked):
+        if one != current and one not in found:
+            found.append(one)
+    return found
+
+
+def _values(
+    key: str,
+    current: Any,
+    seen: Seen,
+    raised: Collection[str],
+    asked: Mapping[str, Timeline],
+) -> Iterator[Any]:
+    kind = _KINDS[key]
+    if key in CHOICES:
+        yield from CHOICES[key]
+    elif kind == "bool":
+        yield from (True, False)
+    elif key == "min_interval":
+        yield from _intervals(asked)
+    elif key == "clock":
+        if seen.clock:
+            yield seen.clock
+        yield "2020-02-03 04:05:06"
+    elif key.endswith("_alarms"):
+        for number in sorted({*raised, *seen.alarms}):
+            kept = tuple(one for one in current if one != number)
+            yield kept if number in current else (*current, number)
+    elif key.endswith("_alarm"):
+        yield from sorted(seen.alarms)
+        yield ""
+        yield _SOME_ALARM
+    elif key in _TUPLES:
+        yield from (mine for theirs, mine in sorted(seen.rows) if theirs == current)
+        yield from _TUPLES[key]
+    else:
+        whole = isinstance(current, int)
+        yield from (mine for theirs, mine in sorted(seen.numbers) if theirs == current)
+        yield from _NUMBERS[key]
+        if whole:
+            yield current + 1 if current < 2 else current - 1
+
+
+def _intervals(asked: Mapping[str, Timeline]) -> Iterator[float]:
+    """Every time between two changes that decides something: the interval is longer, or is not."""
+    times = sorted({t_us for name, line in asked.items() if name != "code" for t_us in line.times})
+    gaps = {
+        -(-(later - earlier) // CYCLE_US) * CYCLE_US
+        for earlier, later in pairwise(times)
+        if later - earlier <= _LONGEST_INTERVAL_US
+    }
+    yield 0.0
+    yield 100.0
+    for gap_us in sorted(gaps):
+        yield gap_us / 1000
+        yield (gap_us + CYCLE_US) / 1000

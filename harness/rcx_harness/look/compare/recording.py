@@ -1,0 +1,202 @@
+"""What a recording says of one controller: what it got, and what it answered, with times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import InputError
+from rcx_harness.look.judge.capture import Capture, host_text
+from rcx_harness.look.judge.judge import is_capture
+from rcx_harness.look.judge.network import Network, Sample
+from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US, READY
+from rcx_harness.trace import Cycle, Scan, read_trace
+from rcx_harness.watch.wire import word
+
+__all__ = ["Recording", "load", "of_cycles"]
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One controller's part of a recording; all times in microseconds from its beginning.
+
+    Attributes:
+        size: Bytes of its areas.
+        inputs: Every change of the area to the controller: when, and the area; None where it had
+            no connection.
+        outputs: Every change of the area from it.
+        times: When the controller's cycles were, where the recording knows; else empty.
+        end_us: The end.
+        tolerance_us: By so much later or earlier an answer may be seen without being another one.
+        from_power_on: It begins with the controller's power-on.
+    """
+
+    size: int
+    inputs: Sequence[tuple[int, bytes | None]]
+    outputs: Sequence[tuple[int, bytes]]
+    times: Sequence[int]
+    end_us: int
+    tolerance_us: int
+    from_power_on: bool
+
+    @property
+    def begin_us(self) -> int:
+        """Where the comparison begins: with the recording, or where no command is under way."""
+        if self.from_power_on:
+            return min(self.inputs[0][0], self.outputs[0][0])
+        si: bytes | None = None
+        so = b""
+        merged: list[tuple[int, bytes | None, bytes]] = [(t, one, b"") for t, one in self.inputs]
+        merged += [(t, None, one) for t, one in self.outputs]
+        for t_us, to_robot, to_master in sorted(merged, key=lambda one: one[0]):
+            si, so = to_robot or si, to_master or so
+            if si is not None and so and word(si, 0) == READY == word(so, 0):
+                return t_us
+        raise InputError(
+            "a remote command is under way from its beginning to its end",
+            hint="record longer, or from before the PLC connects",
+        )
+
+    def cycles(self) -> Sequence[int]:
+        """When the controller's cycles are, from `begin_us` to the end: as known, or every 5 ms."""
+        begin_us = self.begin_us
+        if self.times:
+            return [t_us for t_us in self.times if t_us >= begin_us]
+        return range(begin_us, self.end_us + 1, CYCLE_US)
+
+
+def load(
+    path: Path,
+    hosts: Collection[bytes] = (),
+    sizes: Collection[int] = AREA_SIZES,
+    port: int = PORT,
+    progress: Progress = lambda share: None,
+) -> Recording:
+    """Read the recording of one controller.
+
+    Args:
+        path: A capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`.
+        hosts: The controller's address, where a capture has several.
+        sizes: Which sizes its areas may have.
+        port: TCP port of explicit messages.
+        progress: Is called with the share that has been read.
+
+    Raises:
+        InputError: it cannot be read, has nothing of a controller in it, or of several ones.
+    """
+    if is_capture(path):
+        return _of_capture(path, hosts, sizes, port, progress)
+    header, records = read_trace(path)
+    cycles: list[Cycle] = []
+    samples: list[Sample] = []
+    for record in records:
+        if isinstance(record, Cycle) and record.controller == 1:
+            cycles.append(record)
+        elif isinstance(record, Scan) and record.controller == 1:
+            connected = bool(record.si) and any(record.so)
+            samples.append(
+                Sample(record.t_us, record.scan, 1, record.so, record.si, connected=connected)
+            )
+    if cycles:
+        every = "only" not in header
+        found = [(one.t_us, one.rcx_si or None, one.rcx_so) for one in cycles]
+        return of_cycles(found, every=every, from_power_on=bool(header.get("power_on", True)))
+    return _of_samples(path, samples, 2 * CYCLE_US)
+
+
+def of_cycles(
+    cycles: Sequence[tuple[int, bytes | None, bytes]], *, every: bool, from_power_on: bool = True
+) -> Recording:
+    """A recording of the controller's own cycles, which is exact.
+
+    Args:
+        cycles: When, the area that it took (None without a connection), the area that it gave.
+        every: All cycles are there; else those in which something was another.
+        from_power_on: The first one is the first after power-on.
+
+    Raises:
+        InputError: there are none, or of different sizes.
+    """
+    if not cycles:
+        raise InputError("there is no cycle of a controller in it")
+    size = len(cycles[0][2])
+    for _, si, so in cycles:
+        if len(so) != size or size not in AREA_SIZES or (si is not None and len(si) != size):
+            raise InputError(f"areas of {len(so)} bytes are no controller's")
+    return Recording(
+        size=size,
+        inputs=_changes([(t_us, si) for t_us, si, _ in cycles]),
+        outputs=_changes([(t_us, so) for t_us, _, so in cycles]),
+        times=[t_us for t_us, _, _ in cycles] if every else (),
+        end_us=cycles[-1][0],
+        tolerance_us=0,
+        from_power_on=from_power_on,
+    )
+
+
+def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, bytes]]:
+    """Those that are not what was before."""
+    kept: list[tuple[int, bytes | None]] = []
+    for t_us, value in values:
+        if not kept or value != kept[-1][1]:
+            kept.append((t_us, value))
+    return kept  # type: ignore[return-value]  # of the outputs none is None
+
+
+def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Recording:
+    """Of packets or looks: the controller's cycles are not known."""
+    driven = [one for one in samples if one.so and one.si]
+    if not driven:
+        text = "nothing in it says what the PLC sent and what the controller answered"
+        hint = "rcx scan reads only; record the traffic of a PLC with rcx record"
+        raise InputError(text, file=path, hint=hint)
+    size = len(driven[0].so)
+    begin = samples.index(driven[0])
+    inputs = [(one.t_us, one.si if one.connected else None) for one in samples[begin:]]
+    return Recording(
+        size=size,
+        inputs=_changes(inputs),
+        outputs=_changes([(one.t_us, one.so) for one in samples[begin:] if one.so]),
+        times=(),
+        end_us=samples[-1].t_us,
+        tolerance_us=tolerance_us,
+        from_power_on=False,
+    )
+
+
+def _of_capture(
+    path: Path, hosts: Collection[bytes], sizes: Collection[int], port: int, progress: Progress
+) -> Recording:
+    capture, network = Capture(path), Network(hosts, sizes, port)
+    samples: list[Sample] = []
+    length = max(1, path.stat().st_size)
+    for packet in capture:
+        if not capture.packets % 20_000:
+            progress(min(1.0, capture.read_bytes / length))
+        samples += [one for one in network.take(packet) if isinstance(one, Sample)]
+    found = sorted({one.controller for one in samples})
+    if not found:
+        hint = "capture from before the PLC connects, or name the controller with --controller"
+        raise InputError("no connection of a controller in it", file=path, hint=hint)
+    if len(found) > 1:
+        names = ", ".join(host_text(host) for host in network.robots)
+        hint = f"name one with --controller: {names}"
+        raise InputError(f"{len(found)} controllers are in it", file=path, hint=hint)
+    robot = next(one for one in network.robots.values() if one.number == found[0])
+    intervals = [one.to_master_us for one in robot.connections]
+    slowest_us = max(intervals, default=0) or _interval_us(robot.connections)
+    return _of_samples(path, samples, slowest_us + 2 * CYCLE_US)
+
+
+def _interval_us(connections: Sequence[object]) -> int:
+    """The packet interval where no Forward Open tells it: the time from first to last, shared."""
+    longest = 0
+    for one in connections:
+        way = one.to_master  # type: ignore[attr-defined]
+        if way.packets > 1 and way.first_us is not None:
+            longest = max(longest, (way.last_us - way.first_us) // (way.packets - 1))
+    return longest

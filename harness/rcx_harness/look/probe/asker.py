@@ -1,0 +1,359 @@
+"""Who asks: writes inputs and telegrams as a careful PLC does, and measures what comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rcx_harness.look.probe.finding import Finding, SkipError
+from rcx_harness.look.probe.line import Line, LostError
+from rcx_harness.robot import RobotConfig
+from rcx_harness.robot.area import input_words
+from rcx_harness.spec import FieldValue, command, commands, signals
+from rcx_harness.spec.wire import ABNORMAL_END, ENDS, NORMAL_END, READY, RUN
+from rcx_harness.trace import Scan, Trace
+
+__all__ = ["Answer", "Asker", "History", "telegram"]
+
+#: Between two changes of dedicated inputs: the manual's 100 ms and some for the packets.
+_INTERVAL_US = 130_000
+_PATIENCE_US = 3_000_000
+_SETTLED_US = 300_000
+_DEFAULTS = RobotConfig()
+_BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *signals().output)}
+_MOST_MESSAGES = 500
+#: So many messages at each end are looked at.
+_END = 6
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How a remote command ended.
+
+    Attributes:
+        status: 0x0200, 0x4000, or what stood there when the wait was over.
+        words: The 16 words from m on.
+        fields: Of a normal end, by name.
+        alarm: Of an abnormal end, as `"12.600"`; else empty.
+        ran: 0x0100 was seen.
+        accepted_us: From the code to the first status, without the way.
+        ended_us: From there to the end.
+        reset_us: From the status reset to the ready status, without the way.
+    """
+
+    status: int
+    words: tuple[int, ...]
+    fields: Mapping[str, Any]
+    alarm: str
+    ran: bool
+    accepted_us: int
+    ended_us: int
+    reset_us: int
+
+
+@dataclass(frozen=True)
+class History:
+    """The alarm history: how many messages there are, the first ones, the last ones."""
+
+    count: int
+    head: tuple[str, ...]
+    tail: tuple[str, ...]
+
+    def new_since(self, before: History) -> set[str]:
+        """Which alarms came since then, at whichever end new ones are put."""
+        grown = min(self.count - before.count, _END)
+        if self.head[: len(before.head)] == before.head and grown > 0:
+            return set(self.tail[-grown:])
+        if grown > 0:
+            return set(self.head[:grown])
+        return (set(self.head) - set(before.head)) | (set(self.tail) - set(before.tail))
+
+    def newest_first(self, before: History, latest: str) -> bool | None:
+        """Are new ones put before the others? None where that cannot be seen.
+
+        Args:
+            before: The history before some alarms came.
+            latest: The last one of these.
+        """
+        ends = (self.head[:1] == (latest,), self.tail[-1:] == (latest,))
+        if ends[0] != ends[1]:
+            return ends[0]
+        if not before.count or self.count <= before.count:
+            return None
+        return self.head[: len(before.head)] != before.head
+
+
+class Asker:
+    """One connection, and what was found over it.
+
+    Args:
+        line: The way to the controller.
+        person: Asks the person to do something; False if they will not.
+        trace: Takes every change of an area: the evidence.
+
+    Attributes:
+        line: The way to the controller.
+        findings: What was found, of all questions.
+    """
+
+    def __init__(
+        self, line: Line, person: Callable[[str, str], bool], trace: Trace | None = None
+    ) -> None:
+        self.line = line
+        self.findings: list[Finding] = []
+        self._person, self._trace = person, trace
+        self._si, self._so = bytearray(line.size), bytes(line.size)
+        self._seen: tuple[bytes, bytes] = (b"", b"")
+        self._run = True
+        self._looks = 0
+        self._changed_us = -_INTERVAL_US
+        self._decides: Mapping[str, tuple[str, ...]] = {}
+
+    # What was found.
+
+    def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
+        """From now on what is found is about these rules and their knobs."""
+        self._decides = decides
+
+    def knob(self, name: str, *values: Any, text: str) -> None:
+        """The controller has one of these values."""
+        self._found(name, values, text, between=False)
+
+    def between(self, name: str, low: float, high: float, text: str) -> None:
+        """The controller has more than `low` and at most `high`."""
+        self._found(name, (low, high), text, between=True)
+
+    def delay(self, name: str, us: int, text: str) -> None:
+        """A delay was measured; it may be shorter by what the way takes."""
+        low = max(0.0, (us - self.line.tolerance_us) / 1000)
+        self._found(name, (low - 0.001, us / 1000 + self.line.step_us / 1000), text, between=True)
+
+    def rule(self, name: str, holds: bool, text: str) -> None:
+        """A rule without a knob holds, or does not."""
+        self.findings.append(Finding(name, "", (holds,), True, text))
+
+    def _found(self, name: str, values: tuple[Any, ...], text: str, *, between: bool) -> None:
+        for rule, knobs in self._decides.items():
+            if name in knobs:
+                expected = getattr(_DEFAULTS, name)
+                self.findings.append(Finding(rule, name, values, expected, text, between))
+
+    # Inputs and outputs.
+
+    def on(self, name: str) -> bool:
+        """A dedicated output, as it came last."""
+        at, mask = _BITS[name]
+        return bool(self._so[at] & mask)
+
+    def is_set(self, name: str) -> bool:
+        """A dedicated input, as it is sent."""
+        at, mask = _BITS[name]
+        return bool(self._si[at] & mask)
+
+    @property
+    def words(self) -> tuple[int, ...]:
+        """Words m to m+30."""
+        return input_words(self._so)
+
+    @property
+    def status(self) -> int:
+        """The remote status."""
+        return self.words[0]
+
+    def byte(self, at: int) -> int:
+        """Byte m+`at`."""
+        return self._so[at]
+
+    def turn(self, name: str, on: bool, *, after_us: int = _INTERVAL_US) -> None:
+        """Change a dedicated input, so long after the last change at least."""
+        at, mask = _BITS[name]
+        if bool(self._si[at] & mask) == on:
+            return
+        self.wait(max(0, self._changed_us + after_us - self.line.now_us))
+        self._si[at] ^= mask
+        self._changed_us = self.line.now_us
+        self._write()
+
+    def pulse(self, name: str) -> None:
+        """ON, then OFF, and time for what it does."""
+        self.turn(name, True)
+        self.wait(_INTERVAL_US)
+        self.turn(name, False)
+        self.wait(_INTERVAL_US)
+
+    def send(self, words: tuple[int, ...]) -> None:
+        """Words n to n+30, at once."""
+        for k, word in enumerate(words):
+            self._si[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
+        self._write()
+
+    def idle(self, on: bool) -> None:
+        """Send the idle header, as a PLC whose program stands still."""
+        self._run = not on
+        self._write()
+
+    def wait(self, us: int) -> None:
+        """Let time pass, and note what changes."""
+        end_us = self.line.now_us + us
+        while self.line.now_us < end_us:
+            self.line.wait(min(self.line.step_us, end_us - self.line.now_us))
+            self._look()
+
+    def until(self, seen: Callable[[], bool], within_us: int = _PATIENCE_US) -> int | None:
+        """Wait until something is seen; how long that took [us], None if it did not come."""
+        begin_us = self.line.now_us
+        while not seen():
+            if self.line.now_us - begin_us >= within_us:
+                return None
+            self.line.wait(self.line.step_us)
+            self._look()
+        return max(0, self.line.now_us - begin_us - self.line.step_us)
+
+    def person(self, text: str, event: str = "") -> None:
+        """Let the person do something at the cell.
+
+        Args:
+            text: What.
+            event: Its name among the events of a virtual controller, for a rehearsal.
+
+        Raises:
+            SkipError: they will not.
+        """
+        self.needs_person(text, event)
+        self.wait(_SETTLED_US)
+
+    def needs_person(self, text: str, event: str) -> None:
+        """The same without a connection: nothing is looked at."""
+        if not self._person(text, event):
+            raise SkipError(f"not done: {text}")
+
+    # The connection.
+
+    def open(self, *on: str, code: int = 0) -> None:
+        """Connect; these inputs and this code are in the first packet."""
+        self._si[:] = bytes(len(self._si))
+        for name in on:
+            at, mask = _BITS[name]
+            self._si[at] |= mask
+        self._si[:2] = code.to_bytes(2, "little")
+        self._run = True
+        self._changed_us = self.line.now_us
+        self.line.open(bytes(self._si))
+        self.wait(_SETTLED_US)
+
+    def open_within(self, us: int) -> None:
+        """Connect as soon as the controller answers.
+
+        Raises:
+            LostError: it does not.
+        """
+        end_us = self.line.now_us + us
+        while True:
+            try:
+                self.open()
+            except LostError:
+                if self.line.now_us > end_us:
+                    raise
+                self.line.wait(_SETTLED_US)
+            else:
+                return
+
+    def drop(self, us: int) -> None:
+        """Fall silent for so long, until the controller has lost us."""
+        self.line.drop()
+        self.line.wait(us)
+
+    def rest(self) -> None:
+        """All inputs OFF, no command: as every question begins and ends."""
+        if self._si[0] or self._si[1]:
+            self.send((0,) * 16)
+        self._run = True
+        for name in ("SI06", "SI00"):
+            self.turn(name, False)
+        for name in sorted(_BITS):
+            if name.startswith("SI"):
+                self.turn(name, False)
+        if any(self._si):
+            self._si[:] = bytes(len(self._si))
+            self._write()
+        self.until(lambda: self.status == READY)
+        self.wait(_INTERVAL_US)
+
+    # Commands.
+
+    def command(self, name: str, robot: int = 0, **fields: FieldValue) -> Answer:
+        """One remote command by its name, from the code to the ready status."""
+        return self.telegram(telegram(name, robot, **fields))
+
+    def telegram(self, words: tuple[int, ...], within_us: int = _PATIENCE_US) -> Answer:
+        """One remote command by its words; the data go out before the code."""
+        self.send((0, *words[1:]))
+        self.wait(self.line.step_us)
+        self.send(words)
+        accepted_us = self.until(lambda: self.status != READY, within_us)
+        begin_us, ran = self.line.now_us, self.status == RUN
+        self.until(lambda: self.status in ENDS, within_us)
+        ended_us = self.line.now_us - begin_us
+        status, shown = self.status, self.words
+        fields: Mapping[str, Any] = {}
+        entry = commands().get(words[0] & 0x0FFF)
+        if entry is not None and status == NORMAL_END:
+            fields = entry.read_response(shown)
+        alarm = f"{shown[1]}.{shown[2]}" if status == ABNORMAL_END else ""
+        self.send((0,) * 16)
+        reset_us = self.until(lambda: self.status == READY)
+        self.wait(2 * self.line.step_us)
+        times = (accepted_us or 0, ended_us, reset_us or 0)
+        return Answer(status, shown, fields, alarm, ran, *times)
+
+    def needs(self, held: bool, text: str) -> None:
+        """Raise SkipError with the reason where something does not hold."""
+        if not held:
+            raise SkipError(text)
+
+    def history(self) -> History:
+        """The alarm history as the message reference gives it."""
+        known: dict[int, str] = {}
+        low, high = 0, 1
+        while high <= _MOST_MESSAGES and self._message(high, known):
+            low, high = high, high * 2
+        high = min(high, _MOST_MESSAGES + 1)
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self._message(middle, known):
+                low = middle
+            else:
+                high = middle
+        head = [self._message(number, known) for number in range(1, min(low, _END) + 1)]
+        tail = [self._message(number, known) for number in range(max(1, low + 1 - _END), low + 1)]
+        return History(low, tuple(head), tuple(tail))
+
+    def _message(self, number: int, known: dict[int, str]) -> str:
+        if number not in known:
+            fields = self.command("ReadMessage", message=number).fields
+            some = fields.get("alarm_group")
+            known[number] = f"{fields['alarm_group']}.{fields['alarm_category']}" if some else ""
+        return known[number]
+
+    def _write(self) -> None:
+        self.line.write(bytes(self._si), run=self._run)
+
+    def _look(self) -> None:
+        self._so = self.line.read()
+        seen = (self._so, bytes(self._si))
+        if seen != self._seen:
+            self._seen = seen
+            if self._trace is not None:
+                self._trace.add(Scan(self.line.now_us, self._looks, *seen))
+        self._looks += 1
+
+
+def telegram(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
+    """The 16 words of a request; not checked, since some questions ask for what is refused."""
+    entry = command(name)
+    words = [0] * 16
+    for part in entry.request:
+        if part.name in fields or part.fixed is not None:
+            part.write(words, fields.get(part.name, part.fixed or 0))
+    return (entry.code | robot << 12, *words[1:])

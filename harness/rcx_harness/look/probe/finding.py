@@ -1,0 +1,43 @@
+"""What the answer to a question says, or why it says nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Finding", "SkipError"]
+
+
+class SkipError(Exception):
+    """The question cannot be asked here, or its answer decides nothing; the reason in words."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What an answer says.
+
+    Attributes:
+        rule: Which rule it is about.
+        knob: Which key of it; empty where the rule has none.
+        values: What the controller may have there; (least, most) of a number where `between`.
+        expected: What is assumed.
+        text: The evidence, in words.
+        between: It lies between the two values, and is not the first.
+    """
+
+    rule: str
+    knob: str
+    values: tuple[Any, ...]
+    expected: Any
+    text: str
+    between: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """`confirmed`, `refuted`, or `open` where what is assumed is one of several."""
+        if self.between:
+            low, high = self.values
+            return "confirmed" if low < self.expected <= high else "refuted"
+        if self.expected not in self.values:
+            return "refuted"
+        return "confirmed" if len(self.values) == 1 else "open"

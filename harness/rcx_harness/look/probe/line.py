@@ -1,0 +1,156 @@
+"""The way to the controller: what a probe writes, what it reads, and how time passes."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from rcx_harness.enip.codec.cip import ClassId, Service, encode_path
+from rcx_harness.enip.errors import EnipError, ProcessDiedError
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.look.text import identity_lines
+from rcx_harness.spec.wire import CYCLE_US
+
+__all__ = ["Line", "LostError", "NetworkLine"]
+
+#: What is written holds for so long, unless it is written again: nobody drives the robot if the
+#: probe hangs.
+_LEASE_US = 1_000_000
+_LOOK_US = 1_000
+_FIRST_US = 5_000_000
+
+
+class LostError(Exception):
+    """The connection is gone, and it was not the probe that ended it."""
+
+
+class Line(Protocol):
+    """A controller as a probe reaches it.
+
+    Attributes:
+        size: Bytes of its areas.
+        step_us: It is worth while to look again after so long.
+        tolerance_us: By so much a time that is measured may be too long.
+        identity: Who the controller says it is, line by line.
+    """
+
+    size: int
+    step_us: int
+    tolerance_us: int
+    identity: list[str]
+
+    @property
+    def now_us(self) -> int:
+        """The time, from the beginning."""
+
+    def open(self, first: bytes) -> None:
+        """Connect, with these bytes in the first packet.
+
+        Raises:
+            LostError: the controller does not answer.
+        """
+
+    def drop(self) -> None:
+        """Fall silent, as if the cable were cut."""
+
+    def write(self, area: bytes, *, run: bool = True) -> None:
+        """What is sent from now on; without `run` with the idle header."""
+
+    def read(self) -> bytes:
+        """The area that came last.
+
+        Raises:
+            LostError: nothing comes any more.
+        """
+
+    def wait(self, us: int) -> None:
+        """Let time pass."""
+
+    def close(self) -> None:
+        """Zeros to the controller, then the connection is closed."""
+
+
+class NetworkLine:
+    """A controller on the network, whose exclusive owner the probe is.
+
+    Args:
+        host: Its address.
+        size: Bytes of its areas.
+        rpi_us: Packet interval.
+        port: Its TCP port.
+        address: Address of this machine to work from; empty for the one that leads there.
+
+    Raises:
+        EnipError: it is not there.
+    """
+
+    def __init__(
+        self, host: str, size: int, rpi_us: int, port: int = PORT, address: str = ""
+    ) -> None:
+        self._scanner = Scanner(host, size, rpi_us, port=port, address=address, multiplier=3)
+        self.size, self.step_us = size, _LOOK_US
+        self.tolerance_us = 2 * rpi_us + 2 * CYCLE_US
+        path = encode_path(ClassId.IDENTITY, 1)
+        reply = self._scanner.client.request(Service.GET_ATTRIBUTES_ALL, path)
+        self.identity = list(identity_lines(reply))
+        self._begin = time.monotonic()
+        self._open = False
+        self._written = bytes(size)
+        self._rpi_us = rpi_us
+
+    @property
+    def now_us(self) -> int:
+        """Microseconds since the probe began."""
+        return round((time.monotonic() - self._begin) * 1e6)
+
+    def open(self, first: bytes) -> None:
+        """Connect; see Line."""
+        self.write(first)
+        try:
+            self._scanner.open()
+        except EnipError as error:
+            raise LostError(str(error)) from None
+        deadline_us = self.now_us + _FIRST_US
+        while self._scanner.read().age_us is None or not self._scanner.read().connected:
+            if self.now_us > deadline_us:
+                raise LostError("connected, but no packet came")
+            self.wait(_LOOK_US)
+        self._open = True
+
+    def drop(self) -> None:
+        """See Line."""
+        self._open = False
+        self._scanner.stop()
+
+    def write(self, area: bytes, *, run: bool = True) -> None:
+        """See Line."""
+        self._written = area
+        self._scanner.write(area, run, _LEASE_US)
+
+    def read(self) -> bytes:
+        """See Line."""
+        received = self._scanner.read()
+        if self._open:
+            if failure := self._scanner.failure:
+                raise ProcessDiedError(failure)
+            if not received.connected:
+                raise LostError("no packets come any more")
+            self._scanner.write(self._written, self._scanner.shared.run, _LEASE_US)
+        return received.image
+
+    def wait(self, us: int) -> None:
+        """See Line."""
+        end_us = self.now_us + us
+        while (left_us := end_us - self.now_us) > 0:
+            if self._open:
+                self.read()  # the lease goes on
+            time.sleep(min(left_us, 100_000) / 1e6)
+
+    def close(self) -> None:
+        """Zeros for some packets, then a Forward Close; whatever state it is in."""
+        if self._open:
+            self._scanner.write(bytes(self.size), True, _LEASE_US)
+            self._open = False
+            time.sleep(5 * self._rpi_us / 1e6)
+        self._scanner.close()

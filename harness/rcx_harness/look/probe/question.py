@@ -1,0 +1,67 @@
+"""What a question is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from rcx_harness.look.probe.asker import Asker
+
+__all__ = ["Question", "Risk", "asked"]
+
+
+class Risk(IntEnum):
+    """What can happen at the cell, the least first."""
+
+    READING = 1
+    STILL = 2
+    MOTION = 3
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return {
+            Risk.READING: "reading only: SI(00) and SI(06) are OFF, nothing is changed",
+            Risk.STILL: "no motion: the servos stay off; signals, data and settings are changed",
+            Risk.MOTION: "motion: the servos go on, axes or programs run",
+        }[self]
+
+
+@dataclass(frozen=True)
+class Question:
+    """One step of a probe.
+
+    Attributes:
+        id: Its name.
+        risk: What can happen.
+        title: What it asks, in one line.
+        does: What it does at the cell, for the person who confirms it.
+        decides: Rules, each with the knobs that it decides; none for a rule without knobs.
+        ask: Asks it.
+        person: What the person has to do; empty if nothing.
+    """
+
+    id: str
+    risk: Risk
+    title: str
+    does: str
+    decides: Mapping[str, tuple[str, ...]]
+    ask: Callable[[Asker], None] = field(compare=False)
+    person: str = ""
+
+
+def asked(
+    risk: Risk,
+    decides: Mapping[str, tuple[str, ...]],
+    *,
+    does: str = "",
+    person: str = "",
+) -> Callable[[Callable[[Asker], None]], Question]:
+    """Make a question of the function that asks it: with its name, and its docstring as title."""
+
+    def made(ask: Callable[[Asker], None]) -> Question:
+        name = ask.__name__.replace("_", "-")
+        return Question(name, risk, ask.__doc__ or "", does, decides, ask, person)
+
+    return made

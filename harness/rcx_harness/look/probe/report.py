@@ -1,0 +1,211 @@
+"""The report of a probe: rule by rule, with its evidence, to be sent (TOML and Markdown)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from rcx_harness.look.probe.catalogue import questions
+from rcx_harness.look.probe.finding import Finding
+from rcx_harness.look.probe.run import Outcome
+from rcx_harness.spec import folder, load_toml
+from rcx_harness.spec.rules import Rule, rules
+
+__all__ = ["Subject", "Verdict", "as_markdown", "as_toml", "unasked", "verdicts"]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What was probed, by whom and when: as the person gives it.
+
+    Attributes:
+        host: Its address.
+        robot: What it is, as `RCX340 with YK400XE`; may be empty.
+        by: Who probed; may be empty.
+        date: When, as given.
+    """
+
+    host: str
+    robot: str
+    by: str
+    date: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a probe says of one assumed rule.
+
+    Attributes:
+        rule: It.
+        verdict: `confirmed`, `confirmed in part`, `refuted` or `not asked`.
+        findings: With their questions.
+        open: Keys of the rule of which nothing was found.
+        reason: Why it was not asked; empty if it was.
+    """
+
+    rule: Rule
+    verdict: str
+    findings: tuple[tuple[str, Finding], ...]
+    open: tuple[str, ...]
+    reason: str
+
+
+@lru_cache(maxsize=1)
+def unasked() -> Mapping[str, str]:
+    """Assumed rules that no question decides, each with the reason."""
+    table: list[dict[str, Any]] = load_toml(folder() / "unasked.toml")["unasked"]
+    return {rule: entry["reason"] for entry in table for rule in entry["rules"]}
+
+
+def verdicts(outcome: Outcome) -> list[Verdict]:
+    """One for each rule that is assumed, in the order of the table."""
+    return [_verdict(rule, outcome) for rule in rules() if rule.basis == "assumed"]
+
+
+def _verdict(rule: Rule, outcome: Outcome) -> Verdict:
+    found = tuple(
+        (name, one)
+        for name, several in outcome.findings.items()
+        for one in several
+        if one.rule == rule.id
+    )
+    known = {one.knob for _, one in found if one.verdict != "open"}
+    still = tuple(knob for knob in rule.knobs if knob not in known)
+    kinds = {one.verdict for _, one in found}
+    if "refuted" in kinds:
+        return Verdict(rule, "refuted", found, still, "")
+    if "confirmed" in kinds:
+        whole = not still and "open" not in kinds
+        return Verdict(rule, "confirmed" if whole else "confirmed in part", found, still, "")
+    return Verdict(rule, "not asked", found, still, _reason(rule, outcome))
+
+
+def _reason(rule: Rule, outcome: Outcome) -> str:
+    if rule.id in unasked():
+        return unasked()[rule.id]
+    mine = [one for one in questions() if rule.id in one.decides]
+    reasons = [outcome.skipped[one.id] for one in mine if one.id in outcome.skipped]
+    return reasons[0] if reasons else f"question {', '.join(one.id for one in mine)} not chosen"
+
+
+def as_toml(outcome: Outcome, subject: Subject) -> str:
+    """The report for programs."""
+    lines = [
+        'format = "rcx-probe/1"',
+        f"host = {_text(subject.host)}",
+        f"robot = {_text(subject.robot)}",
+        f"by = {_text(subject.by)}",
+        f"date = {_text(subject.date)}",
+        f"identity = [{', '.join(_text(line) for line in outcome.identity)}]",
+        f"firmware = {_text(_firmware(outcome))}",
+        f"ended = {_text(outcome.ended)}",
+    ]
+    for one in verdicts(outcome):
+        lines += ["", "[[rule]]", f"id = {_text(one.rule.id)}", f"verdict = {_text(one.verdict)}"]
+        if one.reason:
+            lines.append(f"reason = {_text(one.reason)}")
+        if one.findings and one.open:
+            lines.append(f"open = [{', '.join(map(_text, one.open))}]")
+        for question, finding in one.findings:
+            lines += ["", "[[rule.finding]]", f"question = {_text(question)}"]
+            if finding.knob:
+                lines.append(f"knob = {_text(finding.knob)}")
+            lines.append(f"verdict = {_text(finding.verdict)}")
+            key = "between" if finding.between else "values"
+            lines.append(f"{key} = [{', '.join(map(_toml, finding.values))}]")
+            lines.append(f"assumed = {_toml(finding.expected)}")
+            lines.append(f"evidence = {_text(finding.text)}")
+    return "\n".join(lines) + "\n"
+
+
+def as_markdown(outcome: Outcome, subject: Subject) -> str:
+    """The report for people."""
+    every = verdicts(outcome)
+    count = {kind: sum(one.verdict == kind for one in every) for kind in _KINDS}
+    lines = [
+        f"# Probe of {subject.robot or 'a controller'} at {subject.host}",
+        "",
+        f"By {subject.by or 'nobody named'}, {subject.date or 'no date given'}. "
+        + _firmware(outcome),
+        "",
+        *(f"- {line}" for line in outcome.identity),
+        "",
+        ", ".join(f"{number} {kind}" for kind, number in count.items())
+        + f", of {len(every)} rules that are assumed.",
+    ]
+    if outcome.ended:
+        lines += ["", f"**It ended before its last question: {outcome.ended}.**"]
+    for kind in _KINDS:
+        mine = [one for one in every if one.verdict == kind]
+        if mine:
+            lines += ["", f"## {kind.capitalize()}", "", *_table(kind, mine)]
+    return "\n".join(lines) + "\n"
+
+
+_KINDS = ("refuted", "confirmed", "confirmed in part", "not asked")
+
+
+def _table(kind: str, verdicts_: Sequence[Verdict]) -> Iterator[str]:
+    if kind == "not asked":
+        yield "| Rule | Why |\n|---|---|"
+        for one in verdicts_:
+            yield f"| `{one.rule.id}` | {_cell(one.reason)} |"
+        return
+    yield "| Rule | Key | Assumed | Found | Evidence |\n|---|---|---|---|---|"
+    for one in verdicts_:
+        for _, finding in one.findings:
+            key = f"`{finding.knob}`" if finding.knob else ""
+            yield (
+                f"| `{one.rule.id}` | {key} | {_shown(finding.expected)} | {_found(finding)} | "
+                f"{_cell(finding.text)} |"
+            )
+        if one.open:
+            names = ", ".join(f"`{name}`" for name in one.open)
+            yield f"| `{one.rule.id}` | {names} | | not asked | |"
+
+
+def _found(finding: Finding) -> str:
+    if finding.between:
+        low, high = finding.values
+        return f"more than {max(0.0, low):g}, at most {high:g}"
+    return " or ".join(map(_shown, finding.values))
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return ", ".join(map(_shown, value)) or "none"
+    return str(value) if value != "" else "none"
+
+
+def _firmware(outcome: Outcome) -> str:
+    found = {one.knob: one.values[0] for several in outcome.findings.values() for one in several}
+    if "host_version" not in found:
+        return "Its versions were not read."
+    return (
+        f"Host 0x{found['host_version']:04X} revision 0x{found.get('host_revision', 0):04X}, "
+        f"FPGA 0x{found.get('fpga_version', 0):04X}, "
+        f"driver 0x{found.get('driver_version', 0):04X}."
+    )
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def _text(value: str) -> str:
+    shown = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04X}" for c in shown) + '"'
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    return repr(round(value, 3)) if isinstance(value, float) else str(value)

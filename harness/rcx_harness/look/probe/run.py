@@ -1,0 +1,115 @@
+"""A probe from its first question to the last, whatever happens on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rcx_harness.errors import InputError
+from rcx_harness.look.probe.asker import Asker
+from rcx_harness.look.probe.finding import Finding, SkipError
+from rcx_harness.look.probe.line import Line, LostError
+from rcx_harness.look.probe.question import Question, Risk
+from rcx_harness.spec.wire import READY
+from rcx_harness.trace import Trace
+
+__all__ = ["Outcome", "Person", "probe"]
+
+
+@dataclass
+class Outcome:
+    """What came of a probe.
+
+    Attributes:
+        identity: Who the controller says it is.
+        findings: By question, in the order in which they were asked.
+        skipped: Why a question was not asked, or decided nothing.
+        ended: Why the probe ended before its last question; empty if it did not.
+    """
+
+    identity: Sequence[str] = ()
+    findings: dict[str, list[Finding]] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+    ended: str = ""
+
+
+@dataclass(frozen=True)
+class Person:
+    """Who sits before the probe.
+
+    Attributes:
+        confirms: Is asked before each question; False leaves it out.
+        does: Is asked to do something at the cell, with its name as an event; False if not done.
+        tell: Takes one line after the other.
+    """
+
+    confirms: Callable[[Question], bool]
+    does: Callable[[str, str], bool]
+    tell: Callable[[str], None]
+
+
+def probe(
+    line: Line, asked: Sequence[Question], person: Person, trace: Path | None = None
+) -> Outcome:
+    """Ask one question after the other; all inputs are OFF between them and at the end.
+
+    Ctrl-C, and a connection that is lost, end it: the inputs go OFF, the connection is closed,
+    and what was found so far is the outcome.
+
+    Args:
+        line: The way to the controller; it is closed.
+        asked: The questions, in this order.
+        person: Confirms each of them.
+        trace: Where to write what was seen.
+    """
+    outcome = Outcome(identity=list(line.identity))
+    header = {"by": "rcx probe", "size": line.size, "only": "changes"}
+    written = Trace(header, trace, keep=0) if trace is not None else None
+    ask = Asker(line, person.does, written)
+    try:
+        ask.open()
+        if ask.status != READY:
+            raise LostError(f"it shows the remote status 16#{ask.status:04X} without a command")
+        for question in asked:
+            if person.confirms(question):
+                _ask(ask, question, outcome, person)
+            else:
+                outcome.skipped[question.id] = "not confirmed"
+    except KeyboardInterrupt:
+        outcome.ended = "stopped by Ctrl-C"
+    except LostError as error:
+        outcome.ended = f"the connection is lost: {error}"
+    finally:
+        try:
+            line.close()
+        finally:
+            if written is not None:
+                written.close()
+    for question in asked:
+        if question.id not in outcome.findings and question.id not in outcome.skipped:
+            outcome.skipped[question.id] = outcome.ended or "not asked"
+    return outcome
+
+
+def _ask(ask: Asker, question: Question, outcome: Outcome, person: Person) -> None:
+    before = len(ask.findings)
+    ask.begin(question.decides)
+    try:
+        if question.risk < Risk.MOTION and ask.on("SO02"):
+            raise SkipError("the servos are ON although SI(00) is OFF")
+        question.ask(ask)
+    except SkipError as reason:
+        outcome.skipped[question.id] = str(reason)
+    except InputError as error:
+        outcome.skipped[question.id] = error.message
+    finally:
+        found = ask.findings[before:]
+        if found:
+            outcome.findings[question.id] = found
+    ask.rest()
+    for one in found:
+        shown = f"{one.rule}{f', {one.knob}' if one.knob else ''}"
+        person.tell(f"  {one.verdict:<9}  {shown}: {one.text}")
+    if question.id in outcome.skipped:
+        person.tell(f"  open       {outcome.skipped[question.id]}")

@@ -1,0 +1,137 @@
+"""From the joints of a robot to where its flange is, and back; all in closed form.
+
+Joints are in 0.001 degree where they turn, else in 0.001 mm; places are X, Y, Z [0.001 mm] and R
+[0.001 degree] in the robot's own coordinates, then any further axes, which stay as they are. Z is
+positive downwards, as the controller counts it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+__all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
+
+_X, _Y, _Z, _R = range(4)
+_UNIT = 1000.0  # of a degree
+_HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
+
+
+class UnreachableError(ValueError):
+    """No position of the joints brings the flange there."""
+
+
+class Kinematics(Protocol):
+    """How a robot is built.
+
+    Attributes:
+        straight: A line in space is one of the joints, too.
+        left: The arm as it stands, or shall stand: left-handed; of a SCARA robot only.
+    """
+
+    @property
+    def straight(self) -> bool:
+        """As above."""
+
+    @property
+    def left(self) -> bool:
+        """As above."""
+
+    def forward(self, joints: Sequence[float]) -> list[float]:
+        """Where the flange is."""
+
+    def inverse(self, place: Sequence[float]) -> list[float]:
+        """The joints that bring the flange there.
+
+        Raises:
+            UnreachableError: there are none.
+        """
+
+    def bend(self, joints: Sequence[float]) -> float | None:
+        """Angle from the stretched arm [degree], positive right-handed; None without an arm."""
+
+
+@dataclass(frozen=True)
+class _Cartesian:
+    """Each axis is a coordinate."""
+
+    straight = True
+    left = False
+
+    def forward(self, joints: Sequence[float]) -> list[float]:
+        """The joints themselves."""
+        return list(joints)
+
+    def inverse(self, place: Sequence[float]) -> list[float]:
+        """The place itself."""
+        return list(place)
+
+    def bend(self, joints: Sequence[float]) -> float | None:
+        """There is no arm."""
+        return None
+
+
+CARTESIAN: Kinematics = _Cartesian()
+
+
+@dataclass(frozen=True)
+class Scara:
+    """Two arms that turn about vertical axes, then Z and R.
+
+    At 0 degrees of axes 1 and 2 the arms are stretched along Y, the front; positive angles turn
+    from X to Y. R is the sum of all three, and so 90 degrees there. Right-handed is axis 2
+    positive: the elbow is on the right of the line from the base to the hand.
+
+    Attributes:
+        arm1: Length [0.001 mm].
+        arm2: Length [0.001 mm].
+        offset: Angle from arm 2 to the line to the hand [0.001 degree], of a hand beside R.
+        left: Of the two positions of the joints it is the left-handed one.
+    """
+
+    arm1: float
+    arm2: float
+    offset: float = 0.0
+    left: bool = False
+
+    straight = False
+    _front = 90 * _UNIT
+
+    def forward(self, joints: Sequence[float]) -> list[float]:
+        """Where the flange is."""
+        first = self._front + joints[_X]
+        second = first + joints[_Y] + self.offset
+        x1, y1 = _polar(self.arm1, first)
+        x2, y2 = _polar(self.arm2, second)
+        r = [second - self.offset + joints[_R]] if len(joints) > _R else []
+        return [x1 + x2, y1 + y2, *joints[_Z:_R], *r, *joints[_R + 1 :]]
+
+    def inverse(self, place: Sequence[float]) -> list[float]:
+        """The joints, right-handed or left-handed; axis 1 from -180 to 180 degrees."""
+        x, y = place[_X], place[_Y]
+        far = x * x + y * y
+        cosine = (far - self.arm1**2 - self.arm2**2) / (2 * self.arm1 * self.arm2)
+        if abs(cosine) > 1 + 1e-12:
+            raise UnreachableError(f"{math.hypot(x, y) / _UNIT:.3f} mm from the base")
+        bend = math.degrees(math.acos(max(-1.0, min(1.0, cosine)))) * _UNIT
+        if self.left:
+            bend = -bend
+        elbow_x, elbow_y = _polar(self.arm2, bend)
+        first = math.degrees(math.atan2(y, x) - math.atan2(elbow_y, self.arm1 + elbow_x)) * _UNIT
+        first = (first - self._front + _HALF_TURN) % _TURN - _HALF_TURN
+        second = bend - self.offset
+        r = [place[_R] - self._front - first - second] if len(place) > _R else []
+        return [first, second, *place[_Z:_R], *r, *place[_R + 1 :]]
+
+    def bend(self, joints: Sequence[float]) -> float | None:
+        """Of the arm to the hand."""
+        angle = joints[_Y] + self.offset
+        return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
+
+
+def _polar(length: float, angle: float) -> tuple[float, float]:
+    """X and Y of an arm at `angle` [0.001 degree]."""
+    turned = math.radians(angle / _UNIT)
+    return length * math.cos(turned), length * math.sin(turned)

@@ -1,0 +1,76 @@
+"""Where the tool is when, on a curve on which the joints do not turn evenly."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+
+__all__ = ["AxisLimits", "Schedule"]
+
+
+@dataclass(frozen=True)
+class AxisLimits:
+    """One axis on the way.
+
+    Attributes:
+        places: Where it is at even steps of the way [pulses].
+        speed: The highest one [pulses/s].
+        up: Acceleration [pulses/s^2].
+        down: Deceleration [pulses/s^2].
+    """
+
+    places: Sequence[float]
+    speed: float
+    up: float
+    down: float
+
+
+class Schedule:
+    """Times at even steps of a way, as fast as all axes can; between two of them it speeds evenly.
+
+    Half of an axis' acceleration is for the bends of its own way, half for the tool's acceleration.
+    """
+
+    def __init__(self, length: float, speed: float, axes: Sequence[AxisLimits]) -> None:
+        """The length of the way, in any unit, is above 0; `speed` in that unit/s."""
+        steps = len(axes[0].places) - 1
+        step = length / steps
+        speeds, ups, downs = [speed] * (steps + 1), [math.inf] * steps, [math.inf] * steps
+        for axis in axes:
+            rates = [(after - before) / step for before, after in pairwise(axis.places)]
+            ramp = min(axis.up, axis.down) / 2
+            for k, rate in enumerate(rates):
+                if rate:
+                    most = axis.speed / abs(rate)
+                    speeds[k], speeds[k + 1] = min(speeds[k], most), min(speeds[k + 1], most)
+                    ups[k] = min(ups[k], axis.up / 2 / abs(rate))
+                    downs[k] = min(downs[k], axis.down / 2 / abs(rate))
+            for k, (before, after) in enumerate(pairwise(rates), 1):
+                if bend := abs(after - before) / step:
+                    speeds[k] = min(speeds[k], math.sqrt(ramp / bend))
+        speeds[0] = speeds[-1] = 0.0
+        for k in range(steps):
+            speeds[k + 1] = min(speeds[k + 1], math.sqrt(speeds[k] ** 2 + 2 * ups[k] * step))
+        for k in reversed(range(steps)):
+            speeds[k] = min(speeds[k], math.sqrt(speeds[k + 1] ** 2 + 2 * downs[k] * step))
+        spans = [2 * step / (before + after) for before, after in pairwise(speeds)]
+        self._speeds, self._step, self._steps = speeds, step, steps
+        self._times = [0.0, *accumulate(spans)]
+
+    @property
+    def seconds(self) -> float:
+        """From start to end."""
+        return self._times[-1]
+
+    def share(self, t: float) -> float:
+        """Part of the way that is done `t` seconds after the start, 0 to 1."""
+        if t >= self.seconds:
+            return 1.0
+        k = min(bisect_right(self._times, t), self._steps) - 1
+        since, span = t - self._times[k], self._times[k + 1] - self._times[k]
+        first, last = self._speeds[k], self._speeds[k + 1]
+        done = first * since + (last - first) * since * since / (2 * span)
+        return (k + done / self._step) / self._steps

@@ -1,0 +1,189 @@
+"""The robots that a robot file can name, as `spec/robots.toml` lists them, and their acceleration.
+
+One law for all types: the force of an axis is its motor's power over its speed, times a factor; it
+moves the load and a share of the robot's own largest load, which stands for the mass of the axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import radians
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.spec.tables import folder, load_toml
+
+__all__ = ["Joint", "Law", "RobotModel", "law", "robot_models"]
+
+_X, _Y, _Z, _R = range(4)
+
+
+@dataclass(frozen=True)
+class Law:
+    """Acceleration of an axis from its motor, its speed and what it moves.
+
+    Attributes:
+        factor: Of the force that the motor has at full speed.
+        own_share: Of the largest load, as mass of the axis itself.
+        fitted: The models to whose standard cycle time both were fitted.
+    """
+
+    factor: float
+    own_share: float
+    fitted: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One axis of a model; lengths in mm, angles in degrees.
+
+    Attributes:
+        low: The lower soft limit.
+        high: The upper one.
+        pulses_per_unit: Per mm or degree.
+        zero: Where it is at 0 mm or 0 degrees [pulses].
+        speed: The highest one, per second.
+        power: Of its motor [W].
+        reach: From the axis of an arm that turns to its stretched end [m]; of others 1.
+        turns: It turns.
+        largest: The largest load, of the R axis the largest moment of inertia [kg, kg m^2].
+        per_load: What of that each kg of the load is.
+        own: Mass of the axis itself [kg], where it is known; else 0: the law's share of `largest`.
+    """
+
+    low: float
+    high: float
+    pulses_per_unit: float
+    zero: float
+    speed: float
+    power: float
+    reach: float
+    turns: bool
+    largest: float
+    per_load: float
+    own: float = 0.0
+
+    def acceleration(self, law: Law, load: float) -> float:
+        """[mm/s^2 or degree/s^2] with that load [kg]."""
+        unit = radians(1) if self.turns else 1e-3
+        mass = self._own(law) + self.per_load * load
+        return law.factor * self.power / (self.speed * unit) / (mass * self.reach**2) / unit
+
+    def slower(self, law: Law, load: float) -> float:
+        """The same as a part of what it is without a load."""
+        own = self._own(law)
+        return own / (own + self.per_load * load)
+
+    def _own(self, law: Law) -> float:
+        return self.own or law.own_share * self.largest
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """One type of robot.
+
+    Attributes:
+        name: As in a robot file.
+        source: Who says its figures.
+        also: What else is to be known of it.
+        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; none of a Cartesian one.
+        joints: Its axes.
+        payload: Its largest load [kg].
+        cycles: Standard cycle times by load: [kg] to [s]; the catalogue's own one first.
+    """
+
+    name: str
+    source: str
+    also: str
+    arms: tuple[float, ...]
+    joints: tuple[Joint, ...]
+    payload: float
+    cycles: tuple[tuple[float, float], ...]
+
+    @property
+    def scara(self) -> bool:
+        """It has two arms that turn."""
+        return bool(self.arms)
+
+
+@lru_cache(maxsize=1)
+def law() -> Law:
+    """The law of acceleration, for all models."""
+    table = _table()["law"]
+    return Law(table["factor"], table["own_share"], tuple(table["fitted"]))
+
+
+@lru_cache(maxsize=1)
+def robot_models() -> dict[str, RobotModel]:
+    """All models by name.
+
+    Raises:
+        InputError: the table is not written as its head says.
+    """
+    table = _table()
+    try:
+        made = [_model(row, table) for row in table["robot"]]
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise InputError(f"a robot is not complete: {error!r}", file=_path()) from error
+    return {model.name: model for model in made}
+
+
+def _path() -> Path:
+    return folder() / "robots.toml"
+
+
+def _table() -> dict[str, Any]:
+    return load_toml(_path())
+
+
+def _model(row: dict[str, Any], table: dict[str, Any]) -> RobotModel:
+    arms = tuple(float(arm) for arm in row.get("arms", ()))
+    assumed = table["assumed"]
+    if arms:
+        speeds = [*_shared(row["speed_xy"], arms, assumed["axis2_to_axis1"]), *row["speed"]]
+        per = assumed["pulses_per_unit"]
+    else:
+        speeds, per = row["speed"], [assumed["pulses_per_mm"]] * len(row["range"])
+    reaches = {_X: sum(arms) / 1000, _Y: arms[1] / 1000} if arms else {}
+    joints = []
+    for place, (low, high) in enumerate(row["range"]):
+        scale, zero = per[place], 0.0
+        if "pulses" in row:
+            first, last = row["pulses"][place]
+            scale = (last - first) / (high - low)
+            zero = first - low * scale
+        payload = float(row["payload"])
+        largest = row["inertia"] if place == _R else payload
+        joints.append(
+            Joint(
+                *(low, high, scale, zero, speeds[place], row["power"][place]),
+                reach=reaches.get(place, 1.0),
+                turns=bool(arms) and place != _Z,
+                largest=largest,
+                per_load=largest / payload,
+                own=row["mass"][place] if "mass" in row else 0.0,
+            )
+        )
+    cycles = [(row["cycle_load"], row["cycle"])] if "cycle" in row else []
+    cycles += [(load, seconds) for load, seconds in row.get("more_cycles", ())]
+    return RobotModel(
+        name=row["name"],
+        source=table["sources"][row["source"]],
+        also=row.get("also", ""),
+        arms=arms,
+        joints=tuple(joints),
+        payload=row["payload"],
+        cycles=tuple(cycles),
+    )
+
+
+def _shared(speed_xy: float, arms: tuple[float, ...], ratio: float) -> tuple[float, float]:
+    """Speeds of axes 1 and 2 [degree/s] that give the stretched arm's end that speed [mm/s]."""
+    first = _degrees(speed_xy / (sum(arms) + ratio * arms[1]))
+    return first, ratio * first
+
+
+def _degrees(value: float) -> float:
+    return value / radians(1)

@@ -1,0 +1,147 @@
+"""A ready-made state machine for hypothesis: whatever operator, network and robots do to a cell.
+
+`rcx_machine` of the plugin runs it on the cell of a test. Rules of one's own go into a subclass:
+
+    class WithRecipe(CellMachine):
+        @rule(recipe=st.integers(1, 9))
+        def choose(self, recipe):
+            self.set({"Main.Recipe": recipe})
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hypothesis import note
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+)
+
+from rcx_harness.cell.stimulus import Entry
+from rcx_harness.verify.storm.cells import Cells
+from rcx_harness.verify.storm.course import RECOVERY, Course
+from rcx_harness.verify.storm.replay import replay_of
+from rcx_harness.verify.storm.storms import Failure
+from rcx_harness.verify.storm.written import write
+
+__all__ = ["CellMachine", "bound"]
+
+#: Faults that are over as soon as they have happened.
+_AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
+_HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))
+
+
+class CellMachine(RuleBasedStateMachine):
+    """An operator, a network and robots that do anything, in any order.
+
+    `demands` says what they can do and what is demanded, as the files of `rcx campaign` do. After
+    each step all rules and properties are judged; `recover` asks for the way back. A failing run
+    is written as a stimulus, which `rcx run` replays: the last one is hypothesis's shortest.
+    """
+
+    cells: Cells
+    """What the cells are made of."""
+    replay_file: Path
+    """Where a failing run is written."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.demands = self.cells.demands
+        self.cell = self.cells.cell(0)
+        self._course = Course(self.cell, self.demands)
+
+    @initialize()
+    def begin(self) -> None:
+        """The cell is started."""
+        self._try(self._course.begin)
+
+    @rule(scans=st.sampled_from((1, 2, 5, 10, 30, 100, 300)))
+    def wait(self, scans: int) -> None:
+        """Time passes."""
+        self._try(lambda: self._course.let_pass(scans * self.cell.timing.scan_us))
+
+    @precondition(lambda self: bool(self.demands.buttons))
+    @rule(data=st.data(), held_ms=_HELD_MS)
+    def press(self, data: st.DataObject, held_ms: int) -> None:
+        """A button is pressed; it is let go later, whatever happens meanwhile."""
+        button = data.draw(st.sampled_from(self.demands.buttons))
+        self._plan(Entry(self.cell.now_us, values={button: True}, held_us=held_ms * 1000))
+
+    @precondition(lambda self: bool(self.demands.switches))
+    @rule(data=st.data(), to=st.booleans())
+    def switch(self, data: st.DataObject, to: bool) -> None:
+        """A switch is put on or off."""
+        self.set({data.draw(st.sampled_from(self.demands.switches)): to})
+
+    @precondition(lambda self: bool(self.demands.values))
+    @rule(data=st.data())
+    def change(self, data: st.DataObject) -> None:
+        """A variable gets another value."""
+        path = data.draw(st.sampled_from(list(self.demands.values)))
+        self.set({path: data.draw(st.sampled_from(self.demands.values[path]))})
+
+    @precondition(lambda self: bool(self.demands.faults))
+    @rule(data=st.data(), held_ms=_HELD_MS)
+    def fault(self, data: st.DataObject, held_ms: int) -> None:
+        """Something goes wrong for a while."""
+        name = data.draw(st.sampled_from(self.demands.faults))
+        controller = 1
+        if not name.startswith("plc_"):
+            controller = data.draw(st.integers(1, len(self.cell.robots)))
+        held_us = None if name in _AT_ONCE else held_ms * 1000
+        args = {"by": f"{self.demands.late_us}us"} if name == "packets_late" else {}
+        self._plan(
+            Entry(self.cell.now_us, events=((name, args),), controller=controller, held_us=held_us)
+        )
+
+    @precondition(lambda self: self.demands.recovery is not None)
+    @rule()
+    def recover(self) -> None:
+        """All causes go; the way back leads to a working cell."""
+        course = self._course
+        ends_us = [part.t_us for act in course.done for part in act.parts()]
+        left_us = max(0, max(ends_us, default=0) + 1_000 - self.cell.now_us)
+        self._try(lambda: course.let_pass(left_us))
+        self._try(course.come_to_rest)
+        self._try(course.recover)
+
+    @invariant()
+    def nothing_is_broken(self) -> None:
+        """No rule, and no property."""
+        self._try(self._course.check)
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """Variables are set, and a moment passes."""
+        self._plan(Entry(self.cell.now_us, values=values))
+
+    def _plan(self, act: Entry) -> None:
+        self._course.plan(act)
+        self._try(lambda: self._course.let_pass(1_000))
+
+    def _try(self, step: Callable[[], object]) -> None:
+        try:
+            step()
+        except Failure as failure:
+            note(self._written(failure))
+            raise
+
+    def _written(self, failure: Failure) -> str:
+        course = self._course
+        expect = course.expect if failure.kind == RECOVERY else course.judge.expected(failure.kind)
+        replay = replay_of(course.done, failure, expect, 0, self.cell.timing.scan_us)
+        write(self.replay_file.parent, {self.replay_file.name: replay.text})
+        duration = f"{replay.duration_us // 1000}ms"
+        shown = f"rcx run ... --stimulus {self.replay_file} --for {duration}"
+        return f"{replay.text}replay: {shown}"
+
+
+def bound(machine: type[CellMachine], cells: Cells, replay_file: Path) -> type[CellMachine]:
+    """The same machine, of these cells."""
+    return type(machine.__name__, (machine,), {"cells": cells, "replay_file": replay_file})

@@ -1,0 +1,221 @@
+"""A run of pytest for `rcx mutants`: the original with notes of what each test runs, or a mutant.
+
+The command says in a file, named by the environment, what this run is to do and where it writes
+what came of it. The files that a user's options have it write go to a temporary folder.
+"""
+
+from __future__ import annotations
+
+import gc
+import socket
+from collections.abc import Iterable
+from contextlib import ExitStack
+from functools import partial
+from importlib import import_module
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rcx_harness.cell import build
+from rcx_harness.engine.builtin.coverage import Collector, counting
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.output.system import copied, copy_ended
+from rcx_harness.testing.tracing import PerTest
+from rcx_harness.verify.coverage.listing import Text, listing
+from rcx_harness.verify.mutants.order import Order
+
+__all__ = ["start"]
+
+#: What other plugins would write over those of the user's own runs.
+_OUTPUTS = ("xmlpath", "htmlpath", "json_report_file", "allure_report_dir", "logfile")
+
+
+def start(config: pytest.Config, order_file: Path) -> None:
+    """Do what is ordered, in this run."""
+    order = Order.read(order_file)
+    _place_outputs(config, order)
+    if hasattr(config.option, "numprocesses"):  # xdist: one process, and no other
+        config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
+    # By name: the package has a function of the same name.
+    chooser: Any = import_module("rcx_harness.engine.load")
+    chooser.find_matiec = lambda *_: None
+    _settle_hypothesis()
+    if order.port:
+        config.pluginmanager.register(_Server(order))
+    elif order.tests is None:
+        config.pluginmanager.register(_Original(config, order))
+    else:
+        build.INSTEAD.update(order.instead)
+        config.option.maxfail = 1
+        config.pluginmanager.register(_Mutant(order))
+
+
+def _place_outputs(config: pytest.Config, order: Order) -> None:
+    """Nothing is written into the user's folders."""
+    for name in _OUTPUTS:
+        if hasattr(config.option, name):
+            setattr(config.option, name, None)
+    config.option.rcx_artifacts = str(order.folder / "artifacts")
+
+
+def _settle_hypothesis() -> None:
+    """From now on hypothesis tries the same examples in every run, and keeps none."""
+    try:
+        from hypothesis import Phase, settings
+    except ImportError:
+        return
+    phases = (Phase.explicit, Phase.generate)
+    settings.register_profile("rcx", database=None, derandomize=True, deadline=None, phases=phases)
+    settings.load_profile("rcx")
+
+
+class _Original(PerTest):
+    """Notes which statements of the sources each test executes, and which tests fail."""
+
+    def __init__(self, config: pytest.Config, order: Order) -> None:
+        super().__init__()
+        self._order, self._root = order, config.rootpath
+        self._collector = Collector(library=False)
+        self._collector.leave_out(build.default_lib())
+        self._why: list[str] = []
+        stack = ExitStack()
+        stack.enter_context(counting(self._collector))
+        config.add_cleanup(stack.close)
+
+    def take(self) -> set[Any]:
+        """What has been counted since the last time: POU and counter."""
+        found: set[Any] = set()
+        for number, one in enumerate(self._collector.counted):
+            counters = one.counts.counters
+            if any(counters):
+                found |= {(number, place) for place, count in enumerate(counters) if count}
+                counters[:] = [0] * len(counters)
+        return found
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note what failed, and why."""
+        super().pytest_runtest_logreport(report)
+        if report.failed:
+            crash = getattr(report.longrepr, "reprcrash", None)
+            message = getattr(crash, "message", "") or str(report.longrepr or "")
+            self._why.append(message.strip().partition("\n")[0])
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """A file of tests that cannot be loaded."""
+        if report.failed:
+            self.passed[report.nodeid or "the tests"] = False
+            self._why.append("it cannot be collected")
+
+    def pytest_sessionfinish(self) -> None:
+        """Write what was noted."""
+        lines: list[dict[int, set[int]]] = []
+        listed: dict[str, set[int]] = {}
+        for one in self._collector.counted:
+            own: dict[int, set[int]] = {}
+            text = Text(Path(one.file), one.sources)
+            for point in listing(one.pou, one.plan, text).statements:
+                own.setdefault(point.counter, set()).add(point.line)
+            lines.append(own)
+            listed.setdefault(one.file, set()).update(*own.values())
+        ran: dict[str, dict[str, list[int]]] = {}
+        for node, seen in self.seen.items():
+            files: dict[str, set[int]] = {}
+            for number, counter in seen:
+                found = lines[number].get(counter, ())
+                files.setdefault(self._collector.counted[number].file, set()).update(found)
+            ran[node] = {file: sorted(found) for file, found in files.items()}
+        content = {
+            "root": str(self._root),
+            "passed": self.passed,
+            "why": self._why[:1],
+            "seconds": self.seconds,
+            "ran": ran,
+            "listed": {file: sorted(found) for file, found in listed.items()},
+            "elsewhere": sorted(self._collector.elsewhere),
+        }
+        self._order.answer(content)
+
+
+class _Mutant:
+    """Runs the wanted tests in the wanted order up to the first that fails, and tells it."""
+
+    def __init__(self, order: Order) -> None:
+        self._order = order
+        self._failed: str | None = None
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Leave out the others."""
+        items[:] = wanted(self._order, items)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """The first failure."""
+        if report.failed:
+            self._fail(report.nodeid)
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Nothing can be run."""
+        if report.failed:
+            self._fail(f"{report.nodeid} cannot be collected")
+
+    def pytest_sessionfinish(self) -> None:
+        """Tell that none failed."""
+        if self._failed is None:
+            self._order.answer({"failed": None})
+
+    def _fail(self, node: str) -> None:
+        if self._failed is None:
+            self._failed = node
+            self._order.answer({"failed": node})
+
+
+def wanted(order: Order, items: Iterable[pytest.Item]) -> list[pytest.Item]:
+    """The wanted tests in the wanted order."""
+    places = {node: place for place, node in enumerate(order.tests or ())}
+    return sorted(
+        (item for item in items if item.nodeid in places), key=lambda item: places[item.nodeid]
+    )
+
+
+class _Server:
+    """Collects the tests, and does each order that comes in a copy of this process."""
+
+    def __init__(self, order: Order) -> None:
+        self._order = order
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Until the other side has gone."""
+        for file in self._order.sources:
+            parse(file)  # and remember it, for the copies
+        gc.collect()
+        gc.freeze()
+        with socket.create_connection(("127.0.0.1", self._order.port)) as connection:
+            lines = connection.makefile("rwb", buffering=0)
+            while line := lines.readline():
+                order = Order.read(Path(line.decode().strip()))
+                pid = copied(partial(_in_copy, session, order), order.seconds)
+                copy_ended(pid)
+                lines.write(b"done\n")
+        return True
+
+
+def _in_copy(session: pytest.Session, order: Order) -> None:
+    """Run the tests of a mutant."""
+    config = session.config
+    _place_outputs(config, order)
+    factory: Any = getattr(config, "_tmp_path_factory", None)
+    if factory is not None:
+        factory._basetemp = order.folder / "tests"  # noqa: SLF001 - pytest has no other way
+        factory._basetemp.mkdir()  # noqa: SLF001
+    build.INSTEAD.update(order.instead)
+    mutant = _Mutant(order)
+    config.pluginmanager.register(mutant)
+    items = wanted(order, session.items)
+    for item, following in zip_longest(items, items[1:]):
+        config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+        if order.answered() is not None:
+            return
+    mutant.pytest_sessionfinish()

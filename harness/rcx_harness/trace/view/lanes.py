@@ -1,0 +1,287 @@
+"""What a recording is shown as: lanes with a name, in groups, from the records as they come."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rcx_harness.engine.types import ElementaryType, Type
+from rcx_harness.spec import signals
+from rcx_harness.spec.plain import request_text, response_text
+from rcx_harness.spec.wire import DEDICATED_AT, RESERVED_AT, SIZE
+from rcx_harness.trace.values import Changed, literal, typed, value_text
+from rcx_harness.trace.view.pack import Bits, Numbers, Packed, Reals, Texts
+from rcx_harness.watch.wire import word
+
+__all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
+
+_WORDS = 16
+_PORTS = range(DEDICATED_AT + 2, RESERVED_AT)
+#: Numbers that are shown as such; those of 64 bits are more than the page can count.
+_WHOLE = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT")
+_DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
+_PRECISION = {"REAL": 7, "LREAL": 15}
+_STRINGS = ("STRING", "WSTRING", "CHAR", "WCHAR")
+#: Of these a structure or block has one of each kind where it is called by the rules of PLCopen.
+_ASKS, _ANSWERS = {"Execute", "Enable"}, {"Busy", "Done", "Error", "Valid"}
+
+
+@dataclass
+class Lane:
+    """One line of the chart.
+
+    Attributes:
+        name: What stands beside it.
+        packed: Its changes.
+        colour: Of which kind it is: `input`, `output`, `command`, `status`, `variable`, `curve` or
+            `rule`.
+        says: How a change is told: before the value `short`, behind it the rest of the name.
+        short: `SI(01)` of `SI(01) Servo ON input`.
+        idle: The text for which there is but a line.
+        show: How a number is shown: `digits` in hexadecimal, `precision`, `fine` for so many parts.
+        is_curve: It is drawn as a line from value to value.
+        rests: It goes from value to value within a cycle, and not at once.
+        speed_of: The lane whose speed it shows; it has no changes of its own.
+    """
+
+    name: str
+    packed: Packed
+    colour: str
+    short: str = ""
+    idle: int | None = None
+    show: dict[str, int] = field(default_factory=dict)
+    is_curve: bool = False
+    rests: bool = False
+    speed_of: Lane | None = None
+
+
+@dataclass
+class Group:
+    """Lanes that belong together; an `open` one is seen at first."""
+
+    title: str
+    lanes: list[Lane]
+    open: bool = True
+
+
+class Lanes:
+    """All lanes, the texts in them, and the order of their changes."""
+
+    def __init__(self) -> None:
+        self.every: list[Lane] = []
+        self.texts: dict[str, int] = {}
+        self.order = array("I")
+        """For each change the number of its lane, from the first to the last change."""
+        self._numbers: dict[int, int] = {}
+
+    def new(self, name: str, packed: Packed, colour: str, **more: Any) -> Lane:
+        """One more lane."""
+        lane = Lane(name, packed, colour, **more)
+        self._numbers[id(lane)] = len(self.every)
+        self.every.append(lane)
+        return lane
+
+    def number(self, lane: Lane) -> int:
+        """Which lane it is, from 0."""
+        return self._numbers[id(lane)]
+
+    def text(self, text: str) -> int:
+        """The number of a text in the table."""
+        return self.texts.setdefault(text, len(self.texts))
+
+    def note(self, lane: Lane, t_us: int, value: float, *, told: bool = True) -> None:
+        """The value of a lane from `t_us` on; a change that is `told` is among the events."""
+        if lane.packed.note(t_us, value) and told:
+            self.order.append(self.number(lane))
+
+    def add(self, lane: Lane, t_us: int, value: float) -> None:
+        """A change of a lane, whatever was before."""
+        lane.packed.add(t_us, value)
+        self.order.append(self.number(lane))
+
+
+class Wire:
+    """The areas of one controller, as PLC or controller see them.
+
+    Args:
+        lanes: Where its lanes go.
+        who: What the titles of its groups begin with.
+        plain: It is the side that people look at first, and whose changes are events.
+    """
+
+    def __init__(self, lanes: Lanes, who: str, *, plain: bool = True) -> None:
+        self._lanes, self._who, self._plain = lanes, who, plain
+        table = signals()
+        self._connection = lanes.new("Connection", Bits(), "status", short="Connection")
+        self._bits = {
+            "si": [
+                (one.byte, one.bit, self._bit(one.signal, one.title, "input"))
+                for one in table.input
+            ],
+            "so": [
+                (one.byte, one.bit, self._bit(one.signal, one.title, "output"))
+                for one in table.output
+            ],
+        }
+        self._reset, self._ready = lanes.text("status reset"), lanes.text("ready")
+        self._command = lanes.new(
+            "Remote command", Texts(), "command", short="PLC:", idle=self._reset
+        )
+        self._status = lanes.new(
+            "Remote status", Texts(), "status", short="Controller:", idle=self._ready
+        )
+        self._ports: dict[str, Lane] = {}
+        self._request = 0
+        self._si = self._so = b""
+        self._connected: bool | None = None
+
+    def _bit(self, signal: str, title: str, colour: str) -> Lane:
+        return self._lanes.new(f"{signal} {title}", Bits(), colour, short=signal)
+
+    def take(self, t_us: int, si: bytes, so: bytes) -> None:
+        """The areas from `t_us` on; an empty one: nobody sends it."""
+        connected = bool(si and so)
+        if connected != self._connected:
+            self._connected = connected
+            self._note(self._connection, t_us, connected)
+        if si and si != self._si:
+            if si[:2] != self._si[:2]:
+                self._take_code(t_us, si)
+            self._take_area(t_us, "si", self._si, si)
+            self._si = si
+        if so and so != self._so:
+            if so[:2] != self._so[:2]:
+                self._take_status(t_us, so)
+            self._take_area(t_us, "so", self._so, so)
+            self._so = so
+
+    def _note(self, lane: Lane, t_us: int, value: int) -> None:
+        self._lanes.note(lane, t_us, value, told=self._plain)
+
+    def _take_code(self, t_us: int, si: bytes) -> None:
+        code = word(si, 0)
+        text = self._reset
+        if code:
+            self._request = code
+            text = self._lanes.text(request_text([word(si, 2 * k) for k in range(_WORDS)]))
+        self._note(self._command, t_us, text)
+
+    def _take_status(self, t_us: int, so: bytes) -> None:
+        text = self._ready
+        if word(so, 0):
+            words = [word(so, 2 * k) for k in range(_WORDS)]
+            text = self._lanes.text(response_text(self._request, words))
+        self._note(self._status, t_us, text)
+
+    def _take_area(self, t_us: int, kind: str, before: bytes, area: bytes) -> None:
+        """The bits and ports of an area that are others than before."""
+        end = DEDICATED_AT + 2
+        if before[DEDICATED_AT:end] != area[DEDICATED_AT:end]:
+            for byte, bit, lane in self._bits[kind]:
+                self._note(lane, t_us, area[byte] >> bit & 1)
+        if before[end:] != area[end:]:
+            for name, digits, value in _general(kind, area):
+                lane = self._ports.get(name) or self._port(name, digits, kind)
+                self._note(lane, t_us, value)
+
+    def _port(self, name: str, digits: int, kind: str) -> Lane:
+        colour = "input" if kind == "si" else "output"
+        show = {"digits": digits}
+        lane = self._lanes.new(name, Numbers(), colour, short=name, show=show)
+        self._ports[name] = lane
+        return lane
+
+    def groups(self) -> Iterator[Group]:
+        """What is shown of it, from top to bottom."""
+        inputs, outputs = ([lane for *_, lane in self._bits[kind]] for kind in ("si", "so"))
+        ports = [lane for _, lane in sorted(self._ports.items()) if _tells(lane)]
+        wire = [self._connection, self._command, self._status]
+        if not self._plain:
+            yield Group(f"{self._who}As the controller sees it", wire + inputs + outputs, False)
+            return
+        yield Group(f"{self._who}Remote commands", wire)
+        yield Group(f"{self._who}Dedicated inputs", inputs)
+        yield Group(f"{self._who}Dedicated outputs", outputs)
+        if ports:
+            yield Group(f"{self._who}General-purpose ports and words", ports)
+
+
+def _tells(lane: Lane) -> bool:
+    return lane.packed.count > 0 or bool(lane.packed.first)
+
+
+def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
+    """The general-purpose bytes of an area and its words beyond 48 bytes: name, digits, value."""
+    letter = kind[1].upper()
+    for at in _PORTS:
+        yield f"S{letter}{at - DEDICATED_AT:o}()", 2, area[at]
+    for at in range(SIZE, len(area), 2):
+        yield f"S{letter}W({at // 2})", 4, word(area, at)
+
+
+class Variables:
+    """The watched variables: of structures and arrays each member and element.
+
+    Args:
+        lanes: Where its lanes go.
+        watched: Their types by path, as in the header of a trace.
+
+    Raises:
+        KeyError, TypeError, ValueError: these are no types.
+    """
+
+    def __init__(self, lanes: Lanes, watched: Mapping[str, Any]) -> None:
+        self._lanes = lanes
+        self._changed = Changed({path: typed(kind) for path, kind in watched.items()})
+        self._made: dict[str, Lane] = {}
+
+    def take(self, t_us: int, values: Mapping[str, Any]) -> None:
+        """Take the values of a scan."""
+        for part, value in self._changed.take(values):
+            lane = self._made.get(part.path)
+            if lane is None:
+                lane = self._made[part.path] = self._new(part.path, part.type)
+            self._lanes.note(lane, t_us, self._number(lane, part.type, value))
+
+    def _new(self, path: str, kind: Type) -> Lane:
+        name = kind.name if isinstance(kind, ElementaryType) else ""
+        packed: Packed = Texts()
+        show: dict[str, int] = {}
+        if name == "BOOL":
+            packed = Bits()
+        elif name in _WHOLE:
+            packed = Numbers()
+        elif name in _DIGITS:
+            packed, show = Numbers(), {"digits": _DIGITS[name]}
+        elif name in _PRECISION:
+            packed, show = Reals(), {"precision": _PRECISION[name]}
+        return self._lanes.new(path, packed, "variable", short=path, show=show)
+
+    def _number(self, lane: Lane, kind: Type, value: Any) -> float:
+        """A value as its lane has it."""
+        if not isinstance(lane.packed, Texts):
+            return float(value) if isinstance(lane.packed, Reals) else int(value)
+        written = literal(value)
+        name = kind.name if isinstance(kind, ElementaryType) else ""
+        plain = isinstance(written, str) and name not in _STRINGS
+        return self._lanes.text(written if plain else value_text(kind, value))
+
+    def groups(self) -> Iterator[Group]:
+        """Variables of the program, pins of each block, members of each structure."""
+        found: dict[str, list[Lane]] = {}
+        for path, lane in self._made.items():
+            found.setdefault(path.rpartition(".")[0], []).append(lane)
+        pins = {parent for parent, lanes in found.items() if _is_block(lanes)}
+        least = min((parent.count(".") for parent in found), default=0)
+        for parent in sorted(found, key=lambda one: (one.count(".") > least, one not in pins)):
+            title = f"Block {parent}" if parent in pins else f"Variables of {parent}"
+            is_first = parent.count(".") == least or parent in pins
+            yield Group(title if parent else "Variables", found[parent], is_first)
+
+
+def _is_block(lanes: list[Lane]) -> bool:
+    """Are these the pins of a block?"""
+    names = {lane.name.rpartition(".")[2] for lane in lanes}
+    return bool(names & _ASKS and names & _ANSWERS)

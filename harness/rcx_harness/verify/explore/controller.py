@@ -1,0 +1,155 @@
+"""A small controller: it answers as the manual says, after any time, and fails at any time.
+
+It knows the remote status, the dedicated outputs, and the link. What a real one takes its time for
+it does in any later scan, one thing at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from rcx_harness.spec.wire import ABNORMAL_END, DEDICATED_AT, ENDS, NORMAL_END, READY, RUN
+
+__all__ = ["FAULTS", "MOVES", "Small", "Wire"]
+
+#: What may go wrong, each with what it is.
+FAULTS = {
+    "link": "the link is lost and comes back",
+    "alarm": "the controller has an alarm",
+    "abnormal": "a remote command ends with 16#4000",
+}
+#: All that it does, each with its words.
+MOVES = {
+    "": "",
+    "run": "status 16#0100",
+    "end": "status 16#0200",
+    "abnormal": "status 16#4000",
+    "ready": "status 16#0000",
+    "servo": "SO(02) ON: servos on",
+    "reset": "SO(03) OFF: alarm reset",
+    "program reset": "SO(14) ON: program reset",
+    "start": "SO(13) ON: program runs",
+    "origin": "SO(11) ON: return-to-origin complete",
+    "alarm": "SO(03) ON: alarm",
+    "link": "link lost",
+    "link up": "link up",
+}
+
+# Dedicated outputs, SO(00) to SO(15) (docs/signals.md).
+_EMERGENCY, _CPU_OK, _SERVO, _ALARM, _MP_RDY = (1 << bit for bit in range(5))
+_AUTO, _ORIGIN, _SEQUENCE, _PROGRAM, _WAS_RESET = (1 << bit for bit in range(8, 13))
+# Dedicated inputs, SI(00) to SI(17).
+_SI00, _SI01, _SI06, _SI10 = 0x0001, 0x0002, 0x0040, 0x0100
+_SI12, _SI14, _SI15, _SI16, _SI17 = 0x0400, 0x1000, 0x2000, 0x4000, 0x8000
+_EDGES = _SI01 | _SI12 | _SI14 | _SI15 | _SI16 | _SI17
+#: An alarm, as an abnormal end tells it: its group and category.
+_ALARM_WORD = 12
+
+
+class Wire(NamedTuple):
+    """What the PLC has written: the remote command, and the dedicated inputs."""
+
+    code: int = 0
+    bits: int = 0
+
+    @classmethod
+    def of(cls, area: bytes) -> Wire:
+        """What is in an area."""
+        bits = area[DEDICATED_AT : DEDICATED_AT + 2]
+        return cls(int.from_bytes(area[:2], "little"), int.from_bytes(bits, "little"))
+
+
+class Small(NamedTuple):
+    """The controller at one moment.
+
+    Attributes:
+        link: There is a connection.
+        status: The remote status.
+        so: The dedicated outputs.
+        asked: Edges of dedicated inputs that it has not answered yet.
+        bits: The dedicated inputs that it has seen last.
+    """
+
+    link: bool = True
+    status: int = READY
+    so: int = _EMERGENCY | _CPU_OK | _MP_RDY | _AUTO
+    asked: int = 0
+    bits: int = 0
+
+    def seen(self, wire: Wire) -> Small:
+        """What follows at once from what the PLC has written."""
+        if not self.link:
+            return self
+        so, asked = self.so, self.asked | (wire.bits & ~self.bits & _EDGES)
+        if wire.bits & _SI00:
+            so &= ~_EMERGENCY
+        else:
+            so = (so | _EMERGENCY) & ~(_SERVO | _PROGRAM)
+            asked &= ~(_SI01 | _SI12 | _SI14 | _SI17)
+        if not wire.bits & _SI06:
+            so &= ~_PROGRAM
+            asked &= ~(_SI12 | _SI14 | _SI17)
+        so = so | _SEQUENCE if wire.bits & _SI10 else so & ~_SEQUENCE
+        return self._replace(so=so, asked=asked, bits=wire.bits)
+
+    def moves(self, wire: Wire, faults: frozenset[str]) -> Iterator[str]:
+        """What it may do next, having seen that."""
+        yield ""
+        if not self.link:
+            yield "link up"
+            return
+        if self.status == READY and wire.code:
+            yield "run"
+        if self.status == RUN:
+            yield "end"
+        if self.status == RUN and "abnormal" in faults:
+            yield "abnormal"
+        if self.status in ENDS and not wire.code:
+            yield "ready"
+        if self.asked & _SI01 and not self.so & (_ALARM | _EMERGENCY):
+            yield "servo"
+        if self.asked & _SI16 and self.so & _ALARM:
+            yield "reset"
+        if self.asked & _SI15:
+            yield "program reset"
+        if self.asked & _SI12 and self.so & _SERVO:
+            yield "start"
+        if self.asked & (_SI14 | _SI17) and self.so & _SERVO:
+            yield "origin"
+        if "alarm" in faults and not self.so & _ALARM:
+            yield "alarm"
+        if "link" in faults:
+            yield "link"
+
+    def after(self, move: str) -> Small:
+        """What it is like when it has done that."""
+        status = {"run": RUN, "end": NORMAL_END, "abnormal": ABNORMAL_END, "ready": READY}
+        if move in status:
+            return self._replace(status=status[move])
+        if move == "link":  # it stops as at an emergency stop, manual chapter 1, 5.2
+            return Small(link=False, bits=0xFFFF)  # the first image then has no edges
+        if move == "link up":
+            return self._replace(link=True)
+        on, off, asked = _DONE.get(move, (0, 0, 0))
+        return self._replace(so=(self.so | on) & ~off, asked=self.asked & ~asked)
+
+    def area(self, size: int) -> bytes:
+        """What the PLC reads."""
+        area = bytearray(size)
+        area[0:2] = self.status.to_bytes(2, "little")
+        if self.status == ABNORMAL_END:
+            area[2:4] = _ALARM_WORD.to_bytes(2, "little")
+        area[DEDICATED_AT : DEDICATED_AT + 2] = self.so.to_bytes(2, "little")
+        return bytes(area)
+
+
+#: Dedicated outputs that go on and off, and the edges that are answered by that.
+_DONE = {
+    "servo": (_SERVO, 0, _SI01),
+    "reset": (_MP_RDY, _ALARM, _SI16),
+    "program reset": (_WAS_RESET, _PROGRAM, _SI15),
+    "start": (_PROGRAM, _WAS_RESET, _SI12),
+    "origin": (_ORIGIN, 0, _SI14 | _SI17),
+    "alarm": (_ALARM, _SERVO | _MP_RDY | _PROGRAM, _EDGES),
+}

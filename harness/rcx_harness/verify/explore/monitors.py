@@ -1,0 +1,68 @@
+"""The monitors of a cell, as a part of states: what they remember, without the time of day."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+from rcx_harness.engine.base import Program
+from rcx_harness.watch.contract import ContractMonitor
+from rcx_harness.watch.wire import INTERVAL_US, WireMonitor
+
+__all__ = ["Monitors"]
+
+#: What a monitor of the wire counts, which no rule looks at.
+_COUNTS = "commands"
+_TIME, _ABOUT = "_changed_us", "_changed_what"
+
+
+class Monitors:
+    """Judges scans by the rules of the wire and by the contract of the blocks.
+
+    Args:
+        program: The program.
+        size: Bytes of the areas.
+        scan_us: Time from one scan to the next.
+        steady: See `ContractMonitor`.
+    """
+
+    def __init__(
+        self, program: Program, size: int, scan_us: int, steady: Collection[str] = ()
+    ) -> None:
+        self._wire = WireMonitor(size)
+        self._contract = ContractMonitor(program, steady)
+        self._scan_us = scan_us
+
+    def _items(self) -> Any:
+        return self._wire.snapshot()
+
+    def state(self, now_us: int = 0) -> tuple[Any, Any]:
+        """What both remember after a scan at this time."""
+        held = dict(self._items())
+        held[_COUNTS] = 0
+        if held[_TIME] is not None:
+            ago = now_us - held[_TIME]
+            # The next scan is one period later: what is so long ago then is nothing to it.
+            over = ago + self._scan_us >= INTERVAL_US
+            held[_TIME], held[_ABOUT] = (None, "") if over else (ago, held[_ABOUT])
+        same = tuple(value for value in held.values() if not isinstance(value, dict))
+        pins: Any = self._contract.snapshot()
+        return same, tuple(before for before, _ in pins)
+
+    def go_to(self, state: Sequence[Any], now_us: int) -> None:
+        """Remember that again, one period before a scan at this time."""
+        same, pins = state
+        items: Any = self._items()
+        values = iter(same)
+        held: dict[str, Any] = {
+            name: value if isinstance(value, dict) else next(values) for name, value in items
+        }
+        if held[_TIME] is not None:
+            held[_TIME] = now_us - self._scan_us - held[_TIME]
+        self._wire.restore(tuple(held.items()))
+        self._contract.restore([(before, ()) for before in pins])
+
+    def scan(self, now_us: int, so: bytes, si: bytes, *, connected: bool) -> list[str]:
+        """Judge a scan; the rules that are broken, in words."""
+        found = self._wire.scan(now_us, 0, so, si, connected) + self._contract.scan(now_us, 0)
+        return [one.text.removeprefix("plc, scan 0: ") for one in found]

@@ -1,0 +1,70 @@
+"""A shortest way to a broken rule as a stimulus file, and the same run in a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rcx_harness.cell.cell import Cell
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.robot import RobotConfig
+from rcx_harness.trace.chart import Timeline
+from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.verify.explore.user import Choice, Explored, Settings
+from rcx_harness.verify.stimulus import Moment, text_of_moments
+
+__all__ = ["replay"]
+
+
+def replay(
+    files: Sequence[Path], lib: Path | None, explored: Explored, settings: Settings, folder: Path
+) -> tuple[Path, bool]:
+    """Write the stimulus of a broken rule and its chart, and run it in a cell.
+
+    Returns:
+        The stimulus file, and whether the run shows what was found; what `always` demands and
+        comments assert is the exploration's alone.
+
+    Raises:
+        InputError: a file cannot be written.
+    """
+    broken = explored.result.broken
+    assert broken is not None
+    stimulus, chart = folder / "broken.toml", folder / "broken.svg"
+    told = [f"{k * settings.scan_us // 1000} ms: {one.tell()}" for k, one in enumerate(broken.path)]
+    about = "\n".join([*broken.rules, "broken in the last scan of:", *told])
+    moments = _moments(broken.path, explored.areas, settings.scan_us)
+    replace_files({stimulus: text_of_moments(moments, about).encode()})
+    timeline = Timeline()
+    with Cell.build(
+        list(files),
+        lib=lib,
+        engine="builtin",
+        scan=settings.scan_us,
+        robot=RobotConfig(size=settings.size),
+        m=settings.m,
+        n=settings.n,
+    ) as cell:
+        cell.trace.listen(timeline.take)
+        Stimulus.load(stimulus).schedule(cell)
+        stopped = ""
+        try:
+            cell.scan(len(broken.path))
+        except InputError as error:
+            stopped = f"stops: {error}"
+        shown = [stopped, *(one.text.partition(": ")[2] for one in cell.violations)]
+    replace_files({chart: svg_chart(timeline, stimulus.name).encode()})
+    return stimulus, all(rule in shown for rule in broken.rules)
+
+
+def _moments(
+    path: Sequence[Choice], areas: Sequence[tuple[bytes, bool]], scan_us: int
+) -> Iterator[Moment]:
+    """What changes before each scan of a path."""
+    before: tuple[bytes, bool] | None = None
+    for number, (choice, area) in enumerate(zip(path, areas, strict=True)):
+        values = {choice.path: choice.text} if choice.path else {}
+        yield Moment(number * scan_us, values, {} if area == before else {1: area})
+        before = area

@@ -1,0 +1,310 @@
+"""Explores a user's program: what his panel may do, and a small controller, in every order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import timedelta
+from hashlib import blake2b
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from rcx_harness.cell.build import SourceFiles, blame_lib
+from rcx_harness.cell.image import find_image
+from rcx_harness.cell.node import status_path
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.engine.builtin.storage import is_scalar
+from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.types import ElementaryType, EnumType, Type
+from rcx_harness.errors import InputError
+from rcx_harness.spec.wire import SIZE
+from rcx_harness.units import parse_us
+from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
+from rcx_harness.verify.explore.always import with_always
+from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
+from rcx_harness.verify.explore.monitors import Monitors
+from rcx_harness.verify.explore.search import Result, Search, World
+from rcx_harness.verify.prove.assertions import Copies
+from rcx_harness.verify.prove.tree import written
+from rcx_harness.watch.calls_source import steady_instances
+
+__all__ = ["Choice", "Explored", "Settings", "explore"]
+
+#: Bytes of what tells a state apart from all others.
+_DIGEST = 16
+#: Bytes of the number behind a state: what the controller and the monitors remember.
+_NUMBER = 4
+
+
+class Choice(NamedTuple):
+    """What the surroundings do before a scan: a move of the controller, a value of an input."""
+
+    number: int
+    move: str
+    path: str
+    text: str
+    """The value as the user has written it; as in TOML in a stimulus."""
+    value: Any
+
+    def tell(self) -> str:
+        """In words."""
+        parts = [MOVES[self.move]] if self.move else []
+        parts += [f"{self.path} := {self.text}"] if self.path else []
+        return ", ".join(parts) or "nothing"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to explore.
+
+    Attributes:
+        inputs: Values of each input, as Structured Text has them; none of a BOOL: both.
+        always: Expressions that hold after every scan, in the names of the program.
+        faults: Of `controller.FAULTS`.
+        scan_us: Time from one scan to the next.
+        size: Bytes of the areas.
+        m: Where the area from the controller begins.
+        n: Where the area to it begins.
+        states: Most states from which it goes on; 0: all.
+        depth: Most scans from the start; 0: any number.
+        seed: Of the checks of what tells states apart.
+        report: Is told the states that are done, and those that are known.
+    """
+
+    inputs: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    always: Sequence[str] = ()
+    faults: frozenset[str] = frozenset(FAULTS)
+    scan_us: int = 100_000
+    size: int = SIZE
+    m: int = 0
+    n: int = 0
+    states: int = 0
+    depth: int = 0
+    seed: int = 1
+    report: Callable[[int, int], None] | None = None
+
+
+@dataclass(frozen=True)
+class Explored:
+    """What has come of it.
+
+    Attributes:
+        result: The figures, and the first rule that is broken; its path holds `Choice`.
+        inputs: What each input may be.
+        left: Inputs that stay as they begin, since no values are given for them.
+        areas: What the PLC reads in each scan of the path, and whether it is connected.
+    """
+
+    result: Result
+    inputs: Mapping[str, Sequence[str]]
+    left: Sequence[str]
+    areas: Sequence[tuple[bytes, bool]]
+
+
+def explore(sources: SourceFiles, settings: Settings) -> Explored:
+    """Explore a program.
+
+    Raises:
+        InputError: an error in the sources or settings, or a program whose states are without
+            number by themselves.
+    """
+    own, library = sources.users
+    with TemporaryDirectory() as folder:
+        copies = with_always(own, settings.always, Path(folder))
+        try:
+            project = load([*copies.files, *library])
+        except InputError as error:
+            raise _of_original(blame_lib(error, sources.folder), copies) from None
+        steady = steady_instances(sources.own, sources.lib)
+        world = _Program(project, copies, settings, steady)
+        search = Search(world, world.every, Random(settings.seed))
+        result = search.run("program", settings.states, settings.depth, settings.report)
+        inputs = {path: [text for text, _ in found] for path, found in world.inputs.items()}
+        path = result.broken.path if result.broken else ()
+        return Explored(result, inputs, _left(project, world), list(world.areas(path)))
+
+
+def _of_original(error: InputError, copies: Copies) -> InputError:
+    said = [one for one in copies.assertions if (one.file, one.line) == (error.file, error.line)]
+    if said:
+        return InputError(f"{said[0].text!r} cannot be checked: {error.message}", hint=error.hint)
+    file = copies.original(error.file)
+    return InputError(
+        error.message, file=file or None, line=error.line, column=error.column, hint=error.hint
+    )
+
+
+class _Program(World[Choice]):
+    """The program with its surroundings; a state is that of all of them after a scan."""
+
+    def __init__(
+        self, project: Project, copies: Copies, settings: Settings, steady: Collection[str]
+    ) -> None:
+        _refuse(project)
+        self._settings, self._copies = settings, copies
+        self.program = program = BuiltinProgram.build(project)
+        self._random = Random(settings.seed)
+        self._image = find_image(program, size=settings.size, m=settings.m, n=settings.n)
+        self.status = status_path(program, 1)
+        self.inputs = {
+            path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
+        }
+        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True)
+        self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
+        sets = [("", "", None)]
+        sets += [(path, *one) for path, found in self.inputs.items() for one in found]
+        pairs = [(move, one) for move in MOVES for one in sets]
+        self.every = [Choice(k, move, *one) for k, (move, one) in enumerate(pairs)]
+        self._by_move = {move: [c for c in self.every if c.move == move] for move in MOVES}
+        self._memories: list[Any] = []
+        self._index: dict[Any, int] = {}
+
+    def first(self) -> bytes:
+        """Everything as it begins; the first scan is to come."""
+        return self._state.freeze() + self._kept((Small(), Wire(), *self._monitors.state()))
+
+    def known_as(self, state: bytes) -> bytes:
+        """A digest: 128 bits."""
+        return blake2b(state, digest_size=_DIGEST).digest()
+
+    def choices(self, state: bytes) -> Sequence[Choice]:
+        """What the controller may do, with each change of an input, and with none."""
+        small, wire, *_ = self._memory(state)
+        self._state.thaw(state)
+        now = {path: self.program.read(path) for path in self.inputs}
+        moves = small.seen(wire).moves(wire, self._settings.faults)
+        return [
+            choice
+            for move in moves
+            for choice in self._by_move[move]
+            if not choice.path or now[choice.path] != choice.value
+        ]
+
+    def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
+        """One scan."""
+        self._state.thaw(state)
+        return self._scan(state, choice, NOW_US)
+
+    def check(self, state: bytes, choice: Choice, following: bytes) -> None:
+        """The same scan at another time, with other tickets and numbers of scans."""
+        now_us = self._state.disturb(state, 1, self._random)
+        there, broken = self._scan(state, choice, now_us)
+        if there != following or broken:
+            where = "; ".join(self._state.differences(there, following)) or "a monitor"
+            raise InputError(
+                f"the states of this program cannot be told apart: {where}",
+                hint="please report it with the program; nothing is said about its rules",
+            )
+
+    def areas(self, path: Sequence[Choice]) -> Iterator[tuple[bytes, bool]]:
+        """What the PLC reads in the scans of a path."""
+        state = self.first()
+        for choice in path:
+            small = self._after(state, choice)
+            yield small.area(self._settings.size), small.link
+            state, _ = self.step(state, choice)
+
+    def _after(self, state: bytes, choice: Choice) -> Small:
+        small, wire, *_ = self._memory(state)
+        after: Small = small.seen(wire).after(choice.move)
+        return after
+
+    def _scan(self, state: bytes, choice: Choice, now_us: int) -> tuple[bytes, list[str]]:
+        program, small = self.program, self._after(state, choice)
+        _, _, *monitors = self._memory(state)
+        self._monitors.go_to(monitors, now_us)
+        if choice.path:
+            program.write(choice.path, choice.value)
+        so = small.area(self._settings.size)
+        if self.status is not None:
+            program.write(self.status, small.link)
+        self._image.put(so, small.link)
+        try:
+            program.scan(now_us)
+        except InputError as error:
+            return state, [self._stopped(error)]
+        si = self._image.get()
+        broken = self._monitors.scan(now_us, so, si, connected=small.link)
+        memory = (small, Wire.of(si), *self._monitors.state(now_us))
+        return self._state.freeze() + self._kept(memory), broken
+
+    def _stopped(self, error: InputError) -> str:
+        for one in self._copies.assertions:
+            if (one.file, one.line) == (str(error.file), error.line):
+                return f"always: {one.text}"
+        return f"stops: {_of_original(error, self._copies)}"
+
+    def _kept(self, memory: Any) -> bytes:
+        number = self._index.setdefault(memory, len(self._memories))
+        if number == len(self._memories):
+            self._memories.append(memory)
+        return number.to_bytes(_NUMBER, "little")
+
+    def _memory(self, state: bytes) -> Any:
+        return self._memories[int.from_bytes(state[-_NUMBER:], "little")]
+
+
+def _refuse(project: Project) -> None:
+    """What has no states that could be told apart, or none that end."""
+    if any(run.every > 1 for run in project.schedule):
+        raise InputError(
+            "the program has tasks of several intervals",
+            hint="explored are programs that run in every scan",
+        )
+    clocks = [pou for pou in project.pous.values() if pou.clock]
+    if clocks:
+        raise InputError(
+            f"{clocks[0].name} reads the time, which never comes back to where it was",
+            file=clocks[0].file,
+            hint="measure with a TON",
+        )
+
+
+def _values(program: BuiltinProgram, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """The values of an input, each as in TOML and as the program takes it."""
+    kind = program.type_of(path)
+    if not texts and kind == ElementaryType("BOOL"):
+        texts = ("false", "true")
+    if not texts:
+        raise InputError(f"no values for {path}", hint=f"write --input {path}=1,2,3")
+    before = program.read(path)
+    for text in texts:
+        shown, value = _value(kind, path, text.strip())
+        program.write(path, value)  # refused if it is none
+        yield shown, program.read(path)
+    program.write(path, before)
+
+
+def _value(kind: Type, path: str, text: str) -> tuple[str, Any]:
+    name = kind.name if isinstance(kind, ElementaryType) else ""
+    if isinstance(kind, EnumType) or name == "STRING":
+        return f'"{text}"', text
+    if name in ("TIME", "LTIME"):
+        return f'"{text}"', timedelta(microseconds=parse_us(text))
+    if name == "BOOL" and text.lower() in ("false", "true"):
+        return text.lower(), text.lower() == "true"
+    try:
+        number = float(text) if name in ("REAL", "LREAL") else int(text, 0)
+    except ValueError:
+        hint = "write it as --input Main.Start=false,true"
+        raise InputError(f"{text!r} is no value for {path}", hint=hint) from None
+    return repr(number), number
+
+
+def _left(project: Project, world: _Program) -> list[str]:
+    """Inputs without values: what no program writes and no scanner sets."""
+    given = {path.upper() for path in world.inputs}
+    names = []
+    for instance, block in project.instances.items():
+        pou = project.pous[block.name.upper()]
+        writes = written(pou)
+        for symbol in pou.symbols.values():
+            path = f"{instance}.{symbol.name}"
+            own = symbol.section in ("VAR", "VAR_INPUT") and not symbol.constant
+            free = own and is_scalar(symbol.type) and symbol.address is None
+            if free and symbol.name.upper() not in writes and path.upper() not in given:
+                names.append(path)
+    return [one for one in names if one != world.status and "RcxProveHere" not in one]

@@ -1,0 +1,379 @@
+"""What a user demands of his program: conditions that always hold, or come within a time.
+
+In a TOML file they are conditions in Structured Text, in a Python file functions of the cell:
+
+    import rcx_harness as rcx
+
+    @rcx.always
+    def gripper_is_closed_while_moving(cell):
+        return not (cell["Main.Open"] and cell["Main.Moving"])
+
+    @rcx.eventually(within="5s", after=lambda cell: cell["Main.Start"])
+    def start_is_answered(cell):
+        return cell["Main.State"] != "CELL_READY"
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, overload
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.clock import Duration
+from rcx_harness.engine.conditions import Condition, conditions
+from rcx_harness.errors import InputError
+from rcx_harness.robot import Violation
+from rcx_harness.trace import Record, Scan
+from rcx_harness.trace.values import value_text
+from rcx_harness.units import format_us, parse_us
+
+__all__ = ["Declared", "Judge", "always", "declared_in", "eventually", "from_python", "judge_run"]
+
+#: A property in Python: asked after a scan.
+Asked = Callable[[Cell], object]
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A property as it was declared.
+
+    Attributes:
+        name: For people.
+        that: A condition, or a function of the cell: what holds, or has to come.
+        within_us: It has to come within this time [us]; None: it always holds.
+        after: What starts that time by becoming true; None: it runs whenever `that` does not hold.
+        file: Where it was declared.
+    """
+
+    name: str
+    that: str | Asked
+    within_us: int | None = None
+    after: str | Asked | None = None
+    file: str | None = None
+
+    @property
+    def kind(self) -> str:
+        """The kind of a failure of it."""
+        return f"{'always' if self.within_us is None else 'eventually'} {self.name}"
+
+    def __call__(self, cell: Cell) -> object:
+        """Ask it; a function stays one, for tests of it."""
+        assert callable(self.that)
+        return self.that(cell)
+
+
+@overload
+def always(asked: Asked) -> Declared: ...
+@overload
+def always(*, name: str) -> Callable[[Asked], Declared]: ...
+def always(asked: Asked | None = None, *, name: str = "") -> Any:
+    """Declare a property that holds after every scan.
+
+    Args:
+        asked: A function of the cell that reads variables by their paths.
+        name: For people; default: the function's, with blanks.
+    """
+
+    def declare(asked: Asked) -> Declared:
+        return Declared(name or _name(asked), asked, file=_file(asked))
+
+    return declare if asked is None else declare(asked)
+
+
+def eventually(
+    *, within: Duration, after: Asked | None = None, name: str = ""
+) -> Callable[[Asked], Declared]:
+    """Declare a property that has to come within a time.
+
+    Args:
+        within: The time.
+        after: From when on: when this becomes true; without it, from when the property is false.
+        name: For people; default: the function's, with blanks.
+    """
+    within_us = parse_us(within)
+    return lambda asked: Declared(name or _name(asked), asked, within_us, after, _file(asked))
+
+
+def _name(asked: Asked) -> str:
+    return getattr(asked, "__name__", "property").replace("_", " ")
+
+
+def _file(asked: Asked) -> str | None:
+    code = getattr(asked, "__code__", None)
+    return getattr(code, "co_filename", None)
+
+
+def from_python(file: Path) -> list[Declared]:
+    """The properties that a Python file declares, in their order.
+
+    Raises:
+        InputError: it cannot be run, or declares none.
+    """
+    name = f"rcx_properties_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except InputError:
+        raise
+    except Exception as error:
+        line = _line(error, file)
+        raise InputError(f"{type(error).__name__}: {error}", file=file, line=line) from None
+    found = [one for one in vars(module).values() if isinstance(one, Declared)]
+    if not found:
+        raise InputError("declares no property", file=file, hint="write @rcx.always above one")
+    return found
+
+
+def _line(error: Exception, file: Path) -> int | None:
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    places = [one.lineno for one in traceback.extract_tb(error.__traceback__)]
+    files = [one.filename for one in traceback.extract_tb(error.__traceback__)]
+    own = [line for line, at in zip(places, files, strict=True) if at == str(file)]
+    return own[-1] if own else None
+
+
+class _Asked:
+    """Something that is asked after each scan: a condition, or a function of the cell."""
+
+    def __init__(self, cell: Cell, declared: Declared, that: Condition | Asked) -> None:
+        self._cell, self._declared, self._that = cell, declared, that
+        self.condition = that if isinstance(that, Condition) else None
+
+    def now(self) -> bool:
+        """Does it hold?
+
+        Raises:
+            InputError: it cannot be asked.
+        """
+        if isinstance(self._that, Condition):
+            return self._that.holds()
+        try:
+            return bool(self._that(self._cell))
+        except InputError as error:
+            text = f"{self._declared.name}: {error.message}"
+            raise InputError(text, file=self._declared.file, hint=error.hint) from None
+        except Exception as error:
+            text = f"{self._declared.name}: {type(error).__name__}: {error}"
+            line = _line(error, Path(self._declared.file or ""))
+            raise InputError(text, file=self._declared.file, line=line) from None
+
+
+class _Property:
+    """A property of a cell, followed scan by scan."""
+
+    def __init__(self, declared: Declared, that: _Asked, after: _Asked | None) -> None:
+        self.declared, self._that, self._after = declared, that, after
+        self._broken = False
+        self._due_us: int | None = None
+        self._was = True
+
+    def scan(self, now_us: int) -> bool:
+        """Was it broken in this scan, and not in the one before?"""
+        holds = self._that.now()
+        if self.declared.within_us is None:
+            broken, was, self._broken = not holds, self._broken, not holds
+            self._mark()
+            return broken and not was
+        if self._after is None:
+            starts = not holds
+        else:
+            after = self._after.now()
+            starts, self._was = after and not self._was, after
+        if starts and self._due_us is None:
+            self._mark()
+            self._due_us = now_us + self.declared.within_us
+        if holds:
+            self._due_us = None
+        if self._due_us is None or now_us <= self._due_us:
+            return False
+        self._due_us = None
+        return True
+
+    def forget(self) -> None:
+        """The program begins anew."""
+        self._broken, self._due_us, self._was = False, None, True
+        self._mark()
+
+    def _mark(self) -> None:
+        for one in (self._that, self._after):
+            if one is not None and one.condition is not None:
+                one.condition.mark()
+
+    def told(self) -> str:
+        """What is wrong, with the variables that it names."""
+        condition = self._that.condition
+        what = self.declared.name if condition is None else condition.text
+        said = "is not so" if self.declared.within_us is None else "has not come"
+        within_us = self.declared.within_us
+        limit = "" if within_us is None else f" within {format_us(within_us)}"
+        return f"{what} {said}{limit}"
+
+    def snapshot(self) -> object:
+        """What is remembered."""
+        before = [one and one.condition and one.condition.before for one in self._both()]
+        return self._broken, self._due_us, self._was, before
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to what `snapshot` gave."""
+        self._broken, self._due_us, self._was, before = snapshot
+        for one, then in zip(self._both(), before, strict=True):
+            if one is not None and one.condition is not None:
+                one.condition.before = then
+
+    def _both(self) -> tuple[_Asked, _Asked | None]:
+        return self._that, self._after
+
+    @property
+    def has_before(self) -> bool:
+        """Does it compare with values of an earlier scan?"""
+        return any(
+            one.condition.has_before for one in self._both() if one and one.condition is not None
+        )
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The variables that its conditions name."""
+        return tuple(
+            path
+            for one in self._both()
+            if one is not None and one.condition is not None
+            for path in one.condition.paths
+        )
+
+
+class Judge:
+    """Follows the properties of a cell scan by scan.
+
+    Args:
+        cell: The cell, at its beginning.
+        declared: What is demanded.
+        found: Called with each finding: its kind, and a sentence.
+
+    Raises:
+        InputError: a property names what is not there, or cannot be evaluated.
+    """
+
+    def __init__(
+        self, cell: Cell, declared: Sequence[Declared], found: Callable[[str, str], None]
+    ) -> None:
+        self._cell, self._found = cell, found
+        texts = [
+            text for one in declared for text in (one.that, one.after) if isinstance(text, str)
+        ]
+        made = iter(_checked(cell, declared, texts))
+        self._properties: list[_Property] = []
+        for one in declared:
+            that = _Asked(cell, one, next(made) if isinstance(one.that, str) else one.that)
+            after = None
+            if one.after is not None:
+                after = _Asked(cell, one, next(made) if isinstance(one.after, str) else one.after)
+            self._properties.append(_Property(one, that, after))
+            for asked in filter(None, (that, after)):
+                asked.now()
+        cell.trace.listen(self.take)
+        cell.plc.on_start.append(self._forget)
+
+    def take(self, record: Record) -> None:
+        """A record of the trace; each scan is judged once."""
+        if isinstance(record, Scan) and record.controller == 1:
+            for one in self._properties:
+                if one.scan(record.t_us):
+                    self._found(one.declared.kind, f"{one.told()}; {self.values(one.paths)}")
+
+    def expected(self, kind: str) -> str:
+        """The condition that a failure of this kind has broken; empty: no one condition says it."""
+        for one in self._properties:
+            that = one.declared.that
+            if one.declared.kind == kind and isinstance(that, str) and not one.has_before:
+                return that
+        return ""
+
+    def _forget(self) -> None:
+        for one in self._properties:
+            one.forget()
+
+    def values(self, paths: Sequence[str]) -> str:
+        """Variables with their values, for people."""
+        program = self._cell.program
+        shown = dict.fromkeys(paths)
+        return ", ".join(
+            f"{path} = {value_text(program.type_of(path), program.read(path))}" for path in shown
+        )
+
+    def snapshot(self) -> object:
+        """What is remembered of each property."""
+        return [one.snapshot() for one in self._properties]
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to what `snapshot` gave."""
+        for one, state in zip(self._properties, snapshot, strict=True):
+            one.restore(state)
+
+
+def judge_run(cell: Cell, declared: Sequence[Declared]) -> None:
+    """Let properties that are broken be violations of a cell, as broken rules are.
+
+    Raises:
+        InputError: as `Judge`.
+    """
+
+    def found(kind: str, text: str) -> None:
+        told = f"plc, scan {cell.scans}: property: {kind}: {text}"
+        cell.report([Violation(cell.now_us, "property", told)])
+
+    Judge(cell, declared, found)
+
+
+def _checked(cell: Cell, declared: Sequence[Declared], texts: list[str]) -> list[Condition]:
+    """The conditions; of an error it is said where it was declared."""
+    try:
+        return conditions(cell.program, texts)
+    except InputError as error:
+        for one in declared:
+            if error.message.startswith((f"{one.that}:", f"{one.after}:")):
+                text = f"{one.name}: {error.message}"
+                raise InputError(text, file=one.file, hint=error.hint) from None
+        raise
+
+
+def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
+    """The properties `[[always]]` and `[[eventually]]` of a TOML file.
+
+    Raises:
+        InputError: a key that is not known, is missing, or has a wrong value.
+    """
+    found = []
+    for kind in ("always", "eventually"):
+        needs = {"that"} if kind == "always" else {"that", "within"}
+        knows = needs | ({"name"} if kind == "always" else {"name", "after"})
+        tables = table.get(kind, [])
+        if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
+            raise InputError(f"{kind!r} is no list of tables", file=file, hint=f"write [[{kind}]]")
+        for number, one in enumerate(tables, 1):
+            where = f"[[{kind}]] {number}"
+            for key, value in one.items():
+                if key not in knows:
+                    hint = f"keys are {', '.join(sorted(knows))}"
+                    raise InputError(f"{where}: unknown key {key!r}", file=file, hint=hint)
+                if not isinstance(value, str):
+                    raise InputError(f"{where}: {key} is not a text", file=file)
+            for key in sorted(needs - one.keys()):
+                raise InputError(f"{where}: {key} is missing", file=file)
+            try:
+                within_us = parse_us(one["within"]) if kind == "eventually" else None
+            except InputError as error:
+                text = f"{where}: {error.message}"
+                raise InputError(text, file=file, hint=error.hint) from None
+            name = one.get("name", one["that"])
+            found.append(Declared(name, one["that"], within_us, one.get("after"), str(file)))
+    return found

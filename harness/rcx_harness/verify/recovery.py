@@ -1,0 +1,252 @@
+"""What an operator does so that a cell works again, and how it is seen that it does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from rcx_harness.cell import Cell, CellTimeout
+from rcx_harness.cell.stimulus import Entry, typed
+from rcx_harness.engine.conditions import Condition, conditions
+from rcx_harness.errors import InputError
+from rcx_harness.trace.values import value_text
+from rcx_harness.units import format_us, parse_us
+
+__all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
+
+_PRESSED_US = 100_000
+#: Causes are gone once every controller is there again: so long it may take.
+_BACK_US = 20_000_000
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that the operator does.
+
+    Attributes:
+        values: Variables that he sets.
+        press: Buttons that he presses together.
+        for_us: How long.
+        until: A condition that he waits for then; empty: none.
+        within_us: It has to come within this time.
+        wait_us: How long he waits at last.
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    press: tuple[str, ...] = ()
+    for_us: int = _PRESSED_US
+    until: str = ""
+    within_us: int = 0
+    wait_us: int = 0
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """The way back that is demanded.
+
+    Attributes:
+        steps: What the operator does.
+        when: What has to come then; `BEFORE(x)` is the value of x as he begins. Empty: nothing.
+        within_us: Within this time.
+        file: Where it was written.
+    """
+
+    steps: tuple[Step, ...] = ()
+    when: str = ""
+    within_us: int = 0
+    file: str | None = None
+
+
+class NotRecoveredError(Exception):
+    """The cell does not work again; `expect` is the condition that did not come."""
+
+    def __init__(self, text: str, expect: str) -> None:
+        super().__init__(text)
+        self.expect = expect
+
+
+class _Doing(Protocol):
+    """A run that does what an operator does, and lets time pass."""
+
+    cell: Cell
+
+    def plan(self, act: Entry) -> None: ...
+
+    def let_pass(self, duration_us: int) -> None: ...
+
+
+class Operator:
+    """Brings a cell back, as a recovery says.
+
+    Args:
+        cell: The cell.
+        recovery: What to do.
+
+    Raises:
+        InputError: a condition or variable that is not there.
+    """
+
+    def __init__(self, cell: Cell, recovery: Recovery) -> None:
+        self._cell, self._recovery = cell, recovery
+        texts = [step.until for step in recovery.steps if step.until]
+        try:
+            made = conditions(cell.program, [*texts, *filter(None, [recovery.when])])
+            for step in recovery.steps:
+                for path in (*step.values, *step.press):
+                    cell.program.type_of(path)
+        except InputError as error:
+            text = f"[recover]: {error.message}"
+            raise InputError(text, file=recovery.file, hint=error.hint) from None
+        self._when = made.pop() if recovery.when else None
+        self._until = made
+
+    def wait_for_controllers(self, run: _Doing) -> None:
+        """Let every controller come back that can; a while at most.
+
+        A connection whose packets were lost a moment ago is taken as lost only now.
+        """
+        run.let_pass(2 * run.cell.timing.timeout_us)
+        end_us = run.cell.now_us + _BACK_US
+        while not run.cell.connected and run.cell.now_us < end_us:
+            run.let_pass(50_000)
+
+    def act(self, run: _Doing) -> None:
+        """Do all steps.
+
+        Raises:
+            NotRecoveredError: what he waits for does not come.
+        """
+        until = iter(self._until)
+        for step in self._recovery.steps:
+            program = run.cell.program
+            values = {
+                path: value
+                for path, value in step.values.items()
+                if program.read(path) != typed(run.cell, path, value)
+            }
+            if values:
+                run.plan(Entry(run.cell.now_us, values=values))
+            if step.press:
+                pressed = dict.fromkeys(step.press, True)
+                run.plan(Entry(run.cell.now_us, values=pressed, held_us=step.for_us))
+                run.let_pass(step.for_us)
+            if step.until:
+                self._wait(run, next(until), step.within_us)
+            if step.wait_us:
+                run.let_pass(step.wait_us)
+
+    def recover(self, run: _Doing) -> None:
+        """Do all steps, and wait for what has to come.
+
+        Raises:
+            NotRecoveredError: it does not come.
+        """
+        if self._when is not None:
+            self._when.mark()
+        self.act(run)
+        if self._when is not None:
+            self._wait(run, self._when, self._recovery.within_us)
+
+    def _wait(self, run: _Doing, condition: Condition, within_us: int) -> None:
+        program = run.cell.program
+        try:
+            run.cell.run_until(condition.holds, within=within_us)
+            # What the operator does next comes behind the scan that has just run.
+            run.let_pass(1_000 - run.cell.now_us % 1_000)
+        except CellTimeout:
+            before = [
+                value_text(program.type_of(path), value)
+                for path, value in zip(condition.before_paths, condition.before, strict=True)
+            ]
+            expect = condition.fixed(before)
+            shown = ", ".join(
+                f"{path} = {value_text(program.type_of(path), program.read(path))}"
+                for path in condition.paths
+            )
+            text = f"{expect} has not come within {format_us(within_us)}; {shown}"
+            raise NotRecoveredError(text, expect) from None
+
+
+def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
+    """The table `[recover]` of a file.
+
+    Raises:
+        InputError: a key that is not known, is missing, or has a wrong value.
+    """
+    _known(table, ("set", "steps", "when", "within"), "[recover]", file)
+    steps = []
+    if "set" in table:
+        steps.append(Step(values=_table(table["set"], "[recover]: set", file)))
+    given = table.get("steps", [])
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+        hint = 'write steps = [ { press = "Main.Reset", wait = "2s" } ]'
+        raise InputError("[recover]: steps is no list of tables", file=file, hint=hint)
+    steps += [_step(one, f"[recover]: step {number}", file) for number, one in enumerate(given, 1)]
+    when = _text(table.get("when", ""), "[recover]: when", file)
+    if bool(when) != ("within" in table):
+        missing = "within" if when else "when"
+        raise InputError(f"[recover]: {missing} is missing", file=file)
+    within_us = _time(table["within"], "[recover]: within", file) if when else 0
+    return Recovery(tuple(steps), when, within_us, str(file))
+
+
+def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
+    _known(table, ("set", "press", "for", "until", "within", "wait"), where, file)
+    press = table.get("press", [])
+    names = press if isinstance(press, list) else [press]
+    if not all(isinstance(one, str) for one in names):
+        hint = 'write press = "Main.Reset"'
+        raise InputError(f"{where}: press is no input", file=file, hint=hint)
+    if ("until" in table) != ("within" in table):
+        missing = "within" if "until" in table else "until"
+        raise InputError(f"{where}: {missing} is missing", file=file)
+    if "for" in table and not names:
+        raise InputError(f"{where}: 'for' goes with press", file=file)
+    if not table:
+        raise InputError(f"{where} is empty", file=file)
+
+    def time(key: str, default_us: int) -> int:
+        return _time(table[key], f"{where}: {key}", file) if key in table else default_us
+
+    return Step(
+        _table(table.get("set", {}), f"{where}: set", file),
+        tuple(names),
+        time("for", _PRESSED_US),
+        _text(table.get("until", ""), f"{where}: until", file),
+        time("within", 0),
+        time("wait", 0),
+    )
+
+
+def _known(table: Mapping[str, Any], keys: Sequence[str], where: str, file: Path) -> None:
+    for key in table:
+        if key not in keys:
+            hint = f"keys are {', '.join(keys)}"
+            raise InputError(f"{where}: unknown key {key!r}", file=file, hint=hint)
+
+
+def _table(value: object, what: str, file: Path) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(f"{what} is not a table", file=file, hint='{ "Main.CellSafe" = true }')
+    return value
+
+
+def _text(value: object, what: str, file: Path) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{what} is not a text", file=file)
+    return value
+
+
+def _time(value: object, what: str, file: Path) -> int:
+    return _checked(lambda: parse_us(_text(value, what, file)), what, file)
+
+
+def _checked(read: Callable[[], int], what: str, file: Path) -> int:
+    try:
+        return read()
+    except InputError as error:
+        if error.file:
+            raise
+        raise InputError(f"{what}: {error.message}", file=file, hint=error.hint) from None

@@ -1,0 +1,204 @@
+"""What a user says of his cell: what its operator can do, what goes wrong, what he demands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.stimulus import Entry, Stimulus, typed
+from rcx_harness.cell.surroundings import OPPOSITES
+from rcx_harness.engine.types import ElementaryType
+from rcx_harness.errors import InputError
+from rcx_harness.spec import load_toml
+from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.units import parse_us
+from rcx_harness.verify.properties import Declared, declared_in, from_python
+from rcx_harness.verify.recovery import Recovery, recovery_of
+
+__all__ = ["FAULTS", "Demands"]
+
+#: What can go wrong, by the names of events.
+FAULTS = (
+    *(one for one in OPPOSITES if one != "warning"),
+    *("power_cycle", "alarm", "packets_lost", "packets_late", "packets_doubled", "plc_overrun"),
+)
+_KEYS = ("length", "operator", "faults", "always", "eventually", "recover")
+#: How late a packet is at most: what the default of FB_WriteArea.Margin, 150 ms, stands beside a
+#: loss of all packets up to the connection's time-out (docs/scan-model.md).
+_LATE_US = 40_000
+_LENGTH_US = 12_000_000
+
+
+@dataclass(frozen=True)
+class Demands:
+    """What is known of a cell besides its program.
+
+    Attributes:
+        buttons: Inputs that are pressed and let go.
+        switches: Inputs that are switched over.
+        values: Variables that are set, each with the values that it can have.
+        faults: Of `FAULTS`.
+        late_us: How late a packet is at most.
+        length_us: How long things go wrong at most.
+        properties: What always holds, or has to come.
+        recovery: The way back; None: none is demanded.
+        start: What happens at the beginning instead of the way back; empty: that.
+    """
+
+    buttons: tuple[str, ...] = ()
+    switches: tuple[str, ...] = ()
+    values: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    faults: tuple[str, ...] = FAULTS
+    late_us: int = _LATE_US
+    length_us: int = _LENGTH_US
+    properties: tuple[Declared, ...] = ()
+    recovery: Recovery | None = None
+    start: tuple[Entry, ...] = ()
+
+    @classmethod
+    def load(cls, files: Sequence[Path], stimulus: Path | None = None) -> Demands:
+        """Read files of demands: TOML, or Python with properties.
+
+        Args:
+            files: The files; each table is in one of them.
+            stimulus: A good run; where no file names inputs, those of type BOOL that it sets are
+                the operator's.
+
+        Raises:
+            InputError: a file that cannot be read, or something in it that cannot be.
+        """
+        tables: dict[str, tuple[Any, Path]] = {}
+        properties: list[Declared] = []
+        for file in files:
+            if not file.is_file():
+                raise InputError("no such file", file=file)
+            if file.suffix == ".py":
+                properties += from_python(file)
+                continue
+            if file.suffix != ".toml":
+                raise InputError("is no .toml and no .py file", file=file)
+            table = load_toml(file)
+            properties += declared_in(table, file)
+            for key, value in table.items():
+                if key not in _KEYS:
+                    near = did_you_mean(get_close_matches(key, _KEYS))
+                    hint = near or f"keys are {', '.join(_KEYS)}"
+                    raise InputError(f"unknown key {key!r}", file=file, hint=hint)
+                if key in tables and key not in ("always", "eventually"):
+                    raise InputError(f"{key} is in {tables[key][1]}, too", file=file)
+                tables[key] = value, file
+        _check_names(properties)
+        start = tuple(Stimulus.load(stimulus).entries) if stimulus is not None else ()
+        made: dict[str, Any] = {"properties": tuple(properties), "start": start}
+        if "operator" in tables:
+            made |= _operator(*tables["operator"])
+        elif start:
+            made["switches"] = _switches(start)
+        if "faults" in tables:
+            made |= _faults(*tables["faults"])
+        if "length" in tables:
+            made["length_us"] = _length(*tables["length"])
+        if "recover" in tables:
+            value, file = tables["recover"]
+            if not isinstance(value, dict):
+                raise InputError("recover is no table", file=file, hint="write [recover]")
+            made["recovery"] = recovery_of(value, file)
+        return cls(**made)
+
+    def check(self, cell: Cell) -> None:
+        """Refuse what the cell does not have.
+
+        Raises:
+            InputError: an unknown variable (with near names), or a value that it cannot have.
+        """
+        for path in (*self.buttons, *self.switches):
+            if cell.program.type_of(path) != ElementaryType("BOOL"):
+                hint = "name it under values"
+                raise InputError(f"[operator]: {path} is no BOOL", hint=hint)
+        before = cell.program.snapshot()
+        for path, values in self.values.items():
+            for value in values:
+                cell.program.write(path, typed(cell, path, value))
+        cell.program.restore(before)
+
+
+def _check_names(properties: Sequence[Declared]) -> None:
+    seen: set[str] = set()
+    for one in properties:
+        if one.kind in seen:
+            text = f"two properties are called {one.name!r}"
+            raise InputError(text, file=one.file, hint="give one another name")
+        seen.add(one.kind)
+
+
+def _switches(start: Sequence[Entry]) -> tuple[str, ...]:
+    found = {
+        path: None
+        for entry in start
+        for path, value in entry.values.items()
+        if isinstance(value, bool)
+    }
+    return tuple(found)
+
+
+def _operator(table: Any, file: Path) -> dict[str, Any]:
+    _check_keys(table, ("buttons", "switches", "values"), "operator", file)
+    made: dict[str, Any] = {}
+    for key in ("buttons", "switches"):
+        names = table.get(key, [])
+        if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
+            raise InputError(f"[operator]: {key} is no list of inputs", file=file)
+        made[key] = tuple(names)
+    values = table.get("values", {})
+    if not isinstance(values, dict) or not all(
+        isinstance(one, list) and one for one in values.values()
+    ):
+        hint = 'write values = { "Main.Speed" = [5.0, 50.0] }'
+        raise InputError("[operator]: values is no table of lists", file=file, hint=hint)
+    made["values"] = {path: tuple(several) for path, several in values.items()}
+    return made
+
+
+def _faults(table: Any, file: Path) -> dict[str, Any]:
+    _check_keys(table, ("only", "leave_out", "late"), "faults", file)
+    if "only" in table and "leave_out" in table:
+        raise InputError("[faults]: only and leave_out exclude each other", file=file)
+    key = "only" if "only" in table else "leave_out"
+    names = table.get(key, [])
+    if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
+        raise InputError(f"[faults]: {key} is no list of faults", file=file)
+    for name in names:
+        if name not in FAULTS:
+            near = did_you_mean(get_close_matches(name, FAULTS))
+            hint = near or f"faults are {', '.join(FAULTS)}"
+            raise InputError(f"[faults]: unknown fault {name!r}", file=file, hint=hint)
+    wanted = key == "only"
+    made: dict[str, Any] = {"faults": tuple(one for one in FAULTS if (one in names) == wanted)}
+    if "late" in table:
+        made["late_us"] = _length(table["late"], file, "[faults]: late")
+    return made
+
+
+def _check_keys(table: Any, keys: Sequence[str], name: str, file: Path) -> None:
+    if not isinstance(table, dict):
+        raise InputError(f"{name} is no table", file=file, hint=f"write [{name}]")
+    for key in table:
+        if key not in keys:
+            hint = f"keys are {', '.join(keys)}"
+            raise InputError(f"[{name}]: unknown key {key!r}", file=file, hint=hint)
+
+
+def _length(value: object, file: Path, what: str = "length") -> int:
+    if not isinstance(value, str):
+        raise InputError(f"{what} is not a text", file=file, hint=f'write {what} = "12s"')
+    try:
+        length_us = parse_us(value)
+    except InputError as error:
+        raise InputError(f"{what}: {error.message}", file=file, hint=error.hint) from None
+    if not length_us:
+        raise InputError(f"{what} is 0", file=file)
+    return length_us

@@ -1,0 +1,78 @@
+"""Results of earlier calls: the next one goes on where the last has ended."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.verify.farm import Kept
+from rcx_harness.verify.storm.campaign import Explained, Seed, Unexplained
+from rcx_harness.verify.storm.replay import Replay
+from rcx_harness.verify.storm.sweep import Moments, Shown
+
+__all__ = ["keep"]
+
+
+def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
+    """The results in a file, and a line where they are begun anew.
+
+    Args:
+        file: JSON lines.
+        about: What they rest on.
+
+    Raises:
+        InputError: the file is there and none of ours.
+    """
+    fresh = _rests_on_other(file, about)
+    kept: Kept[Any, Any] = Kept(
+        file, about, key=_key, to_json=_to_json, from_json=_from_json, fresh=fresh
+    )
+    notice = f"{file}: results of other files or options; all is run anew" if fresh else ""
+    return kept, notice
+
+
+def _rests_on_other(file: Path, about: Mapping[str, str]) -> bool:
+    """Are there results of ours that rest on something else?"""
+    try:
+        with file.open(encoding="utf-8") as stream:
+            first = json.loads(stream.readline())
+        return bool(first["about"] != dict(about))
+    except (OSError, ValueError, TypeError, KeyError):
+        return False
+
+
+def _key(item: Any) -> str:
+    if isinstance(item, Moments):
+        return f"{item.inject.name} {item.inject.held_us} {item.first} {item.end} {item.step}"
+    if isinstance(item, Shown):
+        return f"shown {item.inject.name} {item.inject.held_us} {item.scan} {item.kind}"
+    if isinstance(item, Unexplained):
+        return f"{item.kind}: {','.join(map(str, item.seeds))}"
+    return str(item)
+
+
+def _to_json(result: Any) -> Any:
+    if isinstance(result, Replay) or result is None:
+        return {"shown": None if result is None else asdict(result)}
+    if isinstance(result, dict):
+        return {"failing": result}
+    if isinstance(result, Explained):
+        told = None if result.replay is None else asdict(result.replay)
+        return {**result._asdict(), "replay": told}
+    return result._asdict()
+
+
+def _from_json(given: Any) -> Any:
+    if "shown" in given:
+        return None if given["shown"] is None else Replay(**given["shown"])
+    if "failing" in given:
+        return {int(scan): found for scan, found in given["failing"].items()}
+    if "replay" in given:
+        told = None if given["replay"] is None else Replay(**given["replay"])
+        lists = (tuple(given[name]) for name in ("causes", "rest", "seeds"))
+        return Explained(told, *lists)
+    failures = {kind: (t_us, text) for kind, (t_us, text) in given["failures"].items()}
+    return Seed(failures, given["virtual_us"], given["scans"], given["acts"])

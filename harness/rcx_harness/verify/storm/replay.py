@@ -1,0 +1,105 @@
+"""A failing run as a stimulus file that `rcx run` replays, and what comes of it there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
+from rcx_harness.robot import Violation
+from rcx_harness.trace.chart import Timeline
+from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.units import format_us
+from rcx_harness.verify.properties import Judge
+from rcx_harness.verify.storm.cells import Cells
+from rcx_harness.verify.storm.storms import Failure, kind_of
+
+__all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
+
+#: How every replay begins.
+MARK = "# rcx replay: "
+#: Of a chart at most so much before the failure is shown.
+_SHOWN_US = 12_000_000
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A run to be told again.
+
+    Attributes:
+        text: The stimulus file.
+        duration_us: How long to run.
+        seed: Of the cell.
+        kind: The kind of its failure.
+        told: The failure, as a sentence.
+    """
+
+    text: str
+    duration_us: int
+    seed: int
+    kind: str
+    told: str
+
+    @property
+    def lines(self) -> int:
+        """Lines of the file."""
+        return self.text.count("\n")
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of a replay: the rules and conditions that were broken, and its chart (SVG)."""
+
+    found: tuple[str, ...]
+    chart: str
+
+
+def replay_of(
+    done: Sequence[Entry], failure: Failure, expect: str, seed: int, scan_us: int
+) -> Replay:
+    """Write down a run that has failed.
+
+    Args:
+        done: What was done to the cell.
+        failure: How it has failed.
+        expect: The condition that did not hold then; empty: the run itself says what is wrong.
+        seed: Of the cell.
+        scan_us: Period of the PLC.
+    """
+    entries = sorted((one for one in done if one.t_us <= failure.t_us), key=lambda one: one.t_us)
+    after_us = failure.t_us + min(1_000, scan_us // 2)
+    if expect:
+        entries.append(Entry(after_us, expect=(expect,)))
+    duration_us = -(-(after_us + scan_us) // 10_000) * 10_000
+    told = f"{failure.kind} at {format_us(failure.t_us)}: {failure.text}"
+    about = f"{MARK.removeprefix('# ')}{told}"
+    return Replay(stimulus_text(entries, about), duration_us, seed, failure.kind, told)
+
+
+def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
+    """Run a replay, judged by rules, by what it expects itself, and by properties.
+
+    Args:
+        cells: Where.
+        one: The replay.
+        stimulus: Its text as a file.
+    """
+    with cells.cell(one.seed) as cell:
+        timeline = Timeline()
+        begin_us = max(0, one.duration_us - _SHOWN_US)
+        cell.trace.listen(lambda record: timeline.take(record) if record.t_us >= begin_us else None)
+        found: list[str] = []
+        Judge(cell, cells.demands.properties, partial(_kept, found))
+        stimulus.schedule(cell)
+        cell.run(one.duration_us)
+        found += [_kind(violation) for violation in cell.violations]
+        return Replayed(tuple(found), svg_chart(timeline, one.kind))
+
+
+def _kept(found: list[str], kind: str, text: str) -> None:
+    found.append(kind)
+
+
+def _kind(violation: Violation) -> str:
+    return "expect" if violation.rule == "expect" else kind_of(violation)

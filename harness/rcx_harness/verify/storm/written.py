@@ -1,0 +1,70 @@
+"""What campaign and sweep leave in a folder: never over a file of the user's."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.verify.storm.replay import MARK, Replay
+
+__all__ = ["check_folder", "command", "file_name", "forget", "write"]
+
+#: How each kind of file begins.
+_BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
+
+
+def file_name(kind: str, taken: Iterable[str]) -> str:
+    """A name for the files of a class that is not taken."""
+    plain = re.sub(r"\W+", "_", kind, flags=re.ASCII).strip("_").lower()[:40] or "failure"
+    names = set(taken)
+    number = next(k for k in range(1, len(names) + 2) if f"{plain}-{k}" not in names)
+    return f"{plain}-{number}"
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that is none (InputError)."""
+    for one in (folder, *folder.parents):
+        if one.exists() and not one.is_dir():
+            raise InputError("is a file, not a folder", file=one, hint="name another with --out")
+
+
+def write(folder: Path, files: Mapping[str, str]) -> None:
+    """Write files by their names, all or none.
+
+    Raises:
+        InputError: one is there already and none of ours.
+    """
+    for name in files:
+        _check(folder / name)
+    replace_files({folder / name: text.encode() for name, text in files.items()})
+
+
+def forget(folder: Path) -> None:
+    """Remove the replays of an earlier call, with their charts."""
+    for file in sorted(folder.glob("*.toml")):
+        chart = file.with_suffix(".svg")
+        if file.read_bytes().startswith(_BEGINS[".toml"]):
+            file.unlink()
+            if chart.is_file() and chart.read_bytes().startswith(_BEGINS[".svg"]):
+                chart.unlink()
+
+
+def _check(file: Path) -> None:
+    if not file.exists():
+        return
+    with file.open("rb") as stream:
+        found = stream.read(16)
+    begins = _BEGINS[file.suffix][:16]
+    if found and not found.startswith(begins):
+        hint = "name another folder with --out, or remove this file"
+        raise InputError("is there already, and was not written by rcx", file=file, hint=hint)
+
+
+def command(replayed: Replay, words: Iterable[str], file: Path) -> str:
+    """The command that replays it."""
+    duration = f"{replayed.duration_us // 1000}ms"
+    seed = ["--seed", str(replayed.seed)] if replayed.seed else []
+    return " ".join(["rcx run", *words, *seed, "--stimulus", file.as_posix(), "--for", duration])

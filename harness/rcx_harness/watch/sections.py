@@ -1,0 +1,33 @@
+"""Where the manual says what a broken rule has broken."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+from rcx_harness.spec import folder, load_toml
+
+__all__ = ["section_of"]
+
+#: The rules of the judges in this room; those of the controller stand in spec/rules.toml.
+_SECTIONS = {
+    "start against stop": "ch. 5, 2 and 3.2",
+    "data before code": "guide, 1.1",
+    "command held": "guide, 1.1",
+    "ready before code": "guide, 1.2",
+    "status": "guide, 1.2",
+    "response": "guide, 2",
+    "contract": "docs/testing.md",
+    "calls": "docs/testing.md",
+}
+
+
+def section_of(rule: str) -> str:
+    """The section of the manual behind a rule, or the page of the project; empty if unknown."""
+    return _SECTIONS.get(rule) or _of_controller().get(rule, "")
+
+
+@lru_cache(maxsize=1)
+def _of_controller() -> Mapping[str, str]:
+    rules = load_toml(folder() / "rules.toml")["rule"]
+    return {one["id"]: one.get("section", "") for one in rules}

@@ -1,0 +1,168 @@
+"""Standard cycle times of the robot models: planned, measured in virtual time, and the law's fit.
+
+`python -m rcx_tools.docs.cycle_times` fits the law of acceleration anew and prints its two figures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+from rcx_harness import spec
+from rcx_harness.robot import Controller, Point, RobotConfig
+from rcx_harness.robot.area import INPUTS
+from rcx_harness.robot.kinematics import Scara
+from rcx_harness.robot.paths import ArchPath, AxisMove, PtpPath
+from rcx_harness.spec.robots import Law, RobotModel, law, robot_models
+from rcx_harness.spec.wire import CYCLE_US
+
+__all__ = ["cycle_ends", "fitted", "measured_cycle", "planned_cycle"]
+
+#: The standard cycle: so far up and down, so far across [mm]; at this depth of Z [mm].
+UP, ACROSS, DEPTH = 25.0, 300.0, 50.0
+_ARCH, _READY, _DONE = 0x002, 0x0000, 0x0200
+_ROBOT, _FROM, _TO = 1, 1, 2
+_STEPS, _ROUNDS = 12, 16
+#: Where the law is looked for: factor, share.
+_LOW, _HIGH = (0.3, 0.01), (12.0, 3.0)
+
+
+def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, float]]:
+    """X and Y of both ends of the cycle across the front [mm].
+
+    They are as far from the base as the hand is when the arms stand at a right angle.
+    """
+    far = math.hypot(*model.arms)
+    y = math.sqrt(far**2 - (ACROSS / 2) ** 2)
+    return (-ACROSS / 2, y), (ACROSS / 2, y)
+
+
+def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
+    """There and back [s], as the controller plans it, under a law that may be another one."""
+    ends = [_arm(model).inverse((1000 * x, 1000 * y, 0, 0)) for x, y in cycle_ends(model)]
+
+    def move(place: int, start: float, end: float) -> AxisMove:
+        joint = model.joints[place]
+        ramp = joint.acceleration(of, load) * joint.pulses_per_unit
+        first, last = (round(at * joint.pulses_per_unit) for at in (start, end))
+        return AxisMove(place, first, last, joint.speed * joint.pulses_per_unit, ramp, ramp)
+
+    turns = [move(place, ends[0][place] / 1000, ends[1][place] / 1000) for place in (0, 1)]
+    rise, fall = move(2, UP, 0.0), move(2, 0.0, UP)
+    return 2 * ArchPath(rise, fall, PtpPath(turns), 0, 0).seconds
+
+
+def fitted(names: Sequence[str]) -> Law:
+    """The law with the smallest sum of squared relative errors of these models' cycles.
+
+    Found by a grid that closes in; the same at every call.
+    """
+    models = [robot_models()[name] for name in names]
+
+    def error(factor: float, share: float) -> float:
+        of = Law(factor, share, tuple(names))
+        return sum(
+            (planned_cycle(model, of, load) / seconds - 1) ** 2
+            for model in models
+            for load, seconds in model.cycles[:1]
+        )
+
+    factors, shares = ((low, high) for low, high in zip(_LOW, _HIGH, strict=True))
+    for _ in range(_ROUNDS):
+        every = product(_grid(*factors), _grid(*shares))
+        best = min(every, key=lambda pair: error(*pair))
+        factors, shares = (
+            (max(least, at - (high - low) / 5), min(most, at + (high - low) / 5))
+            for at, (low, high), least, most in zip(
+                best, (factors, shares), _LOW, _HIGH, strict=True
+            )
+        )
+    return Law(round(best[0], 3), round(best[1], 3), tuple(names))
+
+
+def _grid(low: float, high: float) -> list[float]:
+    return [low + (high - low) * step / _STEPS for step in range(_STEPS + 1)]
+
+
+def measured_cycle(name: str, load: float) -> float:
+    """There and back in virtual time [s]: MOVE with arch designation, by remote command.
+
+    Counted in controller cycles of 5 ms, from that in which the axes start to that of the end
+    status.
+    """
+    model = robot_models()[name]
+    points = {
+        number: Point(_wire((x, y, DEPTH)), mm=True, hand=1)
+        for number, (x, y) in zip((_FROM, _TO), cycle_ends(model), strict=True)
+    }
+    config = RobotConfig(robot=(name,), points=points, parameters={"WEIGHT": round(load)})
+    start = _arm(model).inverse(points[_FROM].data)
+    config = replace(
+        config,
+        axes=tuple(
+            replace(axis, start=round(at * axis.pulses_per_mm / 1000 + axis.zero))
+            for axis, at in zip(config.axes, start, strict=False)
+        ),
+    )
+    master = _Master(config)
+    return master.arch(_TO) + master.arch(_FROM)
+
+
+def _arm(model: RobotModel) -> Scara:
+    """Right-handed."""
+    arm1, arm2 = model.arms
+    return Scara(1000 * arm1, 1000 * arm2)
+
+
+def _wire(mm: Sequence[float]) -> tuple[int, ...]:
+    """A position as a point has it [0.001 mm]."""
+    return (*(round(1000 * at) for at in mm), *(0,) * (6 - len(mm)))
+
+
+class _Master:
+    """Switches the servos on and moves."""
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._robot = Controller(config)
+        self._area = bytearray(config.size)
+        self._cycle = 0
+        self._run(60)
+        for inputs in (("SI00",), ("SI00", "SI06"), ("SI00", "SI06", "SI01")):
+            bits = sum(INPUTS[name] for name in inputs)
+            self._area[32:34] = bits.to_bytes(2, "little")
+            self._run(30)
+
+    def arch(self, point: int) -> float:
+        """Seconds from the start of the movement to its end status."""
+        values = {
+            "axis_designation": 1, "axes": 0b111, "speed_mode": 2, "speed": 100, "point": point,
+            "arch_unit": 1, "arch_axis": 0b100, "arch_position": round(1000 * (DEPTH - UP)),
+        }  # fmt: skip
+        words = spec.commands()[_ARCH].encode(values, _ROBOT)
+        self._area[:32] = b"".join(word.to_bytes(2, "little") for word in words)
+        here, count, moving = list(self._robot.positions), 0, False
+        while self._status != _DONE:
+            self._run(1)
+            moving = moving or list(self._robot.positions) != here
+            count += moving
+            assert count < 1000, "the movement does not end"
+        self._area[:32] = bytes(32)
+        self._run(20)
+        assert self._status == _READY
+        return count * CYCLE_US / 1e6
+
+    @property
+    def _status(self) -> int:
+        return int.from_bytes(self._answer[:2], "little")
+
+    def _run(self, cycles: int) -> None:
+        for _ in range(cycles):
+            self._answer = self._robot.cycle(self._cycle * CYCLE_US, bytes(self._area))
+            self._cycle += 1
+
+
+if __name__ == "__main__":
+    found = fitted(law().fitted)
+    print(f"factor = {found.factor}\nown_share = {found.own_share}")

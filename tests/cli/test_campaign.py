@@ -1,0 +1,216 @@
+"""`rcx campaign` and `rcx sweep`: exit codes, what is found, and replays that `rcx run` repeats."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from feeder import feeder
+from rcx_harness.cli.app import main
+
+Captured = pytest.CaptureFixture[str]
+_HERE = ["--engine", "builtin", "--workers", "0"]
+_CAMPAIGN = ["campaign", "Feeder.st", "--properties", "campaign.toml", "--seeds", "6", *_HERE]
+_SWEEP = ["sweep", "Feeder.st", "--properties", "campaign.toml", "--stimulus", "good.toml"]
+_SWEEP += ["--for", "1s", "--hold", "200ms", *_HERE]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _replays(said: str) -> list[str]:
+    return [line.strip() for line in said.splitlines() if line.startswith("  rcx run ")]
+
+
+def test_a_cell_that_recovers_ends_with_0_and_no_seed_runs_twice(
+    here: Path, capsys: Captured
+) -> None:
+    feeder(here)
+    assert main(_CAMPAIGN) == 0
+    said = capsys.readouterr().out
+    assert "seeds 0 to 5: " in said
+    assert "nothing failed" in said
+    results = here / "out/campaign/results.jsonl"
+    before = results.read_text()
+    assert main([*_CAMPAIGN, "--seed-from", "2"]) == 0
+    new = results.read_text().removeprefix(before)
+    assert [json.loads(line)["key"] for line in new.splitlines()] == ["6", "7"]
+
+
+def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captured) -> None:
+    """Open while it runs: the shortest run needs nothing but the switch."""
+    feeder(here, runs_open=True)
+    assert main(_CAMPAIGN) == 1
+    said = capsys.readouterr().out
+    assert "always closed: " in said
+    assert "needs: Main.Closed" in said
+    replay = here / "out/campaign/always_closed-1.toml"
+    text = replay.read_text()
+    assert text.startswith("# rcx replay: always closed at ")
+    assert text.count("\n") <= 10
+    assert (here / "out/campaign/always_closed-1.svg").read_text().startswith("<svg ")
+    command = next(one for one in _replays(said) if "always_closed-1" in one)
+    assert main(command.split()[1:]) == 1
+    assert "expect: NOT (Main.Running AND NOT Main.Closed) does not hold" in capsys.readouterr().out
+
+
+def test_a_cell_that_does_not_recover_is_found_and_results_of_others_are_redone(
+    here: Path, capsys: Captured
+) -> None:
+    feeder(here)
+    assert main(_CAMPAIGN) == 0
+    feeder(here, latches=True)
+    capsys.readouterr()
+    assert main(_CAMPAIGN) == 1
+    said = capsys.readouterr().out
+    assert "results of other files or options; all is run anew" in said
+    assert "needs: link_down" in said
+    for command in _replays(said):
+        assert main(command.split()[1:]) == 1
+
+
+def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -> None:
+    feeder(here, runs_open=True)
+    (here / "out/campaign").mkdir(parents=True)
+    mine = here / "out/campaign/always_closed-1.toml"
+    mine.write_text("mine = 1\n")
+    assert main(_CAMPAIGN) == 2
+    assert "is there already, and was not written by rcx" in capsys.readouterr().err
+    assert mine.read_text() == "mine = 1\n"
+
+
+@pytest.mark.parametrize(
+    ("demands", "message"),
+    [
+        ('[[always]]\nthat = "Main.Runing"\n', "did you mean Running"),
+        ("[[always]]\nthat = 3\n", "[[always]] 1: that is not a text"),
+        ('[[eventually]]\nthat = "Main.Go"\n', "[[eventually]] 1: within is missing"),
+        ('[operator]\nbuttons = ["Main.Goo"]\n', "did you mean Go"),
+        ('[operator]\nbuttons = ["Main.Speed"]\n', "Main.Speed is no BOOL"),
+        ('[operator]\nvalues = { "Main.Speed" = [40000] }\n', "40000"),
+        ('[faults]\nonly = ["link_dwn"]\n', "did you mean link_down"),
+        ('[recover]\nwhen = "Main.Running"\n', "[recover]: within is missing"),
+        ('[recover]\nsteps = [ { pres = "Main.Go" } ]\n', "unknown key 'pres'"),
+        ('[recover]\nsteps = [ { press = "Main.Goo" } ]\n', "did you mean Go"),
+        ('length = "0s"\n', "length is 0"),
+        ("[oprator]\n", "did you mean operator"),
+    ],
+)
+def test_demands_that_cannot_be_are_one_message(
+    here: Path, capsys: Captured, demands: str, message: str
+) -> None:
+    feeder(here)
+    (here / "campaign.toml").write_text(demands)
+    assert main(_CAMPAIGN) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_properties_in_python_are_judged_by_campaign_and_run(here: Path, capsys: Captured) -> None:
+    feeder(here, runs_open=True)
+    (here / "mine.py").write_text(
+        "import rcx_harness as rcx\n\n\n"
+        "@rcx.always\ndef closed_while_running(cell):\n"
+        '    return cell["Main.Closed"] or not cell["Main.Running"]\n\n\n'
+        '@rcx.eventually(within="100ms", after=lambda cell: cell["Main.Go"])\n'
+        "def go_is_answered(cell):\n"
+        '    return cell["Main.Running"] or cell["Main.Broken"]\n'
+    )
+    text = (here / "campaign.toml").read_text()
+    begin, end = text.index("[[always]]"), text.index("[recover]")
+    (here / "campaign.toml").write_text(text[:begin] + text[end:])
+    assert main([*_CAMPAIGN, "--properties", "mine.py"]) == 1
+    said = capsys.readouterr().out
+    assert "always closed while running: " in said
+    command = _replays(said)[0]
+    assert "--properties mine.py" in command
+    assert main(command.split()[1:]) == 1
+    assert "property: always closed while running" in capsys.readouterr().out
+
+
+def test_an_unknown_variable_in_python_is_one_message(here: Path, capsys: Captured) -> None:
+    feeder(here)
+    (here / "mine.py").write_text(
+        "import rcx_harness as rcx\n\n\n@rcx.always\ndef fed(cell):\n"
+        '    return cell["Main.Feed"] >= 0\n'
+    )
+    assert main([*_CAMPAIGN, "--properties", "mine.py"]) == 2
+    assert "mine.py: fed: " in (said := capsys.readouterr().err)
+    assert "did you mean Fed" in said
+
+
+def test_the_verdicts_do_not_depend_on_the_number_of_workers(here: Path) -> None:
+    feeder(here, runs_open=True)
+    results = []
+    for workers in ("0", "2"):
+        main([*_CAMPAIGN[:-1], workers, "--out", f"out/{workers}"])
+        lines = (here / f"out/{workers}/results.jsonl").read_text().splitlines()
+        results.append(sorted(lines[1:]))
+    assert results[0] == results[1]
+
+
+# --- sweep ------------------------------------------------------------------------------------
+
+
+def test_a_sweep_names_the_moments_from_which_the_cell_does_not_recover(
+    here: Path, capsys: Captured
+) -> None:
+    """The latch falls only when the link is lost while the feeder runs, from 400 ms on."""
+    feeder(here, latches=True)
+    sweep = [*_SWEEP, "--inject", "link_down,plc_overrun", "--every", "5", "--json", "out/it.json"]
+    assert main(sweep) == 1
+    said = capsys.readouterr().out
+    assert "20 moments of 1 s, 2 faults at each" in said
+    told = json.loads((here / "out/it.json").read_text())
+    assert told["inject"] == ["link_down", "plc_overrun"]
+    (one,) = told["classes"]
+    assert (one["inject"], one["kind"]) == ("link_down", "recovery")
+    # A loss is seen 100 ms after the last packet. One that begins behind scan 30 is seen at 400 ms,
+    # in the scan in which Go comes: it never ran. The next one finds it running.
+    assert one["scans"] == [[35, 95]]
+    command = _replays(said)[0]
+    assert main(command.split()[1:]) == 1
+    assert main(sweep) == 1, "what is known is not run again, and says the same"
+
+
+def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Captured) -> None:
+    feeder(here)
+    inject = "link_down,emergency_stop,power_cycle,plc_stop,Main.Closed=false,Main.Go=true"
+    assert main([*_SWEEP, "--inject", inject, "--every", "10"]) == 0
+    assert "10 moments of 1 s, 6 faults at each" in (said := capsys.readouterr().out)
+    assert "the cell recovers from all of them" in said
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--inject", "link_dwn"], "did you mean link_down"),
+        (["--inject", "link_down@2"], "the cell has 1 controller(s)"),
+        (["--inject", "link_down,link_down"], "names something twice"),
+        (["--inject", "Main.Goo=true"], "did you mean Go"),
+        (["--inject", "Main.Go=3"], "the value is not true or false"),
+        (["--inject", "auto_mode"], "'auto_mode' does not last"),
+        (["--hold", "0s"], "injects nothing"),
+        (["--link", "enip"], "--link enip is for rcx run"),
+    ],
+)
+def test_a_sweep_refuses_what_cannot_be(
+    here: Path, capsys: Captured, options: list[str], message: str
+) -> None:
+    feeder(here)
+    assert main([*_SWEEP, *options]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_run_that_is_not_good_is_no_beginning_of_a_sweep(here: Path, capsys: Captured) -> None:
+    feeder(here, runs_open=True)
+    good = (here / "good.toml").read_text().replace('"Main.Speed" = 7', '"Main.Closed" = false')
+    (here / "good.toml").write_text(good)
+    assert main([*_SWEEP, "--for", "2s", "--every", "10"]) == 2
+    assert "without any fault: always closed at " in capsys.readouterr().err

@@ -1,0 +1,136 @@
+"""`rcx compare`: files, options, exit codes; what it compares is tested in tests/look/compare."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+from rcx_harness.robot import RobotConfig
+from rcx_harness.trace import Cycle, Trace
+from recorded_robot import RecordedMaster, short_run
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A controller whose servos take 80 ms, and whose version is another."""
+    master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
+    short_run(master)
+    path = tmp_path_factory.mktemp("recorded") / "cell.jsonl"
+    written = Trace({"by": "rcx run"}, path, keep=0)
+    for number, (t_us, si, so) in enumerate(master.cycles):
+        written.add(Cycle(t_us, number, si or b"", so))
+    written.close()
+    return path
+
+
+def test_it_shows_both_sides_of_the_first_differences(trace: Path, capsys: Captured) -> None:
+    assert main(["compare", str(trace)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "controller 1 is the recorded one, 2 the virtual one" in lines
+    at = next(k for k, line in enumerate(lines) if "SO(02) Servo ON status output, for" in line)
+    assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms, not 80
+    assert lines[at + 1].split() == ["recorded", "OFF"]
+    assert lines[at + 2].split() == ["virtual", "ON"]
+    assert "servo-on" in lines[at + 3]
+    response = next(k for k, line in enumerate(lines) if " response, for" in line)
+    assert "host_version 274" in lines[response + 1]
+    assert "host_version 264" in lines[response + 2]
+    assert "ReadVersion (16#0501)" in lines[response + 3]
+    assert lines[-1] == "2 differences"
+
+
+def test_with_its_own_robot_file_there_is_no_difference(
+    trace: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    robot = tmp_path / "robot.toml"
+    robot.write_text("servo_on_delay = 80\nhost_version = 0x0112\n", encoding="utf-8")
+    assert main(["compare", str(trace), "--robot", str(robot)]) == 0
+    assert "the virtual controller answers the same" in capsys.readouterr().out
+    robot.write_text("servo_on_delay = [20, 100]\nhost_version = 0x0112\n", encoding="utf-8")
+    assert main(["compare", str(trace), "--robot", str(robot)]) == 0
+
+
+def test_fit_writes_a_robot_file_on_top_of_the_old_one(
+    trace: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    old, new = tmp_path / "old.toml", tmp_path / "new.toml"
+    text = "servo_on_delay = 20 # too short\njog_limit = 'normal'\n\n[points.7]\npulses = [1, 2]\n"
+    old.write_text(text, encoding="utf-8")
+    assert main(["compare", str(trace), "--robot", str(old), "--fit", str(new), "--json"]) == 0
+    table = json.loads(capsys.readouterr().out)
+    assert table["differences"] == table["left"] == []
+    knobs = {one["key"]: one for one in table["knobs"]}
+    assert knobs["servo_on_delay"]["value"] == 80.0
+    assert knobs["host_version"] == {
+        "key": "host_version",
+        "value": 0x0112,
+        "found": True,
+        "why": knobs["host_version"]["why"],
+        "others": [],
+    }
+    assert not knobs["jog_limit"]["found"]
+    found = RobotConfig.load(new)
+    assert (found.servo_on_delay, found.host_version) == (80.0, 0x0112)
+    assert found.jog_limit == "normal"
+    assert found.points[7].data[:2] == (1, 2)
+    assert "too short" not in new.read_text(encoding="utf-8")
+    assert old.read_text(encoding="utf-8") == text
+
+    assert main(["compare", str(trace), "--fit", str(new)]) == 2
+    assert "is there already; name another file" in capsys.readouterr().err
+
+
+def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) -> None:
+    master = RecordedMaster()
+    master.run(200)
+    master.happen("manual_mode")
+    master.run(200)
+    path = tmp_path / "cell.jsonl"
+    written = Trace({"by": "rcx run"}, path, keep=0)
+    for number, (t_us, si, so) in enumerate(master.cycles):
+        written.add(Cycle(t_us, number, si or b"", so))
+    written.close()
+    assert main(["compare", str(path), "--quiet"]) == 1
+    assert "SO(10) AUTO mode status output" in capsys.readouterr().out
+    events = tmp_path / "events.toml"
+    events.write_text('[[at]]\ntime = "200ms"\nrobot = "manual_mode"\n', encoding="utf-8")
+    assert main(["compare", str(path), "--events", str(events)]) == 0
+    for wrong, message in (
+        ('set = { "Main.Go" = true }', "sets what is no event; only time and robot"),
+        ('robot = "link_down"', "'link_down' is no event of a robot"),
+    ):
+        events.write_text(f'[[at]]\ntime = "200ms"\n{wrong}\n', encoding="utf-8")
+        assert main(["compare", str(path), "--events", str(events)]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+    robot = tmp_path / "robot.toml"
+    robot.write_text("size = 256\n", encoding="utf-8")
+    empty = tmp_path / "empty.jsonl"
+    empty.write_text('{"format":"rcx-trace/1","by":"rcx scan"}\n', encoding="utf-8")
+    for arguments, message in (
+        ([str(tmp_path / "none.pcap")], "cannot be read"),
+        ([str(empty)], "nothing in it says what the PLC sent"),
+        ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
+        ([str(trace), "--controller", "here"], "--controller 'here' is no IPv4 address"),
+        ([str(trace), "--tolerance", "-1ms"], "--tolerance: not a duration"),
+        ([str(trace), "--size", "50"], "an area of 50 bytes does not exist"),
+    ):
+        assert main(["compare", *arguments]) == 2
+        error = capsys.readouterr().err
+        assert message in error
+        assert error.count("\n") == 1
+
+
+def test_the_chart_is_written(trace: Path, tmp_path: Path) -> None:
+    chart = tmp_path / "chart.svg"
+    assert main(["compare", str(trace), "--quiet", "--chart", str(chart)]) == 1
+    text = chart.read_text(encoding="utf-8")
+    assert "2: SO(02)" in text
+    assert "recorded, and virtual (2)" in text

@@ -1,0 +1,251 @@
+"""`rcx explore`: all states of a small program, what is broken in them, and what is said of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.build import source_files
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.app import main
+from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
+from rcx_harness.verify.explore.controller import FAULTS, Small, Wire
+from rcx_harness.verify.explore.user import Settings, explore
+
+Captured = pytest.CaptureFixture[str]
+
+_PROGRAM = """PROGRAM Lamp
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    {variables}
+  END_VAR
+  {body}
+END_PROGRAM
+"""
+_LATE = _PROGRAM.format(
+    variables="Button, Key, Green : BOOL; Late : TON;",
+    body="Late(IN := Button AND Key, PT := T#300ms);\n  Green := Late.Q;",
+)
+_COUNT = _PROGRAM.format(
+    variables="Button : BOOL; Count : INT;",
+    body="IF Button THEN\n    Count := (Count + 1) MOD 3;\n  END_IF;",
+)
+_STOPS = _PROGRAM.format(
+    variables="Button : BOOL; Count : INT; Row : ARRAY [1..2] OF INT;",
+    body="IF Button THEN\n    Count := Count + 1;\n    Row[Count] := 1;\n  END_IF;",
+)
+#: SI(01) changes in every scan.
+_FLICKERS = _PROGRAM.format(
+    variables="On : BOOL;",
+    body="On := NOT On;\n  OutputArea[32] := SEL(On, BYTE#0, BYTE#2);",
+)
+_ROBOT = """PROGRAM Robot
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected, Go, Back : BOOL;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    {variables}
+  END_VAR
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+  {body}
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _written(folder: Path, text: str) -> str:
+    (folder / "Lamp.st").write_text(text, encoding="utf-8")
+    return "Lamp.st"
+
+
+def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> None:
+    """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
+    file = _written(folder, _COUNT)
+    assert main(["explore", file, "--input", "Main.Button", "--faults", "none"]) == 0
+    said = capsys.readouterr().out
+    figures = "7 states, 14 scans judged, up to 3 scans from the start"
+    assert f"explored to the end: {figures}; no rule is broken" in said
+    assert "input Main.Button: false, true" in said
+    assert "not explored: the link is lost and comes back" in said
+
+
+def test_an_input_without_values_stays_as_it_begins_and_that_is_said(
+    folder: Path, capsys: Captured
+) -> None:
+    assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
+    assert "Main.Button stays as it begins (--input Main.Button" in capsys.readouterr().out
+
+
+def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> None:
+    command = ["explore", _written(folder, _COUNT), "--input", "Main.Button"]
+    for bound in (["--bound", "2"], ["--depth", "1"]):
+        assert main([*command, *bound]) == 0
+        said = capsys.readouterr().out
+        assert "BOUND REACHED: " in said
+        assert "explored to the end" not in said
+
+
+def test_what_is_always_to_hold_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
+    """By hand: one input changes in a scan, then 300 ms pass, in scans of 100 ms."""
+    file = _written(folder, _LATE)
+    always = "NOT (Main.Green AND Button)"
+    inputs = ["--input", "Main.Button", "--input", "Main.Key"]
+    assert main(["explore", file, *inputs, "--always", always]) == 1
+    said = capsys.readouterr().out
+    assert "BROKEN in scan 5, at 400 ms" in said
+    assert "always: NOT (Green AND Button)" in said
+    command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
+    assert main(command.split()[1:]) == 0  # `rcx run` knows nothing of this rule
+    with Cell.build(file, scan="100ms") as cell:
+        Stimulus.load("out/explore/broken.toml").schedule(cell)
+        cell.scan(4)
+        assert not cell["Main.Green"]
+        cell.scan()
+        assert cell["Main.Green"]
+        assert cell["Main.Button"]
+    assert "Lamp.st" not in [path.name for path in Path("out/explore").iterdir()]
+
+
+def test_assertions_in_comments_are_judged_too(folder: Path, capsys: Captured) -> None:
+    text = _COUNT.replace("END_IF;", "END_IF;\n  (* prove: Count < 2 *)")
+    assert main(["explore", _written(folder, text), "--input", "Main.Button"]) == 1
+    assert "always: Count < 2" in capsys.readouterr().out
+
+
+def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys: Captured) -> None:
+    """Source: manual chapter 5, 3, caution: 100 ms between changes of dedicated inputs."""
+    file = _written(folder, _FLICKERS)
+    assert main(["explore", file, "--scan", "100ms"]) == 1  # no stop is released: SI(00) is OFF
+    assert "start against stop: SI(01) ON while SI(00) is OFF" in capsys.readouterr().out
+    released = _FLICKERS.replace("BYTE#0, BYTE#2", "BYTE#1, BYTE#3")  # SI(00) ON first
+    file = _written(folder, released.replace("On : BOOL;", "On : BOOL := TRUE;"))
+    assert main(["explore", file, "--scan", "100ms"]) == 0
+    capsys.readouterr()
+    assert main(["explore", file, "--scan", "50ms"]) == 1
+    said = capsys.readouterr().out
+    assert "interval: " in said
+    assert "what it does not know" not in said
+    command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
+    assert main(command.split()[1:]) == 1
+    assert "interval: " in capsys.readouterr().out
+
+
+def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captured) -> None:
+    """By hand: the third press leaves the array of two."""
+    file = _written(folder, _STOPS)
+    assert main(["explore", file, "--input", "Main.Button"]) == 1
+    said = capsys.readouterr().out
+    assert "BROKEN in scan 3" in said
+    assert f"stops: {file}:8" in said
+
+
+@pytest.mark.parametrize(
+    ("variables", "body"),
+    [
+        (
+            "On : FB_ServoOn; Move : FB_MovePtp;",
+            "On(Robot := Robot, Execute := Go, Timeout := T#500ms);\n"
+            "  Move(Robot := Robot, Execute := On.Done, Point := 1, Timeout := T#500ms);",
+        ),
+        (
+            "Up : FB_PowerUp; Port : FB_WriteIoPortBit;",
+            "Up(Robot := Robot, Execute := Go, Timeout := T#1s);\n"
+            "  Port(Robot := Robot, Execute := Back, PortNumber := 2, Timeout := T#1s);",
+        ),
+        (
+            "Stop : FB_EmergencyStop; Up : FB_ServoOnFromEmergencyStop;",
+            "Stop(Robot := Robot, Execute := Go);\n  Up(Robot := Robot, Execute := Back);",
+        ),
+        (
+            "Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;",
+            "Pulse(IN := Go, PT := T#200ms);\n  Off(IN := Pulse.Q, PT := T#300ms);\n"
+            "  Ups(CU := Off.Q, R := Back, PV := 2);\n"
+            "  Jog(Robot := Robot, Enable := Pulse.Q);\n"
+            "  Reset(Robot := Robot, Execute := Ups.Q);",
+        ),
+    ],
+)
+def test_states_of_programs_with_blocks_are_told_apart(
+    folder: Path, variables: str, body: str
+) -> None:
+    """One scan of each state is repeated with anything in what the state leaves out."""
+    file = _written(folder, _ROBOT.format(variables=variables, body=body))
+    inputs: dict[str, list[str]] = {"Main.Go": [], "Main.Back": []}
+    found = explore(source_files(file), Settings(inputs=inputs, states=250)).result
+    assert found.broken is None, found.broken
+    assert found.checked == 250
+    assert found.transitions > 1000
+
+
+def test_the_small_controller_answers_as_the_manual_says() -> None:
+    """Source: guide chapter 1, 1.2 (status); manual chapter 5, 2 and 3.1 (servo, stops)."""
+    every = frozenset(FAULTS)
+    at_first = Small()
+    assert list(at_first.moves(Wire(), frozenset())) == [""]  # nothing is asked for
+    taken = at_first.seen(Wire(0x0001, 0x0041))
+    assert set(taken.moves(Wire(0x0001, 0x0041), frozenset())) == {"", "run"}
+    runs = taken.after("run")
+    assert runs.status == RUN
+    assert set(runs.moves(Wire(0x0001), every)) == {"", "end", "abnormal", "alarm", "link"}
+    for move, status in (("end", NORMAL_END), ("abnormal", ABNORMAL_END)):
+        ended = runs.after(move)
+        assert ended.status == status
+        assert "ready" not in ended.moves(Wire(0x0001), every)  # the code is still there
+        assert "ready" in ended.moves(Wire(0), every)
+    on = taken.seen(Wire(0, 0x0043)).after("servo")
+    assert on.so & 0x0004
+    assert not on.seen(Wire(0, 0x0042)).so & 0x0004  # SI(00) OFF: emergency stop
+    assert on.seen(Wire(0, 0x0042)).so & 0x0001
+    lost = on.after("link")
+    assert (lost.link, lost.status) == (False, READY)
+    back = lost.after("link up").seen(Wire(0, 0x0043))
+    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # a level is no edge
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--scan", "0s"], "--scan of 0 s is too short"),
+        (["--faults", "fire"], "--faults fire; it can be link, alarm, abnormal"),
+        (["--input", "Main.Nothing"], "has no member Nothing"),
+        (["--input", "Main.Count"], "no values for Main.Count; write --input Main.Count=1,2,3"),
+        (["--input", "Main.Count=many"], "'many' is no value for Main.Count"),
+        (["--input", "Main.Count=99999"], "99999"),
+        (["--input", "Main.Button", "--input", "main.button"], "is given twice"),
+        (["--always", "Nothing = 1"], "'Nothing = 1' cannot be checked"),
+        (["--always", " "], "is no expression"),
+        (["--size", "50"], "an area of 50 bytes does not exist"),
+    ],
+)
+def test_bad_input_ends_with_2(
+    folder: Path, capsys: Captured, words: list[str], message: str
+) -> None:
+    assert main(["explore", _written(folder, _COUNT), *words]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("Count : INT;", "Count : INT; p : POINTER TO INT;"), "cannot be told apart"),
+        (("Count : INT;", "Count : INT; A, B : RCX_REF;"), "the program has 2 robots"),
+        (("IF Button", "IF TIME() > T#1s AND Button"), "reads the time"),
+    ],
+)
+def test_programs_that_cannot_be_explored_are_refused(
+    folder: Path, capsys: Captured, change: tuple[str, str], message: str
+) -> None:
+    assert main(["explore", _written(folder, _COUNT.replace(*change))]) == 2
+    assert message in capsys.readouterr().err

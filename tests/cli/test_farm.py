@@ -1,0 +1,74 @@
+"""The options of commands whose work is shared out."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+import typer
+from rich.console import Console
+from typer.testing import CliRunner
+
+from rcx_harness.cli.farm import FarmOptions
+from rcx_harness.cli.options import with_options
+from rcx_harness.errors import InputError
+from rcx_harness.output.system import processors
+
+
+@dataclass(frozen=True)
+class Options(FarmOptions):
+    """Of a command that has an argument of its own."""
+
+    name: Annotated[str, typer.Argument()]
+
+
+@pytest.fixture
+def given() -> list[Options]:
+    """What the command was given."""
+    return []
+
+
+@pytest.fixture
+def app(given: list[Options]) -> typer.Typer:
+    """A command with these options."""
+    made = typer.Typer(add_completion=False)
+
+    @made.command()
+    @with_options(Options)
+    def command(options: Options) -> None:
+        given.append(options)
+
+    return made
+
+
+def test_a_command_takes_them_beside_its_own(app: typer.Typer, given: list[Options]) -> None:
+    for arguments in (["a.st"], ["a.st", "--workers", "3"]):
+        assert CliRunner().invoke(app, arguments).exit_code == 0
+    assert [one.farm(Console()).workers for one in given] == [processors(), 3]
+
+
+def test_no_worker_at_all_is_refused(app: typer.Typer) -> None:
+    assert CliRunner().invoke(app, ["a.st", "--workers", "0"]).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"cluster": "tcp://127.0.0.1:8786", "workers": 2}, "--workers does not go with --cluster"),
+        ({"cluster_plain": True}, "--cluster-plain goes with --cluster; name its scheduler, too"),
+        ({"cluster_ca": Path("ca.pem")}, "--cluster-ca goes with --cluster"),
+        ({"cluster": "tcp://192.0.2.1:8786"}, "and nothing would be encrypted"),
+        ({"cluster": "tls://192.0.2.1:8786"}, "needs --cluster-ca"),
+        ({"cluster": "here"}, "no such address"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
+        FarmOptions(**options).farm(Console())
+
+
+def test_plain_connections_can_be_allowed() -> None:
+    FarmOptions(cluster="tcp://192.0.2.1:8786", cluster_plain=True).farm(Console())

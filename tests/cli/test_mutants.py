@@ -1,0 +1,229 @@
+"""`rcx mutants`: what a user's tests find, what they leave, and what is kept of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cell.build import source_files
+from rcx_harness.cli.app import main
+from rcx_harness.verify.mutants.sessions import Judge, Run
+from rcx_harness.verify.mutants.user import UserMutants
+
+Captured = pytest.CaptureFixture[str]
+
+_LAMP = """PROGRAM Lamp
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Button, Key, Green, Red : BOOL;
+    Count : INT;
+  END_VAR
+  Green := Button AND Key;
+  IF Button THEN
+    Count := FC_Next(Count);
+  END_IF;
+  IF Count > 5 THEN
+    Red := TRUE;
+  END_IF;
+END_PROGRAM
+"""
+_NEXT = """FUNCTION FC_Next : INT
+  VAR_INPUT
+    Old : INT;
+  END_VAR
+  FC_Next := Old + 1; // user's Structured Text, not the library's
+END_FUNCTION
+"""
+_TESTS = """
+def test_it_is_green_with_button_and_key(cell):
+    cell["Main.Key"] = True
+    cell.scan()
+    assert not cell["Main.Green"]
+    cell["Main.Button"] = True
+    cell.scan()
+    assert cell["Main.Green"]
+
+
+def test_it_counts(cell):
+    cell["Main.Button"] = True
+    cell.scan(3)
+    assert cell["Main.Count"] == 3
+    cell["Main.Button"] = False
+    cell.scan()
+    assert cell["Main.Count"] == 3
+"""
+_DARK = """
+
+def test_it_is_dark_at_first(cell):
+    cell.scan()
+    assert not cell["Main.Green"]
+"""
+_KEY = """
+def test_it_is_not_green_without_a_key(cell):
+    cell["Main.Button"] = True
+    cell.scan()
+    assert not cell["Main.Green"]
+"""
+
+#: Of line 7 the tests see TRUE and TRUE, FALSE and TRUE: the key may be left out. Of line 11 they
+#: see 0 to 3; line 12 is run by none of them.
+_SURVIVORS = {
+    (7, "Green := Button;"),
+    (11, "IF Count >= 5 THEN"),
+    (11, "IF Count > 6 THEN"),
+    (11, "IF Count > 4 THEN"),
+    (11, "IF FALSE THEN"),
+}
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    files = {
+        "plc/Lamp.st": _LAMP,
+        "plc/FC_Next.st": _NEXT,
+        "tests/test_lamp.py": _TESTS + _DARK,
+        "pytest.ini": "[pytest]\nrcx_sources = plc\ntestpaths = tests\n",
+    }
+    for name, text in files.items():
+        file = tmp_path / name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
+    yield tmp_path
+    for name, text in files.items():  # nothing of the user's is ever changed
+        if name.endswith(".st"):
+            assert (tmp_path / name).read_text(encoding="utf-8") == text
+
+
+def _found(file: str = "found.json") -> dict[str, object]:
+    found: dict[str, object] = json.loads(Path(file).read_text(encoding="utf-8"))["mutants"]
+    return found
+
+
+def _survivors() -> set[tuple[int, str]]:
+    rows = _found()["survivors"]
+    assert isinstance(rows, list)
+    return {(row["line"], row["after"]) for row in rows}
+
+
+def test_survivors_are_told_and_a_better_test_finds_them(project: Path, capsys: Captured) -> None:
+    command = ["mutants", "plc", "--json", "found.json", "--", "pytest", "-q"]
+    before = {path for path in project.rglob("*") if "__pycache__" not in path.parts}
+    assert main(command) == 1
+    said = capsys.readouterr().out
+    assert _survivors() >= _SURVIVORS
+    lines = {line for line, _ in _survivors()}
+    assert lines == {7, 11, 12}  # nothing of FC_Next, nor of the counting
+    assert "plc/Lamp.st:7: operand survives\n  - Green := Button AND Key;\n" in said
+    assert "plc/Lamp.st:12: dropped assignment survives, and no test runs this line" in said
+    first = _found()
+    new = {path for path in project.rglob("*") if "__pycache__" not in path.parts} - before
+    rows = Path(".rcx/mutants-without-reason.toml")
+    kept = Path(".rcx/mutants.jsonl")
+    assert {one.relative_to(project) for one in new} == {Path(".rcx"), rows, kept} | {
+        Path("found.json")
+    }
+
+    known = kept.read_text("utf-8")
+    assert main(command) == 1
+    assert kept.read_text("utf-8") == known  # nothing was run again
+    assert _found() == first
+    capsys.readouterr()
+
+    # Another test: what has survived is tried again, and what was found is not.
+    (project / "tests" / "test_key.py").write_text(_KEY, encoding="utf-8")
+    assert main(command) == 1
+    assert (7, "Green := Button;") not in _survivors()
+    assert _SURVIVORS - _survivors() == {(7, "Green := Button;")}
+    again = len(kept.read_text("utf-8").splitlines()) - len(known.splitlines())
+    not_reached = sum(line == 12 for line, _ in _survivors())
+    survived = first["mutants"] - first["killed"]  # type: ignore[operator]
+    assert again == survived - not_reached
+    capsys.readouterr()
+
+    # A reason counts as much as a test.
+    text = rows.read_text("utf-8").replace('reason = ""', 'reason = "the lamp is for show"')
+    Path("mutants.toml").write_text(text, encoding="utf-8")
+    assert main(command) == 0
+    assert "more with a reason: 100.0 %" in capsys.readouterr().out
+
+
+def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys: Captured) -> None:
+    command = ["mutants", "plc", "--json", "found.json", "--minutes", "0", "--", "pytest"]
+    assert main([*command[:4], "--fail-under", "0", *command[4:]]) == 0
+    assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
+    found = _found()
+    assert found["killed"] == 0
+    assert not Path(".rcx/mutants.jsonl").exists()
+
+
+def test_a_process_of_its_own_judges_as_a_copy_does(
+    project: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    run = Run.of(["pytest"], project)
+    mutants = UserMutants(source_files("plc"), run)
+    tests = mutants.baseline()
+    tasks, unreached = mutants.tasks(tests)
+    assert {one.line for one in unreached} == {12}
+    files = {task.mutant.file for task in tasks[:2]}
+    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # all files have their share
+    wanted = {(task.mutant.line, task.mutant.after): task for task in tasks}
+    operand = wanted[7, "Green := Button;"]
+    counting = next(task for task in tasks if task.mutant.file == "plc/FC_Next.st")
+    # The third test executes nothing of FC_Next.
+    assert {one.rpartition("::")[2] for one in counting.tests} == {
+        "test_it_is_green_with_button_and_key",
+        "test_it_counts",
+    }
+    assert len(operand.tests) == 3
+    judge = Judge(run, tmp_path_factory.mktemp("base"))
+    copies = judge.prepare()
+    for task, by in ((operand, ""), (counting, "tests/test_lamp.py::test_it_counts")):
+        assert judge(task).by == copies(task).by == by
+
+
+def test_tests_must_pass_at_first(project: Path, capsys: Captured) -> None:
+    file = project / "tests" / "test_lamp.py"
+    file.write_text(_TESTS.replace("== 3", "== 4"), encoding="utf-8")
+    assert main(["mutants", "plc", "--", "pytest"]) == 2
+    said = capsys.readouterr().err
+    assert "tests/test_lamp.py::test_it_counts fails with the program as it is (" in said
+    assert "make all tests pass first" in said
+
+
+def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) -> None:
+    other = "def test_nothing():\n    pass\n"
+    (project / "tests" / "test_lamp.py").write_text(other, encoding="utf-8")
+    assert main(["mutants", "plc", "--", "pytest"]) == 2
+    assert "none of 1 tests runs anything of plc" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["plc"], "no command for the tests is given; rcx mutants plc -- pytest"),
+        (["plc", "--fail-under", "all", "--", "pytest"], "--fail-under is all"),
+        (["plc", "--minutes", "-1", "--", "pytest"], "--minutes is -1"),
+        (["plc", "--json", "pytest.ini", "--", "pytest"], "is not what this command writes"),
+        (["plc", "--reasons", "none.toml", "--", "pytest"], "none.toml: no such file"),
+        (["plc", "--folder", "pytest.ini", "--", "pytest"], "pytest.ini: is no folder"),
+        (["none", "--", "pytest"], "none: no such file"),
+        (["plc", "--", "no-such-command"], "no-such-command cannot be started"),
+        (["plc", "--", "pytest", "--no-such-option"], "runs no tests"),
+    ],
+)
+def test_bad_input_ends_with_2(
+    project: Path, capsys: Captured, words: list[str], message: str
+) -> None:
+    assert main(["mutants", *words]) == 2
+    assert message in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None:
+    Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
+    assert main(["mutants", "plc", "--", "pytest"]) == 2
+    assert "[[survivor]] 1 is not whole; it needs block, line" in capsys.readouterr().err

@@ -1,0 +1,47 @@
+"""Example 04 with a real robot: the same program, with points in mm that the arms reach."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+
+EXAMPLE = Path(__file__).parents[2] / "plc" / "examples" / "04_pick_and_place"
+ROBOT = """\
+robot = "YK610XEC"
+
+[parameters]
+WEIGHT = 2
+
+[points.10]                # on the right, left-handed
+mm = [250.0, 400.0, 120.0, 0.0]
+hand = 2
+
+[points.20]                # on the left
+mm = [-300.0, 350.0, 80.0, 90.0]
+"""
+
+
+def test_parts_are_moved_between_places_in_mm(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The robot is at point 10 left-handed, at point 20 right-handed, as it is designated.
+
+    Source: remote command guide 4.2.1 and 4.2.19
+    """
+    (tmp_path / "robot.toml").write_text(ROBOT, encoding="utf-8")
+    trace = tmp_path / "trace.jsonl"
+    run = [
+        *("run", *map(str, sorted(EXAMPLE.glob("*.st"))), "--for=4s", "--engine=builtin"),
+        *(f"--stimulus={EXAMPLE / 'stimulus.toml'}", f"--robot={tmp_path / 'robot.toml'}"),
+        *(f"--trace={trace}", "--positions=mm"),
+    ]
+    assert main(run) == 0
+    assert "no violations" in capsys.readouterr().out
+    lines = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
+    places = [tuple(line["positions"]) for line in lines if "positions" in line]
+    for point in ((250, 400, 120, 0), (-300, 350, 80, 90)):
+        assert any(place == pytest.approx(point, abs=0.01) for place in places), point

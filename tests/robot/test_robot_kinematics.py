@@ -1,0 +1,151 @@
+"""Forward and inverse kinematics of SCARA robots; figures by hand from the arms of the data sheets.
+
+The YK400XE has arms of 225 and 175 mm, the YK1200XG two of 600 mm. Lengths in 0.001 mm, angles in
+0.001 degree.
+"""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rcx_harness.robot.geometry import Frame
+from rcx_harness.robot.kinematics import CARTESIAN, Scara, UnreachableError
+
+YK400, YK1200 = Scara(225_000, 175_000), Scara(600_000, 600_000)
+LEFT = Scara(225_000, 175_000, left=True)
+RIGHT_ANGLE, TURN = 90_000, 360_000
+
+
+@pytest.mark.parametrize(
+    ("joints", "place"),
+    [
+        ((0, 0, 0, 0), (0, 400, 0, 90)),
+        ((90, 0, 10, 0), (-400, 0, 10, 180)),
+        ((-90, 0, 10, 90), (400, 0, 10, 90)),
+        ((0, 90, 150, 0), (-175, 225, 150, 180)),
+        ((0, -90, 0, 0), (175, 225, 0, 0)),
+        ((90, -90, 0, -90), (-225, 175, 0, 0)),
+        ((-60, 120, 0, 30), (337.5 * math.sqrt(1 / 3) - 87.5, 200, 0, 180)),
+    ],
+)
+def test_where_the_hand_is(joints: tuple[float, ...], place: tuple[float, ...]) -> None:
+    """At 0 degrees the arms lie along Y; positive angles turn to -X; R is the sum and 90.
+
+    With -60 and 120 degrees arm 1 points 30 degrees above X: 194.86, 112.5 mm; arm 2 at 150
+    degrees: -151.55, 87.5 mm.
+
+    Rule: robot-coordinates, robot-arm.
+    Source: public driver of the YK400XE, joints.xacro and README
+    """
+    found = YK400.forward([1000 * joint for joint in joints])
+    if joints[0] == -60:
+        place = (194.856 - 151.554, *place[1:])
+    assert found == pytest.approx([1000 * one for one in place], abs=1)
+
+
+@pytest.mark.parametrize(("arm", "sign"), [(YK400, 1), (LEFT, -1)])
+def test_both_arms_reach_the_same_place(arm: Scara, sign: int) -> None:
+    """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
+
+    Axis 1 is -+atan(175 / 225) = 37.875 degrees: the elbow of the right arm is at the right.
+
+    Rule: robot-arm.
+    """
+    joints = arm.inverse([0, 285_044, 0, 90_000])
+    assert joints == pytest.approx([sign * -37_875, sign * 90_000, 0, sign * -52_125], abs=1)
+    elbow_x = -math.sin(math.radians(joints[0] / 1000))
+    assert elbow_x * sign > 0
+    assert arm.bend(joints) == pytest.approx(sign * 90, abs=0.001)
+
+
+@pytest.mark.parametrize("place", [(0, 400_010), (0, 49_990), (0, 0), (-300_000, 300_000)])
+def test_what_the_arms_do_not_reach_is_refused(place: tuple[int, int]) -> None:
+    """They reach from 225 - 175 to 225 + 175 mm.
+
+    Rule: robot-limits.
+    """
+    with pytest.raises(UnreachableError):
+        YK400.inverse([*place, 0, 0])
+
+
+def test_the_borders_themselves_are_reached() -> None:
+    assert YK400.inverse([0, 400_000, 0, 90_000])[:2] == pytest.approx([0, 0], abs=1)
+    assert YK400.inverse([0, 50_000, 0, 0])[1] == pytest.approx(180_000, abs=1)
+
+
+def _angles(limit: int) -> st.SearchStrategy[float]:
+    return st.floats(-limit, limit, allow_nan=False)
+
+
+@given(first=_angles(132_000), second=_angles(150_000), z=_angles(150_000), r=_angles(TURN))
+def test_inverse_of_forward_are_the_same_joints(
+    first: float, second: float, z: float, r: float
+) -> None:
+    """With the hand system of the sign of axis 2; near 0 degrees it does not matter."""
+    joints = [first, second, z, r]
+    arm = Scara(225_000, 175_000, left=second < 0)
+    back = arm.inverse(arm.forward(joints))
+    near = 1.0 if abs(second) > 1_000 else 60.0
+    assert back == pytest.approx(joints, abs=near)
+
+
+@given(
+    x=st.floats(-1_150_000, 1_150_000),
+    y=st.floats(-1_150_000, 1_150_000),
+    r=_angles(TURN),
+    left=st.booleans(),
+)
+def test_forward_of_inverse_is_the_same_place(x: float, y: float, r: float, left: bool) -> None:
+    arm = Scara(600_000, 600_000, left=left)
+    if not 1_000 < math.hypot(x, y) < 1_199_999:
+        return
+    joints = arm.inverse([x, y, 5, r])
+    assert -180_000 <= joints[0] <= 180_000
+    assert arm.forward(joints) == pytest.approx([x, y, 5, r], abs=0.01)
+
+
+@given(
+    pulses=st.tuples(*[st.integers(-380_000, 380_000)] * 2, st.integers(0, 250_000),
+                     st.integers(-245_000, 245_000)),
+    shift=st.tuples(*[st.integers(-50_000, 50_000)] * 4),
+    tool=st.tuples(*[st.integers(-50_000, 50_000)] * 3),
+    on_r=st.booleans(),
+)  # fmt: skip
+def test_tool_and_shift_are_taken_back_exactly(
+    pulses: tuple[int, ...], shift: tuple[int, ...], tool: tuple[int, ...], on_r: bool
+) -> None:
+    """Pulses to millimetres and back are the same pulses, with every hand and shift."""
+    frame = Frame(
+        (2901.75, 2923.9, 1678.05, 682.67),
+        shift=shift,
+        hand=tool if on_r else (0, 0, tool[2]),
+        on_r=on_r,
+        zeros=(-2476, 613, -1707, 0),
+        kinematics=Scara(225_000, 175_000, left=pulses[1] < 613),
+    )
+    if abs(frame.bend(pulses) or 0.0) < 1:
+        return
+    assert [round(one) for one in frame.to_pulses(frame.to_mm(pulses))] == list(pulses)
+
+
+def test_a_hand_beside_the_r_axis_is_another_arm_2() -> None:
+    """10 degrees and 25 mm more: with both axes at 0 the hand is at 225 + 200 cos 10, turned.
+
+    Rule: robot-hand.
+    """
+    arm = Scara(225_000, 200_000, offset=10_000)
+    place = arm.forward([0, 0, 0, 0])
+    across, along = 200_000 * math.sin(math.radians(10)), 200_000 * math.cos(math.radians(10))
+    assert place == pytest.approx([-across, 225_000 + along, 0, RIGHT_ANGLE])
+    assert arm.inverse(place) == pytest.approx([0, 0, 0, 0], abs=0.01)
+
+
+def test_a_cartesian_robot_is_its_coordinates() -> None:
+    assert CARTESIAN.forward((1, 2, 3, 4)) == CARTESIAN.inverse((1, 2, 3, 4)) == [1, 2, 3, 4]
+    assert CARTESIAN.bend((1, 2, 3, 4)) is None
+    assert CARTESIAN.straight
+    assert not YK1200.straight

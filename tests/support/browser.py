@@ -1,0 +1,45 @@
+"""A real browser without a window, where one is installed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from selenium.webdriver.chrome.webdriver import WebDriver
+
+__all__ = ["NEEDS_BROWSER", "chromium"]
+
+_CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+_DRIVER = shutil.which("chromedriver")
+
+#: For tests that cannot do without.
+NEEDS_BROWSER = pytest.mark.skipif(
+    not (_CHROMIUM and _DRIVER), reason="chromium and chromedriver are not installed"
+)
+
+
+@contextmanager
+def chromium(width: int, height: int, *logs: str) -> Iterator[WebDriver]:
+    """Chromium with a window of this size in mind; `logs` are kept besides that of the page."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = _CHROMIUM or ""
+    for argument in ("--headless=new", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.add_argument(f"--window-size={width},{height}")
+    if os.geteuid() == 0:
+        options.add_argument("--no-sandbox")  # it refuses to run as root with one
+    options.set_capability("goog:loggingPrefs", dict.fromkeys(("browser", *logs), "ALL"))
+    driver = webdriver.Chrome(options=options, service=Service(_DRIVER))
+    try:
+        yield driver
+    finally:
+        driver.quit()

@@ -1,0 +1,171 @@
+"""An editor that debugs: sends requests of the Debug Adapter Protocol, waits for what comes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+from typing import Any
+
+from rcx_harness.cli.debug import launched
+from rcx_harness.verify.debug.protocol import Client
+from rcx_harness.verify.debug.session import Session
+
+__all__ = ["Editor", "RefusedError"]
+
+#: Nothing takes as long; a test that would hang fails [s].
+_LONGEST = 60
+
+
+class RefusedError(Exception):
+    """A request that was answered with a message for the user."""
+
+
+class _Mail:
+    """What the adapter writes, message by message."""
+
+    def __init__(self) -> None:
+        self.messages: Queue[dict[str, Any]] = Queue()
+        self._rest = b""
+
+    def write(self, data: bytes) -> int:
+        self._rest += data
+        while b"\r\n\r\n" in self._rest:
+            head, _, rest = self._rest.partition(b"\r\n\r\n")
+            length = int(head.split(b":")[1])
+            if len(rest) < length:
+                break
+            self.messages.put(json.loads(rest[:length]))
+            self._rest = rest[length:]
+        return len(data)
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+
+class Editor:
+    """A client of `rcx debug`; the adapter runs in a thread of its own.
+
+    Attributes:
+        output: What was said in the console.
+        exit_code: Of the adapter, once it has ended.
+    """
+
+    def __init__(self, launch: Callable[[Mapping[str, Any]], Any] | None = None) -> None:
+        self._mail = _Mail()
+        self._client = Client(None, self._mail)  # type: ignore[arg-type]
+        self._launch = launch or (lambda arguments: launched(arguments, []))
+        self._events: list[dict[str, Any]] = []
+        self._seq = 0
+        self.output: list[str] = []
+        self.exit_code: int | None = None
+        self.session = Session(self._client, self._launch)
+        self._thread = Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        self.exit_code = self.session.run()
+
+    def request(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """Ask for something.
+
+        Returns:
+            The body of the answer.
+
+        Raises:
+            RefusedError: it was refused, with the message.
+        """
+        self._seq += 1
+        message = {"seq": self._seq, "type": "request", "command": command}
+        self._client.inbox.put({**message, "arguments": arguments})
+        while True:
+            found = self._next()
+            if found["type"] == "response" and found["request_seq"] == self._seq:
+                if not found["success"]:
+                    raise RefusedError(found["message"])
+                return found.get("body") or {}
+            self._events.append(found)
+
+    def event(self, name: str) -> dict[str, Any]:
+        """The next event of this name; others before it are forgotten."""
+        while True:
+            found = self._events.pop(0) if self._events else self._next()
+            if found.get("event") == name:
+                return found.get("body") or {}
+
+    def _next(self) -> dict[str, Any]:
+        found = self._mail.messages.get(timeout=_LONGEST)
+        if found.get("event") == "output":
+            self.output.append(found["body"]["output"].rstrip("\n"))
+        return found
+
+    # --- what is done often ---
+
+    def start(
+        self, breakpoints: Mapping[str | Path, list[Any]] | None = None, **launch: Any
+    ) -> Any:
+        """Launch a program and run until it stops first; gives why.
+
+        Args:
+            breakpoints: By file: lines, or breakpoints as the protocol has them.
+            launch: Arguments of the launch; `_` at the end of a name is left out (`for_`).
+        """
+        self.request("initialize", adapterID="rcx", linesStartAt1=True)
+        self.request("launch", **{name.rstrip("_"): value for name, value in launch.items()})
+        self.event("initialized")
+        for file, wanted in (breakpoints or {}).items():
+            self.set(file, *wanted)
+        self.request("configurationDone")
+        return self.event("stopped")
+
+    def set(self, file: str | Path, *wanted: Any) -> list[dict[str, Any]]:
+        """Set the breakpoints of a file."""
+        every = [one if isinstance(one, dict) else {"line": one} for one in wanted]
+        body = self.request("setBreakpoints", source={"path": str(file)}, breakpoints=every)
+        found: list[dict[str, Any]] = body["breakpoints"]
+        return found
+
+    def go(self, command: str = "continue", **arguments: Any) -> dict[str, Any]:
+        """Go on or back, until it stops; gives why."""
+        self.request(command, threadId=1, **arguments)
+        return self.event("stopped")
+
+    def stack(self) -> list[tuple[str, int]]:
+        """The titles and lines of the stack, the innermost first."""
+        frames = self.request("stackTrace", threadId=1)["stackFrames"]
+        return [(one["name"], one["line"]) for one in frames]
+
+    @property
+    def line(self) -> int:
+        """Where it stands."""
+        return self.stack()[0][1]
+
+    def value(self, expression: str, level: int = 0, context: str = "watch") -> str:
+        """What an expression gives, in a frame of the stack."""
+        frames = self.request("stackTrace", threadId=1)["stackFrames"]
+        asked = {"expression": expression, "frameId": frames[level]["id"], "context": context}
+        return str(self.request("evaluate", **asked)["result"])
+
+    def say(self, text: str) -> str:
+        """Type something into the console."""
+        return self.value(text, context="repl")
+
+    def scope(self, name: str, level: int = 0) -> dict[str, dict[str, Any]]:
+        """The variables of a scope, by name."""
+        frames = self.request("stackTrace", threadId=1)["stackFrames"]
+        scopes = self.request("scopes", frameId=frames[level]["id"])["scopes"]
+        (found,) = [one for one in scopes if one["name"] == name]
+        return self.below(found)
+
+    def below(self, of: Mapping[str, Any], **page: int) -> dict[str, dict[str, Any]]:
+        """The parts of a variable, by name."""
+        asked = {"variablesReference": of["variablesReference"], **page}
+        return {one["name"]: one for one in self.request("variables", **asked)["variables"]}
+
+    def close(self) -> None:
+        """End the session; the adapter ends with it."""
+        self._client.inbox.put(None)
+        self._thread.join(_LONGEST)
+        assert not self._thread.is_alive(), "the adapter goes on without a client"

@@ -1,0 +1,89 @@
+"""Work for farms, where each worker can import it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from rcx_harness.errors import InputError
+
+__all__ = ["Counted", "Killed", "Meeting", "grandchild", "noted", "process_number", "refuse"]
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """The first item waits for the second: they only end if both are under way at once."""
+
+    folder: Path
+
+    def __call__(self, item: int) -> int:
+        """The item, 0 or 1."""
+        ours, theirs = (self.folder / str(one) for one in (item, 1 - item))
+        # Opening a FIFO waits for the other end.
+        for fifo, mode in sorted([(ours, "w"), (theirs, "r")]):
+            with fifo.open(mode):
+                pass
+        return item
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Counts in a file how often it was set up."""
+
+    file: Path
+
+    def prepare(self) -> Counted:
+        """Write the number of the process."""
+        with self.file.open("a") as stream:
+            stream.write(f"{os.getpid()}\n")
+        return self
+
+    def __call__(self, item: int) -> int:
+        """The number of the process."""
+        return os.getpid()
+
+
+@dataclass(frozen=True)
+class Killed:
+    """Item 3 kills its worker as long as there are files left in a folder to remove."""
+
+    folder: Path
+
+    def __call__(self, item: int) -> int:
+        """Ten times the item."""
+        left = sorted(self.folder.iterdir())
+        if item == 3 and left:
+            left[0].unlink()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return item * 10
+
+
+def refuse(item: int) -> int:
+    """The item, but for 2 and 5, which the user has got wrong, and 9, which is our mistake."""
+    if item in (2, 5):
+        raise InputError("no such pin", file="a.st", line=item, hint="name another")
+    if item == 9:
+        raise KeyError(item)
+    return item
+
+
+def process_number(item: int) -> int:
+    """Of whoever does it."""
+    return os.getpid()
+
+
+def grandchild(item: int) -> int:
+    """Starts a process that waits for ever; its number."""
+    return subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"]).pid
+
+
+def noted(item: tuple[str, int]) -> int:
+    """Ten times the number, which is written to the end of the file."""
+    file, number = item
+    with Path(file).open("a") as stream:
+        stream.write(f"{number}\n")
+    return number * 10

@@ -1,0 +1,36 @@
+"""docs/cluster.md: its options are the commands', and those of dask are dask's."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.farm import FarmOptions
+
+
+@pytest.fixture
+def page(repository: Path) -> str:
+    """The page."""
+    return (repository / "docs/cluster.md").read_text(encoding="utf-8")
+
+
+def test_every_option_has_its_row_and_no_other(page: str) -> None:
+    rows = re.findall(r"^\| (`--.+?) \|", page, re.MULTILINE)
+    named = {name for row in rows for name in re.findall(r"`(--[a-z-]+)`", row)}
+    assert named == {"--" + one.name.replace("_", "-") for one in fields(FarmOptions)}
+
+
+@pytest.mark.parametrize("which", ["scheduler", "worker"])
+def test_what_is_told_of_dask_is_in_its_help(page: str, which: str) -> None:
+    pytest.importorskip("distributed", reason="needs the extra cluster")
+    command = [sys.executable, "-m", f"distributed.cli.dask_{which}", "--help"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    lines = re.findall(rf"dask {which} [^`\n]*", page)
+    options = {option for line in lines for option in re.findall(r"--[a-z-]+", line)}
+    assert len(options) >= 3
+    assert {one for one in options if f"{one} " not in told} == set()

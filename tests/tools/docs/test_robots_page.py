@@ -1,0 +1,73 @@
+"""docs/robots.md: cycle times beside the catalogue's, the fit, and the robot file that it shows."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from movements import NORMAL, mover
+from rcx_harness.robot import RobotConfig
+from rcx_harness.spec.robots import law, robot_models
+from rcx_tools.docs.cycle_times import cycle_ends, fitted, measured_cycle, planned_cycle
+
+_PAGE = (Path(__file__).resolve().parents[3] / "docs/robots.md").read_text(encoding="utf-8")
+HELD_OUT = ("YK510XEC", "YK710XEC")
+
+
+def test_the_law_is_the_one_that_is_fitted_to_the_three_models() -> None:
+    found = fitted(law().fitted)
+    assert found == law()
+    assert not set(law().fitted) & set(HELD_OUT)
+
+
+@pytest.mark.parametrize("name", HELD_OUT)
+def test_a_model_that_was_held_out_has_its_cycle_within_10_percent(name: str) -> None:
+    """Both as it is planned and as the virtual controller does it; so do the three others.
+
+    Source: the maker's data sheets
+    """
+    load, seconds = robot_models()[name].cycles[0]
+    assert planned_cycle(robot_models()[name], law(), load) == pytest.approx(seconds, rel=0.1)
+    assert measured_cycle(name, load) == pytest.approx(seconds, rel=0.1)
+
+
+@pytest.mark.parametrize(("load", "seconds"), [(2, 0.55), (40, 0.92)])
+def test_another_load_than_that_of_the_fit_is_met_too(load: float, seconds: float) -> None:
+    """Source: the data sheet of the YK1200XG."""
+    assert measured_cycle("YK1200XG", load) == pytest.approx(seconds, rel=0.1)
+
+
+def test_the_cycle_is_300_mm_across_the_front() -> None:
+    """The YK1200XG's hand at a right angle is 848.5 mm from the base."""
+    (x1, y1), (x2, y2) = cycle_ends(robot_models()["YK1200XG"])
+    assert (x2 - x1, y1) == (300, y2)
+    assert math.hypot(x1, y1) == pytest.approx(848.528, abs=0.001)
+
+
+def test_what_is_measured_is_what_is_planned_in_cycles_of_5_ms() -> None:
+    """Each of the two movements is at most 2 cycles longer."""
+    for name, model in robot_models().items():
+        for load, _ in model.cycles:
+            planned = planned_cycle(model, law(), load)
+            assert planned - 0.001 <= measured_cycle(name, load) <= planned + 0.02
+
+
+def test_the_robot_file_of_the_page_moves_where_it_says(tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text(_PAGE.partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    config = RobotConfig.load(file)
+    assert [axis.start for axis in config.axes] == [130_000, 200_000, 0, 0]
+    master = mover(**{key: getattr(config, key) for key in ("robot", "axes", "points")})
+    assert master.execute(0x1001, 0, 0, 0, 1)[0] == NORMAL
+    shown = master.robot.machine.arm(1).shown(mm=True)
+    assert shown == pytest.approx((150_000, 240_000, 30_000, 0, 0, 0), abs=3)
+
+
+def test_every_model_and_every_alarm_of_an_arm_is_on_the_page() -> None:
+    rows = re.findall(r"^\| (\w+) \| [\dn]", _PAGE, re.MULTILINE)
+    assert set(robot_models()) <= set(rows)
+    for alarm in ("2.335", "2.352", "2.319", "2.320", "2.337"):
+        assert f"| {alarm} |" in _PAGE

@@ -1,0 +1,45 @@
+"""docs/view.md: its options are the command's, its keys those of the page."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+import typer
+
+from rcx_harness.cli.view import view
+from rcx_tools.bench.view import FRAME_MS, OPEN_S
+
+
+@pytest.fixture
+def page(repository: Path) -> str:
+    return (repository / "docs/view.md").read_text(encoding="utf-8")
+
+
+def test_every_option_has_its_row_and_no_other(page: str) -> None:
+    app = typer.Typer(add_completion=False)
+    app.command()(view)
+    command = typer.main.get_command(app)
+    options = {name for one in command.params for name in one.opts if name.startswith("-")}
+    rows = re.findall(r"^\| (`--.+?) \|", page, re.MULTILINE)
+    assert {name for row in rows for name in re.findall(r"`(-[a-z-]+)`", row)} == options
+
+
+def test_every_key_of_the_page_is_told_and_no_other(page: str) -> None:
+    """Those that act on the chart; Enter is the rows' and the search's."""
+    folder = files("rcx_harness.trace.view").joinpath("page")
+    script = folder.joinpath("page.js").read_text(encoding="utf-8")
+    acts = script.partition("const acts = {")[2].partition("};")[0]
+    keys = set(re.findall(r'^ +"?([^\s":]+|:)"?: \(\) =>', acts, re.MULTILINE)) - {"="}
+    arrows = {"ArrowLeft": "←", "ArrowRight": "→", "ArrowUp": "↑", "ArrowDown": "↓"}
+    table = page.partition("| To | Key |")[2].partition("\n\n")[0]
+    told = {key for row in table.splitlines()[2:] for key in re.findall(r"`(.)`|`(\w+)`", row)}
+    in_keys = {one or other for one, other in told} - {"▾", "▴"}
+    assert in_keys == {arrows.get(key, key) for key in keys}
+
+
+def test_the_limits_are_those_that_are_measured(page: str) -> None:
+    assert f"at most {OPEN_S:g} s" in page
+    assert f"at most {FRAME_MS:g} ms a frame" in page

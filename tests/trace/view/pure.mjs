@@ -1,0 +1,161 @@
+// The parts of the page that need no browser. Expected values: by hand, from what the heads of the
+// functions say. test_pure.py puts the scripts of the page beside this file.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { Axis, duration, neighbour, seconds, snapped, ticks } from "./axis.js";
+import { Events, Lane, countUntil, reader, speed } from "./data.js";
+import { pieces } from "./draw.js";
+import { find, matcher, step, wordsOf } from "./search.js";
+
+const bytes = (...numbers) => Uint8Array.from(numbers);
+
+// A lane of bits with changes at 10, 20, 30 ... of which the first is to ON.
+function wave(count, more = {}) {
+  const entry = { name: "SI(00) Emergency stop input", short: "SI(00)", form: "bit", colour: "input", first: 0 };
+  return new Lane({ ...entry, count, at: [0, count], ...more }, 0, new Uint8Array(count).fill(10), [], [], 5000);
+}
+
+// A lane of numbers.
+function curve(times, values, more = {}) {
+  const lane = new Lane({ name: "X", form: "whole", colour: "curve", first: 0, count: 0, at: [0, 0], ...more }, 0, bytes(), [], [], 5000);
+  Object.defineProperty(lane, "times", { value: Float64Array.from(times) });
+  Object.defineProperty(lane, "values", { value: Float64Array.from(values) });
+  return lane;
+}
+
+test("numbers are read as pack.py writes them", () => {
+  const { whole } = reader(bytes(0, 0x7f, 0x80, 1, 0x90, 0x4e, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x10));
+  assert.deepEqual([whole(), whole(), whole(), whole(), whole()], [0, 127, 128, 10000, 2 ** 53]);
+  const { signed } = reader(bytes(0, 1, 2, 3));
+  assert.deepEqual([signed(), signed(), signed(), signed()], [0, -1, 1, -2]);
+  const { real } = reader(Uint8Array.from([9, ...new Uint8Array(Float64Array.of(-0.5).buffer)]), 1);
+  assert.equal(real(), -0.5);
+});
+
+test("a lane has its first value until its first change", () => {
+  const lane = wave(3);
+  assert.deepEqual([...lane.times], [10, 20, 30]);
+  const at = (t) => lane.value(lane.indexAt(t));
+  assert.deepEqual([9, 10, 19.9, 20, 30, 99].map(at), [0, 1, 1, 0, 1, 1]);
+  assert.equal(lane.told(0), "SI(00) ON   Emergency stop input");
+});
+
+test("numbers, texts and positions come back as they were", () => {
+  const make = (entry, ...given) => new Lane({ name: "X", first: 0, at: [0], ...entry }, 0, bytes(...given), [], ["a", "b"], 5000);
+  assert.deepEqual([...make({ form: "whole", count: 2, first: 7 }, 1, 1, 1, 4).values], [6, 8]);
+  const fine = make({ form: "whole", count: 1, first: 500, fine: 1000 }, 1, 2);
+  assert.deepEqual([fine.value(-1), fine.value(0)], [0.5, 0.501]);
+  const text = make({ form: "text", count: 1, first: 0 }, 5, 1);
+  assert.deepEqual([text.text(text.value(-1)), text.text(text.value(0))], ["a", "b"]);
+  assert.equal(make({ form: "whole", digits: 4 }).text(0x1f), "16#001F");
+  assert.equal(make({ form: "real", precision: 7 }).text(0.10000000149), "0.1");
+});
+
+test("the least and the greatest of any part are those of all its values", () => {
+  const values = Array.from({ length: 9000 }, (_, k) => (k * 7919) % 10007);
+  const lane = curve(values.map((_, k) => k), values);
+  for (const [begin, end] of [[0, 1], [0, 9000], [63, 65], [64, 128], [1, 8999], [4095, 8193], [130, 131]]) {
+    const part = values.slice(begin, end);
+    assert.deepEqual(lane.span(begin, end), [Math.min(...part), Math.max(...part)], `${begin} to ${end}`);
+  }
+});
+
+test("a speed is the way within a cycle, and 0 where nothing moves", () => {
+  const { times, values } = speed(curve([20000, 25000, 50000], [1, 3, 2]));
+  assert.deepEqual([...times], [15000, 20000, 25000, 45000, 50000]);
+  assert.deepEqual([...values], [200, 400, 0, -200, 0]); // 1 in 5 ms is 200 in a second
+});
+
+test("the axis keeps the time under the pointer while it zooms, and stays where there is something", () => {
+  const axis = new Axis(0, 1000);
+  axis.width = 100;
+  assert.deepEqual([axis.x(250), axis.t(50)], [25, 500]);
+  axis.zoom(0.5, 20);
+  assert.deepEqual([axis.from, axis.to, axis.t(20)], [100, 600, 200]);
+  axis.pan(-500);
+  assert.deepEqual([axis.from, axis.to], [0, 500]);
+  axis.zoom(100);
+  assert.deepEqual([axis.from, axis.to], [0, 1000]);
+  axis.show(400, 401);
+  assert.equal(axis.span, 50); // it shows no less
+  axis.show(400, 600);
+  axis.zoom(1e-9, 20);
+  assert.deepEqual([axis.span, Math.round(axis.t(20))], [50, 440]);
+  axis.reveal(900);
+  assert.deepEqual([axis.from, axis.to], [875, 925]);
+});
+
+test("room at both ends is part of the axis", () => {
+  const axis = new Axis(0, 1000, 0.01);
+  assert.deepEqual([axis.from, axis.to], [-10, 1010]);
+});
+
+test("marks are at round times and not nearer than was asked for", () => {
+  const axis = new Axis(0, 1_000_000);
+  axis.width = 1000;
+  const marks = ticks(axis, 90);
+  assert.equal(marks.step, 100_000);
+  assert.deepEqual(marks.times.slice(0, 3), [0, 100_000, 200_000]);
+});
+
+test("times are told as exactly as is needed", () => {
+  assert.equal(seconds(1_500_000, 100_000), "1.5 s");
+  assert.equal(seconds(1_500_000, 1000), "1.500 s");
+  assert.equal(seconds(12, 1), "0.000012 s");
+  assert.equal(seconds(4_000_000, 2_000_000), "4 s");
+  assert.deepEqual([-950, 100_000, -2_500_000].map(duration), ["-950 µs", "100 ms", "-2.5 s"]);
+});
+
+test("a cursor goes to the change that is near, and from change to change", () => {
+  const lane = wave(3);
+  assert.deepEqual([snapped([lane], 12.4, 4), snapped([lane], 17, 4), snapped([lane], 15, 4)], [10, 20, 15]);
+  assert.deepEqual([neighbour(lane, 10, 1), neighbour(lane, 10, -1), neighbour(lane, 15, -1)], [20, undefined, 10]);
+  assert.equal(neighbour(lane, 30, 1), undefined);
+});
+
+test("a lane is drawn in pieces: what is within a pixel is one", () => {
+  const axis = new Axis(0, 100);
+  axis.width = 100;
+  const few = [...pieces(wave(3), axis)].map(({ x, end, index, many }) => [x, end, index, many]);
+  assert.deepEqual(few, [[0, 10, -1, false], [10, 20, 0, false], [20, 30, 1, false], [30, 100, 2, false]]);
+  axis.show(0, 100);
+  axis.width = 5; // 20 to the pixel, two changes each
+  for (const piece of pieces(wave(9), axis)) assert.ok(piece.end > piece.x);
+  const drawn = [...pieces(wave(9), axis)];
+  assert.ok(drawn.some((piece) => piece.many));
+  assert.ok(drawn.length <= 5);
+  assert.equal(drawn.at(-1).index, 8);
+  axis.begin = 0;
+  [axis.end, axis.width] = [1000, 10];
+  axis.fit();
+  const burst = [...pieces(wave(9, { at: [0, 9] }), axis)].map(({ end, index, many }) => [end, index, many]);
+  assert.deepEqual(burst.at(-1), [10, 8, false], "what comes behind many changes is one piece");
+});
+
+test("a search says it as people do", () => {
+  assert.deepEqual(wordsOf("next SO(13) edge"), ["so(13)"]);
+  assert.deepEqual(wordsOf("SO13 off"), ["so(13)", "off"]);
+  const on = matcher("si00 on");
+  assert.ok(on("SI(00) ON   Emergency stop input"));
+  assert.ok(!on("SI(00) OFF  Servo ON input"), "of on and off only the level counts");
+  assert.ok(matcher("move on")("Main.Move.Busy := TRUE"));
+  assert.ok(!matcher("true")("Main.Move.Busy := FALSE"));
+});
+
+test("events are found, one after the other, and again from the beginning", () => {
+  const lanes = [wave(3), wave(2, { name: "SO(13) Program", short: "SO(13)" })];
+  lanes.forEach((lane, k) => (lane.number = k));
+  const events = new Events(lanes, bytes(0, 1, 0, 1, 0), { at: 0, count: 5 });
+  assert.deepEqual([0, 1, 2, 3, 4].map((k) => events.time(k)), [10, 10, 20, 20, 30]);
+  const found = find(events, "next SO(13) edge");
+  assert.deepEqual([...found], [1, 3]);
+  assert.deepEqual([...find(events, "so(13) off")], [3]);
+  assert.deepEqual([...find(events, "", (lane) => lane === lanes[1])], [1, 3]);
+  assert.deepEqual([step(events, found, -1, 1), step(events, found, 10, 1), step(events, found, 20, 1)], [0, 1, 0]);
+  assert.deepEqual([step(events, found, 20, -1), step(events, found, 10, -1), step(events, [], 0, 1)], [0, 1, -1]);
+});
+
+test("a count of sorted times", () => {
+  assert.deepEqual([0, 1, 2, 5, 9].map((t) => countUntil([1, 2, 2, 5], t)), [0, 1, 3, 4, 4]);
+});

@@ -1,0 +1,256 @@
+"""The page in a real browser, from its file: what a user clicks, presses and reads."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from browser import NEEDS_BROWSER, chromium
+from rcx_harness import Cell
+from rcx_harness.trace.view import View
+
+pytestmark = NEEDS_BROWSER
+pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+
+from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
+from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
+
+_LIMIT_S = 60.0
+
+
+class Page:
+    """A page of `rcx view`, as its user sees it."""
+
+    def __init__(self, browser: WebDriver, file: Path) -> None:
+        self.browser = browser
+        browser.get(file.as_uri())
+        self.until(lambda: self.run("document.documentElement.dataset.ready"))
+
+    def until(self, condition: Callable[[], object]) -> None:
+        """Wait until it is so."""
+        wait = WebDriverWait(self.browser, _LIMIT_S, poll_frequency=0.05)
+        wait.until(lambda _: condition())
+
+    def run(self, expression: str) -> Any:
+        """What an expression of JavaScript gives."""
+        return self.browser.execute_script(f"return {expression}")
+
+    def click(self, selector: str) -> None:
+        """Click at the first element that it selects."""
+        self.browser.find_element(By.CSS_SELECTOR, selector).click()
+
+    def press(self, *keys: str) -> None:
+        """Press keys."""
+        ActionChains(self.browser).send_keys(*keys).perform()
+
+    def text(self, selector: str) -> str:
+        """The text of the first element that it selects."""
+        return str(self.run(f"document.querySelector('{selector}')?.textContent ?? ''")).strip()
+
+    def row(self, name: str) -> str:
+        """The value beside the name of a signal; empty where it has no row."""
+        rows = self.run(
+            "[...document.querySelectorAll('.row:not(.group)')]"
+            ".map((row) => [row.querySelector('.name').textContent,"
+            " row.querySelector('.value').textContent])"
+        )
+        return str(dict(rows).get(name, ""))
+
+    def shown(self) -> tuple[float, float]:
+        """Which part of the time is seen [s]."""
+        words = self.run("document.getElementById('plot').getAttribute('aria-label')").split()
+        return float(words[2]), float(words[5])
+
+    def painted(self) -> int:
+        """How many different colours the chart has: more than a few where something is drawn."""
+        script = """(() => {
+          const plot = document.getElementById("plot");
+          const data = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
+          return new Set(new Uint32Array(data.buffer)).size;
+        })()"""
+        return int(self.run(script))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[WebDriver]:
+    """Chromium without a window."""
+    with chromium(1280, 900, "performance") as driver:
+        yield driver
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Ten minutes of a program that breaks a rule at 300 s: SI(00) and SI(06) in one scan."""
+    folder = tmp_path_factory.mktemp("view")
+    program = Path(__file__).parents[2] / "cell/programs/RawArea.st"
+    (folder / "lib").mkdir()
+    given: dict[str, Any] = {"scan": "100ms", "engine": "builtin", "watch": "Main.*"}
+    with Cell.build(program, lib=folder / "lib", positions="mm", **given) as cell:
+        view = View(cell.trace.header)
+        cell.trace.listen(view.take)
+        cell.at(300_000_000, lambda: cell.__setitem__("Main.Bits0", 0x41))
+        cell.at(301_000_000, lambda: cell.__setitem__("Main.Bits0", 0x43))
+        cell.run("600s")
+    page = folder / "page.html"
+    page.write_text(view.page("RawArea.st"), encoding="utf-8")
+    return page
+
+
+@pytest.fixture
+def page(browser: WebDriver, file: Path) -> Page:
+    return Page(browser, file)
+
+
+def test_a_click_leads_to_the_broken_rule_of_ten_minutes(page: Page) -> None:
+    """With its text and the section of the manual; the cursor stands there, signals beside it."""
+    assert page.text("#rules") == "2 rules broken ▸"
+    page.click("#rules")
+    assert page.text("#a output") == "300.000 s"
+    said = page.text("#whole")
+    assert "plc, scan 3000: interval: SI(00) ON and SI(06) ON in one scan" in said
+    assert said.endswith("(manual: ch. 5, 3)")
+    begin, end = page.shown()
+    assert begin < 300 < end < begin + 5
+    page.until(lambda: page.row("SI(06) Stop input") == "ON")
+    page.press("n")
+    assert "robot, cycle 60003" in page.text("#whole")
+
+
+def test_search_goes_to_the_next_edge_and_on_from_there(page: Page) -> None:
+    page.press("/")
+    page.press("next SI(01) edge")
+    assert page.text("#count") == "1 event found"
+    page.press(Keys.ENTER)
+    assert page.text("#a output") == "301.000 s"
+    assert page.text("#selected") == "SI(01) Servo ON input"
+    page.press("\ue003" * 30, "si(00) on", Keys.ENTER)
+    assert page.text("#a output") == "300.000 s"
+    page.press(Keys.ESCAPE, Keys.HOME)
+    page.until(lambda: page.shown()[1] < 300)
+    page.press("/", "si(00) on", Keys.ENTER)
+    page.until(lambda: page.shown()[0] < 300 < page.shown()[1])
+
+
+def test_two_cursors_have_the_time_between_them(page: Page) -> None:
+    """A at SI(00), B at SI(01), by keys alone."""
+    page.press("/", "SI(00) on", Keys.ENTER, Keys.ESCAPE)
+    page.press("b", "/", "\ue003" * 30, "SI(01) on", Keys.ENTER, Keys.ESCAPE)
+    assert page.text("#between output") == "1 s"
+    page.press("c")
+    page.until(lambda: page.shown() == (299.9, 301.1))
+
+
+def test_keys_move_the_axis_and_choose_signals(page: Page) -> None:
+    whole = page.shown()
+    page.press("+")
+    page.until(lambda: page.shown() != whole)
+    half = page.shown()
+    assert half[1] - half[0] == pytest.approx((whole[1] - whole[0]) / 2, rel=0.05)
+    page.press(Keys.ARROW_RIGHT)
+    page.until(lambda: page.shown()[0] > half[0])
+    page.press("0")
+    page.until(lambda: page.shown() == whole)
+    for _ in range(10):
+        page.press(Keys.ARROW_DOWN)
+        if page.text("#selected") == "SI(06) Stop input":
+            break
+    page.press(".")
+    assert page.text("#a output") == "300.000 s"
+    rows = page.run("document.querySelectorAll('.row').length")
+    while not page.text("#selected").startswith("Dedicated inputs"):
+        page.press(Keys.ARROW_UP)
+    page.press(Keys.ENTER)
+    assert page.run("document.querySelectorAll('.row').length") == rows - 3, "SI(00), (01), (06)"
+    page.press("?")
+    assert page.run("document.getElementById('keys').open")
+    page.press(Keys.ESCAPE)
+
+
+def test_a_click_into_the_chart_puts_the_cursor_and_a_drag_moves_the_chart(page: Page) -> None:
+    page.click("#in")
+    plot = page.browser.find_element(By.ID, "plot")
+    ActionChains(page.browser).move_to_element_with_offset(plot, 100, 40).click().perform()
+    assert page.text("#a output").endswith(" s")
+    before = page.shown()
+    drag = ActionChains(page.browser).move_to_element_with_offset(plot, -100, 40)
+    drag.click_and_hold().move_by_offset(-80, 0).release().perform()
+    page.until(lambda: page.shown()[0] > before[0])
+    begin, end = page.shown()
+    assert end - begin == pytest.approx(before[1] - before[0], abs=1)
+
+
+def test_signals_without_a_change_are_shown_where_that_is_asked_for(page: Page) -> None:
+    count = "document.querySelectorAll('.row').length"
+    few = page.run(count)
+    assert not page.run("document.body.textContent.includes('SI(17)')")
+    page.click("#still")
+    assert page.run(count) > few
+    assert page.run("document.getElementById('names').textContent.includes('SI(17)')")
+
+
+def test_light_and_dark_are_drawn_in_their_own_colours(page: Page) -> None:
+    before = page.run("getComputedStyle(document.body).backgroundColor")
+    assert page.painted() > 5
+    page.press("t")
+    assert page.run("getComputedStyle(document.body).backgroundColor") != before
+    assert page.painted() > 5
+
+
+def test_everything_can_be_focused_and_has_a_name(page: Page) -> None:
+    nameless = page.run(
+        "[...document.querySelectorAll('button, input, canvas, [tabindex]')]"
+        ".filter((one) => !(one.ariaLabel || one.textContent.trim() || one.labels?.length"
+        " || one.title)).map((one) => one.id)"
+    )
+    assert nameless == []
+    page.press(Keys.TAB)
+    outline = "getComputedStyle(document.activeElement).outlineStyle"
+    assert page.run(outline) not in ("none", "")
+
+
+def test_nothing_is_asked_of_a_network_and_nothing_goes_wrong(
+    browser: WebDriver, file: Path
+) -> None:
+    log: Any = browser
+    log.get_log("performance")
+    log.get_log("browser")
+    Page(browser, file)
+    asked = [entry["message"] for entry in log.get_log("performance")]
+    sent = [one for one in asked if '"Network.requestWillBeSent"' in one]
+    assert [one for one in sent if '"url":"http' in one] == []
+    assert log.get_log("browser") == []
+
+
+def test_it_prints_on_a4_with_what_is_seen_and_its_events(page: Page) -> None:
+    page.click("#rules")
+    page.run("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.run("document.querySelectorAll('#paper canvas').length") >= 1
+    assert "SI(00) ON and SI(06) ON in one scan" in page.text("#paper table")
+    assert "RawArea.st" in page.text("#paper h1")
+    page.run("window.dispatchEvent(new Event('afterprint'))")
+    assert page.text("#paper") == ""
+    given = {"preferCSSPageSize": True}
+    pdf = base64.b64decode(page.browser.execute_cdp_cmd("Page.printToPDF", given)["data"])
+    box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", pdf)
+    assert box is not None
+    assert [float(one) for one in box.groups()] == pytest.approx([841.9, 595.3], abs=1)
+
+
+@pytest.mark.parametrize("width", [400, 1280])
+def test_it_fits_narrow_and_wide_windows(browser: WebDriver, file: Path, width: int) -> None:
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        page = Page(browser, file)
+        assert page.run("document.documentElement.scrollWidth") <= width
+        assert page.painted() > 5
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -1,0 +1,45 @@
+"""The scripts of the page under node: reading, searching, cursors, which level is drawn."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.trace.view.page import SCRIPTS
+
+_NODE = shutil.which("node")
+
+
+@pytest.mark.skipif(_NODE is None, reason="node is not installed")
+def test_what_needs_no_browser(tmp_path: Path) -> None:
+    """As modules, which they are in their folder; the page has them one after the other."""
+    folder = files("rcx_harness.trace.view").joinpath("page")
+    (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
+    for name in SCRIPTS:
+        (tmp_path / name).write_bytes(folder.joinpath(name).read_bytes())
+    shutil.copy(Path(__file__).with_name("pure.mjs"), tmp_path)
+    assert _NODE is not None
+    command = [_NODE, "--test", "--test-reporter=tap", "pure.mjs"]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    written = Path(__file__).with_name("pure.mjs").read_text(encoding="utf-8")
+    assert f"# pass {len(re.findall('^test', written, re.MULTILINE))}\n" in done.stdout
+
+
+def test_a_script_takes_only_from_those_before_it() -> None:
+    """So that one after the other is all that the page has to be."""
+    folder = files("rcx_harness.trace.view").joinpath("page")
+    before: list[str] = []
+    for name in SCRIPTS:
+        text = folder.joinpath(name).read_text(encoding="utf-8")
+        taken = re.findall(r'^import .* from "\./(.*)";$', text, re.MULTILINE)
+        assert set(taken) <= set(before), name
+        assert len(re.findall(r"^import ", text, re.MULTILINE)) == len(taken), name
+        before.append(name)

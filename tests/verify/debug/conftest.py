@@ -1,0 +1,52 @@
+"""What the tests of the debugger share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from editor import Editor
+
+LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
+
+
+@pytest.fixture
+def lamps() -> Path:
+    """A program of which each scan is known by hand: in the n-th, C.Value is n, Doubled 2 n.
+
+    Lamp is DIM from the third scan on, BRIGHT from the sixth.
+    """
+    return LAMPS
+
+
+@pytest.fixture
+def editor() -> Iterator[Editor]:
+    """An editor that has launched nothing yet."""
+    made = Editor()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
+    """Launches the lamps and stops before their first statement."""
+
+    def start(**launch: Any) -> Editor:
+        editor.start(sources=[str(lamps)], stopOnEntry=True, **launch)
+        return editor
+
+    return start
+
+
+@pytest.fixture
+def stopped(editor: Editor, lamps: Path) -> Callable[..., Editor]:
+    """Launches the lamps with these breakpoints and runs to the first."""
+
+    def start(*breakpoints: Any, **launch: Any) -> Editor:
+        editor.start({lamps: list(breakpoints)}, sources=[str(lamps)], **launch)
+        return editor
+
+    return start

@@ -1,0 +1,214 @@
+"""Backwards: by statement, to breakpoints, to changes; what was set by hand comes again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from editor import Editor, RefusedError
+from rcx_harness.cli.debug import launched
+from rcx_harness.verify.debug.places import Places
+from rcx_harness.verify.debug.player import Player
+
+Start = Callable[..., Editor]
+
+
+def test_back_goes_through_the_lines_that_went_forward(at_entry: Start) -> None:
+    editor = at_entry()
+    editor.go("rcx/stepScan", scans=2)
+    lines = []
+    for _ in range(7):
+        editor.go("stepBack")
+        lines.append(editor.line)
+    # Over the calls of lines 51 and 50; in the second scan Lamp is still DARK.
+    assert lines == [58, 57, 52, 51, 50, 58, 57]
+    assert editor.value("C.Value") == "1"
+
+
+def test_back_out_of_a_block_comes_to_its_call(stopped: Start) -> None:
+    editor = stopped({"line": 28, "condition": "Value = 3"})
+    lines = []
+    for _ in range(3):
+        editor.go("stepBack")
+        lines.append(editor.stack()[0])
+    assert lines == [("Main.C (Counter)", 26), ("Main.C (Counter)", 25), ("Main (Lamps)", 50)]
+    assert editor.value("C.Value") == "2"
+
+
+def test_at_the_start_there_is_nothing_before(at_entry: Start) -> None:
+    why = at_entry().go("stepBack")
+    assert why["text"] == "the start of the run: there is nothing before it"
+
+
+def test_back_to_the_breakpoint_before(stopped: Start) -> None:
+    editor = stopped({"line": 53})
+    assert editor.value("C.Value") == "6"
+    editor.go()
+    editor.go()
+    assert editor.value("C.Value") == "8"
+    editor.go("reverseContinue")
+    assert (editor.line, editor.value("C.Value")) == (53, "7")
+    editor.go("reverseContinue")
+    editor.go("reverseContinue")
+    assert editor.value("C.Value") == "0", "no other before: the start"
+
+
+def test_of_a_loop_each_round_is_a_hit_of_its_own(stopped: Start) -> None:
+    editor = stopped({"line": 31})
+    editor.go()
+    editor.go()
+    assert editor.value("k") == "3"
+    editor.go("reverseContinue")
+    assert (editor.value("Value"), editor.value("k")) == ("1", "2")
+
+
+def test_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
+    """BRIGHT in the sixth scan by line 53, DIM in the third by line 55."""
+    editor = at_entry()
+    editor.go("rcx/stepScan", scans=200)
+    frames = editor.request("stackTrace", threadId=1)["stackFrames"]
+    editor.request("rcx/backToChange", variable="Lamp", frameId=frames[0]["id"])
+    why = editor.event("stopped")
+    assert why["text"] == "Main.Lamp: DIM -> BRIGHT"
+    assert (editor.line, editor.value("C.Value"), editor.value("Lamp")) == (53, "6", "DIM")
+    editor.say(".back Lamp")
+    why = editor.event("stopped")
+    assert why["text"] == "Main.Lamp: DARK -> DIM"
+    assert (editor.line, editor.value("C.Value")) == (55, "3")
+    editor.say(".back Lamp")
+    assert editor.event("stopped")["text"] == "Main.Lamp has not changed before"
+    assert editor.line == 55
+
+
+def test_what_comes_from_outside_changed_before_the_scan(
+    editor: Editor, lamps: Path, tmp_path: Path
+) -> None:
+    """A stimulus at 45 ms is seen by the scan at 50 ms, the sixth."""
+    stimulus = tmp_path / "off.toml"
+    stimulus.write_text('[[at]]\ntime = "45ms"\nset = { "Main.Go" = false }\n')
+    editor.start(sources=[str(lamps)], stimulus=str(stimulus), for_="1s")
+    editor.say(".back Go")
+    assert editor.event("stopped")["text"] == "Main.Go: TRUE -> FALSE"
+    assert (editor.line, editor.value("C.Value")) == (50, "5")
+
+
+def test_what_was_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
+    """Value becomes 100 inside the second scan: two scans later it is 102."""
+    editor = stopped({"line": 28, "condition": "Value = 2"})
+    editor.say("Value := 100")
+    editor.go("rcx/stepScan", scans=3)
+    assert editor.value("C.Value") == "102"
+    editor.go("rcx/stepScan", scans=-3)
+    assert editor.value("C.Value") == "1"
+    editor.go("rcx/stepScan", scans=2)
+    assert editor.value("C.Value") == "101"
+
+
+def test_to_change_the_past_forgets_what_came_after(at_entry: Start) -> None:
+    editor = at_entry()
+    editor.go("rcx/stepScan", scans=100)
+    editor.go("rcx/stepScan", scans=-90)
+    assert editor.value("C.Value") == "10"
+    said = editor.say("C.Value := 1000")
+    assert said == "C.Value = 1000; what had run after this moment has not happened now"
+    editor.go("rcx/stepScan", scans=90)
+    assert editor.value("C.Value") == "1090", "90 have run since"
+
+
+def test_commands_of_the_console(at_entry: Start) -> None:
+    editor = at_entry()
+    editor.say(".goto 40")
+    editor.event("stopped")
+    assert editor.value("C.Value") == "39"
+    editor.say(".goto 7")
+    editor.event("stopped")
+    assert editor.value("C.Value") == "6"
+    editor.say(".start")
+    editor.event("stopped")
+    assert editor.value("C.Value") == "0"
+    assert ".back X" in editor.say(".help")
+    with pytest.raises(RefusedError, match=r"there is no command \.bcak; \.help lists them"):
+        editor.say(".bcak X")
+    with pytest.raises(RefusedError, match=r"'soon' is no number; write \.scan 10"):
+        editor.say(".scan soon")
+
+
+def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repository: Path) -> None:
+    """Without a link the program reads Connected FALSE 100 ms after the last packet."""
+    example = repository / "plc" / "examples" / "04_pick_and_place"
+    editor.start(sources=[str(example)], stopOnEntry=True, for_="2s")
+    editor.say(".scan 100")
+    editor.event("stopped")
+    assert editor.value("Main.Connected") == "TRUE"
+    assert editor.say(".inject link_down").startswith("link_down at scan 101")
+    with pytest.raises(RefusedError, match="link_dwn"):
+        editor.say(".inject link_dwn")
+    editor.say(".scan 20")
+    editor.event("stopped")
+    assert editor.value("Main.Connected") == "FALSE"
+    editor.say(".scan -40")
+    editor.event("stopped")
+    assert editor.value("Main.Connected") == "TRUE"
+    editor.say(".scan 40")
+    editor.event("stopped")
+    assert editor.value("Main.Connected") == "FALSE", "it happens again, where it did"
+
+
+# --- how much is run again ----------------------------------------------------------------------
+
+
+def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) -> None:
+    """Of 60,000 scans, 10 minutes of 10 ms: at most 1,000 snapshots, so one in 64.
+
+    Then at most 63 scans run again, and the one that is looked at.
+    """
+    machine = launched({"sources": [str(lamps)], "for": "600s"}, []).machine
+    player = Player(machine, Places(machine.program))
+    while not machine.ended:
+        player.plain()
+    assert machine.scans == 60_000
+    assert (player.stride, player.kept) == (64, 938)
+    for scan in (59_999, 59_000, 31_007, 63, 1):
+        before = player.rerun
+        player.seek(scan)
+        player.every(lambda: None)
+        assert player.rerun - before <= 64
+        assert machine.program.read("Main.C.Value") == scan + 1
+    machine.close()
+
+
+def test_a_scan_that_is_run_again_is_the_same_to_the_last_byte(
+    repository: Path, tmp_path: Path
+) -> None:
+    """The whole cell: program, robot with drawn delays, network with jitter."""
+    stimulus = tmp_path / "start.toml"
+    stimulus.write_text(
+        '[[at]]\ntime = "100ms"\nset = { "Main.CellSafe" = true }\n'
+        '[[at]]\ntime = "600ms"\nset = { "Main.Start" = true }\n'
+    )
+    example = repository / "plc" / "examples" / "04_pick_and_place"
+    options = {"jitter": "7ms", "seed": 5, "phases": "random", "stimulus": str(stimulus)}
+    machine = launched({"sources": [str(example)], "for": "3s", **options}, []).machine
+    player = Player(machine, Places(machine.program))
+
+    def area() -> tuple[bytes, bytes]:
+        return machine.telegrams[0].so, machine.telegrams[0].si
+
+    first = []
+    while not machine.ended:
+        player.plain()
+        first.append(area())
+    assert len(set(first)) > 10
+    for start in (0, 100, 37):
+        player.seek(start)
+        again = []
+        while not machine.ended:
+            if machine.scans % 3:
+                player.plain()
+            else:
+                player.every(lambda: None)
+            again.append(area())
+        assert again == first[start:]
+    machine.close()

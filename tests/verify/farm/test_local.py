@@ -1,0 +1,124 @@
+"""Work in processes of this computer: everything is done, once, and comes in order."""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from farm_work import Counted, Killed, Meeting, grandchild, process_number, refuse
+from rcx_harness.errors import InputError
+from rcx_harness.verify.farm import Farm, Lost
+from rcx_harness.verify.farm.work import LostError, RemoteError
+
+
+@pytest.mark.parametrize("workers", [0, 1, 3])
+def test_results_come_in_the_order_of_the_items_whatever_the_number_of_workers(
+    workers: int,
+) -> None:
+    expected = [(4, 24), (0, 1), (3, 6), (5, 120), (2, 2)]
+    assert list(Farm(workers).run(math.factorial, [4, 0, 3, 5, 2])) == expected
+
+
+def test_two_workers_work_at_once(tmp_path: Path) -> None:
+    for name in "01":
+        os.mkfifo(tmp_path / name)
+    assert [one for one, _ in Farm(2).run(Meeting(tmp_path), [0, 1])] == [0, 1]
+
+
+@pytest.mark.parametrize("workers", [0, 1, 2])
+def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
+    file = tmp_path / "set_up"
+    did = {process for _, process in Farm(workers).run(Counted(file), range(20))}
+    prepared = [int(line) for line in file.read_text().split()]
+    assert len(prepared) == len(set(prepared))
+    assert did <= set(prepared)
+    assert len(prepared) <= max(1, workers)
+
+
+@pytest.mark.parametrize("deaths", [1, 2])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_item_whose_worker_is_killed_is_done_again(
+    tmp_path: Path, deaths: int, workers: int
+) -> None:
+    for number in range(deaths):
+        (tmp_path / str(number)).touch()
+    found = list(Farm(workers).run(Killed(tmp_path), range(8)))
+    assert found == [(item, item * 10) for item in range(8)]
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_item_that_kills_three_workers_is_named_after_the_results_before_it(
+    tmp_path: Path,
+) -> None:
+    for number in range(4):
+        (tmp_path / str(number)).touch()
+    running = Farm(2).run(Killed(tmp_path), range(8))
+    assert [next(running) for _ in range(3)] == [(0, 0), (1, 10), (2, 20)]
+    with pytest.raises(LostError, match="3 workers have ended with 3, ended by SIGKILL; is there"):
+        next(running)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_what_is_lost_can_be_a_result(tmp_path: Path) -> None:
+    for number in range(4):
+        (tmp_path / str(number)).touch()
+
+    def lost(one: Lost[int]) -> int:
+        return -one.times
+
+    found = list(Farm(2).run(Killed(tmp_path), range(5), lost=lost))
+    assert found == [(0, 0), (1, 10), (2, 20), (3, -3), (4, 40)]
+
+
+@pytest.mark.parametrize("workers", [0, 1, 3])
+def test_a_users_error_arrives_as_it_was_raised_and_the_first_one_first(workers: int) -> None:
+    running = Farm(workers).run(refuse, range(8))
+    assert [next(running) for _ in range(2)] == [(0, 0), (1, 1)]
+    with pytest.raises(InputError) as caught:
+        next(running)
+    assert str(caught.value) == "a.st:2: no such pin; name another"
+    assert (caught.value.file, caught.value.line) == ("a.st", 2)
+
+
+@pytest.mark.parametrize("workers", [0, 1])
+def test_any_other_error_comes_with_its_traceback(workers: int) -> None:
+    with pytest.raises(KeyError) as caught:
+        list(Farm(workers).run(refuse, [9]))
+    assert isinstance(caught.value.__cause__, RemoteError)
+    assert "raise KeyError(item)" in str(caught.value.__cause__)
+
+
+def test_items_are_taken_as_there_is_room() -> None:
+    taken = []
+
+    def items() -> Iterator[int]:
+        for item in range(1000):
+            taken.append(item)
+            yield item
+
+    running = Farm(1).run(math.factorial, items())
+    assert next(running) == (0, 1)
+    running.close()
+    assert len(taken) < 10
+
+
+def test_no_worker_is_left_behind() -> None:
+    running = Farm(1).run(process_number, range(3))
+    _, worker = next(running)
+    running.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+
+
+def test_what_a_worker_has_started_ends_with_it() -> None:
+    running = Farm(1).run(grandchild, range(2))
+    _, started = next(running)
+    handle = os.pidfd_open(started)
+    running.close()
+    assert select.select([handle], [], [], 60)[0]
+    os.close(handle)

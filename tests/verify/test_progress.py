@@ -1,0 +1,37 @@
+"""The progress of long work, with a clock of its own."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from rcx_harness.verify.progress import progress_bar
+
+
+def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_long() -> None:
+    """100 items, one each 2 s: at 32 s 16 are done, in 0.5/s; 84 are left, that is 168 s."""
+    shown, now_s = io.StringIO(), 1000.0
+    console = Console(file=shown, force_terminal=False, width=100)
+    with progress_bar(console, clock=lambda: now_s) as progress:
+        bar = progress.add_task("seeds", total=100, told="2 fail")
+        for _ in range(30):
+            now_s += 2.0
+            progress.update(bar, advance=1, refresh=True)
+    lines = [line for line in shown.getvalue().splitlines() if "16 of" in line]
+    assert lines == ["seeds: 16 of 100, 0.5/s, 2 min 48 s left 2 fail"]
+    assert len(shown.getvalue().splitlines()) <= 3
+
+
+def test_on_a_terminal_there_is_a_bar() -> None:
+    """4 items a second, of 200: after 100 there are 25 s left."""
+    shown, now_s = io.StringIO(), 0.0
+    console = Console(file=shown, force_terminal=True, width=100)
+    with progress_bar(console, clock=lambda: now_s) as progress:
+        bar = progress.add_task("seeds", total=200, told="")
+        for _ in range(100):
+            now_s += 0.25
+            progress.update(bar, advance=1, refresh=True)
+    assert "100/200" in shown.getvalue()
+    assert "4/s" in shown.getvalue()
+    assert "0:00:25" in shown.getvalue()
