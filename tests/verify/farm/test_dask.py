@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
@@ -60,6 +61,23 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
     found = list(farm.run(Killed(tmp_path), range(8)))
     assert found == [(item, item * 10) for item in range(8)]
     assert not list(tmp_path.iterdir())
+
+
+def test_a_result_that_its_worker_takes_along_is_made_again(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The worker has ended with another item, after this one and before it was fetched."""
+    result = distributed.Future.result
+    taken = iter([True])
+
+    def lost_once(future: Any) -> Any:
+        if next(taken, False):
+            raise CancelledError
+        return result(future)
+
+    monkeypatch.setattr(distributed.Future, "result", lost_once)
+    assert list(farm.run(math.factorial, [3, 4])) == [(3, 6), (4, 24)]
+    assert next(taken, None) is None
 
 
 def test_an_item_that_kills_its_workers_is_named_and_no_other_one_is(

@@ -11,6 +11,8 @@ import time
 import uuid
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from queue import Empty, Queue
 from typing import Any
 
@@ -21,7 +23,7 @@ from distributed.comm import connect, get_address_host
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm.cluster import Cluster
 from rcx_harness.verify.farm.fingerprint import differences, fingerprint
-from rcx_harness.verify.farm.work import Died, Done, Ended, Work, attempt, doer
+from rcx_harness.verify.farm.work import Died, Done, Ended, NotBegun, Work, attempt, doer
 
 __all__ = ["ClusterCrew"]
 
@@ -201,15 +203,19 @@ class ClusterCrew:
             self._say("workers do one item at a time: start more of them, each with --nthreads 1")
 
     def _how(self, future: Future) -> Ended:
+        assert self._client is not None
         if future.status == "finished":
-            done: Done = pickle.loads(future.result())
-            return done
+            with suppress(CancelledError):  # a result that its worker has taken along
+                done: Done = pickle.loads(future.result())
+                return done
         if future.status == "error":
             error = future.exception()
             if isinstance(error, KilledWorker):
                 host = get_address_host(error.last_worker.address)
                 return Died(f"the last one on {host}", error.allowed_failures + 1)
             return Done(error=_other("a worker", f"it cannot take work from here ({error})"))
+        if self._client.status == "running":
+            return NotBegun()
         raise _failed(self._cluster, "has gone", "start it again")
 
 

@@ -108,7 +108,7 @@ class Died:
 
 @dataclass(frozen=True)
 class NotBegun:
-    """No answer: the worker has ended with an item before."""
+    """No answer, and not by this item: the worker has ended with another one."""
 
 
 Ended = Done | Died | NotBegun
