@@ -222,6 +222,18 @@ def test_a_program_may_have_variables_at_addresses_only(build: Build) -> None:
     assert program.read("Main.A") == 5
 
 
+def test_a_variable_at_an_address_is_read_in_another_program(build: Build) -> None:
+    program = build(
+        "PROGRAM P1\nVAR A AT %MW5 : INT; END_VAR\nA := A + 1;\nEND_PROGRAM\n"
+        "PROGRAM P2\nVAR Seen : INT; END_VAR\nSeen := P1.A;\nEND_PROGRAM\n"
+        "CONFIGURATION C1 RESOURCE R1 ON Plc\n"
+        "PROGRAM P1 : P1; PROGRAM Y : P2; END_RESOURCE END_CONFIGURATION"
+    )
+    program.scan(0)
+
+    assert program.read("Y.Seen") == 1
+
+
 def test_a_global_structure_is_shared_by_programs(build: Build) -> None:
     program = build(
         "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"

@@ -37,7 +37,7 @@ from rcx_harness.engine.frontend.scalars import (
     INT_RANGE,
     string_length,
 )
-from rcx_harness.engine.types import ArrayType, ElementaryType, Type
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
 
 __all__ = [
     "Expressions",
@@ -108,10 +108,19 @@ class Expressions:
         if isinstance(node, t.CallFunction):
             return self.exact(node)
         if isinstance(node, t.Member):
-            return f"{self.variable(node.base)}.{node.name.upper()}"
+            return self._member(node)
         if isinstance(node, t.Index):
             return f"{self.elements(node)}[{self.position(node)}]"
         return self.pointing.variable(node)
+
+    def _member(self, node: t.Member) -> str:
+        """Code of a member; a located variable of a program is where all programs find it."""
+        of, key = node.base.type, node.name.upper()
+        if isinstance(of, BlockType) and of.name.upper() in self._project.pous:
+            symbol = self._project.pous[of.name.upper()].symbols.get(key)
+            if symbol is not None and symbol.address is not None:
+                return self.symbol(symbol)
+        return f"{self.variable(node.base)}.{key}"
 
     def is_shared(self, name: str) -> bool:
         """Does a function reach what all share: globals, the time, or another such function?"""
