@@ -13,6 +13,7 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
+from rcx_harness.verify.properties import judge_run
 from rcx_harness.verify.stimulus import Moment, text_of_moments
 
 __all__ = ["replay"]
@@ -48,6 +49,7 @@ def replay(
         n=settings.n,
     ) as cell:
         cell.trace.listen(timeline.take)
+        judge_run(cell, settings.properties)
         Stimulus.load(stimulus).schedule(cell)
         stopped = ""
         try:
