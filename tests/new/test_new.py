@@ -20,16 +20,17 @@ Captured = pytest.CaptureFixture[str]
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 
 
+_CELL = "plc --robot robot.toml --properties campaign.toml"
 #: What the README says to verify the cell with, and what makes it quick here.
 _VERIFY = {
     "pytest --rcx-coverage": (),
-    "rcx campaign plc --robot robot.toml --properties campaign.toml --seeds 100": (
+    f"rcx campaign {_CELL} --seeds 100": (
         *("--seeds", "1", "--workers", "0", "--engine", "builtin"),
     ),
-    "rcx sweep plc --robot robot.toml --properties campaign.toml --stimulus stimulus.toml --for 3s": (
+    f"rcx sweep {_CELL} --stimulus stimulus.toml --for 3s": (
         *("--every", "100", "--workers", "0", "--engine", "builtin"),
     ),
-    "rcx mutants plc --fail-under 80 -- pytest": (),
+    "rcx mutants plc --fail-under 90 -- pytest": (),
     "rcx explore plc --properties campaign.toml --scan 1s --bound 2000": ("--bound", "50"),
     "rcx prove plc": (),
     "rcx debug --vscode ~/.vscode/extensions/rcx-debug": (),
@@ -122,8 +123,8 @@ def test_mutants_of_it_are_tried_with_its_tests(
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     assert main(["new", "."]) == 0
-    words = "mutants plc --fail-under 0 --minutes 0 --workers 1 -- pytest -k one_part".split()
-    assert main(words) == 0
+    quick = ["--fail-under", "0", "--minutes", "0", "--workers", "1"]
+    assert main(["mutants", "plc", *quick, "--", "pytest", "-k", "one_part"]) == 0
     assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
 
 

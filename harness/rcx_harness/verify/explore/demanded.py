@@ -1,4 +1,4 @@
-"""Properties that a user demands, followed from state to state: what they remember is part of one."""
+"""Properties that a user demands; what they remember is a part of each state."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
 from rcx_harness.verify.explore.monitors import Monitors
 from rcx_harness.verify.explore.search import Result, Search, World
-from rcx_harness.verify.prove.assertions import Copies
 from rcx_harness.verify.properties import Declared
+from rcx_harness.verify.prove.assertions import Copies
 from rcx_harness.verify.prove.tree import written
 from rcx_harness.watch.calls_source import steady_instances
 
