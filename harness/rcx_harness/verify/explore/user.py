@@ -48,7 +48,7 @@ class Choice(NamedTuple):
     move: str
     path: str
     text: str
-    """The value as the user has written it; as in TOML in a stimulus."""
+    """The value as the user has written it."""
     value: Any
 
     def tell(self) -> str:
@@ -272,7 +272,7 @@ def _refuse(project: Project) -> None:
 
 
 def _values(program: BuiltinProgram, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """The values of an input, each as in TOML and as the program takes it."""
+    """The values of an input, each for people and as the program takes it."""
     kind = program.type_of(path)
     if not texts and kind == ElementaryType("BOOL"):
         texts = ("false", "true")
