@@ -202,3 +202,10 @@ def test_entries_are_written_as_they_are_read(tmp_path: Path) -> None:
         one.__dict__ | {"events": tuple(sorted(one.events, key=lambda e: e[0][:4] == "plc_"))}
         for one in entries
     ]
+
+
+def test_of_the_bytes_of_an_area_those_that_are_0_to_the_end_are_not_written() -> None:
+    text = stimulus_text([Entry(0, area=b"\1\2\3" + bytes(45)), Entry(1_000, area=bytes(48))])
+    assert text == (
+        'at = [\n  { time = "0ms", area = "0102 0300" },\n  { time = "1ms", area = "0000" },\n]\n'
+    )

@@ -155,6 +155,63 @@ def test_the_verdicts_do_not_depend_on_the_number_of_workers(here: Path) -> None
     assert results[0] == results[1]
 
 
+#: A property that ends one worker, once, in the middle of a run.
+_ENDS_A_WORKER = """import multiprocessing, os, pathlib, signal
+
+import rcx_harness as rcx
+
+
+@rcx.always
+def alive(cell):
+    if multiprocessing.parent_process() is not None and cell.now_us > 1_000_000:
+        try:
+            pathlib.Path({mark!r}).unlink()
+        except FileNotFoundError:
+            return True
+        os.kill(os.getpid(), signal.SIGKILL)
+    return True
+"""
+
+
+def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
+    here: Path, capsys: Captured
+) -> None:
+    feeder(here, runs_open=True)
+    mark = here / "mark"
+    (here / "mine.py").write_text(_ENDS_A_WORKER.format(mark=str(mark)))
+    command = [*_CAMPAIGN[:-6], "--seeds", "4", "--engine", "builtin", "--properties", "mine.py"]
+    found = []
+    for workers, killed in (("0", False), ("1", True), ("2", True)):
+        out = f"out/{workers}"
+        if killed:
+            mark.touch()
+        assert main([*command, "--workers", workers, "--out", out]) == 1
+        assert not mark.exists()
+        lines = (here / out / "results.jsonl").read_text().splitlines()
+        said = capsys.readouterr().out.replace(out, "out")
+        replays = [file.read_text() for file in sorted((here / out).glob("*.toml"))]
+        found.append((sorted(lines[1:]), said, replays))
+    assert found[0] == found[1] == found[2]
+    assert len(found[0][0]) > 4, "seeds, and the classes of those that fail"
+
+
+@pytest.mark.parametrize("command", [_CAMPAIGN[:-2], _SWEEP[:-2]])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--cluster", "tls://192.0.2.1:8786"], "needs --cluster-ca"),
+        (["--cluster-key", "farm.key"], "--cluster-key goes with --cluster"),
+        (["--cluster", "tcp://127.0.0.1:8786", "--workers", "2"], "--workers does not go with"),
+    ],
+)
+def test_the_options_of_a_cluster_are_those_of_every_command(
+    here: Path, capsys: Captured, command: list[str], options: list[str], message: str
+) -> None:
+    feeder(here)
+    assert main([*command, *options]) == 2
+    assert message in capsys.readouterr().err
+
+
 # --- sweep ------------------------------------------------------------------------------------
 
 

@@ -116,6 +116,101 @@ def test_what_is_always_to_hold_is_broken_by_a_shortest_run(folder: Path, capsys
     assert "Lamp.st" not in [path.name for path in Path("out/explore").iterdir()]
 
 
+#: By hand: both inputs are TRUE from the second scan on, at 100 ms; the lamp comes 300 ms later.
+_LATE_DEMANDS = """[operator]
+buttons = ["Main.Button"]
+switches = ["Main.Key"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("demanded", "broken"),
+    [
+        (
+            '[[always]]\nname = "dark"\nthat = "NOT (Main.Green AND Main.Button)"\n',
+            "BROKEN in scan 5, at 400 ms|always dark: NOT (Main.Green AND Main.Button) is not so",
+        ),
+        (  # the lamp is due at 200 ms, in scan 3
+            '[[eventually]]\nname = "lit"\nafter = "Main.Button AND Main.Key"\n'
+            'that = "Main.Green"\nwithin = "100ms"\n',
+            "BROKEN in scan 4, at 300 ms|eventually lit: Main.Green has not come within 100 ms",
+        ),
+        (  # at 400 ms it comes, unless an input has been let go
+            '[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
+            'that = "Main.Green"\nwithin = "200ms"\n',
+            "BROKEN in scan 5, at 400 ms|has not come within 200 ms; Main.Green = FALSE",
+        ),
+        (
+            '[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
+            'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n',
+            "",
+        ),
+    ],
+)
+def test_what_a_file_demands_is_judged_and_rcx_run_shows_it(
+    folder: Path, capsys: Captured, demanded: str, broken: str
+) -> None:
+    (folder / "mine.toml").write_text(_LATE_DEMANDS + demanded)
+    command = ["explore", _written(folder, _LATE), "--properties", "mine.toml"]
+    assert main(command) == bool(broken)
+    said = capsys.readouterr().out
+    assert "input Main.Button: false, true;" in said
+    assert "input Main.Key: false, true;" in said
+    if not broken:
+        assert "explored to the end" in said
+        return
+    for text in broken.split("|"):
+        assert text in said
+    assert "what it does not know" not in said
+    again = next(line for line in said.splitlines() if line.startswith("  rcx run "))
+    assert main(again.split()[1:]) == 1
+    assert broken.split("|")[1] in capsys.readouterr().out
+
+
+def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> None:
+    """By hand: 0, 1, 2, and in the third scan 0 again."""
+    demanded = '[[always]]\nthat = "BEFORE(Main.Count) <> 2 OR Main.Count <> 0"\n'
+    (folder / "mine.toml").write_text(demanded + '[operator]\nbuttons = ["Main.Button"]\n')
+    command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
+    assert main(command) == 1
+    assert "BROKEN in scan 3, at 200 ms" in capsys.readouterr().out
+
+
+def test_the_values_of_an_operator_are_inputs_and_an_option_goes_before(
+    folder: Path, capsys: Captured
+) -> None:
+    operator = 'buttons = ["Main.Button"]\nvalues = { "Main.Count" = [0, 2] }\n'
+    (folder / "mine.toml").write_text(f"[operator]\n{operator}")
+    command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
+    assert main([*command, "--input", "Main.Button=true"]) == 0
+    said = capsys.readouterr().out
+    assert "input Main.Button: true;" in said
+    assert "input Main.Count: 0, 2;" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("mine.toml", '[[always]]\nthat = "Main.Cont = 1"\n', "did you mean Count"),
+        ("mine.toml", '[operator]\nbuttons = ["Main.Btton"]\n', "did you mean Button"),
+        ("mine.toml", "[[allways]]\n", "did you mean always"),
+        (
+            "mine.py",
+            "import rcx_harness as rcx\n\n@rcx.always\ndef low(cell):\n    return True\n",
+            "mine.py: low: properties in Python cannot be explored; write it as [[always]]",
+        ),
+    ],
+)
+def test_demands_that_cannot_be_end_with_2(
+    folder: Path, capsys: Captured, name: str, text: str, message: str
+) -> None:
+    (folder / name).write_text(text)
+    assert main(["explore", _written(folder, _COUNT), "--properties", name]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
 def test_assertions_in_comments_are_judged_too(folder: Path, capsys: Captured) -> None:
     text = _COUNT.replace("END_IF;", "END_IF;\n  (* prove: Count < 2 *)")
     assert main(["explore", _written(folder, text), "--input", "Main.Button"]) == 1

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import signal
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from rcx_harness.cell.build import source_files
 from rcx_harness.cli.app import main
+from rcx_harness.cli.start import INTERRUPTED
+from rcx_harness.verify.kept import Results
 from rcx_harness.verify.mutants.sessions import Judge, Run
 from rcx_harness.verify.mutants.user import UserMutants
 
@@ -159,6 +163,31 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
     found = _found()
     assert found["killed"] == 0
     assert not Path(".rcx/mutants.jsonl").exists()
+
+
+def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
+    project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It comes while the third outcome is kept."""
+    command = ["mutants", "plc", "--json", "found.json", "--workers", "1", "--", "pytest"]
+    kept, add = Path(".rcx/mutants.jsonl"), Results.add
+
+    def add_with_ctrl_c(self: Results, entry: Mapping[str, Any]) -> None:
+        add(self, entry)
+        if len(kept.read_text("utf-8").splitlines()) == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Results, "add", add_with_ctrl_c)
+    assert main(command) == INTERRUPTED
+    assert "what is done is in .rcx; the same call goes on" in capsys.readouterr().out
+    done = kept.read_text("utf-8")
+    assert len(done.splitlines()) == 3
+    assert not Path("found.json").exists()
+
+    assert main([*command[:4], "--minutes", "0", *command[4:]]) == 1
+    assert kept.read_text("utf-8") == done
+    found = _found()
+    assert found["mutants"] - len(found["unreached"]) == 3  # type: ignore[operator, arg-type]
 
 
 def test_a_process_of_its_own_judges_as_a_copy_does(

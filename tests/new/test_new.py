@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 from pathlib import Path
 
 import pytest
 
+from editor import Editor
 from rcx_harness.cli.app import main
 from rcx_harness.new import CI
 from rcx_harness.robot import RobotConfig
@@ -15,6 +18,25 @@ Captured = pytest.CaptureFixture[str]
 
 #: What the inner run does without, because loading it takes longer than the run itself.
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
+
+
+_CELL = "plc --robot robot.toml --properties campaign.toml"
+#: What the README says to verify the cell with, and what makes it quick here.
+_VERIFY = {
+    "pytest --rcx-coverage": (),
+    f"rcx campaign {_CELL} --seeds 100": (
+        *("--seeds", "1", "--workers", "0", "--engine", "builtin"),
+    ),
+    f"rcx sweep {_CELL} --stimulus stimulus.toml --for 3s": (
+        *("--every", "100", "--workers", "0", "--engine", "builtin"),
+    ),
+    "rcx mutants plc --fail-under 90 -- pytest": (),
+    "rcx explore plc --properties campaign.toml --scan 1s --bound 2000": ("--bound", "50"),
+    "rcx prove plc": (),
+    "rcx debug --vscode ~/.vscode/extensions/rcx-debug": (),
+}
+#: Those that have tests of their own here.
+_APART = ("pytest", "rcx mutants")
 
 
 def _files(folder: Path) -> set[str]:
@@ -30,7 +52,7 @@ def test_its_tests_pass(pytester: pytest.Pytester) -> None:
     options = ("--rcx-engine=builtin", "--rcx-coverage", "--rcx-cover-fail-under=100")
     result = pytester.runpytest_inprocess(*_PLAIN, *options, "-v")
     assert result.ret == pytest.ExitCode.OK
-    result.assert_outcomes(passed=13)
+    result.assert_outcomes(passed=19)
     for name in ("normal_run", "emergency_stop", "alarm", "link_loss"):
         result.stdout.fnmatch_lines([f"tests/test_{name}.py::*PASSED*"])
 
@@ -38,7 +60,7 @@ def test_its_tests_pass(pytester: pytest.Pytester) -> None:
 def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> None:
     assert main(["new", ".", "--size", "256"]) == 0
     result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "one_part")
-    result.assert_outcomes(passed=1, deselected=12)
+    result.assert_outcomes(passed=1, deselected=18)
 
 
 def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Pytester) -> None:
@@ -46,13 +68,11 @@ def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Py
     assert main(["new", "."]) == 0
     program = Path("plc/PickAndPlace.st")
     source = program.read_text(encoding="utf-8")
-    changed = source.replace(
-        "Stage = CELL_FAULT AND Acknowledge", "Stage = CELL_FAULT AND CellSafe"
-    )
+    changed = source.replace("IF Acknowledge THEN", "IF CellSafe THEN")
     assert changed != source
     program.write_text(changed, encoding="utf-8")
     result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "acknowledge")
-    result.assert_outcomes(failed=1, deselected=12)
+    result.assert_outcomes(failed=1, deselected=18)
 
 
 def test_a_misspelt_key_of_its_pytest_ini_is_refused(pytester: pytest.Pytester) -> None:
@@ -74,6 +94,56 @@ def test_its_program_is_portable_and_runs_from_the_command_line(
     named = [f"--{name}={folder / name}.toml" for name in ("robot", "stimulus")]
     assert main(["run", str(folder / "plc"), *named, "--engine=builtin", "--for=3s"]) == 0
     assert "4 remote commands, no violations" in capsys.readouterr().out
+
+
+def test_the_readme_says_in_a_line_each_what_the_commands_find(tmp_path: Path) -> None:
+    assert main(["new", str(tmp_path / "cell")]) == 0
+    text = (tmp_path / "cell/README.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| `((?:rcx|pytest) [^`]*)` \| .+ \|$", text, re.MULTILINE) == [*_VERIFY]
+
+
+@pytest.mark.parametrize("command", [one for one in _VERIFY if not one.startswith(_APART)])
+def test_each_of_them_ends_with_0_in_a_new_project(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    if command == "rcx prove plc":
+        pytest.importorskip("z3", reason="needs the extra prove")
+    monkeypatch.chdir(tmp_path)
+    for home in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(home, str(tmp_path / "home"))
+    assert main(["new", "."]) == 0
+    words = [os.path.expanduser(word) for word in command.split()[1:]]
+    assert main([*words, *_VERIFY[command]]) == 0
+
+
+def test_mutants_of_it_are_tried_with_its_tests(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """All of them, with all of its tests, are a matter of minutes."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
+    assert main(["new", "."]) == 0
+    quick = ["--fail-under", "0", "--minutes", "0", "--workers", "1"]
+    assert main(["mutants", "plc", *quick, "--", "pytest", "-k", "one_part"]) == 0
+    assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
+
+
+def test_what_its_launch_json_names_is_debugged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "."]) == 0
+    text = Path(".vscode/launch.json").read_text(encoding="utf-8")
+    good, recording = json.loads(text.replace("${workspaceFolder}", tmp_path.as_posix()))[
+        "configurations"
+    ]
+    assert recording["recording"] == "${input:recording}"
+    editor = Editor()
+    try:
+        editor.start(**good)
+        assert editor.stack()[0][0] == "Main (PickAndPlace)"
+    finally:
+        editor.close()
 
 
 def test_it_prints_its_files_and_the_next_three_commands(
@@ -128,6 +198,7 @@ def test_each_ci_file_installs_checks_tests_and_keeps_the_charts(tmp_path: Path,
         "pip install -r requirements.txt",
         "rcx check plc",
         "pytest --junitxml=out/junit.xml --rcx-coverage",
+        "rcx campaign plc --robot robot.toml --properties campaign.toml --seeds 30",
     )
     places = [text.index(command) for command in commands]
     assert places == sorted(places)

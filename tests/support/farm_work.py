@@ -11,7 +11,16 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 
-__all__ = ["Counted", "Killed", "Meeting", "grandchild", "noted", "process_number", "refuse"]
+__all__ = [
+    "Counted",
+    "FirstWaits",
+    "Killed",
+    "Meeting",
+    "grandchild",
+    "noted",
+    "process_number",
+    "refuse",
+]
 
 
 @dataclass(frozen=True)
@@ -26,6 +35,20 @@ class Meeting:
         # Opening a FIFO waits for the other end.
         for fifo, mode in sorted([(ours, "w"), (theirs, "r")]):
             with fifo.open(mode):
+                pass
+        return item
+
+
+@dataclass(frozen=True)
+class FirstWaits:
+    """Item 0 waits until somebody opens a FIFO for writing."""
+
+    fifo: Path
+
+    def __call__(self, item: int) -> int:
+        """The item."""
+        if item == 0:
+            with self.fifo.open():
                 pass
         return item
 

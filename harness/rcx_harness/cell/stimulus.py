@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -384,12 +385,18 @@ def entry_text(entry: Entry) -> str:
         if several := getattr(entry, key):
             keys[key] = several[0] if len(several) == 1 else list(several)
     if entry.area is not None:
-        keys["area"] = entry.area.hex() if isinstance(entry.area, bytes) else entry.area
+        keys["area"] = _hex(entry.area) if isinstance(entry.area, bytes) else entry.area
         if not entry.connected:
             keys["connected"] = False
     if entry.controller > 1:
         keys["controller"] = entry.controller
     return _toml(keys)
+
+
+def _hex(area: bytes) -> str:
+    """In words; what is 0 to the end is left out."""
+    used = max(1, len(area.rstrip(bytes(1))))
+    return area[: used + used % 2].hex(" ", 2)
 
 
 def _time_text(t_us: int) -> str:
@@ -404,6 +411,8 @@ def _toml(value: Any) -> str:
         return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, timedelta):
         return f'"{_time_text(parse_us(value))}"'
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
     return json.dumps(value, ensure_ascii=False)
 
 

@@ -13,9 +13,9 @@ from rich.console import Console
 
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
+from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.options import counted, with_options
 from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Cluster, Farm
 from rcx_harness.verify.farm.fingerprint import fingerprint
 from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
 from rcx_harness.verify.storm.cells import Cells, CellsOf
@@ -28,7 +28,7 @@ __all__ = ["VerifyOptions", "campaign", "write_replay"]
 
 
 @dataclass(frozen=True)
-class VerifyOptions(CellOptions):
+class VerifyOptions(FarmOptions, CellOptions):
     """What campaign and sweep can be asked for besides the cell."""
 
     properties: Annotated[
@@ -39,18 +39,6 @@ class VerifyOptions(CellOptions):
         int | None,
         typer.Option(help="Processes. Default: one for each processor; 0: in this one.", min=0),
     ] = None
-    cluster: Annotated[
-        str | None, typer.Option(help="Scheduler of dask.distributed, tcp://host:8786, instead.")
-    ] = None
-
-    def farm(self) -> Farm:
-        """Where the work is done.
-
-        Raises:
-            InputError: a cluster that cannot be used.
-        """
-        where = None if self.cluster is None else Cluster(self.cluster)
-        return Farm(self.workers, where, console=Console(stderr=True))
 
     def cells(self, stimulus: Path | None) -> CellsOf:
         """What the cells are made of.
@@ -102,7 +90,7 @@ def campaign(options: CampaignOptions) -> None:
     if cells.notice:
         print(cells.notice)
     _say_what_is_missing(cells)
-    farm = options.farm()
+    farm = options.farm(Console(stderr=True))
     kept, notice = keep(options.out / "results.jsonl", options.about(of))
     if notice:
         print(notice)

@@ -20,6 +20,7 @@ from rcx_harness.units import format_us
 
 if TYPE_CHECKING:
     from rcx_harness.verify.explore.user import Explored, Settings
+    from rcx_harness.verify.storm.demands import Demands
 
 __all__ = ["explore"]
 
@@ -40,6 +41,10 @@ class Options:
     always: Annotated[
         list[str] | None,
         typer.Option(help='Holds after every scan, in the program\'s names: "NOT (A AND B)".'),
+    ] = None
+    properties: Annotated[
+        list[Path] | None,
+        typer.Option(help="What you demand, and what the operator touches: .toml; repeatable."),
     ] = None
     faults: Annotated[
         str, typer.Option(help="What may go wrong: some of link,alarm,abnormal; or none.")
@@ -64,7 +69,7 @@ def explore(given: Options) -> None:
     """Go through all states of a small program, with a small controller in every order of events.
 
     Judged by the rules of the wire, the contract of the blocks, assertions in comments, and what
-    is always to hold.
+    --always and --properties demand.
 
     Exit code: 0 if no rule is broken, 1 if one is, 2 on bad input.
     """
@@ -96,6 +101,7 @@ def explore(given: Options) -> None:
     scans = len(broken.path)
     more = f" --size {given.size}" if given.size != SIZE else ""
     more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
+    more += "".join(f" --properties {quoted(str(one))}" for one in given.properties or ())
     print(
         f"  rcx run {files}{lib} --scan {_short(settings.scan_us)}"
         f" --for {_short(scans * settings.scan_us)} --engine builtin{more}"
@@ -113,6 +119,7 @@ def _short(time_us: int) -> str:
 def _settings(given: Options) -> Settings:
     from rcx_harness.verify.explore.controller import FAULTS
     from rcx_harness.verify.explore.user import Settings
+    from rcx_harness.verify.storm.demands import Demands
 
     scan_us = duration_us("--scan", given.scan)
     if not scan_us:
@@ -128,9 +135,15 @@ def _settings(given: Options) -> Settings:
         if path.strip().upper() in (one.upper() for one in inputs):
             raise InputError(f"--input {path} is given twice", hint="give all values in one")
         inputs[path.strip()] = values.split(",") if has_values else []
+    demands = Demands.load(given.properties or [])
+    known = {path.upper() for path in inputs}
+    for path, several in _touched(demands).items():
+        if path.upper() not in known:
+            inputs[path] = several
     return Settings(
         inputs=inputs,
         always=tuple(given.always or ()),
+        properties=demands.properties,
         faults=frozenset(faults),
         scan_us=scan_us,
         size=given.size,
@@ -139,6 +152,14 @@ def _settings(given: Options) -> Settings:
         states=given.bound,
         depth=given.depth,
     )
+
+
+def _touched(demands: Demands) -> dict[str, list[str]]:
+    """What the operator touches, with its values; those of a BOOL are known."""
+    inputs: dict[str, list[str]] = {path: [] for path in (*demands.buttons, *demands.switches)}
+    for path, several in demands.values.items():
+        inputs[path] = [str(one).lower() if isinstance(one, bool) else str(one) for one in several]
+    return inputs
 
 
 def _print(found: Explored, settings: Settings) -> None:

@@ -96,7 +96,12 @@ def mutants(given: Options) -> None:
         tests = work.baseline()
     until = None if given.minutes is None else started + 60 * given.minutes
     results = Results(given.folder / "mutants.jsonl", fresh=given.fresh)
-    found = work.judged(tests, Judging(console, results, until), given.farm(console), reasons)
+    judging, farm = Judging(console, results, until), given.farm(console)
+    try:
+        found = work.judged(tests, judging, farm, reasons)
+    except KeyboardInterrupt:
+        print(f"what is done is in {given.folder}; the same call goes on")
+        raise
     rows = given.folder / _ROWS
     write_rows(rows, found["survivors"])
     _print(found, given.show or sys.maxsize, rows)

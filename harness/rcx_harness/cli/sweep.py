@@ -90,7 +90,7 @@ def sweep(options: SweepOptions) -> None:
     if notice:
         print(notice)
         forget(options.out)
-    farm, work = options.farm(), Sweep(of, options.seed)
+    farm, work = options.farm(Console(stderr=True)), Sweep(of, options.seed)
     found: dict[tuple[str, str], dict[int, str]] = {}
     by_name = {one.name: one for one in what}
     try:

@@ -25,6 +25,7 @@ from typing import Any, overload
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.clock import Duration
+from rcx_harness.engine.base import Program
 from rcx_harness.engine.conditions import Condition, conditions
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
@@ -32,7 +33,17 @@ from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.values import value_text
 from rcx_harness.units import format_us, parse_us
 
-__all__ = ["Declared", "Judge", "always", "declared_in", "eventually", "from_python", "judge_run"]
+__all__ = [
+    "Declared",
+    "Followed",
+    "Judge",
+    "always",
+    "declared_in",
+    "eventually",
+    "followed",
+    "from_python",
+    "judge_run",
+]
 
 #: A property in Python: asked after a scan.
 Asked = Callable[[Cell], object]
@@ -145,7 +156,7 @@ def _line(error: Exception, file: Path) -> int | None:
 class _Asked:
     """Something that is asked after each scan: a condition, or a function of the cell."""
 
-    def __init__(self, cell: Cell, declared: Declared, that: Condition | Asked) -> None:
+    def __init__(self, cell: Cell | None, declared: Declared, that: Condition | Asked) -> None:
         self._cell, self._declared, self._that = cell, declared, that
         self.condition = that if isinstance(that, Condition) else None
 
@@ -157,6 +168,7 @@ class _Asked:
         """
         if isinstance(self._that, Condition):
             return self._that.holds()
+        assert self._cell is not None
         try:
             return bool(self._that(self._cell))
         except InputError as error:
@@ -168,8 +180,8 @@ class _Asked:
             raise InputError(text, file=self._declared.file, line=line) from None
 
 
-class _Property:
-    """A property of a cell, followed scan by scan."""
+class Followed:
+    """A property of a program, followed scan by scan."""
 
     def __init__(self, declared: Declared, that: _Asked, after: _Asked | None) -> None:
         self.declared, self._that, self._after = declared, that, after
@@ -209,14 +221,18 @@ class _Property:
             if one is not None and one.condition is not None:
                 one.condition.mark()
 
-    def told(self) -> str:
-        """What is wrong, with the variables that it names."""
+    def told(self, program: Program) -> str:
+        """What is wrong, with the variables that it names as they are in the program now."""
         condition = self._that.condition
         what = self.declared.name if condition is None else condition.text
         said = "is not so" if self.declared.within_us is None else "has not come"
         within_us = self.declared.within_us
         limit = "" if within_us is None else f" within {format_us(within_us)}"
-        return f"{what} {said}{limit}"
+        shown = ", ".join(
+            f"{path} = {value_text(program.type_of(path), program.read(path))}"
+            for path in dict.fromkeys(self.paths)
+        )
+        return f"{what} {said}{limit}; {shown}"
 
     def snapshot(self) -> object:
         """What is remembered."""
@@ -267,19 +283,7 @@ class Judge:
         self, cell: Cell, declared: Sequence[Declared], found: Callable[[str, str], None]
     ) -> None:
         self._cell, self._found = cell, found
-        texts = [
-            text for one in declared for text in (one.that, one.after) if isinstance(text, str)
-        ]
-        made = iter(_checked(cell, declared, texts))
-        self._properties: list[_Property] = []
-        for one in declared:
-            that = _Asked(cell, one, next(made) if isinstance(one.that, str) else one.that)
-            after = None
-            if one.after is not None:
-                after = _Asked(cell, one, next(made) if isinstance(one.after, str) else one.after)
-            self._properties.append(_Property(one, that, after))
-            for asked in filter(None, (that, after)):
-                asked.now()
+        self._properties = followed(cell.program, declared, cell)
         cell.trace.listen(self.take)
         cell.plc.on_start.append(self._forget)
 
@@ -288,7 +292,7 @@ class Judge:
         if isinstance(record, Scan) and record.controller == 1:
             for one in self._properties:
                 if one.scan(record.t_us):
-                    self._found(one.declared.kind, f"{one.told()}; {self.values(one.paths)}")
+                    self._found(one.declared.kind, one.told(self._cell.program))
 
     def expected(self, kind: str) -> str:
         """The condition that a failure of this kind has broken; empty: no one condition says it."""
@@ -301,14 +305,6 @@ class Judge:
     def _forget(self) -> None:
         for one in self._properties:
             one.forget()
-
-    def values(self, paths: Sequence[str]) -> str:
-        """Variables with their values, for people."""
-        program = self._cell.program
-        shown = dict.fromkeys(paths)
-        return ", ".join(
-            f"{path} = {value_text(program.type_of(path), program.read(path))}" for path in shown
-        )
 
     def snapshot(self) -> object:
         """What is remembered of each property."""
@@ -334,10 +330,37 @@ def judge_run(cell: Cell, declared: Sequence[Declared]) -> None:
     Judge(cell, declared, found)
 
 
-def _checked(cell: Cell, declared: Sequence[Declared], texts: list[str]) -> list[Condition]:
+def followed(
+    program: Program, declared: Sequence[Declared], cell: Cell | None = None
+) -> list[Followed]:
+    """What is demanded of a program, ready to be followed.
+
+    Args:
+        program: The program, at its beginning.
+        declared: What is demanded.
+        cell: Its cell, which properties in Python ask.
+
+    Raises:
+        InputError: a property names what is not there, or cannot be evaluated.
+    """
+    texts = [text for one in declared for text in (one.that, one.after) if isinstance(text, str)]
+    made = iter(_checked(program, declared, texts))
+    found = []
+    for one in declared:
+        that = _Asked(cell, one, next(made) if isinstance(one.that, str) else one.that)
+        after = None
+        if one.after is not None:
+            after = _Asked(cell, one, next(made) if isinstance(one.after, str) else one.after)
+        found.append(Followed(one, that, after))
+        for asked in filter(None, (that, after)):
+            asked.now()
+    return found
+
+
+def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -> list[Condition]:
     """The conditions; of an error it is said where it was declared."""
     try:
-        return conditions(cell.program, texts)
+        return conditions(program, texts)
     except InputError as error:
         for one in declared:
             if error.message.startswith((f"{one.that}:", f"{one.after}:")):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import select
@@ -10,9 +11,18 @@ from pathlib import Path
 
 import pytest
 
-from farm_work import Counted, Killed, Meeting, grandchild, process_number, refuse
+from farm_work import (
+    Counted,
+    FirstWaits,
+    Killed,
+    Meeting,
+    grandchild,
+    process_number,
+    refuse,
+)
 from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Farm, Lost
+from rcx_harness.verify.farm import Farm, Kept, Lost
+from rcx_harness.verify.farm.farm import AHEAD
 from rcx_harness.verify.farm.work import LostError, RemoteError
 
 
@@ -101,10 +111,44 @@ def test_items_are_taken_as_there_is_room() -> None:
             taken.append(item)
             yield item
 
-    running = Farm(1).run(math.factorial, items())
-    assert next(running) == (0, 1)
+    running = Farm(2).run(process_number, items())
+    assert next(running)[0] == 0
     running.close()
-    assert len(taken) < 10
+    assert len(taken) <= 2 * AHEAD
+
+
+class _Releasing(Kept[int, int]):
+    """Lets item 0 go on when so many others have ended."""
+
+    def __init__(self, file: Path, fifo: Path, others: int) -> None:
+        super().__init__(file, {})
+        self.ended: list[int] = []
+        self._fifo, self._others = fifo, others
+
+    def add(self, item: int, result: int) -> None:
+        super().add(item, result)
+        self.ended.append(item)
+        if len(self.ended) == self._others:
+            with self._fifo.open("w"):
+                pass
+
+
+def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
+    """One of them may stand behind it, at its worker."""
+    os.mkfifo(tmp_path / "fifo")
+    kept = _Releasing(tmp_path / "kept", tmp_path / "fifo", 2 * AHEAD - 2)
+    taken_before_the_first_ended = []
+
+    def items() -> Iterator[int]:
+        for item in itertools.count():
+            if 0 not in kept.ended:
+                taken_before_the_first_ended.append(item)
+            yield item
+
+    running = Farm(2).run(FirstWaits(tmp_path / "fifo"), items(), kept=kept)
+    assert [next(running) for _ in range(2 * AHEAD)] == [(k, k) for k in range(2 * AHEAD)]
+    running.close()
+    assert len(taken_before_the_first_ended) <= 2 * AHEAD
 
 
 def test_no_worker_is_left_behind() -> None:

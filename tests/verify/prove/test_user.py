@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import InputError
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.verify.prove.user import Result, Settings, prove
 
 HEAD = """PROGRAM Cell
@@ -112,8 +113,9 @@ def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path
     )
     found = proved(tmp_path, body)["assert Cell.st:17"]
     assert (found.status, found.note) == ("refuted", "after 2 scans of 10 ms")
-    areas = [one for one in Path(found.stimulus).read_text().splitlines() if one[:4] == "area"]
-    last = bytes.fromhex(areas[-1].split('"')[1])
+    areas = [one.area for one in Stimulus.load(found.stimulus).entries if one.area is not None]
+    last = areas[-1]
+    assert isinstance(last, bytes)
     assert last[32] & 0b100
 
 

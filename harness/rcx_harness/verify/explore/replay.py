@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rcx_harness.cell.cell import Cell
-from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
 from rcx_harness.robot import RobotConfig
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
-from rcx_harness.verify.stimulus import Moment, text_of_moments
+from rcx_harness.verify.properties import judge_run
 
 __all__ = ["replay"]
 
@@ -35,8 +35,8 @@ def replay(
     stimulus, chart = folder / "broken.toml", folder / "broken.svg"
     told = [f"{k * settings.scan_us // 1000} ms: {one.tell()}" for k, one in enumerate(broken.path)]
     about = "\n".join([*broken.rules, "broken in the last scan of:", *told])
-    moments = _moments(broken.path, explored.areas, settings.scan_us)
-    replace_files({stimulus: text_of_moments(moments, about).encode()})
+    entries = _entries(broken.path, explored.areas, settings.scan_us)
+    replace_files({stimulus: stimulus_text(entries, about).encode()})
     timeline = Timeline()
     with Cell.build(
         list(files),
@@ -48,6 +48,7 @@ def replay(
         n=settings.n,
     ) as cell:
         cell.trace.listen(timeline.take)
+        judge_run(cell, settings.properties)
         Stimulus.load(stimulus).schedule(cell)
         stopped = ""
         try:
@@ -59,12 +60,14 @@ def replay(
     return stimulus, all(rule in shown for rule in broken.rules)
 
 
-def _moments(
+def _entries(
     path: Sequence[Choice], areas: Sequence[tuple[bytes, bool]], scan_us: int
-) -> Iterator[Moment]:
+) -> Iterator[Entry]:
     """What changes before each scan of a path."""
     before: tuple[bytes, bool] | None = None
     for number, (choice, area) in enumerate(zip(path, areas, strict=True)):
-        values = {choice.path: choice.text} if choice.path else {}
-        yield Moment(number * scan_us, values, {} if area == before else {1: area})
+        values = {choice.path: choice.value} if choice.path else {}
+        content, connected = (None, True) if area == before else area
+        if values or content is not None:
+            yield Entry(number * scan_us, values=values, area=content, connected=connected)
         before = area

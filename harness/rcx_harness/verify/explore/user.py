@@ -25,8 +25,10 @@ from rcx_harness.units import parse_us
 from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
 from rcx_harness.verify.explore.always import with_always
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
+from rcx_harness.verify.explore.demanded import Demanded
 from rcx_harness.verify.explore.monitors import Monitors
 from rcx_harness.verify.explore.search import Result, Search, World
+from rcx_harness.verify.properties import Declared
 from rcx_harness.verify.prove.assertions import Copies
 from rcx_harness.verify.prove.tree import written
 from rcx_harness.watch.calls_source import steady_instances
@@ -46,7 +48,7 @@ class Choice(NamedTuple):
     move: str
     path: str
     text: str
-    """The value as the user has written it; as in TOML in a stimulus."""
+    """The value as the user has written it."""
     value: Any
 
     def tell(self) -> str:
@@ -63,6 +65,7 @@ class Settings:
     Attributes:
         inputs: Values of each input, as Structured Text has them; none of a BOOL: both.
         always: Expressions that hold after every scan, in the names of the program.
+        properties: What is demanded besides, by paths; not in Python.
         faults: Of `controller.FAULTS`.
         scan_us: Time from one scan to the next.
         size: Bytes of the areas.
@@ -76,6 +79,7 @@ class Settings:
 
     inputs: Mapping[str, Sequence[str]] = field(default_factory=dict)
     always: Sequence[str] = ()
+    properties: Sequence[Declared] = ()
     faults: frozenset[str] = frozenset(FAULTS)
     scan_us: int = 100_000
     size: int = SIZE
@@ -154,6 +158,7 @@ class _Program(World[Choice]):
         }
         self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True)
         self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
+        self._demanded = Demanded(program, settings.properties, settings.scan_us)
         sets = [("", "", None)]
         sets += [(path, *one) for path, found in self.inputs.items() for one in found]
         pairs = [(move, one) for move in MOVES for one in sets]
@@ -164,7 +169,8 @@ class _Program(World[Choice]):
 
     def first(self) -> bytes:
         """Everything as it begins; the first scan is to come."""
-        return self._state.freeze() + self._kept((Small(), Wire(), *self._monitors.state()))
+        memory = (Small(), Wire(), self._demanded.state(), *self._monitors.state())
+        return self._state.freeze() + self._kept(memory)
 
     def known_as(self, state: bytes) -> bytes:
         """A digest: 128 bits."""
@@ -214,8 +220,9 @@ class _Program(World[Choice]):
 
     def _scan(self, state: bytes, choice: Choice, now_us: int) -> tuple[bytes, list[str]]:
         program, small = self.program, self._after(state, choice)
-        _, _, *monitors = self._memory(state)
+        _, _, demanded, *monitors = self._memory(state)
         self._monitors.go_to(monitors, now_us)
+        self._demanded.go_to(demanded, now_us)
         if choice.path:
             program.write(choice.path, choice.value)
         so = small.area(self._settings.size)
@@ -228,7 +235,8 @@ class _Program(World[Choice]):
             return state, [self._stopped(error)]
         si = self._image.get()
         broken = self._monitors.scan(now_us, so, si, connected=small.link)
-        memory = (small, Wire.of(si), *self._monitors.state(now_us))
+        broken += self._demanded.scan(now_us)
+        memory = (small, Wire.of(si), self._demanded.state(now_us), *self._monitors.state(now_us))
         return self._state.freeze() + self._kept(memory), broken
 
     def _stopped(self, error: InputError) -> str:
@@ -264,7 +272,7 @@ def _refuse(project: Project) -> None:
 
 
 def _values(program: BuiltinProgram, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """The values of an input, each as in TOML and as the program takes it."""
+    """The values of an input, each for people and as the program takes it."""
     kind = program.type_of(path)
     if not texts and kind == ElementaryType("BOOL"):
         texts = ("false", "true")

@@ -119,6 +119,11 @@ class ClusterCrew:
             self.close()
             raise
 
+    @property
+    def size(self) -> int:
+        """How many there are; one where all have gone for the moment."""
+        return max(1, len(self._workers))
+
     def has_room(self) -> bool:
         """Would an item be begun now, or soon?"""
         if time.monotonic() - self._looked_s > _LOOK_S:

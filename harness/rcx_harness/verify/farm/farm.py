@@ -21,7 +21,11 @@ from rcx_harness.verify.farm.local import LocalCrew
 from rcx_harness.verify.farm.work import Died, Done, Ended, Lost, NotBegun, Work, attempt, doer
 from rcx_harness.verify.progress import progress_bar
 
-__all__ = ["Farm"]
+__all__ = ["AHEAD", "Farm"]
+
+#: Where results come in order: so many items for each worker are begun while an earlier one is
+#: under way. Their results wait in memory.
+AHEAD = 64
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -36,6 +40,10 @@ class _Crew(Protocol):
     @property
     def attempts(self) -> int:
         """How often an item is begun whose worker ends; the last time nothing else is under way."""
+
+    @property
+    def size(self) -> int:
+        """How many workers there are."""
 
     def has_room(self) -> bool:
         """Would an item be begun now, or soon?"""
@@ -88,7 +96,8 @@ class Farm:
         Args:
             work: A function of one item, or an object whose `prepare()` gives that function, once
                 in each worker. Both, the items and the results can be pickled.
-            items: What to do; taken as there is room.
+            items: What to do; taken as there is room, at most `AHEAD` for each worker before the
+                first that is missing.
             lost: The result of an item that no worker gets through; it is not kept.
             kept: Where results are kept as soon as they are there, and which are known.
             title: What the items are, for the progress.
@@ -99,7 +108,7 @@ class Farm:
         """
         waiting: dict[int, tuple[Item, Done]] = {}
         following = 0
-        for number, item, done in self._ended(work, items, lost, kept, title):
+        for number, item, done in self._ended(work, items, lost, kept, title, ahead=AHEAD):
             waiting[number] = item, done
             while following in waiting:
                 item, done = waiting.pop(following)
@@ -115,7 +124,7 @@ class Farm:
         kept: Kept[Item, Result] | None = None,
         title: str = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
-        """The same in the order in which they end."""
+        """The same in the order in which they end; none waits for another one."""
         for _, item, done in self._ended(work, items, lost, kept, title):
             yield item, done.get()
 
@@ -126,6 +135,7 @@ class Farm:
         lost: Callable[[Lost[Item]], Result] | None,
         kept: Kept[Item, Result] | None,
         title: str,
+        ahead: int | None = None,
     ) -> Iterator[_Ending]:
         known = _Known(kept)
         missing = known.missing(enumerate(items))
@@ -142,7 +152,7 @@ class Farm:
             yield from shown(known.ready())
             if first is not None:
                 with self._crew(work, progress) as crew:
-                    turns = _Turns(crew, chain([first], missing), lost)
+                    turns = _Turns(crew, chain([first], missing), lost, ahead)
                     for ending in turns.ended():
                         yield from shown(known.ready(ending))
                 yield from shown(known.ready())
@@ -216,13 +226,17 @@ class _Turns:
         crew: _Crew,
         items: Iterator[tuple[int, Any]],
         lost: Callable[[Lost[Any]], Any] | None,
+        ahead: int | None,
     ) -> None:
         self._crew = crew
         self._new = items
         self._lost = lost
+        self._ahead = ahead
+        self._taken = 0
         self._again: deque[int] = deque()
         self._last_time: deque[int] = deque()
-        self._items: dict[int, Any] = {}
+        #: Of each that has not ended the place among those that were taken, and itself.
+        self._items: dict[int, tuple[int, Any]] = {}
         self._died: dict[int, list[Died]] = {}
         self._under_way: set[int] = set()
         self._alone = False
@@ -233,7 +247,7 @@ class _Turns:
         while True:
             while self._crew.has_room() and (number := self._next()) is not None:
                 self._under_way.add(number)
-                self._crew.give(number, self._items[number])
+                self._crew.give(number, self._items[number][1])
             if not (self._under_way or self._more or self._again or self._last_time):
                 return
             for number, how in self._crew.ended():
@@ -245,7 +259,7 @@ class _Turns:
                 done = self._again_or_lost(number, how) if isinstance(how, Died) else how
                 if done is not None:
                     self._more = self._more and done.error is None
-                    yield number, self._items.pop(number), done
+                    yield number, self._items.pop(number)[1], done
 
     def _next(self) -> int | None:
         if self._alone:
@@ -255,11 +269,20 @@ class _Turns:
         if self._last_time:  # alone, so that it is sure what ends the worker
             self._alone = not self._under_way
             return self._last_time.popleft() if self._alone else None
+        if self._is_far_ahead():
+            return None
         for number, item in self._new if self._more else ():
-            self._items[number] = item
+            self._items[number] = self._taken, item
+            self._taken += 1
             return number
         self._more = False
         return None
+
+    def _is_far_ahead(self) -> bool:
+        if self._ahead is None or not self._items:
+            return False
+        oldest, _ = next(iter(self._items.values()))
+        return self._taken - oldest >= self._ahead * self._crew.size
 
     def _again_or_lost(self, number: int, how: Died) -> Done | None:
         died = self._died.setdefault(number, [])
@@ -268,7 +291,7 @@ class _Turns:
             last = len(died) == self._crew.attempts - 1
             (self._last_time if last else self._again).append(number)
             return None
-        found = Lost(self._items[number], sum(one.workers for one in died), how.why)
+        found = Lost(self._items[number][1], sum(one.workers for one in died), how.why)
         if self._lost is None:
             return Done(error=found.error())
         return Done(self._lost(found), is_lost=True)
@@ -278,6 +301,7 @@ class _Here:
     """No worker but this process."""
 
     attempts = 1
+    size = 1
 
     def __init__(self, work: Work[Any, Any]) -> None:
         self._work = work

@@ -52,18 +52,18 @@ class LocalCrew:
 
     def __init__(self, work: Work[Any, Any], size: int) -> None:
         self._work = pickle.dumps(work)
-        self._size = size
+        self.size = size
         self._workers: list[_Worker] = []
         self._depth = 1
         self._close = weakref.finalize(self, _end, self._workers)
 
     def has_room(self) -> bool:
         """Would an item be begun now, or soon?"""
-        return len(self._workers) < self._size or len(self._freest().numbers) < self._depth
+        return len(self._workers) < self.size or len(self._freest().numbers) < self._depth
 
     def give(self, number: int, item: Any) -> None:
         """Begin an item under a number of its own."""
-        if len(self._workers) < self._size and all(one.numbers for one in self._workers):
+        if len(self._workers) < self.size and all(one.numbers for one in self._workers):
             self._workers.append(self._started())
         worker = self._freest()
         if not worker.numbers:

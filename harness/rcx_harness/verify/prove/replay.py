@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import Cell
-from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
 from rcx_harness.engine.frontend.values import scalar_to_python
 from rcx_harness.engine.types import ArrayType, BlockType, EnumType, StructType
 from rcx_harness.errors import InputError
@@ -21,14 +20,12 @@ from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.machine import Path as Place
 from rcx_harness.verify.prove.search import Run
 from rcx_harness.verify.prove.surroundings import Surroundings, path_of
-from rcx_harness.verify.stimulus import Moment, text_of_moments
 
-__all__ = ["Replayed", "replay", "stimulus_text"]
+__all__ = ["Replayed", "entries", "replay"]
 
 
-def stimulus_text(run: Run, around: Surroundings, about: str = "") -> str:
-    """The stimulus file of a run: what changes, when it changes."""
-    moments = []
+def entries(run: Run, around: Surroundings) -> Iterator[Entry]:
+    """The stimulus of a run: what changes, when it changes."""
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
     kinds = {one.name: one.type for one in around.inputs}
@@ -37,17 +34,20 @@ def stimulus_text(run: Run, around: Surroundings, about: str = "") -> str:
         values |= changed
         given = {one: area for one, area in step.areas.items() if before.get(one) != area}
         before |= given
-        texts = {name: _toml(value, kinds[name]) for name, value in changed.items()}
-        moments.append(Moment(step.t_us, texts, given))
-    return text_of_moments(moments, about)
+        told = {name: _told(value, kinds[name]) for name, value in changed.items()}
+        if told and 1 not in given:
+            yield Entry(step.t_us, values=told)
+        for one, (content, connected) in sorted(given.items()):
+            set_here = told if one == 1 else {}
+            yield Entry(
+                step.t_us, values=set_here, area=content, connected=connected, controller=one
+            )
 
 
-def _toml(value: Any, kind: Any) -> str:
+def _told(value: Any, kind: Any) -> Any:
     if values.is_duration(kind):
-        return f'"{value // 1000}us"'
-    if isinstance(kind, EnumType):
-        return json.dumps(kind.members[value])
-    return str(value).lower()
+        return f"{value // 1000}us"
+    return kind.members[value] if isinstance(kind, EnumType) else value
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def replay(
         chart: Where its timing chart (SVG) goes.
         see: Is called after each scan, with the cell and the number of the scan.
     """
-    replace_files({stimulus: stimulus_text(run, around, about).encode()})
+    replace_files({stimulus: stimulus_text(entries(run, around), about).encode()})
     differences: list[str] = []
     error = None
     timeline = Timeline()

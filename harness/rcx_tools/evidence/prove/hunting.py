@@ -8,16 +8,13 @@ library, for those properties that say so (`claims.CLAIMS`).
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.engine.needed import needed
@@ -163,7 +160,7 @@ class _Hunter:
     def _leave(self, moments: list[Moment]) -> Path:
         """Write a run to its file."""
         file = self._folder / "stimulus.toml"
-        file.write_text("\n".join(_entries(moments)), encoding="utf-8")
+        file.write_text(stimulus_text(_entries(moments)), encoding="utf-8")
         return file
 
     def _about(self, environment: Environment) -> About:
@@ -250,29 +247,12 @@ def _short(path: Path) -> str:
     return str(path.relative_to(ROOT) if path.is_relative_to(ROOT) else path)
 
 
-def _entries(moments: list[Moment]) -> Iterator[str]:
+def _entries(moments: list[Moment]) -> Iterator[Entry]:
     """The stimulus: what changes before which scan."""
-    area: tuple[bytes, bool] | None = None
+    before: tuple[bytes, bool] | None = None
     for moment in moments:
-        lines = []
-        if moment.values:
-            told = [f"{json.dumps(path)} = {_told(value)}" for path, value in moment.values.items()]
-            lines.append(f"set = {{ {', '.join(told)} }}")
-        if (moment.area, moment.connected) != area:
-            area = moment.area, moment.connected
-            lines.append(f'area = "{moment.area.rstrip(bytes(1)).hex(" ") or "00"}"')
-            lines.append(f"connected = {_told(moment.connected)}")
-        if lines:
-            yield "\n".join(["[[at]]", f'time = "{moment.t_us}us"', *lines, ""])
-
-
-def _told(value: Any) -> str:
-    if isinstance(value, timedelta):
-        return f'"{value // timedelta(microseconds=1)}us"'
-    if isinstance(value, list):
-        return f"[{', '.join(_told(one) for one in value)}]"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{name} = {_told(one)}" for name, one in value.items()) + " }"
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    return json.dumps(value)
+        area = moment.area, moment.connected
+        content, connected = (None, True) if area == before else area
+        if moment.values or content is not None:
+            yield Entry(moment.t_us, values=moment.values, area=content, connected=connected)
+        before = area

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from panel import press
 
 from rcx_harness import Cell
@@ -29,6 +30,7 @@ def test_it_goes_on_only_after_acknowledge_and_start(moving: Cell) -> None:
     press(moving, "Main.Acknowledge")
     moving.run("2s")
     assert moving["Main.Stage"] == "CELL_IDLE"
+    assert moving["Main.Fault"] == 0
     assert not moving["Main.Robot.SO.SO02_ServoOn"]
 
     press(moving, "Main.Start")
@@ -44,3 +46,18 @@ def test_the_robots_own_emergency_stop_is_a_fault_too(moving: Cell) -> None:
     press(moving, "Main.Acknowledge")
     press(moving, "Main.Start")
     moving.run_until(lambda: moving["Main.Parts"] == 1, within="10s")
+
+
+STAGES = ["CELL_POWER_UP", "CELL_TO_PICK", "CELL_GRIP", "CELL_TO_PLACE", "CELL_RELEASE"]
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_it_stops_the_cell_whatever_it_is_doing(cell: Cell, stage: str) -> None:
+    cell["Main.CellSafe"] = True
+    cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
+    cell["Main.Start"] = True
+    cell.run_until(lambda: cell["Main.Stage"] == stage, within="10s")
+    cell.run("20ms")  # it is under way
+    cell["Main.CellSafe"] = False
+    cell.run_until(lambda: cell["Main.Stage"] == "CELL_FAULT", within="15s")
+    assert cell["Main.Fault"] != 0

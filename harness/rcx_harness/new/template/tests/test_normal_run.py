@@ -37,12 +37,28 @@ def test_one_part_is_picked_at_point_1_and_placed_at_point_2(moving: Cell) -> No
 
 
 def test_parts_go_on_until_the_last_one_is_asked_for(moving: Cell) -> None:
-    moving.run_until(lambda: moving["Main.Parts"] == 3, within="20s")
+    for parts in (1, 2, 3):
+        moving.run_until(lambda: moving["Main.Stage"] == "CELL_RELEASE", within="10s")
+        moving.run_until(lambda: moving["Main.Stage"] == "CELL_TO_PICK", within="1s")
+        assert moving["Main.Parts"] == parts
     moving["Main.LastPart"] = True
     moving.run_until(lambda: moving["Main.Stage"] == "CELL_IDLE", within="10s")
     assert moving["Main.Parts"] == 4
     moving.run("5s")
     assert moving["Main.Parts"] == 4
+
+
+def test_start_counts_when_it_goes_down_and_only_when_idle(cell: Cell) -> None:
+    cell["Main.CellSafe"] = True
+    cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
+    assert cell["Main.Stage"] == "CELL_IDLE"
+    cell["Main.Start"] = True
+    cell.scan()
+    assert cell["Main.Stage"] == "CELL_POWER_UP"
+    cell["Main.Start"] = False
+    cell.run_until(lambda: cell["Main.Stage"] == "CELL_TO_PICK", within="5s")
+    press(cell, "Main.Start")
+    assert cell["Main.Stage"] == "CELL_TO_PICK"
 
 
 def test_nothing_happens_while_the_cell_is_not_safe(cell: Cell) -> None:

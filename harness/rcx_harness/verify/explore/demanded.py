@@ -1,0 +1,57 @@
+"""Properties that a user demands; what they remember is a part of each state."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+from rcx_harness.engine.base import Program
+from rcx_harness.errors import InputError
+from rcx_harness.verify.properties import Declared, followed
+
+__all__ = ["Demanded"]
+
+
+class Demanded:
+    """The properties of a program that is put into one state after the other.
+
+    Args:
+        program: The program, at its beginning.
+        declared: What is demanded.
+        scan_us: From one scan to the next.
+
+    Raises:
+        InputError: a property in Python, or one that names what is not there.
+    """
+
+    def __init__(self, program: Program, declared: Sequence[Declared], scan_us: int) -> None:
+        for one in declared:
+            if callable(one.that) or callable(one.after):
+                hint = "write it as [[always]] or [[eventually]] in a TOML file"
+                text = f"{one.name}: properties in Python cannot be explored"
+                raise InputError(text, file=one.file, hint=hint)
+        self._program, self._scan_us = program, scan_us
+        self._followed = followed(program, declared)
+
+    def state(self, now_us: int = 0) -> Hashable:
+        """What is remembered after a scan at this time."""
+        return tuple(_relative(one.snapshot(), now_us) for one in self._followed)
+
+    def go_to(self, state: Any, now_us: int) -> None:
+        """Go to a state; the next scan is at this time."""
+        before_us = now_us - self._scan_us
+        for one, (left_us, was, before) in zip(self._followed, state, strict=True):
+            one.restore((False, None if left_us is None else before_us + left_us, was, before))
+
+    def scan(self, now_us: int) -> list[str]:
+        """What is broken after a scan, as `rcx run --properties` says it."""
+        return [
+            f"property: {one.declared.kind}: {one.told(self._program)}"
+            for one in self._followed
+            if one.scan(now_us)
+        ]
+
+
+def _relative(snapshot: Any, now_us: int) -> Hashable:
+    _, due_us, was, before = snapshot
+    return None if due_us is None else due_us - now_us, was, tuple(before)
