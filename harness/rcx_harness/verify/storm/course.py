@@ -36,12 +36,16 @@ class Course(Run):
         self._demands = demands
         self._operator = Operator(cell, demands.recovery or Recovery())
         self.judge = Judge(cell, demands.properties, self._found_now)
+        self.begun = bool(demands.start)
+        """The cell needs no start: its storms bring it."""
+        self.back_us: int | None = None
+        """When the last way back began."""
         self.expect = ""
         """The condition that did not come on the way back, for a replay."""
 
     def begin(self) -> None:
         """Start the cell, unless a good run says how."""
-        if self._demands.start:
+        if self.begun:
             return
         self.come_to_rest()
         self._back(self._operator.act)
@@ -52,6 +56,7 @@ class Course(Run):
 
     def recover(self) -> None:
         """The way back, and what has to come of it."""
+        self.back_us = self.cell.now_us
         if self._demands.recovery is None:
             self.let_pass(_AFTER_US)
         else:
