@@ -86,6 +86,10 @@ class Course(Run):
         if down := {path: False for path in buttons if self.cell[path]}:
             self.plan(Entry(self.cell.now_us, values=down))
 
+    def paths(self, kind: str) -> tuple[str, ...]:
+        """The variables that a kind of failure is about, as far as conditions name them."""
+        return self._operator.paths if kind == RECOVERY else self.judge.paths(kind)
+
     def snapshot(self) -> object:
         """The state of everything."""
         return super().snapshot(), self.judge.snapshot()
