@@ -118,15 +118,12 @@ class _Ending(Timeline):
 
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
         """Without the signals that do not change in a band."""
+
+        def told(lane: Lane, band: Band) -> bool:
+            return lane.always or lane.kind == "word" or any(map(lane.changes_at, band.instants))
+
         return [
-            replace(
-                band,
-                lanes=tuple(
-                    lane
-                    for lane in band.lanes
-                    if lane.always or lane.kind == "word" or any(map(lane.changes_at, band.instants))
-                ),
-            )
+            replace(band, lanes=tuple(lane for lane in band.lanes if told(lane, band)))
             for band in super().bands(widths, room)
         ]
 
