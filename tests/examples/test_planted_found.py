@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from faulty_examples import FAULTY, Faulty, changed_example
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.verify.storm.campaign import Seed, Storms
 from rcx_harness.verify.storm.cells import CellsOf
@@ -42,12 +43,13 @@ def test_a_planted_fault_is_found_and_its_replay_shows_it(
     lines = replay.read_text(encoding="utf-8").splitlines()
     assert len(lines) <= _MOST_LINES
     assert found_by(fault, [lines[0].removeprefix(MARK)])
+    length = f"{Stimulus.load(replay).entries[-1].t_us // 1000 + 20}ms"
     for cell, breaks in ((project, True), (good, False)):
         words = ["run", str(cell / "plc"), "--properties", str(cell / "campaign.toml")]
         for name in "ab":
             words += ["--robot", str(cell / f"robot_{name}.toml")]
         words += ["--seed", str(_SEEDS[fault.name]), "--engine", "builtin"]
-        assert main([*words, "--stimulus", str(replay), "--for", "45s"]) == breaks
+        assert main([*words, "--stimulus", str(replay), "--for", length]) == breaks
         said = capsys.readouterr().out
         shown = "expect: " if kind == RECOVERY else f"property: {kind}"
         assert (shown in said) == breaks
