@@ -21,7 +21,7 @@ __all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 #: How every replay begins.
 MARK = "# rcx replay: "
 #: Of a chart the latest changes of variables are shown, and of all there is.
-_TOLD, _LATEST = 18, 6
+_TOLD, _LATEST = 18, 12
 
 
 @dataclass(frozen=True)
