@@ -95,14 +95,14 @@ def campaign(options: CampaignOptions) -> None:
     if notice:
         print(notice)
         forget(options.out)
-    work, failing = Storms(of), dict[str, list[int]]()
+    work, failing = Storms(of), dict[str, list[tuple[int, int]]]()
     total = Seed({}, 0, 0, 0)
     seeds = range(options.seed_from, options.seed_from + options.seeds)
     try:
         for seed, result in storms(farm, work, seeds, kept):
             total = Seed({}, *(map(sum, zip(total[1:], result[1:], strict=True))))
-            for kind in result.failures:
-                failing.setdefault(kind, []).append(seed)
+            for kind, (t_us, _) in result.failures.items():
+                failing.setdefault(kind, []).append((t_us, seed))
         found = classes(farm, work, failing, kept)
     except KeyboardInterrupt:
         print(f"what is done is in {options.out}; the same call goes on")

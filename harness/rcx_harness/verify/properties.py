@@ -302,6 +302,10 @@ class Judge:
                 return that
         return ""
 
+    def paths(self, kind: str) -> tuple[str, ...]:
+        """The variables that the property of a kind of failure names in its conditions."""
+        return next((one.paths for one in self._properties if one.declared.kind == kind), ())
+
     def _forget(self) -> None:
         for one in self._properties:
             one.forget()

@@ -102,6 +102,11 @@ class Operator:
         self._when = made.pop() if recovery.when else None
         self._until = made
 
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The variables that what has to come names."""
+        return () if self._when is None else self._when.paths
+
     def wait_for_controllers(self, run: _Doing) -> None:
         """Let every controller come back that can; a while at most.
 

@@ -11,6 +11,7 @@ from rcx_harness.verify.farm import Farm, Kept
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import RECOVERY, Course
 from rcx_harness.verify.storm.draw import draw_storms
+from rcx_harness.verify.storm.moments import moments
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
@@ -19,6 +20,8 @@ __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
 #: Runs that are tried to make one class short, and to part one class from another.
 _TRIES, _OTHERS = 150, 12
+#: And to leave out what its ways back do not need.
+_MORE_TRIES = 80
 #: Classes of one kind at most.
 _MOST_OF_A_KIND = 5
 
@@ -33,7 +36,7 @@ class Seed(NamedTuple):
 
 
 class Unexplained(NamedTuple):
-    """Seeds that fail with one kind of failure."""
+    """Seeds that fail with one kind of failure, the shortest run first."""
 
     kind: str
     seeds: tuple[int, ...]
@@ -69,6 +72,8 @@ class Storms:
 class _Worker:
     def __init__(self, cells: Cells) -> None:
         self._cells, self._demands = cells, cells.demands
+        start, length_us = self._demands.start, self._demands.length_us
+        self._moments = moments(self._course(0, ""), start, length_us, cells.library)
 
     def do(self, item: int | Unexplained) -> Any:
         """A seed: what came of it. Seeds that fail alike: one class of them."""
@@ -78,7 +83,7 @@ class _Worker:
         """All that happens in a seed; a good run is part of its first storm."""
         demands = self._demands
         number, scan_us = len(course.cell.robots), course.cell.timing.scan_us
-        first, *others = draw_storms(demands, seed, number, scan_us)
+        first, *others = draw_storms(demands, seed, number, scan_us, self._moments)
         acts = sorted((*demands.start, *first.acts), key=lambda act: act.t_us)
         return [Storm(tuple(acts), first.length_us), *others]
 
@@ -115,10 +120,16 @@ class _Worker:
         course = self._course(seed, item.kind)
         found = _failure(course, short)
         assert found is not None
+        course, found = self._flat(seed, course, found)
         expect = course.expect if found.kind == RECOVERY else course.judge.expected(found.kind)
         told = replay_of(course.done, found, expect, seed, course.cell.timing.scan_us)
+        left = {cause for act in course.done for cause in _causes(act)}
         causes = dict.fromkeys(
-            cause for storm in short for act in storm.acts for cause in _causes(act)
+            cause
+            for storm in short
+            for act in storm.acts
+            for cause in _causes(act)
+            if cause in left
         )
         rest, same = [], [seed]
         for number, other in enumerate(others):
@@ -127,6 +138,30 @@ class _Worker:
             else:
                 same.append(other)
         return Explained(told, tuple(causes), tuple(rest), tuple(same))
+
+    def _flat(self, seed: int, course: Course, failure: Failure) -> tuple[Course, Failure]:
+        """A failing run as one storm without a start, made shorter still.
+
+        What the operator did to start, and on a way back from which the cell came, may go.
+        """
+        ends_us = failure.t_us
+        if failure.kind == RECOVERY:
+            if course.back_us is None:
+                return course, failure
+            ends_us = course.back_us
+        acts = sorted((one for one in course.done if one.t_us < ends_us), key=lambda one: one.t_us)
+        last, found = course, failure
+
+        def run(some: Sequence[Storm]) -> None:
+            nonlocal last, found
+            one = self._course(seed, failure.kind)
+            one.begun = True
+            if (now := _failure(one, some)) is not None:
+                last, found = one, now
+                raise now
+
+        shrink(run, [Storm(acts, ends_us)], failure, _MORE_TRIES)
+        return last, found
 
     def _fails(self, seed: int, some: Sequence[Storm], kind: str) -> Failure | None:
         return _failure(self._course(seed, kind), some)
@@ -163,17 +198,24 @@ def storms(
 
 
 def classes(
-    farm: Farm, work: Storms, failing: dict[str, list[int]], kept: Kept[Any, Any] | None = None
+    farm: Farm,
+    work: Storms,
+    failing: dict[str, list[tuple[int, int]]],
+    kept: Kept[Any, Any] | None = None,
 ) -> list[tuple[str, Explained]]:
     """The classes of failures: those of one kind that have different causes are several.
 
     Args:
         farm: Where it is found out.
         work: The campaign.
-        failing: Failing seeds by the kind of failure.
+        failing: Failing seeds by the kind of failure, each with when it fails [us]: the first to
+            fail is made short.
         kept: What is known of earlier calls.
     """
-    waiting = [Unexplained(kind, tuple(seeds)) for kind, seeds in failing.items()]
+    waiting = [
+        Unexplained(kind, tuple(seed for _, seed in sorted(those)))
+        for kind, those in failing.items()
+    ]
     found: dict[tuple[str, frozenset[str]], Explained] = {}
     for _ in range(_MOST_OF_A_KIND):
         again = []

@@ -17,6 +17,7 @@ from rcx_harness.cell.build import (
     st_files,
 )
 from rcx_harness.cell.compiled import Compiled
+from rcx_harness.engine.needed import declared_names
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm import Parcel
 from rcx_harness.verify.storm.demands import Demands
@@ -148,6 +149,12 @@ class Cells:
     def demanding(self, demands: Demands) -> Cells:
         """The same cells, of which something else is demanded."""
         return Cells(self._compiled, self._options, replace(demands))
+
+    @property
+    def library(self) -> frozenset[str]:
+        """What the library's files declare, in upper case."""
+        _, files = self._compiled.files.users
+        return frozenset().union(*map(declared_names, files))
 
     @property
     def notice(self) -> str:

@@ -36,12 +36,16 @@ class Course(Run):
         self._demands = demands
         self._operator = Operator(cell, demands.recovery or Recovery())
         self.judge = Judge(cell, demands.properties, self._found_now)
+        self.begun = bool(demands.start)
+        """The cell needs no start: its storms bring it."""
+        self.back_us: int | None = None
+        """When the last way back began."""
         self.expect = ""
         """The condition that did not come on the way back, for a replay."""
 
     def begin(self) -> None:
         """Start the cell, unless a good run says how."""
-        if self._demands.start:
+        if self.begun:
             return
         self.come_to_rest()
         self._back(self._operator.act)
@@ -52,6 +56,7 @@ class Course(Run):
 
     def recover(self) -> None:
         """The way back, and what has to come of it."""
+        self.back_us = self.cell.now_us
         if self._demands.recovery is None:
             self.let_pass(_AFTER_US)
         else:
@@ -80,6 +85,10 @@ class Course(Run):
         buttons = [*dict.fromkeys([*self._demands.buttons, *pressed])]
         if down := {path: False for path in buttons if self.cell[path]}:
             self.plan(Entry(self.cell.now_us, values=down))
+
+    def paths(self, kind: str) -> tuple[str, ...]:
+        """The variables that a kind of failure is about, as far as conditions name them."""
+        return self._operator.paths if kind == RECOVERY else self.judge.paths(kind)
 
     def snapshot(self) -> object:
         """The state of everything."""

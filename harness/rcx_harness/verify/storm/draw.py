@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from random import Random
 from typing import Any
 
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.verify.storm.demands import Demands
+from rcx_harness.verify.storm.moments import Moments
 from rcx_harness.verify.storm.storms import Storm
 
 __all__ = ["draw_storms"]
@@ -33,9 +34,12 @@ _LATEST_SCAN_US = 90_000
 _LONGEST_US = 4_000_000
 #: How long storms are, in parts of the demanded length.
 _LENGTHS = (0.1, 0.2, 0.2, 0.3, 0.3, 0.5, 1.0, 3.0)
+_CALM_LENGTHS = (1.0, 1.0, 1.0, 3.0)
 
 
-def draw_storms(demands: Demands, seed: int, controllers: int, scan_us: int) -> list[Storm]:
+def draw_storms(
+    demands: Demands, seed: int, controllers: int, scan_us: int, moments: Moments = ((), ())
+) -> list[Storm]:
     """The storms of a seed, each followed by the way back.
 
     Args:
@@ -43,56 +47,86 @@ def draw_storms(demands: Demands, seed: int, controllers: int, scan_us: int) -> 
         seed: Decides everything.
         controllers: How many the cell has.
         scan_us: Period of the PLC: times are multiples of it, mostly.
+        moments: When something changes in the first storm, and in others, if nothing goes wrong.
     """
     random = Random(f"storms {seed}")
+    first, others = moments
+    drawn = _Drawn(demands, random, controllers, scan_us)
     if demands.start:  # a good run is gone through once
-        return [_Drawn(demands, random, controllers, scan_us, demands.length_us).storm()]
-    return [
-        _Drawn(demands, random, controllers, scan_us, _length(demands, random)).storm()
-        for _ in range(random.choice((1, 2, 3, 5)))
-    ]
-
-
-def _length(demands: Demands, random: Random) -> int:
-    """Short storms show most; what takes its time comes in a long one."""
-    return round(demands.length_us * random.choice(_LENGTHS) * random.uniform(0.3, 1.0))
+        return [drawn.storm(demands.length_us, first)]
+    storms = []
+    for number in range(random.choice((1, 2, 3, 5))):
+        if drawn.inputs and random.random() < 0.15:
+            storms.append(drawn.calm())
+            continue
+        # Short storms show most; what takes its time comes in a long one.
+        share = random.choice(_LENGTHS) * random.uniform(0.3, 1.0)
+        storms.append(drawn.storm(round(demands.length_us * share), others if number else first))
+    return storms
 
 
 class _Drawn:
-    def __init__(
-        self, demands: Demands, random: Random, controllers: int, scan_us: int, length_us: int
-    ) -> None:
+    def __init__(self, demands: Demands, random: Random, controllers: int, scan_us: int) -> None:
         self._demands, self._random = demands, random
         self._controllers, self._scan_us = controllers, scan_us
-        self._length_us = max(length_us, 2 * scan_us)
+        self.inputs = [kind for kind in ("buttons", "switches", "values") if getattr(demands, kind)]
+        self._length_us = 0
         self._marks: list[int] = []
         """When something began or ended: much goes wrong close to it."""
+        self._moments: Sequence[int] = ()
 
-    def storm(self) -> Storm:
+    def storm(self, length_us: int, moments: Sequence[int]) -> Storm:
+        """Some uses, faults and ways back, in any order."""
         random, demands = self._random, self._demands
-        inputs = bool(demands.buttons or demands.switches or demands.values)
+        self._length_us = max(length_us, 2 * self._scan_us)
+        self._marks = []
+        self._moments = [t_us for t_us in moments if t_us < self._length_us]
         faults = random.choice((0, 1, 1, 1, 2, 2, 3)) if demands.faults else 0
-        uses = random.choice((0, 0, 1, 1, 2, 4)) if inputs else 0
+        uses = random.choice((0, 0, 1, 1, 2, 4)) if self.inputs else 0
+        ways = random.choice((0, 0, 0, 0, 1, 2)) if demands.recovery is not None else 0
+        kinds = [self._use] * uses + [self._fault] * faults + [self._way_back] * ways
+        random.shuffle(kinds)
         acts: list[Entry] = []
-        for drawn in [self._use] * uses + [self._fault] * faults:
-            for act in drawn():
-                acts.append(act)
-                self._marks += [part.t_us for part in act.parts()]
-        if demands.recovery is not None:
-            for _ in range(random.choice((0, 0, 0, 0, 1, 2))):
-                acts += self._way_back()
+        for drawn in kinds:
+            new = list(drawn())
+            acts += new
+            self._marks += [part.t_us for act in new for part in act.parts()]
         acts.sort(key=lambda act: act.t_us)
         return Storm(tuple(acts), self._length_us)
 
+    def calm(self) -> Storm:
+        """Nothing goes wrong; the cell works on, as it is switched and set, for a long time."""
+        random, demands = self._random, self._demands
+        length_us = round(demands.length_us * random.choice(_CALM_LENGTHS))
+        states = [*demands.switches, *demands.values]
+        number = min(random.choice((1, 1, 2)), len(states))
+        acts = []
+        for path in random.sample(states, number):
+            if path in demands.values:
+                acts.append(Entry(0, values={path: self._value(path)}))
+            else:
+                to = random.random() < 0.5
+                acts.append(Entry(0, values={path: to}, held_us=length_us))
+        return Storm(tuple(acts), length_us)
+
+    def _value(self, path: str) -> Any:
+        """One that a variable can have, often the first or the last of them."""
+        values = self._demands.values[path]
+        return self._random.choice((values[0], values[-1], self._random.choice(values)))
+
     def _time(self) -> int:
         """Somewhere in the storm, or close to something else."""
-        random = self._random
-        if self._marks and random.random() < 0.4:
+        random, scan_us = self._random, self._scan_us
+        how = random.random()
+        if how < 0.4 and self._marks:
             near_us = random.choice(self._marks)
             scans = random.choice((0, 0, 1, 1, 2, 3, 5, 10, 20, 50, 100, 200))
-            return min(near_us + scans * self._scan_us, self._length_us)
-        t_us = random.randrange(self._length_us)
-        return t_us if random.random() < 0.2 else t_us // self._scan_us * self._scan_us
+        elif how < 0.7 and self._moments:
+            near_us, scans = random.choice(self._moments), random.choice((-1, 0, 0, 1, 2))
+        else:
+            t_us = random.randrange(self._length_us)
+            return t_us if random.random() < 0.2 else t_us // scan_us * scan_us
+        return max(0, min(near_us + scans * scan_us, self._length_us))
 
     def _lasting(self, longest_us: int = _LONGEST_US) -> int:
         """A scan to some seconds, short and long ones alike."""
@@ -132,25 +166,28 @@ class _Drawn:
 
     def _use(self) -> Iterator[Entry]:
         random, demands = self._random, self._demands
-        kinds = [one for one in ("buttons", "switches", "values") if getattr(demands, one)]
-        kind = random.choice(kinds)
+        kind = random.choice(self.inputs)
         t_us = self._time()
         if kind == "values":
             path = random.choice(list(demands.values))
-            yield Entry(t_us, values={path: random.choice(demands.values[path])})
+            yield Entry(t_us, values={path: self._value(path)})
             return
         names = getattr(demands, kind)
-        together = 2 if len(names) > 1 and random.random() < 0.15 else 1
+        together = 2 if len(names) > 1 and random.random() < 0.25 else 1
         chosen = random.sample(names, together)
+        to = kind == "buttons" or random.random() < 0.5
         if kind == "buttons":
             held_us = random.choice((self._scan_us, 100_000, 100_000, self._lasting()))
-            yield Entry(t_us, values=dict.fromkeys(chosen, True), held_us=held_us)
+        else:
+            held_us = self._lasting(self._length_us)
+            if random.random() < 0.3:  # as it is for all of the time
+                t_us, held_us = 0, self._length_us
+        apart_us = self._scan_us * random.choice((0, 0, 1, 2, 5))
+        if together == 1 or not apart_us:
+            yield Entry(t_us, values=dict.fromkeys(chosen, to), held_us=held_us)
             return
-        to = random.random() < 0.5
-        held_us = self._lasting(self._length_us)
-        if random.random() < 0.3:  # as it is for all of the time
-            t_us, held_us = 0, self._length_us
-        yield Entry(t_us, values=dict.fromkeys(chosen, to), held_us=held_us)
+        for number, name in enumerate(chosen):  # one just after the other
+            yield Entry(t_us + number * apart_us, values={name: to}, held_us=held_us)
 
     def _way_back(self) -> Iterator[Entry]:
         """The operator goes the way back, some time after something has ended."""

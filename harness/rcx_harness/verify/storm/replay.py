@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
 from rcx_harness.robot import Violation
-from rcx_harness.trace.chart import Timeline
+from rcx_harness.trace.chart import Band, Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.units import format_us
 from rcx_harness.verify.properties import Judge
 from rcx_harness.verify.storm.cells import Cells
+from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.storms import Failure, kind_of
 
 __all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 
 #: How every replay begins.
 MARK = "# rcx replay: "
-#: Of a chart at most so much before the failure is shown.
-_SHOWN_US = 12_000_000
+#: Of a chart the latest changes of variables are shown, and of all there is.
+_TOLD, _LATEST = 18, 12
 
 
 @dataclass(frozen=True)
@@ -86,15 +87,45 @@ def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
         stimulus: Its text as a file.
     """
     with cells.cell(one.seed) as cell:
-        timeline = Timeline()
-        begin_us = max(0, one.duration_us - _SHOWN_US)
-        cell.trace.listen(lambda record: timeline.take(record) if record.t_us >= begin_us else None)
+        told_of = Course(cell, cells.demands).paths(one.kind)
+    inputs = [path for entry in stimulus.entries for path in entry.values]
+    watch = list(dict.fromkeys([*inputs, *told_of]))
+    with cells.cell(one.seed, watch=watch) as cell:
+        timeline = _Ending(cell.trace)
+        cell.trace.listen(timeline.take)
         found: list[str] = []
         Judge(cell, cells.demands.properties, partial(_kept, found))
         stimulus.schedule(cell)
         cell.run(one.duration_us)
         found += [_kind(violation) for violation in cell.violations]
-        return Replayed(tuple(found), svg_chart(timeline, one.kind))
+        title = one.told[: one.told.index(": ", len(one.kind))]
+        return Replayed(tuple(found), svg_chart(timeline, title))
+
+
+class _Ending(Timeline):
+    """The end of a run, below what its operator does and what its property names."""
+
+    def lanes(self) -> list[Lane]:
+        """Variables first."""
+        variables = self._variables.lanes()
+        names = {lane.name for lane in variables}
+        return [*variables, *(lane for lane in super().lanes() if lane.name not in names)]
+
+    def instants(self) -> list[int]:
+        """The latest changes of variables, and of anything."""
+        of_variables = {t_us for lane in self._variables.lanes() for t_us, _ in lane.changes}
+        return sorted({*sorted(of_variables)[-_TOLD:], *super().instants()[-_LATEST:]})
+
+    def bands(self, widths: Sequence[int], room: int) -> list[Band]:
+        """Without the signals that do not change in a band."""
+
+        def told(lane: Lane, band: Band) -> bool:
+            return lane.always or lane.kind == "word" or any(map(lane.changes_at, band.instants))
+
+        return [
+            replace(band, lanes=tuple(lane for lane in band.lanes if told(lane, band)))
+            for band in super().bands(widths, room)
+        ]
 
 
 def _kept(found: list[str], kind: str, text: str) -> None:

@@ -1,0 +1,93 @@
+"""When something changes in a good run: much goes wrong just then."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.stimulus import Entry
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, StructType, Type
+from rcx_harness.verify.storm.course import Course
+from rcx_harness.verify.storm.storms import Failure
+
+__all__ = ["Moments", "moments"]
+
+#: Times [us] from the begin of the first storm of a run, and of any other.
+Moments = tuple[tuple[int, ...], tuple[int, ...]]
+
+_DISCRETE = frozenset(("BOOL", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD"))
+#: A variable that changes in more than this share of the scans marks no moment.
+_OFTEN = 0.1
+#: A good run is looked at for so long at most.
+_LONGEST_US = 20_000_000
+
+
+def moments(
+    course: Course, start: Collection[Entry], length_us: int, library: Collection[str]
+) -> Moments:
+    """Find out when states and flags of the user's own blocks change while nothing goes wrong.
+
+    Args:
+        course: Of a cell at its beginning.
+        start: The good run, if there is one.
+        length_us: How long storms are.
+        library: Names of types, in upper case, whose insides are left out.
+    """
+    course.wanted = ""
+    length_us = min(length_us, _LONGEST_US)
+    changes = _Changes(course.cell, library)
+    try:
+        course.begin()
+        for entry in start:
+            course.plan(entry)
+        first = changes.over(length_us)
+        if start:
+            return first, ()
+        course.come_to_rest()
+        course.recover()
+        return first, changes.over(length_us)
+    except Failure:
+        return (), ()
+
+
+class _Changes:
+    """The scans of a cell in which discrete variables change."""
+
+    def __init__(self, cell: Cell, library: Collection[str]) -> None:
+        self._cell = cell
+        self._read = cell.program.reader(list(_own(cell.program, library)))
+
+    def over(self, length_us: int) -> tuple[int, ...]:
+        """Run for a while; the times of changes, from now."""
+        cell, begin_us = self._cell, self._cell.now_us
+        before = self._read()
+        times: dict[int, list[int]] = {}
+        scans = 0
+        while cell.now_us < begin_us + length_us:
+            cell.scan()
+            scans += 1
+            now = self._read()
+            for place, (old, new) in enumerate(zip(before, now, strict=True)):
+                if old != new:
+                    times.setdefault(place, []).append(cell.now_us - begin_us)
+            before = now
+        few = (those for those in times.values() if len(those) <= max(2, _OFTEN * scans))
+        return tuple(sorted({t_us for those in few for t_us in those}))
+
+
+def _own(program: Program, library: Collection[str]) -> Iterator[str]:
+    inside: list[str] = []
+    for path, kind in program.walk():
+        if any(path.startswith(one) for one in inside[-1:]):
+            continue
+        if isinstance(kind, (BlockType, StructType)) and kind.name.upper() in library:
+            inside.append(f"{path}.")
+        elif _is_discrete(kind):
+            yield path
+
+
+def _is_discrete(kind: Type) -> bool:
+    if isinstance(kind, EnumType):
+        return True
+    return isinstance(kind, ElementaryType) and kind.name in _DISCRETE

@@ -1,0 +1,192 @@
+"""Examples with what their users need besides, and with faults of the kinds that are made there.
+
+Each is found by a campaign; what a campaign finds in other cells must not depend on one of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from plc_bench import ROOT
+
+__all__ = ["FAULTY", "Faulty", "changed_example"]
+
+_Changes = tuple[tuple[str, str], ...]
+
+#: Example 04 knows whether a part is in its hand, and is slower on demand.
+_PICKER: _Changes = (
+    (
+        "    Stopping   : BOOL;\n",
+        "    Stopping   : BOOL;\n    Holds : BOOL;\n    Speed : REAL := 50.0;\n",
+    ),
+    ("Speed := 50.0", "Speed := Speed"),
+    ("    Target := 20;\n", "    Target := 20;\n    Holds := TRUE;\n"),
+    ("  ELSIF Hand.Done THEN\n", "  ELSIF Hand.Done THEN\n    Holds := FALSE;\n"),
+    (
+        "  WriteArea(",
+        "  IF NOT CellSafe OR NOT Connected OR Robot.SO.SO00_EmergencyStop THEN\n"
+        "    Holds := FALSE;\n  END_IF;\n  WriteArea(",
+    ),
+)
+_PICKER_DEMANDS = """length = "6s"
+[operator]
+buttons = ["Main.Start", "Main.Stop", "Main.Reset"]
+switches = ["Main.CellSafe"]
+values = { "Main.Speed" = [5.0, 20.0, 50.0] }
+[faults]
+leave_out = ["plc_stop", "plc_power_off"]
+[[always]]
+name = "vented hand"
+that = "NOT (Main.Holds AND (NOT Main.CellSafe OR Main.Robot.SO.SO00_EmergencyStop))"
+[[always]]
+name = "no time-out"
+that = "Main.Fault <> WORD#16#8011"
+[[always]]
+name = "Start starts it"
+that = "Main.Stage <> PICK_POWER_UP OR BEFORE(Main.Stage) = PICK_POWER_UP OR Main.Start"
+[recover]
+set = { "Main.CellSafe" = true, "Main.Speed" = 50.0 }
+steps = [
+  { until = "Main.Stage <> PICK_POWER_UP", within = "20s" },
+  { press = "Main.Reset", wait = "100ms" },
+  { press = "Main.Start" },
+]
+when = "Main.Placed > BEFORE(Main.Placed)"
+within = "30s"
+"""
+#: Example 12 as it is.
+_DUO_DEMANDS = '''length = "6s"
+[operator]
+buttons = ["Main.Start1", "Main.Start2", "Main.Stop", "Main.Reset1", "Main.Reset2"]
+switches = ["Main.CellSafe"]
+[faults]
+leave_out = ["plc_stop", "plc_power_off"]
+[[always]]
+name = "one at the tray"
+that = "NOT (Main.Carry1.Stage = DUO_TO_TRAY AND Main.Carry2.Stage = DUO_TO_TRAY)"
+[recover]
+set = { "Main.CellSafe" = true }
+steps = [
+  { until = "Main.Carry1.Stage <> DUO_POWER_UP", within = "20s" },
+  { until = "Main.Carry2.Stage <> DUO_POWER_UP", within = "20s" },
+  { press = ["Main.Reset1", "Main.Reset2"], wait = "100ms" },
+  { press = ["Main.Start1", "Main.Start2"] },
+]
+when = """Main.Carry1.Placed > BEFORE(Main.Carry1.Placed)
+  AND Main.Carry2.Placed > BEFORE(Main.Carry2.Placed)"""
+within = "40s"
+'''
+
+
+@dataclass(frozen=True)
+class Faulty:
+    """A fault in an example.
+
+    Attributes:
+        name: The kind of fault.
+        example: Its folder.
+        changes: What is replaced by what: the fault.
+        kind: The failure that shows it.
+        seed: A seed that does.
+    """
+
+    name: str
+    example: str
+    changes: _Changes
+    kind: str
+    seed: int
+
+
+_04, _12 = "04_pick_and_place", "12_two_robots"
+FAULTY = (
+    Faulty(
+        "lost part",
+        _04,
+        (("  IF NOT CellSafe OR", "  IF MovePtp.Busy AND NOT CellSafe OR"),),
+        "always vented hand",
+        68,
+    ),
+    Faulty(
+        "latch",
+        _04,
+        (
+            ("Stage = PICK_IDLE AND StartEdge.Q", "Stage = PICK_IDLE AND Wanted"),
+            (
+                "  IF Stage = PICK_FAULT THEN",
+                "  Wanted := StartEdge.Q OR (Wanted AND Stage <> PICK_POWER_UP);\n"
+                "  IF Stage = PICK_FAULT THEN",
+            ),
+            ("    Holds : BOOL;\n", "    Holds : BOOL;\n    Wanted : BOOL;\n"),
+        ),
+        "always Start starts it",
+        36,
+    ),
+    Faulty(
+        "link loss",
+        _04,
+        (
+            (
+                "    IF ResetEdge.Q AND CellSafe THEN",
+                "    IF ResetEdge.Q AND CellSafe AND Fault <> WORD#16#8001 THEN",
+            ),
+        ),
+        "recovery",
+        6,
+    ),
+    Faulty("time limit", _04, (("T#10s", "T#3s"),), "always no time-out", 3),
+    Faulty(
+        "race",
+        _12,
+        (
+            (
+                "  Carry1(",
+                "  Free1 := NOT Carry2.AtTray;\n  Free2 := NOT Carry1.AtTray;\n  Carry1(",
+            ),
+            ("TrayFree := NOT Carry2.AtTray", "TrayFree := Free1"),
+            ("TrayFree := NOT Carry1.AtTray", "TrayFree := Free2"),
+            (
+                "    Stop       : BOOL;",
+                "    Free1 : BOOL;\n    Free2 : BOOL;\n    Stop       : BOOL;",
+            ),
+        ),
+        "always one at the tray",
+        5,
+    ),
+    Faulty(
+        "latch of Stop",
+        _12,
+        (("(Stopping OR Stop) AND NOT StartEdge.Q", "Stopping OR Stop"),),
+        "recovery",
+        0,
+    ),
+    Faulty(
+        "link loss while it waits",
+        _12,
+        (("    IF Stage = DUO_WAIT AND NOT", "    IF FALSE AND NOT"),),
+        "recovery",
+        15,
+    ),
+)
+
+
+def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
+    """Write an example with changes into a folder, and what is demanded as campaign.toml.
+
+    Raises:
+        ValueError: something to be replaced does not stand there.
+    """
+    source = ROOT / "plc/examples" / example
+    left = [*(_PICKER if example == _04 else ()), *changes]
+    texts = {file.name: file.read_text(encoding="utf-8") for file in source.glob("*.st")}
+    for before, after in left:
+        name = next((name for name, text in texts.items() if before in text), None)
+        if name is None:
+            raise ValueError(f"{example}: {before!r} is not there")
+        texts[name] = texts[name].replace(before, after, 1)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    demands = _PICKER_DEMANDS if example == _04 else _DUO_DEMANDS
+    (folder / "campaign.toml").write_text(demands, encoding="utf-8")
+    for file in source.glob("robot*.toml"):
+        (folder / file.name).write_bytes(file.read_bytes())
