@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rcx_harness.cell.build import SourceFiles
+from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin.coverage import collecting
 from rcx_harness.engine.load import build
