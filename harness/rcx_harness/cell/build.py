@@ -79,6 +79,8 @@ def check_outputs(
         InputError: an output that is an input, two outputs that are one file, or a file that no
             run has written.
     """
+    if not any(outputs.values()):
+        return
     read = {file.resolve() for file in files.all} if files else set()
     read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
     written: set[Path] = set()

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from rcx_harness.engine.needed import declared_names, needed
@@ -24,6 +27,9 @@ INSTEAD: dict[Path, Path] = {}
 _PACKAGE = Path(__file__).resolve().parents[1]
 #: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
 _FOREIGN = ("__pycache__", "site-packages")
+
+#: A file, its time of change [ns] and its size.
+_Stamp = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
@@ -91,7 +97,7 @@ def source_files(
             hint="it is the folder of the library; without --lib that of this package is taken",
         )
     taken = {file.resolve() for file in own}
-    found = [file for file in st_files(folder) if file.resolve() not in taken]
+    found = [file for file, place in _found(folder) if place not in taken]
     found = not_declared(found, made.declared)
     own = list(dict.fromkeys(own))
     if INSTEAD:
@@ -138,10 +144,45 @@ def st_files(folder: Path) -> list[Path]:
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     left out; the folder itself may be in one. So is what `rcx export` has written.
     """
-    every = (file for file in folder.rglob("*.st") if _is_users(file, folder))
-    found = sorted(every, key=lambda file: file.parts)  # as on Linux also where case is nothing
-    written = own_output(found)
-    return [file for file in found if file not in written]
+    return [file for file, _ in _found(folder)]
+
+
+def _found(folder: Path) -> tuple[tuple[Path, Path], ...]:
+    """The same, each with its resolved path; looked at again where a file has changed."""
+    place = folder.resolve()
+    above = tuple(one for parent in place.parents for one in _stamped(str(parent / RECORD)))
+    return _looked_at(folder, place, (*above, *_listed(os.fspath(folder))))
+
+
+@lru_cache(maxsize=64)
+def _looked_at(
+    folder: Path, place: Path, stamps: tuple[_Stamp, ...]
+) -> tuple[tuple[Path, Path], ...]:
+    del folder, place  # they tell one folder from another, and one working directory
+    every = [Path(path) for path, _, _ in stamps if not path.endswith(RECORD)]
+    every.sort(key=lambda file: file.parts)  # as on Linux also where case is nothing
+    written = own_output(every)
+    return tuple((file, file.resolve()) for file in every if file not in written)
+
+
+def _listed(folder: str) -> Iterator[_Stamp]:
+    """What is to be looked at in a folder and those below it: ST files, and what exports record."""
+    with suppress(PermissionError), os.scandir(folder) as entries:
+        for entry in entries:
+            name = entry.name
+            if name.startswith(".") or name in _FOREIGN:
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                yield from _listed(entry.path)
+            elif name == RECORD or os.path.normcase(name).endswith(".st"):
+                yield next(_stamped(entry.path), (entry.path, 0, 0))
+
+
+def _stamped(path: str) -> Iterator[_Stamp]:
+    """A file that is there, with its time and size."""
+    with suppress(OSError):
+        seen = os.stat(path)
+        yield path, seen.st_mtime_ns, seen.st_size
 
 
 def _is_users(file: Path, folder: Path) -> bool:
