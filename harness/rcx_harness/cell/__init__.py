@@ -1,5 +1,19 @@
 """A virtual cell: program, robot and link, scanned on one clock."""
 
-from rcx_harness.cell.cell import EVENTS, Cell, CellTimeout
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.cell import EVENTS, Cell, CellTimeout
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: who only looks for sources needs no robot."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from rcx_harness.cell import cell
+
+    return getattr(cell, name)

@@ -1,11 +1,10 @@
-"""What a cell is made of: source files, library, robot and link, found and checked."""
+"""What a cell is made of besides its sources: robot, link and outputs, found and checked."""
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +12,17 @@ from typing import TYPE_CHECKING
 from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
-from rcx_harness.engine.needed import declared_names, needed
-from rcx_harness.engine.projects import in_folder, is_project, project_sources
+from rcx_harness.cell.sources import (
+    Files,
+    SourceFiles,
+    blame_lib,
+    default_lib,
+    named_files,
+    not_declared,
+    source_files,
+    st_files,
+)
 from rcx_harness.errors import InputError
-from rcx_harness.output.exported import RECORD, own_output
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 from rcx_harness.spec.wire import check_size
@@ -27,7 +33,6 @@ if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = [
-    "INSTEAD",
     "Areas",
     "Files",
     "Robots",
@@ -46,20 +51,11 @@ __all__ = [
     "st_files",
 ]
 
-#: One file or folder, or several.
-Files = str | Path | Sequence[str | Path]
 #: Properties of a robot, or a file of them; or several.
 Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
 #: Where the area of the robot begins, in bytes; or of several robots.
 Areas = int | Sequence[int]
 
-#: Files that are read instead of others, which are resolved: copies with a mistake in them
-#: (`rcx mutants`).
-INSTEAD: dict[Path, Path] = {}
-
-_PACKAGE = Path(__file__).resolve().parents[1]
-#: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
-_FOREIGN = ("__pycache__", "site-packages")
 #: What a run writes: its name, and how every file of that kind begins.
 _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
@@ -67,130 +63,6 @@ _WRITTEN = {
     "vcd": ("wave file (VCD)", "$timescale"),
     "view": ("page of rcx view", BEGINNING),
 }
-
-
-@dataclass(frozen=True)
-class SourceFiles:
-    """The sources of a program: the user's own and those of the library.
-
-    Attributes:
-        own: ST files, and what was taken out of project files.
-        lib: Those files of the library that they need.
-        folder: Of the library.
-        notes: What of a project is not read, a line each.
-        declared: Names that projects declare, in upper case: not taken from the library.
-    """
-
-    own: tuple[Path, ...]
-    lib: tuple[Path, ...]
-    folder: Path
-    notes: tuple[str, ...] = ()
-    declared: frozenset[str] = frozenset()
-
-    @property
-    def all(self) -> list[Path]:
-        """The user's first, so that of several errors one of theirs is told."""
-        return [*self.own, *self.lib]
-
-    @property
-    def users(self) -> tuple[list[Path], list[Path]]:
-        """The user's files, and those of the library, also where they are named one by one."""
-        folder = self.folder.resolve()
-        named = {file for file in self.own if folder in file.resolve().parents}
-        return [file for file in self.own if file not in named], [*named, *self.lib]
-
-
-def source_files(
-    program: Files,
-    lib: str | Path | None = None,
-    replace: Mapping[str, str | Path] | None = None,
-) -> SourceFiles:
-    """Find the files of a program, and those of the library that it needs.
-
-    Args:
-        program: Files, also of projects (`engine.projects`), or folders whose `.st` files are
-            taken, see `st_files`, or where there are none, whose TwinCAT project.
-        lib: Folder of the library, searched with its subfolders; None for the one of this
-            package. What a project declares itself is not taken from it.
-        replace: Files with Structured Text for POUs of a project, by name.
-
-    Raises:
-        InputError: a file or folder that is missing, a folder without sources, or a project that
-            cannot be read.
-    """
-    named = named_files(program)
-    projects = [file for file in named if is_project(file)]
-    if replace and not projects:
-        raise InputError(
-            "--replace is for projects of PLC tools, and none is given",
-            hint="change the .st file itself",
-        )
-    made = project_sources(projects, {name: Path(file) for name, file in (replace or {}).items()})
-    own = [*(file for file in named if file not in projects), *made.paths]
-    folder = default_lib() if lib is None else Path(lib)
-    if not folder.is_dir():
-        raise InputError(
-            f"--lib {folder} is no folder",
-            hint="it is the folder of the library; without --lib that of this package is taken",
-        )
-    taken = {file.resolve() for file in own}
-    found = [file for file in st_files(folder) if file.resolve() not in taken]
-    found = not_declared(found, made.declared)
-    own = list(dict.fromkeys(own))
-    if INSTEAD:
-        own = [INSTEAD.get(file.resolve(), file) for file in own]
-    return SourceFiles(tuple(own), tuple(needed(own, found)), folder, made.notes, made.declared)
-
-
-def named_files(program: Files) -> list[Path]:
-    """The files that are named, and those of the folders that are.
-
-    Raises:
-        InputError: a file or folder that is missing, or a folder without sources.
-    """
-    given = [program] if isinstance(program, (str, Path)) else list(program)
-    if not given:
-        raise InputError("no program is given")
-    return list(dict.fromkeys(file for entry in given for file in _expand(Path(entry))))
-
-
-def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path]:
-    """Files of the library without those whose names a project declares itself."""
-    if not declared:
-        return list(library)
-    return [file for file in library if not declared_names(file) & declared]
-
-
-def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
-    """An error in a program; where `--lib` lacks what this package's library has, it says so."""
-    missing = re.match(r"there is no (?:type|function) (\w+)", error.message)
-    if lib is None or missing is None or not any(default_lib().rglob(f"{missing[1]}.st")):
-        return error
-    return InputError(
-        error.message,
-        file=error.file,
-        line=error.line,
-        column=error.column,
-        hint=f"--lib {lib} does not declare it; without --lib the library of this package is taken",
-    )
-
-
-def st_files(folder: Path) -> list[Path]:
-    """The ST files of a folder and of those below it, sorted.
-
-    Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
-    left out; the folder itself may be in one. So is what `rcx export` has written.
-    """
-    every = (file for file in folder.rglob("*.st") if _is_users(file, folder))
-    found = sorted(every, key=lambda file: file.parts)  # as on Linux also where case is nothing
-    written = own_output(found)
-    return [file for file in found if file not in written]
-
-
-def _is_users(file: Path, folder: Path) -> bool:
-    """Is this file below the folder one of the user's, and not of another tool?"""
-    parts = file.relative_to(folder).parts
-    return not any(part.startswith(".") or part in _FOREIGN for part in parts)
 
 
 def check_outputs(
@@ -207,6 +79,8 @@ def check_outputs(
         InputError: an output that is an input, two outputs that are one file, or a file that no
             run has written.
     """
+    if not any(outputs.values()):
+        return
     read = {file.resolve() for file in files.all} if files else set()
     read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
     written: set[Path] = set()
@@ -360,32 +234,3 @@ def make_link(name: str, size: int, timing: Timing) -> Link:
 
         return RealTimeLink(size, timing)
     raise InputError(f"unknown link {name!r}", hint="use direct or enip")
-
-
-def _expand(path: Path) -> list[Path]:
-    if path.is_dir():
-        found = st_files(path) or _project_in(path)
-        if not found:
-            written = any(path.rglob("*.st"))
-            hint = (
-                "one that `rcx export` has written is taken if you name the file" if written else ""
-            )
-            raise InputError("no .st files in this folder", file=path, hint=hint)
-        return found
-    if not path.is_file():
-        raise InputError("no such file", file=path)
-    return [path]
-
-
-def _project_in(folder: Path) -> list[Path]:
-    """A TwinCAT project in a folder; one that `rcx export` has written only in its own folder."""
-    found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
-    written = own_output(found) if found else set()
-    whole = (folder / RECORD).is_file()
-    return [file for file in found if whole or file not in written]
-
-
-def default_lib() -> Path:
-    """The repository's `plc/lib`, or the copy in an installed package."""
-    repository = _PACKAGE.parents[1] / "plc" / "lib"
-    return repository if repository.is_dir() else _PACKAGE / "_data" / "plc" / "lib"

@@ -62,6 +62,10 @@ class _ClosedProgram:
         raise _closed()
 
 
+def _keep() -> None:
+    """What was compiled by others is theirs."""
+
+
 def _closed() -> InputError:
     """The error of everything that a closed cell cannot do."""
     return InputError("the cell is closed", hint="read and scan before close(), inside the `with`")
@@ -107,7 +111,7 @@ class Cell:
         agenda: Agenda | None = None,
         keep: int = KEPT,
         retained: Sequence[str] = (),
-        keep_program: bool = False,
+        leave: Callable[[], None] | None = None,
     ) -> None:
         if on_loss not in ("hold", "clear"):
             raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
@@ -116,7 +120,7 @@ class Cell:
         """All controllers; the first is `robot`."""
         self.closed = False
         """After `close`."""
-        self._notice, self._keep_program = notice, keep_program
+        self._notice, self._leave = notice, leave or program.close
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -218,14 +222,14 @@ class Cell:
             InputError: anything wrong with the sources or the arguments; the controller elsewhere
                 is not there, or refuses.
         """
-        keep_program = isinstance(program, Compiled)
         if isinstance(program, Compiled):
-            compiled = program
+            compiled, leave = program, _keep
             compiled.fresh()
         else:
             files = source_files(program, lib, replace)
             check_outputs({"trace": trace}, files, *several(robot))
-            compiled = Compiled(files, engine)
+            compiled = Compiled.take(files, engine)
+            leave = compiled.leave
         try:
             period = scan if scan is not None else compiled.program.tick_us or "10ms"
             timing = Timing.make(
@@ -241,8 +245,7 @@ class Cell:
                 connect=connect,
             )
         except BaseException:
-            if not keep_program:
-                compiled.close()
+            leave()
             raise
         first, *further = members
         try:
@@ -264,15 +267,14 @@ class Cell:
                 calls=compiled.calls,
                 notice=compiled.notice,
                 retained=compiled.retained,
-                keep_program=keep_program,
+                leave=leave,
                 agenda=make_agenda(link, connect),
                 keep=keep,
             )
         except BaseException:
             for member in members:
                 member.link.close()
-            if not keep_program:
-                compiled.close()
+            leave()
             raise
 
     # --- variables ---------------------------------------------------------------------------
@@ -515,8 +517,7 @@ class Cell:
         self.trace.close()
         for node in self._nodes:
             node.link.close()
-        if not self._keep_program:
-            self.program.close()
+        self._leave()
         self.closed = True
         self.program = cast(Program, _ClosedProgram())
 

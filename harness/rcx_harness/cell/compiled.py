@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from rcx_harness.cell.build import SourceFiles
+import os
+from collections import OrderedDict
+from collections.abc import Hashable
+
+from rcx_harness.cell.sources import SourceFiles
+from rcx_harness.engine import cache
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin.coverage import collecting
 from rcx_harness.engine.load import build
 from rcx_harness.watch.calls_source import call_plan, steady_instances
 
 __all__ = ["Compiled"]
+
+#: So many programs of closed cells wait in this process for the next cell of theirs.
+_WAITING = 8
+#: What else an engine is chosen by.
+_CHOICE = ("RCX_MATIEC", "RCX_STRUCPP", "RCX_CACHE", "PATH", "CC", "CXX")
+
+_waiting: OrderedDict[Hashable, Compiled] = OrderedDict()
 
 
 class Compiled:
@@ -33,6 +45,33 @@ class Compiled:
         self.steady = steady_instances(self.files.own, self.files.lib)
         self.calls = call_plan(*self.files.users)
         self._first = self.program.snapshot()
+        self._name: Hashable = None
+
+    @classmethod
+    def take(cls, files: SourceFiles, engine: str = "auto") -> Compiled:
+        """One that another cell of the same sources has left, from its beginning, or a new one.
+
+        Raises:
+            InputError: anything wrong with the sources or the engine.
+        """
+        key = "" if collecting() else cache.sources_key(files.all)
+        name = (key, files, engine, *map(os.environ.get, _CHOICE)) if key else None
+        found = _waiting.pop(name, None)
+        if found is None:
+            found = cls(files, engine)
+            found._name = name
+        else:
+            found.fresh()
+        return found
+
+    def leave(self) -> None:
+        """The cell needs it no longer."""
+        if self._name is None or self._name in _waiting:
+            self.close()
+            return
+        _waiting[self._name] = self
+        if len(_waiting) > _WAITING:
+            _waiting.popitem(last=False)[1].close()
 
     def fresh(self) -> Program:
         """The program before its first scan; there is one at a time."""

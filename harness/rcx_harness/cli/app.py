@@ -1,57 +1,152 @@
-"""The command `rcx`."""
+"""The command `rcx`: what its commands are; each is imported when it is called."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-from rcx_harness.cli.bridge import bridge
-from rcx_harness.cli.campaign import campaign
-from rcx_harness.cli.check import check
-from rcx_harness.cli.codec import decode, encode
-from rcx_harness.cli.compare import compare
-from rcx_harness.cli.debug import debug
-from rcx_harness.cli.demo import demo
-from rcx_harness.cli.explore import explore
-from rcx_harness.cli.export import EPILOG, export
-from rcx_harness.cli.import_ import import_
-from rcx_harness.cli.judge import judge
-from rcx_harness.cli.mutants import mutants, with_command
-from rcx_harness.cli.new import new
-from rcx_harness.cli.probe import probe
-from rcx_harness.cli.prove import prove
-from rcx_harness.cli.record import record
-from rcx_harness.cli.run import EPILOG as RUN_EPILOG
-from rcx_harness.cli.run import run
-from rcx_harness.cli.scan import scan
-from rcx_harness.cli.serve import eds, serve
-from rcx_harness.cli.sweep import sweep
-from rcx_harness.cli.view import view
 from rcx_harness.errors import InputError
 
-__all__ = ["app", "main"]
+__all__ = ["COMMANDS", "Later", "app", "main"]
 
-app = typer.Typer(
+#: In the order of `rcx --help`: the function of a command, by its module in this folder, and the
+#: first sentence of its docstring. An `EPILOG` of the module stands at the end of its help.
+COMMANDS = {
+    "run": ("run:run", "Run a program in a virtual cell."),
+    "check": (
+        "check:check",
+        "Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.",
+    ),
+    "compare": (
+        "compare:compare",
+        "Feed the virtual controller with what a PLC sent, and show where the recording differs.",
+    ),
+    "encode": (
+        "codec:encode",
+        "Print the telegram of a remote command, in words and in plain language.",
+    ),
+    "decode": ("codec:decode", "Say what the words of a telegram mean."),
+    "bridge": (
+        "bridge:bridge",
+        "Bridge a PLC with Modbus TCP, such as OpenPLC, and a controller on EtherNet/IP.",
+    ),
+    "campaign": (
+        "campaign:campaign",
+        "Let everything go wrong in a cell, at random: which rules and properties break?",
+    ),
+    "debug": (
+        "debug:debug",
+        "Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.",
+    ),
+    "demo": (
+        "demo:demo",
+        "Run the first example against the virtual robot, and draw its timing chart.",
+    ),
+    "eds": (
+        "serve:eds",
+        "Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration "
+        "tool.",
+    ),
+    "explore": (
+        "explore:explore",
+        "Go through all states of a small program, with a small controller in every order of "
+        "events.",
+    ),
+    "export": (
+        "export:export",
+        "Write the library for a PLC tool; `docs/export.md` says what was checked with which.",
+    ),
+    "import": (
+        "import_:import_",
+        "Write the Structured Text of a project as .st files, one for each declaration.",
+    ),
+    "judge": (
+        "judge:judge",
+        "Judge a recording of a PLC and its controllers: who broke a rule of the wire, and when.",
+    ),
+    "mutants": (
+        "mutants:mutants",
+        "Make one small mistake after the other in a program, and see whether its tests find it.",
+    ),
+    "new": (
+        "new:new",
+        "Write a repository for a cell of your own: program, tests, virtual robot, CI files.",
+    ),
+    "probe": (
+        "probe:probe",
+        "Ask a real controller what is assumed of it, step by step; you confirm each of them.",
+    ),
+    "prove": (
+        "prove:prove",
+        "Prove a program: in every run, with every answer of the robot and every input.",
+    ),
+    "record": (
+        "record:record",
+        "Capture the traffic between a PLC and its controllers; nothing is sent.",
+    ),
+    "scan": (
+        "scan:scan",
+        "Open a cyclic connection as a PLC does, and print identity, both areas and every change.",
+    ),
+    "serve": (
+        "serve:serve",
+        "Serve virtual controllers over EtherNet/IP in real time, for a real PLC.",
+    ),
+    "sweep": (
+        "sweep:sweep",
+        "Inject faults at every scan of a good run: from which moments does the cell not recover?",
+    ),
+    "view": (
+        "view:view",
+        "Write a recording as one page of HTML, which works without a network.",
+    ),
+}
+
+_SETTINGS: dict[str, Any] = {
+    "rich_markup_mode": "markdown",
+    "pretty_exceptions_enable": False,
+    "add_completion": False,
+}
+_app = typer.Typer(
     name="rcx",
     help="Compile the RCX3 function blocks and run them against a virtual robot controller.",
     no_args_is_help=True,
-    rich_markup_mode="markdown",
-    pretty_exceptions_enable=False,
-    add_completion=False,
+    **_SETTINGS,
 )
+
+
+class Later(TyperCommand):
+    """A command that is listed with its first sentence, and loaded when it is called."""
+
+    def loaded(self) -> Any:
+        """The command itself."""
+        module, _, function = COMMANDS[str(self.name)][0].partition(":")
+        home = import_module(f"rcx_harness.cli.{module}")
+        alone = typer.Typer(**_SETTINGS)
+        alone.command(self.name, epilog=getattr(home, "EPILOG", None))(getattr(home, function))
+        return typer.main.get_command(alone)
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+    ) -> Any:
+        """Everything from here on, its help and completion too, is the command's own."""
+        return self.loaded().make_context(info_name, args, parent, **extra)
 
 
 def _show_version(wanted: bool) -> None:
     if wanted:
+        from importlib.metadata import version
+
         print(f"rcx {version('rcx-harness')}")
         raise typer.Exit
 
 
-@app.callback()
+@_app.callback()
 def _options(
     show_version: Annotated[
         bool,
@@ -62,29 +157,23 @@ def _options(
     del show_version
 
 
-app.command(epilog=RUN_EPILOG)(run)
-app.command()(check)
-app.command()(compare)
-app.command()(encode)
-app.command()(decode)
-app.command()(bridge)
-app.command()(campaign)
-app.command()(debug)
-app.command()(demo)
-app.command()(eds)
-app.command()(explore)
-app.command(epilog=EPILOG)(export)
-app.command("import")(import_)
-app.command()(judge)
-app.command()(mutants)
-app.command()(new)
-app.command()(probe)
-app.command()(prove)
-app.command()(record)
-app.command()(scan)
-app.command()(serve)
-app.command()(sweep)
-app.command()(view)
+def _group() -> TyperGroup:
+    group = typer.main.get_command(_app)
+    assert isinstance(group, TyperGroup)
+    for name, (_, first) in COMMANDS.items():
+        group.add_command(Later(name, help=first, rich_markup_mode="markdown"))
+    return group
+
+
+app = _group()
+
+
+def _with_command(args: Sequence[str]) -> list[str]:
+    """The arguments with what is behind `--` of `rcx mutants` as one option for each word."""
+    if args[:1] != ["mutants"] or "--" not in args:
+        return list(args)
+    place = list(args).index("--")
+    return [*args[:place], *(f"--word={word}" for word in args[place + 1 :])]
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -94,7 +183,7 @@ def main(args: Sequence[str] | None = None) -> int:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
     """
     try:
-        app(args=with_command(sys.argv[1:] if args is None else args))
+        app(args=_with_command(sys.argv[1:] if args is None else args))
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code

@@ -8,13 +8,12 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
+from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
-from rcx_harness.engine.frontend import Project, analyse, load
+from rcx_harness.engine.checked import analysed, load
+from rcx_harness.engine.frontend import Project
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.syntax import Pou
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.portability import LintFinding, lint, unportable
 from rcx_harness.errors import InputError
 from rcx_harness.export.refused import Tool, refused, tools
@@ -52,7 +51,7 @@ def check(
     sources = source_files(files, lib, replacements(replace))
     for note in sources.notes:
         print(f"note: {note}")
-    project, errors = (None, []) if lint_only else analyse(sources.all)
+    project, errors = (None, []) if lint_only else analysed(sources.all)
     for error in errors:
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
     if errors:
@@ -105,11 +104,16 @@ def _compile(sources: SourceFiles, project: Project | None) -> str:
     """Compile with matiec too, if there is something to run that it knows."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
+    from rcx_harness.engine.matiec.build import find_matiec
+    from rcx_harness.engine.native.toolchain import find_c_compiler
+
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return "; matiec not found, compiled by the front end only"
     declared = [entry for file in sources.own for entry in parse(file).declarations]
     if not any(isinstance(one, Pou) and one.kind == "PROGRAM" for one in declared):
         return "; no PROGRAM among them, nothing for matiec to compile"
+    from rcx_harness.engine.matiec.program import MatiecProgram
+
     MatiecProgram.build(load(sources.all), matiec, compiler).close()
     return "; matiec compiles them too"

@@ -16,7 +16,7 @@ import typer
 from typer.core import TyperOption
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import blame_lib
+from rcx_harness.cell.sources import blame_lib
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.options import duration_us, with_options
 from rcx_harness.cli.run import RunOptions

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import default_lib, st_files
+from rcx_harness.cell.sources import default_lib, st_files
 from rcx_harness.cli.run import run
 
 __all__ = ["demo"]

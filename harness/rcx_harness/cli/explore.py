@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import quoted

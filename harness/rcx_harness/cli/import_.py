@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import named_files
+from rcx_harness.cell.sources import named_files
 from rcx_harness.cli.options import counted
 from rcx_harness.engine.projects import is_project, read_project, st_texts
 from rcx_harness.errors import InputError

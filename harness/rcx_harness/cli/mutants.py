@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,27 +14,19 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.options import Lib, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
 from rcx_harness.verify.coverage.output import check_fail_under
 
-__all__ = ["mutants", "with_command"]
+__all__ = ["mutants"]
 
 _BEGINNING = '{"mutants": '
 _SHOWN = 20
 _REASONS = Path("mutants.toml")
 _ROWS = "mutants-without-reason.toml"
-
-
-def with_command(args: Sequence[str]) -> list[str]:
-    """The arguments with what is behind `--` as one option for each word."""
-    if args[:1] != ["mutants"] or "--" not in args:
-        return list(args)
-    place = list(args).index("--")
-    return [*args[:place], *(f"--word={word}" for word in args[place + 1 :])]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.cell.build import SourceFiles, source_files
+from rcx_harness.cell.sources import SourceFiles, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files

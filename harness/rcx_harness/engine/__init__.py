@@ -1,6 +1,20 @@
 """Engines: compile Structured Text and scan it; matiec where it is found, else the built-in one."""
 
-from rcx_harness.engine.base import Located, Program, Value
-from rcx_harness.engine.load import ENGINES, Built, build
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rcx_harness.engine.base import Located, Program, Value
+    from rcx_harness.engine.load import ENGINES, Built, build
 
 __all__ = ["ENGINES", "Built", "Located", "Program", "Value", "build"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: who only reads sources needs no engine."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from rcx_harness.engine import base, load
+
+    return getattr(base if name in base.__all__ else load, name)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-from rcx_harness.engine import cache
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.builtin.coverage import collecting
+from rcx_harness.engine.checked import load
 from rcx_harness.engine.compiling import uncollected
 from rcx_harness.engine.frontend import Project
-from rcx_harness.engine.frontend import load as load_anew
 from rcx_harness.engine.frontend.constructs import refuse
 from rcx_harness.engine.matiec.build import MISSING, Matiec, find_matiec
 from rcx_harness.engine.matiec.program import MatiecProgram
@@ -130,16 +129,3 @@ def why_not(engine: str) -> str:
     if engine == "strucpp" and find_cxx_compiler() is None:
         return "STruC++ found, but no C++ compiler: set CXX or PATH"
     return ""
-
-
-def load(paths: Sequence[Path]) -> Project:
-    """A checked project; from the cache where the same files were loaded before."""
-    key = cache.sources_key(paths)
-
-    def made() -> Project:
-        return replace(load_anew(paths), key=key if cache.is_lasting(paths) else "")
-
-    def found() -> Project:
-        return cache.kept("project", key if cache.is_lasting(paths) else "", made)
-
-    return cache.remembered("project", key, found)

@@ -101,9 +101,10 @@ def lint(
     Returns:
         The findings, in the order of the files and of their lines.
     """
+    declaring = [file for file in context if "END_TYPE" in source_text(file).upper()]
     members = {
         name.key
-        for source in map(parse, [*files, *context])
+        for source in map(parse, [*files, *declaring])
         for one in source.declarations
         if isinstance(one, s.TypeDecl) and isinstance(one.spec, s.EnumSpec)
         for name in one.spec.members

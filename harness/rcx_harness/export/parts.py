@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lark import Token
 
-from rcx_harness.cell.build import SourceFiles, default_lib, not_declared, source_files
+from rcx_harness.cell.sources import SourceFiles, default_lib, not_declared, source_files
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constructs import refuse
 from rcx_harness.engine.frontend.lexer import tokens

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.cell.build import SourceFiles, st_files
+from rcx_harness.cell.sources import SourceFiles, st_files
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.parser import parse

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from rcx_harness.cell.build import SourceFiles
+from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.portability import reserved_names
-from rcx_harness.export.targets import export
 from rcx_harness.export.words import words
 from rcx_harness.spec import load_toml
 
@@ -159,6 +158,8 @@ def _not_carried(
     tool: Tool, sources: SourceFiles, users: Sequence[Path], program: Sequence[Path]
 ) -> Iterator[Refusal]:
     """What the export does not carry of the user's files, without what the lists have told."""
+    from rcx_harness.export.targets import export
+
     for one in export(tool.export, sources.folder, program, only_needed=True).missing:
         if one.file in users and not one.replaced and _ON_LIST not in one.why:
             at = s.Position(one.line, 1)

@@ -58,7 +58,7 @@ def is_in_record(file: Path, known: dict[Path, dict[str, str]]) -> bool:
     for folder in file.parents:
         if folder not in known:
             known[folder] = recorded(folder)
-        if file.relative_to(folder).as_posix() in known[folder]:
+        if known[folder] and file.relative_to(folder).as_posix() in known[folder]:
             return True
     return False
 

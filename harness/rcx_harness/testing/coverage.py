@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.engine.builtin.coverage import Collector, counting
 from rcx_harness.errors import InputError
 from rcx_harness.testing import COVERAGE

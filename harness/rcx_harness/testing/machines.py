@@ -11,8 +11,8 @@ from hypothesis import HealthCheck
 from hypothesis import settings as hypothesis_settings
 from hypothesis.stateful import run_state_machine_as_test
 
-from rcx_harness.cell.build import source_files
 from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.sources import source_files
 from rcx_harness.testing.cells import folder_of
 from rcx_harness.testing.machine import CellMachine, bound
 from rcx_harness.testing.settings import artifacts, project, settings_of

@@ -27,6 +27,7 @@ from rcx_harness.engine.types import ArrayType, BlockType, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "located", "read_file"]
+__all__ += ["runnable"]
 
 #: Parses one source.
 Read = Callable[[Path], s.Source]
@@ -231,7 +232,15 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
     Raises:
         InputError: the first mistake, with file, line and what to do.
     """
-    project = checked(paths, read)
+    return runnable(checked(paths, read))
+
+
+def runnable(project: Project) -> Project:
+    """The project, where it has a program to run.
+
+    Raises:
+        InputError: it is a library.
+    """
     if not project.instances:
         raise InputError(
             "there is no PROGRAM in the sources", hint="name the file of the program to run"

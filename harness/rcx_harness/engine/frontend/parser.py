@@ -12,6 +12,7 @@ from typing import Any
 from lark import Lark, Token, v_args
 from lark.lexer import Lexer
 
+from rcx_harness.engine import cache
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.building import Statements, name_of, nodes_of, position_of
 from rcx_harness.engine.frontend.constructs import refuse
@@ -386,6 +387,8 @@ class _Builder(Statements):
 
 
 _LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
+#: The parser's tables in the folder of the cache: they take longer than reading the library.
+_TABLES = "grammar.tables"
 
 
 class _NoLexer(Lexer):
@@ -406,12 +409,14 @@ def _parser() -> tuple[Lark, _Builder]:
     names |= {"WORD", *ACCESSORS}
     declared = f"\n%declare {' '.join(sorted(names))} LATCH ERROR\n"
     builder = _Builder()
+    kept = cache.folder()
     lark = Lark(
         grammar + declared,
         parser="lalr",
         lexer=_NoLexer,
         transformer=builder,
         maybe_placeholders=True,
+        cache=kept is not None and str(kept / _TABLES),  # lark makes them anew for another grammar
     )
     return lark, builder
 

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
 from rcx_harness.cell.image import Image, find_image
+from rcx_harness.cell.sources import source_files
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.load import build
 from rcx_harness.engine.source import source_text

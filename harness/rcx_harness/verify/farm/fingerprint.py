@@ -7,7 +7,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.spec import folder as spec_folder
 from rcx_harness.verify.kept import digest
 

@@ -10,7 +10,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from rcx_harness.cell.build import SourceFiles
+from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.cache import sources_key
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm import Farm

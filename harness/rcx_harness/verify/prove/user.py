@@ -11,7 +11,7 @@ from typing import Any
 
 import z3
 
-from rcx_harness.cell.build import SourceFiles, blame_lib, source_files
+from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
 from rcx_harness.engine.frontend.constructs import TRANSLATED, refuse
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project

@@ -121,7 +121,7 @@ class Station(Cell):
             seed=seed,
             trace=trace,
             steady=compiled.steady,
-            keep_program=True,
+            leave=lambda: None,
         )
         for path, value in conditions.start.items():
             self[path] = value

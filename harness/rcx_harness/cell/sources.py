@@ -1,0 +1,220 @@
+"""The sources of a cell: the user's files, and those of the library that they need."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from rcx_harness.engine.needed import declared_names, needed
+from rcx_harness.engine.projects import in_folder, is_project, project_sources
+from rcx_harness.errors import InputError
+from rcx_harness.output.exported import RECORD, own_output
+
+__all__ = ["INSTEAD", "Files", "SourceFiles", "blame_lib", "default_lib", "named_files"]
+__all__ += ["not_declared", "source_files", "st_files"]
+
+#: One file or folder, or several.
+Files = str | Path | Sequence[str | Path]
+#: Files that are read instead of others, which are resolved: copies with a mistake in them
+#: (`rcx mutants`).
+INSTEAD: dict[Path, Path] = {}
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+#: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
+_FOREIGN = ("__pycache__", "site-packages")
+
+#: A file, its time of change [ns] and its size.
+_Stamp = tuple[str, int, int]
+
+
+@dataclass(frozen=True)
+class SourceFiles:
+    """The sources of a program: the user's own and those of the library.
+
+    Attributes:
+        own: ST files, and what was taken out of project files.
+        lib: Those files of the library that they need.
+        folder: Of the library.
+        notes: What of a project is not read, a line each.
+        declared: Names that projects declare, in upper case: not taken from the library.
+    """
+
+    own: tuple[Path, ...]
+    lib: tuple[Path, ...]
+    folder: Path
+    notes: tuple[str, ...] = ()
+    declared: frozenset[str] = frozenset()
+
+    @property
+    def all(self) -> list[Path]:
+        """The user's first, so that of several errors one of theirs is told."""
+        return [*self.own, *self.lib]
+
+    @property
+    def users(self) -> tuple[list[Path], list[Path]]:
+        """The user's files, and those of the library, also where they are named one by one."""
+        folder = self.folder.resolve()
+        named = {file for file in self.own if folder in file.resolve().parents}
+        return [file for file in self.own if file not in named], [*named, *self.lib]
+
+
+def source_files(
+    program: Files,
+    lib: str | Path | None = None,
+    replace: Mapping[str, str | Path] | None = None,
+) -> SourceFiles:
+    """Find the files of a program, and those of the library that it needs.
+
+    Args:
+        program: Files, also of projects (`engine.projects`), or folders whose `.st` files are
+            taken, see `st_files`, or where there are none, whose TwinCAT project.
+        lib: Folder of the library, searched with its subfolders; None for the one of this
+            package. What a project declares itself is not taken from it.
+        replace: Files with Structured Text for POUs of a project, by name.
+
+    Raises:
+        InputError: a file or folder that is missing, a folder without sources, or a project that
+            cannot be read.
+    """
+    named = named_files(program)
+    projects = [file for file in named if is_project(file)]
+    if replace and not projects:
+        raise InputError(
+            "--replace is for projects of PLC tools, and none is given",
+            hint="change the .st file itself",
+        )
+    made = project_sources(projects, {name: Path(file) for name, file in (replace or {}).items()})
+    own = [*(file for file in named if file not in projects), *made.paths]
+    folder = default_lib() if lib is None else Path(lib)
+    if not folder.is_dir():
+        raise InputError(
+            f"--lib {folder} is no folder",
+            hint="it is the folder of the library; without --lib that of this package is taken",
+        )
+    taken = {file.resolve() for file in own}
+    found = [file for file, place in _found(folder) if place not in taken]
+    found = not_declared(found, made.declared)
+    own = list(dict.fromkeys(own))
+    if INSTEAD:
+        own = [INSTEAD.get(file.resolve(), file) for file in own]
+    return SourceFiles(tuple(own), tuple(needed(own, found)), folder, made.notes, made.declared)
+
+
+def named_files(program: Files) -> list[Path]:
+    """The files that are named, and those of the folders that are.
+
+    Raises:
+        InputError: a file or folder that is missing, or a folder without sources.
+    """
+    given = [program] if isinstance(program, (str, Path)) else list(program)
+    if not given:
+        raise InputError("no program is given")
+    return list(dict.fromkeys(file for entry in given for file in _expand(Path(entry))))
+
+
+def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path]:
+    """Files of the library without those whose names a project declares itself."""
+    if not declared:
+        return list(library)
+    return [file for file in library if not declared_names(file) & declared]
+
+
+def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
+    """An error in a program; where `--lib` lacks what this package's library has, it says so."""
+    missing = re.match(r"there is no (?:type|function) (\w+)", error.message)
+    if lib is None or missing is None or not any(default_lib().rglob(f"{missing[1]}.st")):
+        return error
+    return InputError(
+        error.message,
+        file=error.file,
+        line=error.line,
+        column=error.column,
+        hint=f"--lib {lib} does not declare it; without --lib the library of this package is taken",
+    )
+
+
+def st_files(folder: Path) -> list[Path]:
+    """The ST files of a folder and of those below it, sorted.
+
+    Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
+    left out; the folder itself may be in one. So is what `rcx export` has written.
+    """
+    return [file for file, _ in _found(folder)]
+
+
+def _found(folder: Path) -> tuple[tuple[Path, Path], ...]:
+    """The same, each with its resolved path; looked at again where a file has changed."""
+    place = folder.resolve()
+    above = tuple(one for parent in place.parents for one in _stamped(str(parent / RECORD)))
+    return _looked_at(folder, place, (*above, *_listed(os.fspath(folder))))
+
+
+@lru_cache(maxsize=64)
+def _looked_at(
+    folder: Path, place: Path, stamps: tuple[_Stamp, ...]
+) -> tuple[tuple[Path, Path], ...]:
+    del folder, place  # they tell one folder from another, and one working directory
+    every = [Path(path) for path, _, _ in stamps if not path.endswith(RECORD)]
+    every.sort(key=lambda file: file.parts)  # as on Linux also where case is nothing
+    written = own_output(every)
+    return tuple((file, file.resolve()) for file in every if file not in written)
+
+
+def _listed(folder: str) -> Iterator[_Stamp]:
+    """What is to be looked at in a folder and those below it: ST files, and what exports record."""
+    with suppress(PermissionError), os.scandir(folder) as entries:
+        for entry in entries:
+            name = entry.name
+            if name.startswith(".") or name in _FOREIGN:
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                yield from _listed(entry.path)
+            elif name == RECORD or os.path.normcase(name).endswith(".st"):
+                yield next(_stamped(entry.path), (entry.path, 0, 0))
+
+
+def _stamped(path: str) -> Iterator[_Stamp]:
+    """A file that is there, with its time and size."""
+    with suppress(OSError):
+        seen = os.stat(path)
+        yield path, seen.st_mtime_ns, seen.st_size
+
+
+def _is_users(file: Path, folder: Path) -> bool:
+    """Is this file below the folder one of the user's, and not of another tool?"""
+    parts = file.relative_to(folder).parts
+    return not any(part.startswith(".") or part in _FOREIGN for part in parts)
+
+
+def _expand(path: Path) -> list[Path]:
+    if path.is_dir():
+        found = st_files(path) or _project_in(path)
+        if not found:
+            written = any(path.rglob("*.st"))
+            hint = (
+                "one that `rcx export` has written is taken if you name the file" if written else ""
+            )
+            raise InputError("no .st files in this folder", file=path, hint=hint)
+        return found
+    if not path.is_file():
+        raise InputError("no such file", file=path)
+    return [path]
+
+
+def _project_in(folder: Path) -> list[Path]:
+    """A TwinCAT project in a folder; one that `rcx export` has written only in its own folder."""
+    found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
+    written = own_output(found) if found else set()
+    whole = (folder / RECORD).is_file()
+    return [file for file in found if whole or file not in written]
+
+
+def default_lib() -> Path:
+    """The repository's `plc/lib`, or the copy in an installed package."""
+    repository = _PACKAGE.parents[1] / "plc" / "lib"
+    return repository if repository.is_dir() else _PACKAGE / "_data" / "plc" / "lib"

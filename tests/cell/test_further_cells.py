@@ -1,0 +1,129 @@
+"""A further cell of the same program: it costs little, and knows nothing of the cells before."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from rcx_harness import Cell, InputError
+from rcx_harness.engine.builtin.program import BuiltinProgram
+
+_TEXT = """PROGRAM Main
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Count, Part : INT := 1;
+    Seen : ARRAY [1..3] OF INT := [{first}, 2, 3];
+    Delay : TON;
+  END_VAR
+  Count := Count + 12 / Part;
+  Seen[2] := Count;
+  Delay(IN := TRUE, PT := T#20ms);
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    """A program that counts, remembers in an array and in a timer, and divides."""
+    file = tmp_path / "Main.st"
+    file.write_text(_TEXT.format(first=1), encoding="utf-8")
+    return file
+
+
+def _cell(program: Path, **options: str) -> Cell:
+    return Cell.build(program, engine="builtin", **options)  # type: ignore[arg-type]
+
+
+def _state(cell: Cell) -> list[object]:
+    return [cell[f"Main.{name}"] for name in ("Count", "Part", "Seen", "Delay.ET", "Delay.Q")]
+
+
+def test_it_is_compiled_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Source: cell.compiled, a program of a closed cell waits for the next."""
+    made = []
+    build = BuiltinProgram.__init__
+
+    def counted(self: BuiltinProgram, *arguments: object) -> None:
+        made.append(self)
+        build(self, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(BuiltinProgram, "__init__", counted)
+    for _ in range(3):
+        with _cell(program) as cell:
+            cell.scan()
+    assert len(made) == 1
+
+
+def test_it_begins_as_the_first_one_began(program: Path) -> None:
+    with _cell(program) as cell:
+        first = _state(cell)
+        cell["Main.Part"] = 4
+        cell["Main.Seen"] = [7, 8, 9]
+        cell.run("100ms")
+        assert _state(cell) != first
+    with _cell(program) as cell:
+        assert _state(cell) == first
+        cell.scan()
+        assert cell["Main.Seen"] == [1, 13, 3]
+
+
+def test_it_begins_so_after_one_that_ended_in_an_error(program: Path) -> None:
+    with _cell(program) as cell:
+        first = _state(cell)
+        cell["Main.Part"] = 0
+        with pytest.raises(InputError, match="zero"):
+            cell.scan()
+    with _cell(program) as cell:
+        assert _state(cell) == first
+
+
+def test_two_at_once_are_two(program: Path) -> None:
+    with _cell(program) as one, _cell(program) as other:
+        one.scan(3)
+        assert (one["Main.Count"], other["Main.Count"]) == (37, 1)
+    with _cell(program) as one, _cell(program) as other:
+        other.scan()
+        assert (one["Main.Count"], other["Main.Count"]) == (1, 13)
+
+
+def test_a_closed_cell_does_not_reach_into_the_next(program: Path) -> None:
+    with _cell(program) as closed:
+        pass
+    with _cell(program) as cell:
+        with pytest.raises(InputError, match="closed"):
+            closed["Main.Count"] = 5
+        with pytest.raises(InputError, match="closed"):
+            closed.scan()
+        closed.close()
+        assert cell["Main.Count"] == 1
+
+
+def test_a_changed_source_is_compiled_anew(program: Path) -> None:
+    """Source: the content decides, also where time and size of the file are the same."""
+    with _cell(program) as cell:
+        assert cell["Main.Seen"] == [1, 2, 3]
+    seen = program.stat()
+    program.write_text(_TEXT.format(first=9), encoding="utf-8")
+    os.utime(program, ns=(seen.st_atime_ns, seen.st_mtime_ns))
+    with _cell(program) as cell:
+        assert cell["Main.Seen"] == [9, 2, 3]
+
+
+def test_a_source_that_comes_to_a_folder_or_goes_is_seen(tmp_path: Path) -> None:
+    """Source: the files of a folder are looked at again where one has changed."""
+    (tmp_path / "Main.st").write_text(
+        _TEXT.format(first=1).replace("12 / Part", "FC_One()"), encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="FC_One"):
+        _cell(tmp_path)
+    one = tmp_path / "more" / "FC_One.st"
+    one.parent.mkdir()
+    one.write_text("FUNCTION FC_One : INT\n  FC_One := 5;\nEND_FUNCTION\n", encoding="utf-8")
+    with _cell(tmp_path) as cell:
+        cell.scan()
+        assert cell["Main.Count"] == 6
+    one.unlink()
+    with pytest.raises(InputError, match="FC_One"):
+        _cell(tmp_path)

@@ -1,0 +1,107 @@
+"""What a command costs before it begins: a command imports what it needs, and no more."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from importlib import import_module
+from inspect import getdoc
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import COMMANDS, app, main
+
+#: Runs commands one after the other; after each: its exit code, and which modules are new.
+_RUN = """
+import contextlib, io, json, sys
+report = []
+for words in json.loads(sys.argv[1]):
+    before = set(sys.modules)
+    with contextlib.redirect_stdout(io.StringIO()):
+        from rcx_harness.cli.app import main
+        code = main(words)
+    report.append([code, sorted(set(sys.modules) - before)])
+print(json.dumps(report))
+"""
+#: What costs a tenth of a second or more, and no command of these needs.
+_HEAVY = {"asyncio", "cpppo", "distributed", "hypothesis", "numpy", "pytest", "selenium", "z3"}
+_HEAVY |= {"aiohttp", "pymodbus", "http.server"}
+
+
+def _imported(*commands: list[str]) -> list[set[str]]:
+    """What each of the commands imports besides what those before it have."""
+    done = subprocess.run(
+        [sys.executable, "-c", _RUN, json.dumps(commands)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    report = json.loads(done.stdout)
+    assert [code for code, _ in report] == [0] * len(commands)
+    return [set(modules) for _, modules in report]
+
+
+def _below(modules: set[str], *names: str) -> set[str]:
+    """Those of the modules that are one of the packages or in it."""
+    return {one for one in modules if any(f"{one}.".startswith(f"{name}.") for name in names)}
+
+
+def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
+    """Source: each import below is 10 to 300 ms that a user waits for at every start."""
+    example = repository / "plc" / "examples" / "01_power_up"
+    version, helped, codec, check, run = _imported(
+        ["--version"],
+        ["--help"],
+        ["decode", "0x0001", "0x0004", "0", "50", "19"],
+        ["check", str(example)],
+        ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"],
+    )
+    assert not _below(version, "rich", "lark", "pydantic", *_HEAVY)
+    own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app", "rcx_harness.errors"}
+    assert _below(version, "rcx_harness") == own
+    assert not _below(helped, "rcx_harness", "lark", "pydantic", *_HEAVY)
+    assert not _below(codec, "rcx_harness.engine", "rcx_harness.robot", "rcx_harness.cell", "lark")
+    rooms = ("robot", "enip", "trace", "look", "serve", "verify", "bridge", "new", "testing")
+    engines = ("engine.load", "engine.builtin", "engine.matiec.program", "engine.strucpp")
+    cells = ("cell.cell", "cell.node", "export.targets")
+    assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *engines, *cells)))
+    assert not _below(check, "rich.progress", *_HEAVY)
+    others = ("look", "serve", "bridge", "new", "testing", "verify.farm", "verify.debug")
+    assert not _below(run, *(f"rcx_harness.{one}" for one in others))
+    assert not _below(run, *_HEAVY)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str) -> None:
+    """Source: `rcx --help` says of a command what `rcx <command> --help` begins with."""
+    place, first = COMMANDS[name]
+    module, _, function = place.partition(":")
+    command = getattr(import_module(f"rcx_harness.cli.{module}"), function)
+    assert " ".join((getdoc(command) or "").partition("\n\n")[0].split()) == first
+    assert function.rstrip("_") == name
+
+
+def test_every_command_of_the_folder_is_in_the_table() -> None:
+    """Source: a module of `cli` whose `__all__` names a function as itself is a command."""
+    folder = Path(str(sys.modules["rcx_harness.cli.app"].__file__)).parent
+    found = set()
+    for file in folder.glob("*.py"):
+        module = import_module(f"rcx_harness.cli.{file.stem}")
+        if file.stem in getattr(module, "__all__", ()):
+            found.add(file.stem.rstrip("_"))
+    found.remove("app")
+    assert found <= COMMANDS.keys()
+    assert COMMANDS.keys() - found == {"encode", "decode", "eds"}
+    assert [*app.commands] == [*COMMANDS]
+
+
+def test_what_a_module_adds_to_its_help_stands_at_its_end(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Source: `rcx export --help` ends with the targets, `rcx run --help` with the events."""
+    assert main(["export", "--help"]) == 0
+    assert "Targets:" in capsys.readouterr().out.partition("--force")[2]
+    assert main(["run", "--help"]) == 0
+    assert "Events of a stimulus:" in capsys.readouterr().out.partition("--cover-fail-under")[2]
