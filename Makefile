@@ -18,6 +18,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
+# Modules are compiled once, not by each process that imports them.
+export PYTHONDONTWRITEBYTECODE :=
+
 CHECKS := prove contract coverage mutants explore campaign metamorphic
 
 PIP := -m pip install --quiet --disable-pip-version-check
