@@ -116,12 +116,8 @@ def test_what_no_key_expresses_is_left_over_and_the_search_goes_on_behind_it() -
     assert found.config.servo_on_delay == 80.0
 
 
-_LEFT = pytest.mark.xfail(reason="two keys that hide each other: differences are left", strict=True)
-_NUMBERS = [pytest.param(k, marks=_LEFT) if k == 20 else k for k in range(len(CASES))]
-
-
 @WHOLE
-@pytest.mark.parametrize("number", _NUMBERS)
+@pytest.mark.parametrize("number", range(len(CASES)))
 def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
     """Thirty robot files with other values in all sections."""
     _, wrong = judged(*CASES[number])
