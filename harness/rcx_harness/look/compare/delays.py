@@ -53,7 +53,7 @@ _ASKED = {
 INPUTS = {
     one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input
 }
-_OF_COMMANDS = ("command_accept_delay", "command_delay", "status_reset_delay")
+_OF_COMMANDS = ("command_accept_delay", "command_delay")
 _CODE, _WORDS = Channel("code", 0, 2), Channel("words", 0, DEDICATED_AT)
 #: An answer later than this is none to that request [us].
 _LONGEST_US = 60_000_000
@@ -177,9 +177,13 @@ class Guide:
         us = min(found)
         again = [self._asked[name].next_change(now_us + 1, to) for name, to in _ASKED.get(key, ())]
         if key in _OF_COMMANDS or (
-            STATUS in dict(_ANSWERS[key]) and self._recorded[STATUS].at(now_us) == RUN
+            key != "status_reset_delay"  # which no other code brings to an end
+            and STATUS in dict(_ANSWERS[key])
+            and self._recorded[STATUS].at(now_us) == RUN
         ):
             again = [self._asked["code"].next_change(now_us + 1, None)]
+        if key == "command_delay":  # ready before the end: it is the end of another one
+            again.append(self._recorded[STATUS].next_change(now_us + 1, READY))
         if any(at_us is not None and at_us < now_us + us for at_us in again):
             return None
         if key == "command_accept_delay" and not self._accepted(now_us + us):
