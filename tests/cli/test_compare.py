@@ -107,6 +107,13 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
         assert "host_version 274" in output
         assert "host_version 264" in output
         assert "SO(02) Servo ON status output, for" in output
+    found = tmp_path / "found.toml"
+    assert main(["compare", str(path), "--quiet", "--fit", str(found)]) == 0
+    text = found.read_text(encoding="utf-8")
+    assert "host_version = 274" in text
+    assert "servo_on_delay = 8" in text  # 80 ms, and up to a packet interval
+    capsys.readouterr()
+    assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
 def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) -> None:

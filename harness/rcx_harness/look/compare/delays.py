@@ -50,9 +50,7 @@ _ASKED = {
     "origin_time": (("SI14", 1), ("SI17", 1)),
 }
 #: The dedicated inputs by their short names.
-INPUTS = {
-    one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input
-}
+INPUTS = {one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input}
 _OF_COMMANDS = ("command_accept_delay", "command_delay")
 _CODE, _WORDS = Channel("code", 0, 2), Channel("words", 0, DEDICATED_AT)
 #: An answer later than this is none to that request [us].
@@ -77,7 +75,7 @@ class Drawn:
 
 
 def asked(inputs: Sequence[tuple[int, bytes | None]]) -> dict[str, Timeline]:
-    """What the PLC sent, by dedicated input, `code` and `words`; nothing is ON without a connection."""
+    """What the PLC sent, by dedicated input, `code` and `words`; without a connection 0."""
     size = next((len(si) for _, si in inputs if si is not None), SIZE)
     areas = [(t_us, bytes(size) if si is None else si) for t_us, si in inputs]
     return {one.name: Timeline.of(one, areas) for one in (_CODE, _WORDS, *INPUTS.values())}
@@ -89,9 +87,10 @@ def _shows_run(status: Timeline, words: Timeline) -> bool:
         was, there = words.at(at_us - 1) or 0, words.at(at_us) or 0
         entry = commands().get(there & 0x0FFF)
         changed = was & 0xFFFF and was != there
-        if before == READY and now == RUN and entry and not changed:
-            if all(part.name != "continuous" for part in entry.request):
-                return True
+        if before != READY or now != RUN or changed or entry is None:
+            continue
+        if all(part.name != "continuous" for part in entry.request):
+            return True
     return False
 
 
@@ -137,12 +136,29 @@ class Guide:
         seen_us = self._seen_us(key, now_us)
         if seen_us is None:
             us: int = low_us if self._hidden(key) else self._latest.get(key, low_us)
+            least_us = max(us, self._least_us(key, now_us))
+            us = least_us if key in self._free else max(low_us, min(least_us, high_us))
         elif key in self._free:
             us = self._latest[key] = seen_us
         else:
             us = min(max(seen_us, low_us), high_us)
         self.drawn.append(Drawn(key, now_us, us, seen_us is not None))
         return us
+
+    def _least_us(self, key: str, now_us: int) -> int:
+        """How long it was at least: a command that was changed had not begun, or not ended."""
+        status = self._recorded[STATUS]
+        if key == "command_accept_delay":
+            changed_us = self._asked["words"].next_change(now_us + 1, None)
+            shown_us = status.next_change(now_us, None)
+            if changed_us is not None and (shown_us is None or shown_us > changed_us):
+                return changed_us - now_us
+        elif key == "command_delay":
+            ready_us = status.next_change(now_us + 1, READY)
+            ends = [status.next_change(now_us, end) for end in ENDS]
+            if ready_us is not None and all(one is None or one > ready_us for one in ends):
+                return ready_us - now_us
+        return 0
 
     def _hidden(self, key: str) -> bool:
         """Is it the acceptance of commands in a recording that does not show them run?"""
