@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from captures import Story, pcap, pcapng
 from rcx_harness.cli.app import main
 from rcx_harness.robot import RobotConfig
 from rcx_harness.trace import Cycle, Trace
@@ -83,6 +84,36 @@ def test_fit_writes_a_robot_file_on_top_of_the_old_one(
 
     assert main(["compare", str(trace), "--fit", str(new)]) == 2
     assert "is there already; name another file" in capsys.readouterr().err
+
+
+def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:
+    """Every 10 ms a packet each way: the PLC's, then what the controller answers."""
+    master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
+    short_run(master)
+    story = Story()
+    story.open(0)
+    for t_us, si, so in master.cycles[::2]:
+        story.both(10_000 + t_us, si or bytes(48), so)
+    robot = tmp_path / "robot.toml"
+    robot.write_text("servo_on_delay = 80\nhost_version = 0x0112\n", encoding="utf-8")
+    for path in (
+        pcapng(tmp_path / "cell.pcapng", story.frames()),
+        pcap(tmp_path / "cell.pcap", story.frames()),
+    ):
+        assert main(["compare", str(path), "--robot", str(robot)]) == 0
+        assert "the virtual controller answers the same" in capsys.readouterr().out
+        assert main(["compare", str(path), "--quiet"]) == 1
+        output = capsys.readouterr().out
+        assert "host_version 274" in output
+        assert "host_version 264" in output
+        assert "SO(02) Servo ON status output, for" in output
+    found = tmp_path / "found.toml"
+    assert main(["compare", str(path), "--quiet", "--fit", str(found)]) == 0
+    text = found.read_text(encoding="utf-8")
+    assert "host_version = 274" in text
+    assert "servo_on_delay = 8" in text  # 80 ms, and up to a packet interval
+    capsys.readouterr()
+    assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
 def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) -> None:

@@ -169,6 +169,11 @@ class Controller:
         self._state.wake_us = 0
 
     @property
+    def handshake(self) -> Handshake:
+        """Where the remote command stands."""
+        return self._state.handshake
+
+    @property
     def machine(self) -> Machine:
         """The whole state behind the areas."""
         return self._state.machine

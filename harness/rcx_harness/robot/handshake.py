@@ -7,7 +7,7 @@ from enum import Enum
 from rcx_harness.robot.alarms import ActiveAlarm, Place
 from rcx_harness.robot.area import WORDS_AT_REST
 from rcx_harness.robot.commands import Call, CommandError, Execution, Response, start
-from rcx_harness.robot.commands.base import answers_absent
+from rcx_harness.robot.commands.base import acts_once, answers_absent
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.findings import Findings
@@ -16,7 +16,7 @@ from rcx_harness.spec import Command, commands
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
 from rcx_harness.units import format_word
 
-__all__ = ["Handshake", "Phase", "Words"]
+__all__ = ["Handshake", "Kind", "Phase", "Words"]
 
 Words = tuple[int, ...]
 
@@ -32,6 +32,14 @@ class Phase(Enum):
     ABANDONED = "a command is executed whose status is not reflected any more"
     ENDED = "an end status is shown"
     CLEARING = "the status reset command was seen, the status is not yet 0x0000"
+
+
+class Kind(Enum):
+    """What is to become of a command."""
+
+    REFUSED = "it ends abnormally as soon as it is begun"
+    SHORT = "it acts once, `command_delay` after it was begun"
+    LASTING = "it takes the time that it takes"
 
 
 class Handshake:
@@ -61,6 +69,14 @@ class Handshake:
     def shown(self) -> Words:
         """Words m to m+30."""
         return self._shown
+
+    def takes(self, machine: Machine) -> Kind:
+        """What becomes of the command that was taken, if nothing changes until it is begun."""
+        try:
+            call = _check(machine, self._taken)
+        except CommandError:
+            return Kind.REFUSED
+        return Kind.SHORT if acts_once(call.code) else Kind.LASTING
 
     def next_due_us(self, now_us: int) -> int | None:
         """When it goes on by itself; None if only the master can bring it on."""

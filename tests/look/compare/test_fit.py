@@ -11,6 +11,7 @@ import pytest
 
 import fit_cases
 from fit_cases import CASES, judged
+from rcx_harness.look.compare.delays import DELAYS
 from rcx_harness.look.compare.fit import fit
 from rcx_harness.look.compare.replay import Replay
 from rcx_harness.robot import RobotConfig
@@ -116,16 +117,32 @@ def test_what_no_key_expresses_is_left_over_and_the_search_goes_on_behind_it() -
     assert found.config.servo_on_delay == 80.0
 
 
-_LEFT = pytest.mark.xfail(reason="two keys that hide each other: differences are left", strict=True)
-_NUMBERS = [pytest.param(k, marks=_LEFT) if k == 20 else k for k in range(len(CASES))]
-
-
 @WHOLE
-@pytest.mark.parametrize("number", _NUMBERS)
+@pytest.mark.parametrize("number", range(len(CASES)))
 def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
     """Thirty robot files with other values in all sections."""
     _, wrong = judged(*CASES[number])
     assert wrong == []
+
+
+@pytest.mark.parametrize(
+    ("values", "others"),
+    [
+        ({"status_reset_delay": (5.0, 45.0)}, {}),  # a code comes before the ready status
+        ({"command_delay": (0.0, 20.0)}, {"changed_command_status": "ready"}),
+        ({"command_delay": (5.0, 40.0), "command_accept_delay": (0.0, 30.0)}, {}),
+        ({}, {"early_command_waits": True}),
+        ({}, {"skip_run_status": "always", "strict_unused_words": False}),
+    ],
+)
+def test_delays_are_seen_also_where_commands_are_changed(
+    values: dict[str, Any], others: dict[str, Any]
+) -> None:
+    """With the delays of the recording nothing differs, however the PLC handled its commands."""
+    master = RecordedMaster(7, **values, **others)
+    exercised(master)
+    replay = Replay(master.recording(), master.happenings)
+    assert replay.run(RobotConfig(**others), free=frozenset(DELAYS)).differences == []
 
 
 @pytest.mark.parametrize("bug", BUGS)

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from rcx_harness.look.compare.channels import STATUS, Channel, Timeline
 from rcx_harness.robot import Controller
-from rcx_harness.spec import signals
-from rcx_harness.spec.wire import CYCLE_US, ENDS, NORMAL_END, READY, RUN, SIZE
+from rcx_harness.robot.handshake import Kind
+from rcx_harness.spec import commands, signals
+from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, READY, RUN, SIZE
 
-__all__ = ["DELAYS", "Drawn", "Guide", "asked"]
+__all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
 
 #: Which change answers what takes that long: channels and the values that they come to.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
@@ -49,11 +49,10 @@ _ASKED = {
     "sequence_delay": (("SI10", 1),),
     "origin_time": (("SI14", 1), ("SI17", 1)),
 }
-_INPUTS = {
-    one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input
-}
-_OF_COMMANDS = ("command_accept_delay", "command_delay", "status_reset_delay")
-_CODE = Channel("code", 0, 2)
+#: The dedicated inputs by their short names.
+INPUTS = {one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input}
+_OF_COMMANDS = ("command_accept_delay", "command_delay")
+_CODE, _WORDS = Channel("code", 0, 2), Channel("words", 0, DEDICATED_AT)
 #: An answer later than this is none to that request [us].
 _LONGEST_US = 60_000_000
 
@@ -76,19 +75,35 @@ class Drawn:
 
 
 def asked(inputs: Sequence[tuple[int, bytes | None]]) -> dict[str, Timeline]:
-    """What the PLC sent, by dedicated input and `code`; nothing is ON without a connection."""
+    """What the PLC sent, by dedicated input, `code` and `words`; without a connection 0."""
     size = next((len(si) for _, si in inputs if si is not None), SIZE)
     areas = [(t_us, bytes(size) if si is None else si) for t_us, si in inputs]
-    return {one.name: Timeline.of(one, areas) for one in (_CODE, *_INPUTS.values())}
+    return {one.name: Timeline.of(one, areas) for one in (_CODE, _WORDS, *INPUTS.values())}
+
+
+def _shows_run(status: Timeline, words: Timeline) -> bool:
+    """Does a command show status 0x0100 that is not continuous and was not changed meanwhile?"""
+    for before, at_us, now in zip(status.values, status.times[1:], status.values[1:], strict=False):
+        was, there = words.at(at_us - 1) or 0, words.at(at_us) or 0
+        entry = commands().get(there & 0x0FFF)
+        changed = was & 0xFFFF and was != there
+        if before != READY or now != RUN or changed or entry is None:
+            continue
+        if all(part.name != "continuous" for part in entry.request):
+            return True
+    return False
 
 
 class Guide:
     """Draws the delays of a controller in a replay.
 
+    A recording without status 0x0100 shows the acceptance of a command only where that is refused;
+    of the others it shows when they end. Their acceptance is then as short as it may be.
+
     Args:
         controller: Its delays are drawn here from now on.
         recorded: The recording's values by channel.
-        asked: What the PLC sent, by dedicated input and `code`: see `asked`.
+        asked: What the PLC sent, by dedicated input, `code` and `words`: see `asked`.
         free: These keys are whatever the recording shows, not what the configuration allows.
 
     Attributes:
@@ -102,13 +117,12 @@ class Guide:
         asked: Mapping[str, Timeline],
         free: frozenset[str] = frozenset(),
     ) -> None:
-        self._machine, self._recorded, self._asked = controller.machine, recorded, asked
+        self._controller, self._recorded, self._asked = controller, recorded, asked
         self._free = free
-        self._config = controller.config
+        self._machine, self._config = controller.machine, controller.config
         self.drawn: list[Drawn] = []
-        status = recorded[STATUS].values
-        ways = [now for before, now in pairwise(status) if before == READY]
-        self._shows_run = ways.count(RUN) > ways.count(NORMAL_END)
+        self._shows_run = _shows_run(recorded[STATUS], asked["words"])
+        self._longest_us = 0  # until a command ended that acts once
         self._latest: dict[str, int] = {}  # of those that are free: what was seen last
         draw: Callable[[str], int] = self.draw_us
         vars(self._machine)["draw_us"] = draw
@@ -121,7 +135,9 @@ class Guide:
         low_us, high_us = round(low * 1000), round(high * 1000)
         seen_us = self._seen_us(key, now_us)
         if seen_us is None:
-            us: int = self._latest.get(key, low_us)
+            us: int = low_us if self._hidden(key) else self._latest.get(key, low_us)
+            least_us = max(us, self._least_us(key, now_us))
+            us = least_us if key in self._free else max(low_us, min(least_us, high_us))
         elif key in self._free:
             us = self._latest[key] = seen_us
         else:
@@ -129,10 +145,36 @@ class Guide:
         self.drawn.append(Drawn(key, now_us, us, seen_us is not None))
         return us
 
-    def _accepted(self, at_us: int) -> bool:
-        """Is it the acceptance that the status shows, or the end of a command that shows none?"""
+    def _least_us(self, key: str, now_us: int) -> int:
+        """How long it was at least: a command that was changed had not begun, or not ended."""
         status = self._recorded[STATUS]
-        return self._shows_run or status.at(at_us) not in (RUN, NORMAL_END)
+        if key == "command_accept_delay":
+            changed_us = self._asked["words"].next_change(now_us + 1, None)
+            shown_us = status.next_change(now_us, None)
+            if changed_us is not None and (shown_us is None or shown_us > changed_us):
+                return changed_us - now_us
+        elif key == "command_delay":
+            ready_us = status.next_change(now_us + 1, READY)
+            ends = [status.next_change(now_us, end) for end in ENDS]
+            if ready_us is not None and all(one is None or one > ready_us for one in ends):
+                return ready_us - now_us
+        return 0
+
+    def _hidden(self, key: str) -> bool:
+        """Is it the acceptance of commands in a recording that does not show them run?"""
+        return key == "command_accept_delay" and not self._shows_run
+
+    def _accepted(self, at_us: int) -> bool:
+        """Does the status show, by its change at that time, the acceptance of a command?"""
+        if self._shows_run:
+            return True
+        status, us = self._recorded[STATUS].at(at_us), at_us - self._machine.now_us
+        kind = self._controller.handshake.takes(self._machine)
+        if kind is Kind.SHORT:
+            self._longest_us = max(self._longest_us, us)
+            return False
+        refused = status == ABNORMAL_END and (kind is Kind.REFUSED or us <= self._longest_us)
+        return refused or (kind is Kind.LASTING and status == RUN)
 
     def _seen_us(self, key: str, now_us: int) -> int | None:
         """How long the recording shows that it took; None where it does not show it."""
@@ -151,9 +193,13 @@ class Guide:
         us = min(found)
         again = [self._asked[name].next_change(now_us + 1, to) for name, to in _ASKED.get(key, ())]
         if key in _OF_COMMANDS or (
-            STATUS in dict(_ANSWERS[key]) and self._recorded[STATUS].at(now_us) == RUN
+            key != "status_reset_delay"  # which no other code brings to an end
+            and STATUS in dict(_ANSWERS[key])
+            and self._recorded[STATUS].at(now_us) == RUN
         ):
             again = [self._asked["code"].next_change(now_us + 1, None)]
+        if key == "command_delay":  # ready before the end: it is the end of another one
+            again.append(self._recorded[STATUS].next_change(now_us + 1, READY))
         if any(at_us is not None and at_us < now_us + us for at_us in again):
             return None
         if key == "command_accept_delay" and not self._accepted(now_us + us):

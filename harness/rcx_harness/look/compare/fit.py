@@ -106,6 +106,7 @@ class _Search:
             else:
                 result.config = better
         if len(result.left) < _MOST_LEFT:
+            self._take_acceptance()
             while (narrower := self._settle()) is not None:
                 result.config, result.knobs = narrower, []
         return result
@@ -154,17 +155,32 @@ class _Search:
         si = bytes(recording.size)
         inputs = iter([*recording.inputs, (_NEVER, None)])
         due_us, coming = next(inputs)
-        for t_us, so in recording.outputs:
+        clock = self._result.config.clock
+        outputs = recording.outputs
+        behind = [t_us for t_us, _ in outputs[1:]] + [_NEVER]
+        for (t_us, so), until_us in zip(outputs, behind, strict=True):
             while due_us <= t_us:
                 si = coming if coming is not None and word(coming, 0) != READY else si
                 due_us, coming = next(inputs)
-            alarms |= seen_at(t_us, si, so, so, self._result.config.clock).alarms
-            if first and first.channel in (STATUS, RESPONSE) and t_us == first.begin_us:
-                virtual = _area_at(here, t_us)
-                at_first = seen_at(t_us, si, so, virtual, self._result.config.clock)
+            alarms |= seen_at(t_us, si, so, so, clock).alarms
+            if first and first.channel in (STATUS, RESPONSE) and t_us <= first.begin_us < until_us:
+                at_first = seen_at(t_us, si, so, _answer(here, first, so), clock)
         if at_first.alarms:
             return at_first
         return replace(at_first, alarms=frozenset(alarms))
+
+    def _take_acceptance(self) -> None:
+        """Commands that do not show that they run are accepted as fast as those that are refused.
+
+        How long they take themselves is measured from there on.
+        """
+        config = self._result.config
+        if config.skip_run_status != "always":
+            return
+        drawn = self._run(config).drawn
+        seen = [one.us / 1000 for one in drawn if one.seen and one.key == "command_accept_delay"]
+        if seen:
+            self._result.config = replace(config, command_accept_delay=(min(seen), max(seen)))
 
     def _settle(self) -> RobotConfig | None:
         """Try every key once more.
@@ -206,24 +222,31 @@ class _Search:
             else:
                 why = f"{other} other value{'s' * (other > 1)} would show"
                 result.knobs.append(Knob(key, value, True, why, tuple(equal)))
-        for one in result.knobs:
-            if one.key in DELAYS:
-                self._take_delay(one)
+        self._take_delays()
         return None
 
-    def _take_delay(self, knob: Knob) -> None:
-        """The delay that it had at the beginning where that is as good, else the measured one."""
+    def _take_delays(self) -> None:
+        """Each delay as it was at the beginning where that is as good, else as it is measured.
+
+        One after the other, each with those that were taken before: two that follow each other
+        show only how long they are together.
+        """
         result = self._result
-        was = getattr(self._base, knob.key)
-        kept = replace(result.config, **{knob.key: was})
-        measured = replace(result.config, **{knob.key: knob.value})
-        if not knob.found:
-            result.config = kept
-        elif isinstance(was, tuple):
-            result.config = measured
-        else:
-            there = self._run(kept, free=_FREE - {knob.key}, to_first=True)
-            result.config = kept if there.first_us is None else measured
+        free = _FREE
+        for place, knob in enumerate(result.knobs):
+            key = knob.key
+            if key not in DELAYS:
+                continue
+            was = getattr(self._base, key)
+            if knob.found:
+                drawn = [one for one in self._run(result.config, free=free).drawn if one.key == key]
+                knob = result.knobs[place] = _delay(key, was, drawn)
+            free -= {key}
+            kept = replace(result.config, **{key: was})
+            result.config = replace(result.config, **{key: knob.value}) if knob.found else kept
+            if knob.found and not isinstance(was, tuple):
+                there = self._run(kept, free=free, to_first=True)
+                result.config = kept if there.first_us is None else result.config
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
@@ -240,10 +263,13 @@ def _words(one: Difference) -> int:
     return sum(apart >> 16 * k & 0xFFFF > 0 for k in range(-(-apart.bit_length() // 16)))
 
 
-def _area_at(here: Replayed, t_us: int) -> bytes:
+def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
+    """What the virtual controller answers in place of a recorded area, be it somewhat later."""
     area = here.outputs[0][1]
-    for at_us, one in here.outputs:
-        if at_us > t_us:
+    for t_us, one in here.outputs:
+        if t_us > first.begin_us and (
+            t_us >= first.end_us or word(area, 0) == word(recorded, 0) != READY
+        ):
             break
         area = one
     return area

@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 from typing import Any
 
 from rcx_harness.look.compare.channels import Timeline
-from rcx_harness.look.compare.delays import DELAYS
+from rcx_harness.look.compare.delays import DELAYS, INPUTS
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config.checks import CHOICES, STORED
 from rcx_harness.spec import commands
@@ -185,7 +185,7 @@ def _values(
 
 def _intervals(asked: Mapping[str, Timeline]) -> Iterator[float]:
     """Every time between two changes that decides something: the interval is longer, or is not."""
-    times = sorted({t_us for name, line in asked.items() if name != "code" for t_us in line.times})
+    times = sorted({t_us for name in INPUTS for t_us in asked[name].times})
     gaps = {
         -(-(later - earlier) // CYCLE_US) * CYCLE_US
         for earlier, later in pairwise(times)

@@ -21,6 +21,7 @@ __all__ = [
     "Lasting",
     "Response",
     "act",
+    "acts_once",
     "answers_absent",
     "registered",
     "start",
@@ -115,6 +116,11 @@ def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
         return function
 
     return register
+
+
+def acts_once(code: int) -> bool:
+    """The command acts once when its `command_delay` is over."""
+    return code in _ACTIONS
 
 
 def answers_absent(code: int) -> bool:
