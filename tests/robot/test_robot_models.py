@@ -110,6 +110,19 @@ def test_a_load_makes_a_movement_longer() -> None:
     assert cycles[1] / cycles[0] == pytest.approx(1.783, rel=0.03)
 
 
+def test_acceleration_goes_with_the_load_in_grams() -> None:
+    """Z of the YK400XEC has 0.459 * 4 kg = 1.836 kg of its own; 5.836 kg with 4 kg.
+
+    Rule: robot-acceleration.
+    """
+    empty, full = (
+        mover(robot="YK400XEC", parameters={"WEIGHT": weight}).robot.machine.arm(1)
+        for weight in (0, 4)
+    )
+    ratio = empty.acceleration(2) / full.acceleration(2)
+    assert ratio == pytest.approx(5.836 / 1.836, rel=1e-5)
+
+
 def test_tables_of_axes_change_those_of_the_model_in_their_order(tmp_path: Path) -> None:
     text = 'robot = "YK400XE"\n[[axes]]\nstart = 130000\n[[axes]]\n[[axes]]\nsoft_high = 100000\n'
     config = _load(tmp_path, text)
