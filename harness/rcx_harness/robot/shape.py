@@ -34,7 +34,8 @@ def shapes(controller: Controller) -> list[dict[str, Any]]:
     `low` and `high` in `unit` (`mm`, `deg`), `per` pulses, and `zero` [pulses]. `points` have
     `number`, perhaps a `name`, and either `mm`, the tool's place in shifted coordinates, or
     `joints`; `pallets` have `number`, `corners` and `places` like those of points in mm, `areas` a
-    `name`, and opposite corners `from` and `to`.
+    `name`, and opposite corners `from` and `to`. What there is none of is left out; a robot whose
+    type is not named has but its axes.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_shape(one, controller.machine.memory) for one in arms if one.indices]
@@ -70,32 +71,28 @@ def _shape(arm: Arm, memory: Memory) -> dict[str, Any]:
     model = arm.model
     kind = "axes" if model is None else "scara" if model.scara else "cartesian"
     turning = _TURNING[kind == "scara"]
-    points = [
-        _point(arm, number, point, memory.comments.get(number, ""))
-        for number, point in sorted(memory.points.items())[:MOST_POINTS]
+    axes = [
+        {
+            "unit": "deg" if place in turning else "mm",
+            "low": _in_units(axis.soft_low - axis.zero, axis.pulses_per_mm),
+            "high": _in_units(axis.soft_high - axis.zero, axis.pulses_per_mm),
+            "per": axis.pulses_per_mm,
+            "zero": axis.zero,
+        }
+        for place, axis in enumerate(arm.axes)
     ]
-    return {
-        "robot": arm.number,
-        "name": model.name if model else "",
-        "kind": kind,
-        "arms": list(model.arms) if model else [],
-        "axes": [
-            {
-                "unit": "deg" if place in turning else "mm",
-                "low": _in_units(axis.soft_low - axis.zero, axis.pulses_per_mm),
-                "high": _in_units(axis.soft_high - axis.zero, axis.pulses_per_mm),
-                "per": axis.pulses_per_mm,
-                "zero": axis.zero,
-            }
-            for place, axis in enumerate(arm.axes)
-        ],
-        "points": points,
-        "pallets": list(_pallets(memory)),
-        "areas": [
-            {"name": name, "from": list(first), "to": list(second)}
-            for name, (first, second) in arm.config.work_areas.items()
-        ],
-    }
+    shape: dict[str, Any] = {"robot": arm.number, "kind": kind, "axes": axes}
+    if model is not None:
+        points = sorted(memory.points.items())[:MOST_POINTS]
+        areas = arm.config.work_areas.items()
+        shape |= {
+            "name": model.name,
+            "arms": list(model.arms),
+            "points": [_point(arm, *one, memory.comments.get(one[0], "")) for one in points],
+            "pallets": list(_pallets(memory)),
+            "areas": [{"name": name, "from": [*one], "to": [*two]} for name, (one, two) in areas],
+        }
+    return {name: value for name, value in shape.items() if value not in ("", [])}
 
 
 def _in_units(pulses: float, per: float) -> float:

@@ -369,7 +369,7 @@ export class RobotView {
 
   // Areas, pallets and points, each with its name where there is room for it.
   #things(above, side, pose) {
-    const { areas, pallets, points } = this.#model;
+    const { areas = [], pallets = [], points = [] } = this.#model;
     const moved = (place) => unshifted(this.#model, place, pose);
     for (const { name, from, to } of areas) {
       const [x1, x2] = [Math.min(from[0], to[0]), Math.max(from[0], to[0])];
