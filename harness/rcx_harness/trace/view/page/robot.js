@@ -4,7 +4,8 @@
 //
 // Takes nothing from elsewhere. The page gives what rcx_harness/robot/shape.py says as JSON:
 //
-//   const view = new RobotView(host, model, { unit: "pulses" });   // or "mm": of the positions
+//   const view = new RobotView(host, model, { unit: "pulses" });   // or "mm": of the positions;
+//                                   // high: 250 is the greatest height of one of both views [px]
 //   view.show(positions, pose, trail);     // again and again; positions null: not known
 //   trail.push(view.place(positions, pose));                       // the way so far, oldest first
 //   view.model = model;                    // its points, pallets or areas are others
@@ -22,7 +23,7 @@ const SVG_SPACE = "http://www.w3.org/2000/svg";
 const QUARTER = 90; // degrees of R where all joints are 0
 const WIDE = 560; // from this width on both views stand side by side [px]
 const GAP = 14;
-const MOST_HIGH = 380; // of one view [px]
+const MOST_HIGH = 380; // of one view, where nothing else is said [px]
 const BAR = 22;
 const LONGEST_BAR = 640;
 const TITLE = 38; // above the arm, for the name of the view
@@ -192,6 +193,7 @@ export class RobotView {
   #host;
   #model;
   #unit;
+  #high;
   #svg;
   #fixed = svgElement("g");
   #moving = svgElement("g");
@@ -202,9 +204,10 @@ export class RobotView {
   static #numbers = 0;
   #number = (RobotView.#numbers += 1);
 
-  constructor(host, model, { unit = "pulses" } = {}) {
+  constructor(host, model, { unit = "pulses", high = MOST_HIGH } = {}) {
     this.#host = host;
     this.#unit = unit;
+    this.#high = high;
     this.#svg = svgElement("svg", { class: "rv", role: "img" });
     host.replaceChildren(this.#svg);
     this.model = model;
@@ -302,7 +305,13 @@ export class RobotView {
     const above = { ...box, low: low - room, high: high + room };
     const wide = width >= WIDE;
     const across = wide ? (width - GAP) / 2 : width;
-    const scale = Math.min(across / (box.right - box.left), MOST_HIGH / (above.high - above.low));
+    const scale = Math.min(across / (box.right - box.left), this.#high / (above.high - above.low));
+    const most = wide ? Math.min(across / scale, (box.right - box.left) * 1.4) : across / scale;
+    const beyond = Math.max(0, most - (box.right - box.left)) / 2; // for names beside the limits
+    for (const one of [box, above]) {
+      one.left -= beyond;
+      one.right += beyond;
+    }
     const side = { ...box, low: zLow - this.#head * 1.3 - TITLE / scale, high: zHigh + room * 1.3 };
     const first = new Pane(0, 0, scale, above, true);
     const beside = wide ? [first.width + GAP, 0] : [0, first.height + GAP];
