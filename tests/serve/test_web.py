@@ -6,6 +6,7 @@ import asyncio
 import re
 import sys
 from collections.abc import Awaitable, Callable
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -33,7 +34,9 @@ def hosts() -> list[ServedHost]:
 
 def _with_client(hosts: list[ServedHost], use: Callable[[Client], Awaitable[None]]) -> None:
     async def run() -> None:
-        async with TestClient(TestServer(web.application(hosts), host="127.0.0.1")) as client:
+        async with TestClient(
+            TestServer(web.application(hosts, "token"), host="127.0.0.1")
+        ) as client:
             await use(client)
 
     asyncio.run(run())
@@ -45,12 +48,12 @@ def _origin(client: Client) -> dict[str, str]:
 
 def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        page = await (await client.get("/")).text()
+        page = await (await client.get("/token/")).text()
         wanted = re.findall(r'(?:src|href)="([^":]+)"', page)
         assert wanted == ["page.css", "page.js"]
         wanted += [path for path in web.FILES if path != "/"]
         for name in wanted:
-            answer = await client.get("/" + name.lstrip("/"))
+            answer = await client.get("/token/" + name.lstrip("/"))
             assert answer.status == 200
             assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
 
@@ -58,22 +61,23 @@ def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHo
 
 
 def test_no_file_of_the_page_names_another_server() -> None:
-    files = sorted(_PAGE.iterdir())
-    assert {file.name for file in files} == {name for name, _ in web.FILES.values()}
-    for file in files:
+    own = sorted(_PAGE.iterdir())
+    served = [files(package).joinpath("page", name) for package, name, _ in web.FILES.values()]
+    assert {str(file) for file in own} <= {str(file) for file in served}
+    for file in served:
         addresses = set(re.findall(r"(?:https?:)?//[\w.]+\S*", file.read_text(encoding="utf-8")))
         named = {one for one in addresses if "://" in one}
-        assert named <= {'http://www.w3.org/2000/svg";'}, file.name  # a name space, never fetched
+        assert named <= {'http://www.w3.org/2000/svg";'}, str(file)  # a name space, never fetched
 
 
 def test_every_controller_has_its_tab_and_its_state(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        tabs = await (await client.get("/api/robots")).json()
+        tabs = await (await client.get("/token/api/robots")).json()
         assert [(one["id"], one["name"], one["connected"]) for one in tabs] == [
             (0, "127.0.0.1", True),
             (1, "127.0.0.2", False),
         ]
-        robot = await (await client.get("/api/robots/1")).json()
+        robot = await (await client.get("/token/api/robots/1")).json()
         assert robot["connection"] == "no master has connected yet"
         assert robot["alarms"] == ["12.551 EtherNet/IP link error"]
 
@@ -82,11 +86,11 @@ def test_every_controller_has_its_tab_and_its_state(hosts: list[ServedHost]) -> 
 
 def test_the_chart_is_an_svg_of_the_last_seconds(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        answer = await client.get("/api/robots/0/chart.svg?seconds=2")
+        answer = await client.get("/token/api/robots/0/chart.svg?seconds=2")
         assert answer.content_type == "image/svg+xml"
         assert 'data-span="2000000"' in await answer.text()
         for text in ("0.5", "61", "nan", "x", ""):
-            answer = await client.get(f"/api/robots/0/chart.svg?seconds={text}")
+            answer = await client.get(f"/token/api/robots/0/chart.svg?seconds={text}")
             assert answer.status == 400
             assert (await answer.json())["error"] == f"seconds={text} is not 1 to 60"
 
@@ -96,9 +100,11 @@ def test_the_chart_is_an_svg_of_the_last_seconds(hosts: list[ServedHost]) -> Non
 def test_an_event_by_post_happens_to_its_controller(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
         message = {"event": "emergency_stop"}
-        answer = await client.post("/api/robots/1/events", json=message, headers=_origin(client))
+        answer = await client.post(
+            "/token/api/robots/1/events", json=message, headers=_origin(client)
+        )
         assert (answer.status, await answer.json()) == (200, {"done": "emergency_stop"})
-        robots = [await (await client.get(f"/api/robots/{k}")).json() for k in (0, 1)]
+        robots = [await (await client.get(f"/token/api/robots/{k}")).json() for k in (0, 1)]
         assert [one["switches"]["emergency_stop"] for one in robots] == [False, True]
 
     _with_client(hosts, use)
@@ -109,7 +115,7 @@ def test_an_event_of_another_origin_is_refused(hosts: list[ServedHost], origin: 
     async def use(client: Client) -> None:
         headers = {"Origin": origin} if origin else {}
         message = {"event": "emergency_stop"}
-        answer = await client.post("/api/robots/0/events", json=message, headers=headers)
+        answer = await client.post("/token/api/robots/0/events", json=message, headers=headers)
         assert answer.status == 403
         assert not hosts[0].run(5).emergency_stop
 
@@ -120,9 +126,9 @@ def test_an_event_of_another_origin_is_refused(hosts: list[ServedHost], origin: 
 def test_a_foreign_name_that_leads_here_is_refused(hosts: list[ServedHost], name: str) -> None:
     async def use(client: Client) -> None:
         headers = {"Host": name, "Origin": f"http://{name}"}
-        assert (await client.get("/api/robots", headers=headers)).status == 403
+        assert (await client.get("/token/api/robots", headers=headers)).status == 403
         message = {"event": "emergency_stop"}
-        answer = await client.post("/api/robots/0/events", json=message, headers=headers)
+        answer = await client.post("/token/api/robots/0/events", json=message, headers=headers)
         assert answer.status == 403
         assert not hosts[0].run(5).emergency_stop
 
@@ -131,7 +137,7 @@ def test_a_foreign_name_that_leads_here_is_refused(hosts: list[ServedHost], name
 
 def test_state_is_never_changed_by_get(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        answer = await client.get("/api/robots/0/events", headers=_origin(client))
+        answer = await client.get("/token/api/robots/0/events", headers=_origin(client))
         assert answer.status == 405
 
     _with_client(hosts, use)
@@ -159,7 +165,7 @@ def test_a_wrong_event_is_refused_in_one_message(
 ) -> None:
     async def use(client: Client) -> None:
         answer = await client.post(
-            "/api/robots/0/events", data=body.encode(), headers=_origin(client)
+            "/token/api/robots/0/events", data=body.encode(), headers=_origin(client)
         )
         assert answer.status == 400
         assert (await answer.json())["error"].startswith(message)
@@ -170,7 +176,7 @@ def test_a_wrong_event_is_refused_in_one_message(
 def test_a_request_that_is_too_long_is_refused(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
         answer = await client.post(
-            "/api/robots/0/events", data=b" " * 5000, headers=_origin(client)
+            "/token/api/robots/0/events", data=b" " * 5000, headers=_origin(client)
         )
         assert answer.status == 413
 
