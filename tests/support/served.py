@@ -89,7 +89,7 @@ class ServedHost(Host):
         config = config or RobotConfig()
         self.size = config.size
         self.network = NetworkInMemory(config.size)
-        self.station = Station(Controller(config), self.network, trace)
+        self.station = Station(Controller(config), self.network, trace, address)
         self.now_us = -CYCLE_US
         self.run(0)
 

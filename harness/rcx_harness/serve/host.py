@@ -184,10 +184,8 @@ class Host:
 
     async def close(self) -> None:
         """End the process; more than once does no harm."""
-        process = self._process
-        if process is None:
-            return
-        await self._end(process)
+        if self._process is not None:
+            await self._end(self._process)
         if self._folder:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = ""
