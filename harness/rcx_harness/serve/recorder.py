@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.cell.positions import axes_of, where
 from rcx_harness.robot import Controller
 from rcx_harness.robot.findings import Violation
+from rcx_harness.robot.positions import axes_of, where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Trace

@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from rcx_harness.cell.positions import where
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import Image, LinkState
 from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
+from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.serve.recorder import Recorder
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
