@@ -63,7 +63,9 @@ def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHo
 
 def test_no_file_of_the_page_names_another_server() -> None:
     own = sorted(_PAGE.iterdir())
-    served = [files(package).joinpath("page", name) for package, name, _ in web.FILES.values()]
+    served = [
+        files(package).joinpath("page").joinpath(name) for package, name, _ in web.FILES.values()
+    ]
     assert {str(file) for file in own} <= {str(file) for file in served}
     for file in served:
         addresses = set(re.findall(r"(?:https?:)?//[\w.]+\S*", file.read_text(encoding="utf-8")))
