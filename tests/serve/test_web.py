@@ -170,6 +170,13 @@ def test_a_script_that_has_the_token_needs_no_origin(hosts: list[ServedHost]) ->
     _with_client(hosts, use)
 
 
+def test_the_slash_at_the_end_of_the_address_may_be_forgotten(hosts: list[ServedHost]) -> None:
+    async def use(client: Client) -> None:
+        assert (await client.get("/token")).url.path == "/token/"
+
+    _with_client(hosts, use)
+
+
 def test_each_server_has_another_token(hosts: list[ServedHost]) -> None:
     assert web.WebServer(hosts, 0).address != web.WebServer(hosts, 0).address
 

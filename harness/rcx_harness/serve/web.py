@@ -70,6 +70,7 @@ def application(hosts: Sequence[Host], token: str) -> web.Application:
     """The web application for these controllers; its paths begin with the token."""
     app = web.Application(middlewares=[_guard], client_max_size=_LARGEST_REQUEST)
     app[_HOSTS], app[_TOKEN], app[_CLICKS] = hosts, token, Clicks()
+    app.router.add_get(f"/{token}", _to_page)
     for path in FILES:
         app.router.add_get(f"/{token}{path}", _file)
     robots = f"/{token}/api/robots"
@@ -174,6 +175,11 @@ def _own_origin(request: web.Request) -> str:
 
 def _error(status: int, text: str) -> web.Response:
     return web.json_response({"error": text}, status=status)
+
+
+async def _to_page(request: web.Request) -> web.Response:
+    """The address without the slash at its end, which all others are relative to."""
+    return web.Response(status=308, headers={"Location": f"/{request.app[_TOKEN]}/"})
 
 
 async def _file(request: web.Request) -> web.Response:
