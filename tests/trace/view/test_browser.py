@@ -316,6 +316,18 @@ def test_the_robots_stand_as_at_the_cursor(browser: WebDriver, moving: Path) -> 
     assert page.run(way) == 2
 
 
+def test_the_robots_are_printed_as_they_stand(browser: WebDriver, moving: Path) -> None:
+    page = Page(browser, moving)
+    page.until(lambda: page.run("document.querySelectorAll('#robots .rv-tip').length") == 2)
+    page.run("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.run("document.querySelectorAll('#paper .rv').length") == 2
+    assert page.run("document.querySelectorAll('#paper .rv-tip').length") == 2
+    clips = "[...document.querySelectorAll('clipPath')].map((one) => one.id)"
+    found = page.run(clips)
+    assert len(set(found)) == len(found) == 4
+    page.run("window.dispatchEvent(new Event('afterprint'))")
+
+
 @pytest.mark.parametrize("width", [400, 1280])
 def test_it_fits_narrow_and_wide_windows(browser: WebDriver, file: Path, width: int) -> None:
     size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}

@@ -375,8 +375,7 @@ class Page {
       element("h1", {}, this.#table.title),
       element("p", {}, [range, ...cursors, this.#table.about].join(" · ")),
     );
-    const drawn = [...document.querySelectorAll("#robots .rv")].map((one) => one.cloneNode(true));
-    if (byId("robots").open) paper.append(...drawn);
+    if (byId("robots").open) paper.append(...[...document.querySelectorAll("#robots .rv")].map(copied));
     const colours = paperColours();
     const sheets = [[]];
     let top = 0;
@@ -441,6 +440,13 @@ class Page {
 // Commands and what the controller answers to them are looked at together.
 function kindOf(lane) {
   return lane.colour === "status" ? "command" : lane.colour;
+}
+
+// A drawing for paper; what clips it has to be its own, for the one on the screen is hidden.
+function copied(drawing) {
+  const copy = drawing.cloneNode(true);
+  copy.innerHTML = copy.innerHTML.replace(/\brv(\d+)(above|side)\b/g, "paper$1$2");
+  return copy;
 }
 
 // The colours of the light theme, whatever the screen shows.
