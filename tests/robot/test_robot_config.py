@@ -154,7 +154,7 @@ def test_no_key_takes_what_is_no_value_of_its_kind(
 ) -> None:
     """One short message; an empty table presets nothing where there are tables."""
     for key in keys:
-        empty = value == "{}" and key in (*STORED, "real_time_items")
+        empty = value == "{}" and key in (*STORED, "real_time_items", "work_areas")
         said = ""
         try:
             _load(tmp_path, f"{table}{key} = {value}\n")

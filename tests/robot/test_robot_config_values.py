@@ -89,6 +89,7 @@ _OTHERS: dict[str, Any] = {
     "pallets": {},
     "shifts": {},
     "hands": {},
+    "work_areas": {},
     "variables": {},
     "parameters": {},
     "parallel_io": "none",

@@ -26,7 +26,6 @@ from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
 from rcx_harness.cell.plc import Plc
-from rcx_harness.cell.positions import axes_of
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall
 from rcx_harness.cell.watched import Watched
@@ -34,6 +33,8 @@ from rcx_harness.engine.base import Program, Value
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
+from rcx_harness.robot.positions import axes_of
+from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import KEPT, Trace
 from rcx_harness.units import format_us, parse_us
@@ -137,7 +138,10 @@ class Cell:
         members = [Member(robot, link, m, n, far), *further]
         images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
         axes = axes_of(self.robots, positions)
-        self.trace = Trace(header, trace, keep=keep, watched=self._watch.types, axes=axes)
+        drawn = [shapes(one) for one in self.robots] if axes else ()
+        self.trace = Trace(
+            header, trace, keep=keep, watched=self._watch.types, axes=axes, robots=drawn
+        )
         self._agenda = Agenda() if agenda is None else agenda
         self._nodes = [
             Node(
