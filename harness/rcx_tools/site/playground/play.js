@@ -36,7 +36,8 @@ let page = "";
 function load(chosen) {
   job = chosen;
   const robots = chosen.robots.map((text, at) => [`robot${at + 1}.toml`, text]);
-  const first = Object.keys(chosen.files).find((name) => /PROGRAM/.test(chosen.files[name])) ?? Object.keys(chosen.files)[0];
+  const names = Object.keys(chosen.files);
+  const first = names.find((name) => /^\s*PROGRAM\b[^]*END_PROGRAM/m.test(chosen.files[name])) ?? names[0];
   editor.load({ ...chosen.files, ...Object.fromEntries(robots) }, first);
   sliders.scan.set(chosen.scan);
   sliders.rpi.set(chosen.rpi ?? RPI);
