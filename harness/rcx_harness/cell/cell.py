@@ -34,6 +34,7 @@ from rcx_harness.engine.base import Program, Value
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
+from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import KEPT, Trace
 from rcx_harness.units import format_us, parse_us
@@ -133,7 +134,10 @@ class Cell:
         members = [Member(robot, link, m, n, far), *further]
         images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
         axes = axes_of(self.robots, positions)
-        self.trace = Trace(header, trace, keep=keep, watched=self._watch.types, axes=axes)
+        drawn = [shapes(one) for one in self.robots] if axes else ()
+        self.trace = Trace(
+            header, trace, keep=keep, watched=self._watch.types, axes=axes, robots=drawn
+        )
         self._agenda = Agenda() if agenda is None else agenda
         self._nodes = [
             Node(

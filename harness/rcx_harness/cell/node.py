@@ -14,6 +14,7 @@ from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, Violation
+from rcx_harness.robot.shape import poses
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Scan, Trace
 from rcx_harness.watch.wire import WireMonitor
@@ -81,6 +82,7 @@ class Node:
         self._clear = clear
         self._unit = positions
         self._stood: tuple[float, ...] | None = None
+        self._posed: tuple[dict[str, Any], ...] = ()
         self._status = status_path(program, number)
         self._shown = program.reader([self._status] if self._status else [])
         self._so, self._connected = self._no_area, False
@@ -135,7 +137,7 @@ class Node:
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
         robot, network, wire, self.cycles, self._given = snapshot
-        self._stood = None
+        self._stood, self._posed = None, ()
         self.robot.restore(robot)
         self.network.restore(network)
         self.wire.restore(wire)
@@ -147,8 +149,8 @@ class Node:
         if self.matched:
             link.robot_write(so)
         network.set_adapter(robot.online)
-        moved = self._moved() if self._unit else None
-        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved))
+        moved, posed = (self._moved(), self._set()) if self._unit else (None, None)
+        self._trace.add(Cycle(now, self.cycles, si or b"", so, self.number, moved, posed))
         if robot.violations:
             self._tell(
                 Violation(one.t_us, one.rule, f"robot, cycle {self.cycles}: {one.rule}: {one.text}")
@@ -160,6 +162,12 @@ class Node:
         """Where the robots are, if that has changed."""
         before, self._stood = self._stood, where(self.robot, self._unit)
         return None if self._stood == before else self._stood
+
+    def _set(self) -> tuple[dict[str, Any], ...] | None:
+        """How the robots stand besides their positions, if that has changed."""
+        before, self._posed = self._posed, tuple(poses(self.robot))
+        is_new = self._posed != before and bool(before or any(self._posed))
+        return self._posed if is_new else None
 
     def _tell(self, found: Iterable[Violation]) -> None:
         if self._prefix:

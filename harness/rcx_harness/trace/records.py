@@ -58,7 +58,8 @@ class Scan(NamedTuple):
 class Cycle(NamedTuple):
     """One controller cycle: the area sampled (empty without a connection), the area answered.
 
-    `positions` are those after it, where they are recorded and have changed.
+    `positions` are those after it, where they are recorded and have changed; `poses` say of each
+    robot how it stands besides (`rcx_harness.robot.shape.poses`), where that has changed.
     """
 
     t_us: int
@@ -67,6 +68,7 @@ class Cycle(NamedTuple):
     rcx_so: bytes
     controller: int = 1
     positions: tuple[float, ...] | None = None
+    poses: tuple[Mapping[str, Any], ...] | None = None
 
     def line(self) -> str:
         """The record as JSON; `positions` only when they are recorded and have changed."""
@@ -74,9 +76,11 @@ class Cycle(NamedTuple):
             f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
             f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"'
         )
-        if self.positions is None:
-            return head + "}"
-        return f'{head},"positions":{json.dumps(self.positions, **_COMPACT)}}}'
+        if self.positions is not None:
+            head += f',"positions":{json.dumps(self.positions, **_COMPACT)}'
+        if self.poses is not None:
+            head += f',"poses":{json.dumps(self.poses, **_COMPACT)}'
+        return head + "}"
 
 
 Record = Scan | Cycle | Violation
@@ -111,6 +115,8 @@ class Trace:
         keep: How many records stay in memory.
         watched: The variables that scans show, by path, and their types; as `watch` in the header.
         axes: What positions are recorded of, for each controller; as `positions` in the header.
+        robots: What the robots look like, for each controller (`rcx_harness.robot.shape.shapes`);
+            as `robots` in the header.
 
     Raises:
         InputError: the file cannot be written.
@@ -124,6 +130,7 @@ class Trace:
         keep: int = KEPT,
         watched: Mapping[str, Type] | None = None,
         axes: Sequence[Sequence[str]] = (),
+        robots: Sequence[Sequence[Mapping[str, Any]]] = (),
     ) -> None:
         self.header = {"format": FORMAT, **header}
         self.watched, self.axes = dict(watched or {}), axes
@@ -131,6 +138,8 @@ class Trace:
             self.header["watch"] = {path: described(kind) for path, kind in self.watched.items()}
         if axes:
             self.header["positions"] = [list(names) for names in axes]
+        if robots:
+            self.header["robots"] = [list(every) for every in robots]
         self.path = Path(path) if path is not None else None
         self._kept: deque[Record] = deque(maxlen=keep)
         self._listeners: list[Callable[[Record], None]] = []
@@ -298,6 +307,7 @@ def _record(entry: dict[str, Any]) -> Record:
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
         where = tuple(entry["positions"]) if "positions" in entry else None
-        return Cycle(t_us, entry["cycle"], si, so, controller, where)
+        poses = tuple(map(dict, entry["poses"])) if "poses" in entry else None
+        return Cycle(t_us, entry["cycle"], si, so, controller, where, poses)
     named = _RULE.match(entry["violation"])
     return Violation(t_us, named[1] if named else "", entry["violation"])

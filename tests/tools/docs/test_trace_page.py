@@ -24,6 +24,23 @@ _NAME = re.compile(r"`([^`]+)`")
 
 #: Both inputs in one scan: a broken rule, for the PLC's monitor and for the controller.
 _STIMULUS = "[[at]]\ntime = '500ms'\nset = { 'Main.Bits0' = 0x41 }\n"
+_LEFT_HANDED = """\
+robot = "YK400XEC"
+[[axes]]
+[[axes]]
+start = -100000
+[pallets.1]
+positions = [1, 1, 1]
+first_point = 1
+[points]
+1 = { mm = [0, 300] }
+2 = { mm = [0, 300] }
+3 = { mm = [0, 300] }
+4 = { mm = [0, 300] }
+5 = { mm = [0, 300] }
+[work_areas]
+Feeder = [[0, 200], [100, 300]]
+"""
 _WATCHED = _ROOT / "tests/cell/programs/Watched.st"
 
 
@@ -39,6 +56,7 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder = tmp_path_factory.mktemp("runs")
     (folder / "lib").mkdir()
     (folder / "s.toml").write_text(_STIMULUS, encoding="utf-8")
+    (folder / "arm.toml").write_text(_LEFT_HANDED, encoding="utf-8")
     raw = [str(_ROOT / "tests/cell/programs/RawArea.st"), f"--lib={folder / 'lib'}"]
     runs = (
         [
@@ -51,7 +69,10 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
             *("--m=0", "--m=48", "--n=0", "--n=48"),
         ],
         [*raw, f"--stimulus={folder / 's.toml'}"],
-        [str(_WATCHED), raw[1], "--watch=Main.*"],
+        [
+            *(str(_WATCHED), raw[1], "--watch=Main.*"),
+            *(f"--robot={folder / 'arm.toml'}", "--positions=pulses"),
+        ],
     )
     found = []
     for number, options in enumerate(runs):
@@ -129,6 +150,16 @@ def test_every_form_of_a_type_is_there(lines: list[str]) -> None:
     forms = [row[1] for row in _rows("Type in `watch`")]
     shown = {tuple(re.findall(r'"(\w+)":', form)) for form in forms}
     assert found == shown
+
+
+def test_every_entry_of_a_robot_is_there(lines: list[str]) -> None:
+    """Of what it looks like, and of how it stands."""
+    entries = [json.loads(line) for line in lines]
+    robots = [one for entry in entries for every in entry.get("robots", []) for one in every]
+    poses = [one for entry in entries for one in entry.get("poses", [])]
+    assert {key for one in robots for key in one} == _fields("Robot")
+    assert {key for one in poses for key in one} <= _fields("Pose")
+    assert _fields("Pose") == {"left", "shift", "hand"}
 
 
 def test_every_option_is_there_with_its_default() -> None:

@@ -6,6 +6,8 @@ import { test } from "node:test";
 import { Axis, duration, neighbour, seconds, snapped, ticks } from "./axis.js";
 import { Events, Lane, countUntil, reader, speed } from "./data.js";
 import { pieces } from "./draw.js";
+import { figure, jointsOf } from "./robot.js";
+import { lastTimes, poseAt } from "./robots.js";
 import { find, matcher, step, wordsOf } from "./search.js";
 
 const bytes = (...numbers) => Uint8Array.from(numbers);
@@ -158,4 +160,42 @@ test("events are found, one after the other, and again from the beginning", () =
 
 test("a count of sorted times", () => {
   assert.deepEqual([0, 1, 2, 5, 9].map((t) => countUntil([1, 2, 2, 5], t)), [0, 1, 3, 4, 4]);
+});
+
+// Arms of 225 and 175 mm: at 0 degrees stretched to the front, along Y, and R is 90 degrees.
+const axes = [{ per: 10, zero: 5 }, { per: 10, zero: 0 }, { per: 10, zero: 0 }, { per: 10, zero: 0 }];
+const scara = { kind: "scara", arms: [225, 175], axes };
+const near = (found, expected) =>
+  found.forEach((value, k) => assert.ok(Math.abs(value - expected[k]) < 1e-9, `${found} is not ${expected}`));
+
+test("arms stand where their joints are", () => {
+  near(figure(scara, [0, 0, 50, 0]).tool, [0, 400, 50]);
+  near(figure(scara, [90, 0, 0, 0]).tool, [-400, 0, 0]);
+  const bent = figure(scara, [0, 90, 0, 10]);
+  near([...bent.elbow, ...bent.flange, bent.r], [0, 225, -175, 225, 0, 190]);
+  near(figure({ kind: "cartesian", axes }, [1, 2, 3, 4]).tool, [1, 2, 3]);
+});
+
+test("a hand on the R axis turns with it, one beside it is another arm", () => {
+  near(figure(scara, [0, 0, 0, -90], { hand: [10, 0, 5, 1] }).tool, [10, 400, 5]);
+  near(figure(scara, [0, 0, 0, 0], { hand: [10, 0, 5, 1] }).tool, [0, 410, 5]);
+  const beside = figure(scara, [0, 0, 0, 0], { hand: [90, 25, 5, 0] });
+  near([...beside.tool, beside.r], [-200, 225, 5, 90]);
+});
+
+test("joints are found from pulses, and from the tool's place in shifted coordinates", () => {
+  near(jointsOf(scara, [905, 100, 20, -10], "pulses"), [90, 10, 2, -1]);
+  near(jointsOf(scara, [-175, 225, 7, 180], "mm"), [0, 90, 7, 0]);
+  near(jointsOf(scara, [175, 225, 7, 0], "mm", { left: true }), [0, -90, 7, 0]);
+  near(jointsOf(scara, [0, 275, 0, 90], "mm", { shift: [100, 225, 0, 90] }), [0, 90, 0, 0]);
+  assert.equal(jointsOf(scara, [401, 0, 0, 0], "mm"), null);
+  near(jointsOf({ kind: "axes", axes }, [1, 2, 3, 4], "mm"), [1, 2, 3, 4]);
+});
+
+test("a pose holds from its time on, and the last changes of all lanes count once", () => {
+  const poses = [[10, { left: true }], [20, {}]];
+  assert.deepEqual([9, 10, 19, 20].map((t) => poseAt(poses, t)), [{}, { left: true }, { left: true }, {}]);
+  const lanes = [curve([10, 20, 30], [1, 2, 3]), curve([20, 25], [1, 2])];
+  assert.deepEqual(lastTimes(lanes, 25, 10), [10, 20, 25]);
+  assert.deepEqual(lastTimes(lanes, 30, 2), [25, 30]);
 });

@@ -12,6 +12,9 @@ import pytest
 
 from browser import NEEDS_BROWSER, chromium
 from rcx_harness import Cell
+from rcx_harness.robot import Axis, Controller, RobotConfig
+from rcx_harness.robot.shape import shapes
+from rcx_harness.trace import Cycle
 from rcx_harness.trace.view import View
 
 pytestmark = NEEDS_BROWSER
@@ -104,6 +107,27 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return page
 
 
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A YK610XEC that turns its axis 1 from 0 to 90 degrees, a robot of one axis without a model."""
+    scara = RobotConfig(robot=("YK610XEC",)).axes
+    config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
+    controller = Controller(config)
+    controller.positions[:] = [0] * 5
+    names = [
+        f"Robot {robot} axis {k} [pulses]" for robot, k in ((1, 1), (1, 2), (1, 3), (1, 4), (2, 1))
+    ]
+    header = {"cycle_us": 5000, "positions": [names], "robots": [shapes(controller)]}
+    view = View(header)
+    area = bytes(48)
+    for k in range(101):
+        where = (scara[0].pulses_per_mm * 0.9 * k, 0, 0, 0, 1000 * k)
+        view.take(Cycle(5_000 * k, k, area, area, positions=where))
+    page = tmp_path_factory.mktemp("moving") / "page.html"
+    page.write_text(view.page("moving"), encoding="utf-8")
+    return page
+
+
 @pytest.fixture
 def page(browser: WebDriver, file: Path) -> Page:
     return Page(browser, file)
@@ -187,6 +211,30 @@ def test_a_click_into_the_chart_puts_the_cursor_and_a_drag_moves_the_chart(page:
     assert end - begin == pytest.approx(before[1] - before[0], abs=1)
 
 
+def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
+    """From 100 px apart to 200 px: half of the time is shown."""
+    begin, end = page.shown()
+    box = page.run("document.getElementById('plot').getBoundingClientRect().toJSON()")
+    y, left = box["top"] + 40, box["left"]
+
+    def touch(kind: str, *at: float) -> None:
+        points = [{"x": left + x, "y": y, "id": k} for k, x in enumerate(at)]
+        given = {"type": kind, "touchPoints": points}
+        page.browser.execute_cdp_cmd("Input.dispatchTouchEvent", given)
+
+    touch("touchStart", 100)
+    touch("touchStart", 100, 200)
+    for far in (220, 250, 280, 300):
+        touch("touchMove", 100, far)
+    touch("touchEnd")
+    page.until(lambda: page.shown()[1] - page.shown()[0] < (end - begin) * 0.6)
+    now = page.shown()
+    assert now[1] - now[0] == pytest.approx((end - begin) / 2, rel=0.02)
+    at = 100 / box["width"]
+    assert now[0] + at * (now[1] - now[0]) == pytest.approx(begin + at * (end - begin), abs=2)
+    assert not re.search(r"\d", page.text("#a output")), "no cursor was put"
+
+
 def test_signals_without_a_change_are_shown_where_that_is_asked_for(page: Page) -> None:
     count = "document.querySelectorAll('.row').length"
     few = page.run(count)
@@ -242,6 +290,30 @@ def test_it_prints_on_a4_with_what_is_seen_and_its_events(page: Page) -> None:
     box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", pdf)
     assert box is not None
     assert [float(one) for one in box.groups()] == pytest.approx([841.9, 595.3], abs=1)
+
+
+def test_the_robots_stand_as_at_the_cursor(browser: WebDriver, moving: Path) -> None:
+    """Arms of 335 and 275 mm: stretched to the front at first, to the left after 90 degrees."""
+    page = Page(browser, moving)
+
+    def told() -> list[str]:
+        script = "[...document.querySelectorAll('#robots .rv')].map((one) => one.ariaLabel)"
+        found: list[str] = page.run(script)
+        return found
+
+    page.until(lambda: told()[0].startswith("Robot 1, YK610XEC: X -610, Y 0, Z 0, R 180"))
+    assert told()[1] == "Robot 2: 1 100"
+    assert page.text("#when") == "at the end"
+    way = "document.querySelector('.rv-trail').getAttribute('d').match(/[ML]/g).length"
+    assert page.run(way) == 100
+    while page.text("#selected") != "Robot 1 axis 1 [pulses]":
+        page.press(Keys.ARROW_DOWN)
+    page.press(".", ".")
+    # At 10 ms: 1.8 degrees; 610 mm by their sine and cosine.
+    page.until(lambda: told()[0].startswith("Robot 1, YK610XEC: X -19.161, Y 609.699, Z 0, R 91.8"))
+    assert told()[1] == "Robot 2: 1 2"
+    assert page.text("#when") == "at 0.010 s"
+    assert page.run(way) == 2
 
 
 @pytest.mark.parametrize("width", [400, 1280])

@@ -181,6 +181,70 @@ def test_a_second_controller_has_groups_of_its_own() -> None:
     assert page.order() == ["SI(01) Servo ON input"]
 
 
+_ARM: dict[str, Any] = {
+    "robot": 1,
+    "name": "YK400XEC",
+    "kind": "scara",
+    "arms": [225.0, 175.0],
+    "axes": [{"unit": "deg", "low": -90.0, "high": 90.0, "per": 10.0, "zero": 0}] * 2,
+    "points": [{"number": 1, "mm": [1.0, 2.0]}],
+}
+_AXIS: dict[str, Any] = {"robot": 2, "kind": "axes", "axes": _ARM["axes"][:1]}
+
+
+def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
+    """Of the first controller robot 1 has two axes, robot 2 one; of the second nothing moves."""
+    names = ["Robot 1 axis 1 [pulses]", "Robot 1 axis 2 [pulses]", "Robot 2 axis 1 [pulses]"]
+    left = ({"left": True}, {})
+    page = _shown(
+        _scan(0),
+        Cycle(0, 0, _area(), _area(), positions=(0, 0, 0), poses=left),
+        Cycle(5_000, 1, _area(), _area(), positions=(0, 0, 7)),
+        Cycle(10_000, 2, _area(), _area(), poses=({}, {})),
+        Cycle(10_000, 2, _area(), _area(), controller=2),
+        positions=[names, ["Position axis 1 [pulses]"]],
+        robots=[[_ARM, _AXIS], [_AXIS]],
+    )
+    first, second = page.table["robots"]
+    assert (first["title"], second["title"]) == (
+        "Controller 1, Robot 1, YK400XEC",
+        "Controller 1, Robot 2",
+    )
+    assert (first["unit"], first["model"]) == ("pulses", _ARM)
+    of = [[page.table["lanes"][k]["name"] for k in one["lanes"]] for one in (first, second)]
+    assert of == [names[:2], names[2:]]
+    assert first["poses"] == [[0, {"left": True}], [10_000, {}]]
+    assert second["poses"] == [[0, {}]]
+
+
+@pytest.mark.parametrize(
+    "robots",
+    [
+        *(5, [5], [[5]], [[{}]], [], [[]], [[_ARM], [_ARM]], [[_AXIS]], [[_ARM, _AXIS]]),
+        *([[_ARM | {"kind": "delta"}]], [[_ARM | {"arms": [1]}]], [[_ARM | {"arms": [0, 1]}]]),
+        *([[_ARM | {"axes": [_AXIS, _AXIS]}]], [[_ARM | {"robot": "<b>"}]]),
+        [[_ARM | {"axes": [{**one, "per": 0} for one in _ARM["axes"]]}]],
+        [[_ARM | {"axes": [{**one, "low": float("nan")} for one in _ARM["axes"]]}]],
+        *([[_ARM | {"points": [{"number": 1}]}]], [[_ARM | {"points": 5}]]),
+        [[_ARM | {"points": [{"number": 1, "mm": ["<b>"]}]}]],
+        [[_ARM | {"pallets": [{"number": 1, "corners": [], "places": []}]}]],
+        [[_ARM | {"areas": [{"name": 5, "from": [0, 0], "to": [1, 1]}]}]],
+        [[_ARM | {"areas": [{"name": "A", "from": [0, 0], "to": [1, 1, 1]}]}]],
+    ],
+)
+def test_what_is_no_robot_is_one_message(robots: Any) -> None:
+    axes = [["X [pulses]", "Y [pulses]"]]
+    with pytest.raises(InputError, match="what the header says of robots is none"):
+        _page(_scan(0), positions=axes, robots=robots)
+
+
+@pytest.mark.parametrize("poses", [({},), ({}, {}, {}), ({}, {"shift": [1]}), ({"hand": "x"}, {})])
+def test_what_is_no_pose_is_one_message(poses: Any) -> None:
+    header = {"positions": [["X [mm]", "Y [mm]", "Z [mm]"]], "robots": [[_ARM, _AXIS]]}
+    with pytest.raises(InputError, match="at 0 us are not those that the header describes"):
+        _page(Cycle(0, 0, b"", _area(), 1, None, poses), **header)
+
+
 @pytest.mark.parametrize(
     ("header", "record", "message"),
     [
@@ -221,7 +285,8 @@ def test_the_page_is_one_file_that_needs_no_other_and_is_the_same_each_time() ->
     links = _Links()
     links.feed(page)
     assert links.found == ["data:,"]
-    assert re.findall(r"https?://[^\s\"']+", page) == []
+    named = re.findall(r"https?://[^\s\"']+", page)
+    assert named == ["http://www.w3.org/2000/svg"]  # a name space, never fetched
     assert "default-src 'none'" in page
     assert not re.search(r"^(import|export) ", page, re.MULTILINE)
     assert page == _page(_scan(0), _scan(10_000))

@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 __all__ = ["DESCRIBED", "KNOBS", "Seen", "seen_at", "values"]
 
 #: Keys that say what a robot is and has, not what the manual leaves open: the user's to give.
-DESCRIBED = (*STORED, "robot", "axes", "programs", "real_time_items", "size")
+DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
 #: An alarm and a number that nothing else is.
 _SOME_ALARM = "98.765"
 _KINDS = {entry.name: str(entry.type) for entry in fields(RobotConfig)}

@@ -30,6 +30,7 @@ from rcx_harness.spec.robots import robot_models
 from rcx_harness.spec.wire import AREA_SIZES
 
 __all__ = [
+    "AREA_HINT",
     "STORED",
     "alarm_code",
     "check_programs",
@@ -40,6 +41,9 @@ __all__ = [
     "near",
 ]
 
+#: How a work area is written.
+AREA_HINT = "Feeder = [[100, 200], [180, 260]], two corners X, Y or X, Y, Z in mm"
+_LONGEST_NAME = 40
 #: The keys of stored data.
 STORED = ("points", "comments", "pallets", "shifts", "hands", "variables", "parameters")
 
@@ -147,9 +151,23 @@ def check_value(key: str, declared: str, value: Any) -> None:
         _expect(right, key, value, f"{_SLOTS} unit numbers, such as [0x0401, 0, 0, 0]")
     elif key == "real_time_items":
         _check_items(key, value)
+    elif key == "work_areas":
+        _check_areas(key, value)
     elif key == "programs":
         _expect(len(value) > 0, key, value, "at least one program")
         _expect(len(value) <= _PROGRAMS, key, f"{len(value)} tables", f"{_PROGRAMS} at most")
+
+
+def _check_areas(key: str, value: Any) -> None:
+    for name, corners in value.items():
+        short = isinstance(name, str) and 0 < len(name) <= _LONGEST_NAME and name.isprintable()
+        _expect(short, key, name, f"names of 1 to {_LONGEST_NAME} characters")
+        pair = isinstance(corners, tuple) and len(corners) == 2
+        right = pair and all(
+            isinstance(corner, tuple) and len(corner) in (2, 3) and all(map(is_number, corner))
+            for corner in corners
+        )
+        _expect(right and len(corners[0]) == len(corners[1]), f"{key}.{name}", corners, AREA_HINT)
 
 
 def check_stored(key: str, value: Any, axes: int) -> None:

@@ -24,6 +24,8 @@ __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 
 #: Milliseconds, fixed or as (shortest, longest), drawn anew each time from the seed.
 Delay = float | tuple[float, float]
+#: X, Y, and Z where that matters [mm].
+Corner = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,8 @@ class Robot:
     axes: tuple[Axis, ...] = _AXES
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
+    # Only drawn: by name, two opposite corners [mm].
+    work_areas: Mapping[str, tuple[Corner, Corner]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

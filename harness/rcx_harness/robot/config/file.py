@@ -5,7 +5,8 @@ Its keys are the fields of RobotConfig; axes and programs are lists of tables. S
 `[points.19]` with `mm` or `pulses`, `hand`, `arm1`, `arm2`; `[comments]` with `50 = "WAIT ORG"`;
 `[pallets.10]` with `positions = [10, 15, 1]` and `first_point`; `[shifts]` with
 `5 = [10.0, -20.0, 5.0, -18.0]` in mm; `[hands.1]` of robot 1 with `3 = [10000, -2000, 5000, 0]` as
-on the wire; `[variables]` with `SGI5 = 50`; `[parameters]` with `ACCEL = 80` or one value per axis.
+on the wire; `[variables]` with `SGI5 = 50`; `[parameters]` with `ACCEL = 80` or one value per axis;
+`[work_areas]` with `Feeder = [[100, 200], [180, 260]]`, two corners in mm.
 """
 
 from __future__ import annotations
@@ -17,7 +18,14 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot.config.checks import STORED, check_value, is_number, is_whole, near
+from rcx_harness.robot.config.checks import (
+    AREA_HINT,
+    STORED,
+    check_value,
+    is_number,
+    is_whole,
+    near,
+)
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
 
 __all__ = ["line_of", "read_value"]
@@ -46,6 +54,8 @@ def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[
         return _stored(key, value)
     if key == "real_time_items":
         return _items(key, value)
+    if key == "work_areas":
+        return _areas(key, value)
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -79,6 +89,18 @@ def _items(key: str, value: Any) -> dict[int, str]:
     if not isinstance(value, dict) or not all(number.isdecimal() for number in value):
         raise InputError(f"'{key}' must be a table", hint=f'write 13 = "motor_duty" in [{key}]')
     return {int(number): name for number, name in value.items()}
+
+
+def _areas(key: str, value: Any) -> dict[str, Any]:
+    """`work_areas`: a table of names and pairs of corners."""
+    if not isinstance(value, dict):
+        raise InputError(f"'{key}' must be a table", hint=f"write {AREA_HINT} in [{key}]")
+    return {
+        name: tuple(tuple(corner) if isinstance(corner, list) else corner for corner in corners)
+        if isinstance(corners, list)
+        else corners
+        for name, corners in value.items()
+    }
 
 
 def _known(key: str, known: Iterable[str], where: str = "") -> None:

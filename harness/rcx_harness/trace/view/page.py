@@ -17,6 +17,7 @@ from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US
 from rcx_harness.trace.records import Cycle, Record, Scan, Violation
 from rcx_harness.trace.view.lanes import Group, Lane, Lanes, Variables, Wire
 from rcx_harness.trace.view.pack import Numbers, Packed, Texts, put_whole
+from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
 
 __all__ = ["BEGINNING", "SCRIPTS", "View"]
@@ -24,7 +25,16 @@ __all__ = ["BEGINNING", "SCRIPTS", "View"]
 #: How each page begins: what begins so may be written over.
 BEGINNING = "<!doctype html>\n<!-- rcx view -->"
 #: The scripts of the page, each of which takes only from those before it.
-SCRIPTS = ("data.js", "axis.js", "search.js", "draw.js", "chart.js", "page.js")
+SCRIPTS = (
+    "data.js",
+    "axis.js",
+    "search.js",
+    "draw.js",
+    "chart.js",
+    "robot.js",
+    "robots.js",
+    "page.js",
+)
 #: A variable that changes more often is a curve, and none of its changes is an event.
 _OFTEN = 50
 #: Broken rules that are told; of the others only how many they are.
@@ -70,6 +80,12 @@ class View:
         self._positions = [
             [self._axis(title, who) for title in names] for who, names in enumerate(titles, 1)
         ]
+        unit = "pulses" if any("[pulses]" in one for names in titles for one in names) else "mm"
+        lanes = self._positions if "robots" in header else []
+        try:
+            self._robots = Robots(header.get("robots", []), lanes, unit)
+        except (AttributeError, KeyError, TypeError, ValueError):
+            raise InputError("what the header says of robots is none") from None
 
     def _axis(self, title: str, controller: int) -> Lane:
         who = f"{controller}: " if controller > 1 else ""
@@ -105,6 +121,8 @@ class View:
                 axes = self._positions[record.controller - 1]
                 for lane, value in zip(axes, record.positions, strict=True):
                     self._lanes.note(lane, record.t_us, round(value * _FINE))
+            if isinstance(record, Cycle) and record.poses is not None and "robots" in self._header:
+                self._robots.take(record.t_us, record.controller, record.poses)
         except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError):
             text = f"the values at {record.t_us} us are not those that the header describes"
             raise InputError(text) from None
@@ -193,6 +211,7 @@ class View:
             "broken": self.broken,
             "texts": list(self._lanes.texts),
             "sections": self._sections,
+            "robots": self._robots.table(places),
             "groups": [
                 {"title": one.title, "open": one.open, "lanes": [places[id(k)] for k in one.lanes]}
                 for one in groups

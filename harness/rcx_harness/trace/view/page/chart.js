@@ -328,18 +328,28 @@ export class Chart {
   // the axis a part of it can be chosen.
   #point(canvas, moves) {
     let down = null;
+    const fingers = new Map(); // where each finger is; two of them zoom
     const xOf = (event) => event.clientX - canvas.getBoundingClientRect().left;
     const taken = (x) =>
       ["a", "b"].find((k) => this.cursors[k] !== null && Math.abs(this.axis.x(this.cursors[k]) - x) < NEAR);
     canvas.addEventListener("pointerdown", (event) => {
       if (event.button) return;
       const x = xOf(event);
+      fingers.set(event.pointerId, x);
+      canvas.setPointerCapture(event.pointerId);
+      if (fingers.size > 1) {
+        down = null;
+        return;
+      }
       down = { x, from: this.axis.from, to: this.axis.to, taken: taken(x), moved: false };
       if (down.taken) this.active = down.taken;
-      canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
       const x = xOf(event);
+      if (fingers.size > 1) {
+        this.#pinch(fingers, event.pointerId, x);
+        return;
+      }
       if (!down) {
         canvas.style.cursor = taken(x) ? "ew-resize" : "";
         return;
@@ -355,6 +365,7 @@ export class Chart {
     canvas.addEventListener("pointerup", (event) => {
       const from = down;
       down = null;
+      fingers.delete(event.pointerId);
       if (!from) return;
       const x = xOf(event);
       if (!from.moved) this.#click(canvas, x, event);
@@ -363,7 +374,10 @@ export class Chart {
         this.show(this.axis.t(left), this.axis.t(right));
       }
     });
-    canvas.addEventListener("pointercancel", () => (down = null));
+    canvas.addEventListener("pointercancel", (event) => {
+      down = null;
+      fingers.delete(event.pointerId);
+    });
     canvas.addEventListener(
       "wheel",
       (event) => {
@@ -376,6 +390,17 @@ export class Chart {
       },
       { passive: false },
     );
+  }
+
+  // A finger has moved, another lies still: what was under both stays there.
+  #pinch(fingers, which, x) {
+    if (!fingers.has(which)) return;
+    const [, other] = [...fingers].find(([id]) => id !== which);
+    const before = fingers.get(which);
+    fingers.set(which, x);
+    const apart = Math.abs(x - other);
+    if (apart < NEAR || Math.abs(before - other) < NEAR) return;
+    this.zoom(Math.abs(before - other) / apart, other);
   }
 
   #click(canvas, x, event) {

@@ -4,6 +4,7 @@ import { Axis, duration, seconds, ticks } from "./axis.js";
 import { Chart, coloursOf, element, prepared } from "./chart.js";
 import { Events, Lane, unpack } from "./data.js";
 import { drawTimes } from "./draw.js";
+import { Robots } from "./robots.js";
 import { find, step } from "./search.js";
 
 const ZOOM = 0.5;
@@ -46,6 +47,8 @@ class Page {
   #found = new Int32Array();
   #place = -1;
   #hidden = new Set(["variable"]);
+  #robots;
+  #waits = false;
 
   constructor(table, bytes) {
     this.#table = table;
@@ -55,6 +58,8 @@ class Page {
     }
     this.#events = new Events(this.#lanes, bytes, table.order);
     this.#chart = new Chart(document, table, this.#lanes);
+    byId("robots").hidden = !table.robots.length;
+    this.#robots = new Robots(byId("robots").querySelector("div"), table.robots, this.#lanes);
     this.#chart.onMove = () => this.#read();
     this.#chart.onSelect = (lane, name) => (byId("selected").textContent = name);
     byId("about").textContent = table.about;
@@ -250,6 +255,20 @@ class Page {
     }
     const { a, b } = cursors;
     byId("between").querySelector("output").textContent = a === null || b === null ? "–" : duration(b - a);
+    this.#move();
+  }
+
+  // The robots stand as at the cursor that moves; without one as at the end.
+  #move() {
+    if (this.#waits || !this.#table.robots.length) return;
+    this.#waits = true;
+    requestAnimationFrame(() => {
+      this.#waits = false;
+      const { cursors, active } = this.#chart;
+      const t = cursors[active];
+      byId("when").textContent = t === null ? "at the end" : `at ${this.#time(t)}`;
+      this.#robots.show(t ?? this.#table.end);
+    });
   }
 
   #search() {
@@ -356,6 +375,8 @@ class Page {
       element("h1", {}, this.#table.title),
       element("p", {}, [range, ...cursors, this.#table.about].join(" · ")),
     );
+    const drawn = [...document.querySelectorAll("#robots .rv")].map((one) => one.cloneNode(true));
+    if (byId("robots").open) paper.append(...drawn);
     const colours = paperColours();
     const sheets = [[]];
     let top = 0;

@@ -1,0 +1,129 @@
+"""What a robot looks like, as JSON: its arms, limits, points, pallets, work areas and its pose.
+
+`robot.js` (rcx_harness.trace.view) draws it. Lengths are in mm, angles in degrees, in the own
+coordinates of the robot: Z is positive downwards.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rcx_harness.robot.alarms import CommandError
+from rcx_harness.robot.arm import Arm
+from rcx_harness.robot.controller import Controller
+from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.stored import ROBOTS, Point
+
+__all__ = ["MOST_POINTS", "poses", "shapes"]
+
+#: So many points of a robot are drawn, and work positions of a pallet.
+MOST_POINTS = 300
+_UNIT = 1000
+_LEFT = 2
+_TURNING = {
+    True: (0, 1, 3),
+    False: (3,),
+}  # places of the axes that turn: of a SCARA robot, of others
+
+
+def shapes(controller: Controller) -> list[dict[str, Any]]:
+    """Each robot of a controller, in the order of its positions in a trace.
+
+    `robot` is its number, `name` its type, `kind` is `scara`, `cartesian` or, where the robot file
+    names no type, `axes`; `arms` are lengths of arm 1 and 2. Each of `axes` has its soft limits
+    `low` and `high` in `unit` (`mm`, `deg`), `per` pulses, and `zero` [pulses]. `points` have
+    `number`, perhaps a `name`, and either `mm`, the tool's place in shifted coordinates, or
+    `joints`; `pallets` have `number`, `corners` and `places` like those of points in mm, `areas` a
+    `name`, and opposite corners `from` and `to`. What there is none of is left out; a robot whose
+    type is not named has but its axes.
+    """
+    arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
+    return [_shape(one, controller.machine.memory) for one in arms if one.indices]
+
+
+def poses(controller: Controller) -> list[dict[str, Any]]:
+    """How each robot is set, besides its position; what is as at first is left out.
+
+    `left`: its arm is left-handed; `shift`: the selected one; `hand`: data 1 to 3 of the selected
+    hand [mm; data 1 of one beside the R axis in degrees], then 1 if it is on the R axis.
+    """
+    arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
+    return [_pose(one, controller.machine.memory) for one in arms if one.indices]
+
+
+def _pose(arm: Arm, memory: Memory) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if arm.model and arm.model.scara and arm.hand_system == _LEFT:
+        found["left"] = True
+    shift = memory.shift(arm.settings.shift)
+    if any(shift):
+        found["shift"] = [value / _UNIT for value in shift]
+    hand = memory.hand(arm.number, arm.settings.hand)
+    if any(hand.data[:3]):
+        first, *more = hand.data[:3]
+        beside = arm.model and arm.model.scara and not hand.on_r_axis
+        per = arm.axes[1].pulses_per_mm if beside else _UNIT
+        found["hand"] = [first / per, *(value / _UNIT for value in more), hand.data[3]]
+    return found
+
+
+def _shape(arm: Arm, memory: Memory) -> dict[str, Any]:
+    model = arm.model
+    kind = "axes" if model is None else "scara" if model.scara else "cartesian"
+    turning = _TURNING[kind == "scara"]
+    axes = [
+        {
+            "unit": "deg" if place in turning else "mm",
+            "low": _in_units(axis.soft_low - axis.zero, axis.pulses_per_mm),
+            "high": _in_units(axis.soft_high - axis.zero, axis.pulses_per_mm),
+            "per": axis.pulses_per_mm,
+            "zero": axis.zero,
+        }
+        for place, axis in enumerate(arm.axes)
+    ]
+    shape: dict[str, Any] = {"robot": arm.number, "kind": kind, "axes": axes}
+    if model is not None:
+        points = sorted(memory.points.items())[:MOST_POINTS]
+        areas = arm.config.work_areas.items()
+        shape |= {
+            "name": model.name,
+            "arms": list(model.arms),
+            "points": [_point(arm, *one, memory.comments.get(one[0], "")) for one in points],
+            "pallets": list(_pallets(memory)),
+            "areas": [{"name": name, "from": [*one], "to": [*two]} for name, (one, two) in areas],
+        }
+    return {name: value for name, value in shape.items() if value not in ("", [])}
+
+
+def _in_units(pulses: float, per: float) -> float:
+    return round(pulses / per, 3)
+
+
+def _point(arm: Arm, number: int, point: Point, name: str) -> dict[str, Any]:
+    shown: dict[str, Any] = {"number": number}
+    if name:
+        shown["name"] = name
+    if point.mm:
+        return shown | {"mm": [value / _UNIT for value in point.data[:4]]}
+    pairs = zip(point.data, arm.axes, strict=False)
+    joints = [_in_units(value - axis.zero, axis.pulses_per_mm) for value, axis in pairs]
+    return shown | {"joints": joints}
+
+
+def _pallets(memory: Memory) -> Any:
+    """Those of points in mm, which are the same place to each robot."""
+    for number, pallet in sorted(memory.pallets.items()):
+        corners = [memory.points.get(pallet.first + k) for k in (0, 1, 3, 2)]
+        if not all(corner is not None and corner.mm for corner in corners):
+            continue
+        try:
+            places = [
+                memory.work_point(number, k + 1) for k in range(min(pallet.count, MOST_POINTS))
+            ]
+        except CommandError:
+            continue
+        yield {
+            "number": number,
+            "corners": [[value / _UNIT for value in one.data[:3]] for one in corners if one],
+            "places": [[value / _UNIT for value in one.data[:3]] for one in places],
+        }
