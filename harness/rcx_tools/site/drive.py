@@ -7,8 +7,9 @@ nothing but the harness.
 from __future__ import annotations
 
 import json
+import re
 import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,12 @@ __all__ = ["STIMULUS", "Runner"]
 
 #: What the stimulus is called in a message; its line n is the n-th moment.
 STIMULUS = "stimulus"
+_TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-_WATCH = ("Main.*", "Main.*.*")
+#: The pins of blocks, too, where there are any; a program that is not called Main goes without.
+_WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
 
 
@@ -71,8 +74,8 @@ class Runner:
         moments = self._moments(job["stimulus"])
         given: dict[str, Any] = {"scan": job["scan"], "rpi": job["rpi"], "size": job.get("size")}
         given |= {name: job[name] for name in ("m", "n") if job.get(name)}
-        given |= {"robot": robots or None, "watch": _WATCH, "positions": _POSITIONS}
-        with Cell.build(programs, engine="builtin", keep=_KEEP, **given) as cell:
+        given |= {"robot": robots or None, "positions": _POSITIONS, "keep": _KEEP}
+        with _built(programs, given) as cell:
             view = View(cell.trace.header)
             cell.trace.listen(view.take)
             Stimulus.load(moments).schedule(cell)
@@ -106,11 +109,25 @@ class Runner:
         told: dict[str, Any] = {"message": error.message, "hint": error.hint}
         if error.file is None:
             return told
-        file = Path(error.file)
+        file, line = Path(error.file), error.line
+        if line is None and (found := _TOML_PLACE.search(error.message)):
+            line = int(found[1])
         if file.name == STIMULUS:
-            return told | ({} if error.line is None else {"moment": error.line - 1})
+            return told | ({} if line is None else {"moment": line - 1})
         name = file.name if file.parent == self._folder else error.file
-        return told | {"file": name, "line": error.line}
+        return told | {"file": name, "line": line}
+
+
+def _built(programs: Sequence[Path], given: Mapping[str, Any]) -> Cell:
+    """A cell that watches as much as there is."""
+    *more, least = _WATCH
+    for watch in more:
+        try:
+            return Cell.build(programs, engine="builtin", watch=watch, **given)
+        except InputError as error:
+            if not error.message.startswith("no variable is like"):
+                raise
+    return Cell.build(programs, engine="builtin", watch=least, **given)
 
 
 def _told(cell: Cell, end_us: int) -> str:

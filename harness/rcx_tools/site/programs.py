@@ -17,12 +17,13 @@ from rcx_tools.docs.examples import ROOT, Example, chart_specs, examples
 __all__ = ["FIRST", "ROOT", "bake_job", "block_jobs", "example_jobs", "programs_json"]
 
 #: What the playground shows at first; play.js names it, too.
-FIRST = "01_power_up"
+FIRST = "04_scara"
 #: Where a configuration says no other one [us].
 _SCAN_US = 10_000
 #: How long a block's example runs after its last event [us].
 _BLOCK_US = 1_000_000
 _TICK = re.compile(r"INTERVAL\s*:=\s*T(?:IME)?#(\w+)", re.IGNORECASE)
+_SCARA, _SCARA_US = ROOT / "plc/examples/04_pick_and_place/scara.toml", 4_000_000
 _ROBOT = ROOT / "docs/blocks/programs/robot.toml"
 
 
@@ -40,8 +41,10 @@ def programs_json() -> str:
 
 
 def example_jobs() -> dict[str, dict[str, Any]]:
-    """The examples by name."""
-    return {name: _example(one) for name, one in examples().items()}
+    """The examples by name; before them the one that the playground shows at first."""
+    every = {name: _example(one) for name, one in examples().items()}
+    arm = {"title": "Pick and place with a SCARA robot", "robots": [_text(_SCARA)]}
+    return {FIRST: {**every["04_pick_and_place"], **arm, "for": _SCARA_US}, **every}
 
 
 @cache

@@ -3,7 +3,7 @@ import { Editor } from "./editor.js";
 import { Moments, seconds, slider } from "./moments.js";
 import { packed, unpacked } from "./share.js";
 
-const FIRST = "01_power_up";
+const FIRST = "04_scara";
 const RPI = 10_000;
 const MS = 1000;
 
@@ -85,7 +85,7 @@ async function open() {
   if (kind === "program") {
     name = "own";
     chosen = await unpacked(value).catch(() => {
-      complaint = "the link is not whole: example 01 is shown";
+      complaint = "the link is not whole: the first example is shown";
     });
   }
   if (!chosen) name = `example=${FIRST}`;
