@@ -17,7 +17,9 @@ from rcx_tools.docs.examples import FOLDER, ChartSpec, Recorder, examples
 
 __all__ = ["moving_svg"]
 
-_ORIGIN = "<!-- generated from a run of plc/examples/04_pick_and_place by `make docs`; do not edit -->"
+_ORIGIN = (
+    "<!-- generated from a run of plc/examples/04_pick_and_place by `make docs`; do not edit -->"
+)
 _ROBOT = FOLDER / "04_pick_and_place/scara.toml"
 _SPEC = ChartSpec(
     "Pick and place, as the virtual controller moves a SCARA robot",
@@ -157,4 +159,4 @@ def _chart(recorder: Recorder) -> Iterator[str]:
         yield from draw_lane(lane, axis, base - 6, Look(edge=0))
     moved = ["0 0", f"{_RIGHT - _LEFT} 0"]
     yield f'<g><line class="now" x1="{_LEFT}" y1="{_TOP}" x2="{_LEFT}" y2="{bases[-1]}"/>'
-    yield f'{_animated("animateTransform", "transform", moved, "translate")}</g>'
+    yield f"{_animated('animateTransform', 'transform', moved, 'translate')}</g>"

@@ -60,7 +60,7 @@ def bake(archive: Path, pyodide: Path, job: Path) -> None:
     Raises:
         InputError: node is missing, or it does not work.
     """
-    command = ["node", _HERE / "bake.mjs", pyodide, archive, job]
+    command: list[str | Path] = ["node", _HERE / "bake.mjs", pyodide, archive, job]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""What is wrong with the pages of a site: links that lead nowhere, and what comes from elsewhere."""
+"""What is wrong with a site: links that lead nowhere, and what is loaded from elsewhere."""
 
 from __future__ import annotations
 
@@ -69,9 +69,13 @@ def _of(site: Path, page: Path) -> Iterator[str]:
         there = there / "index.html" if there.is_dir() else there
         if not there.is_file() or site not in there.parents:
             yield f"<{tag}> {link}: there is no such file"
-        elif anchor and there.suffix == ".html" and "=" not in anchor:
-            if unquote(anchor) not in _read(there).names:
-                yield f"<{tag}> {link}: there is no such place in it"
+        elif _is_place(anchor, there) and unquote(anchor) not in _read(there).names:
+            yield f"<{tag}> {link}: there is no such place in it"
+
+
+def _is_place(anchor: str, page: Path) -> bool:
+    """Is it a place in a page, and not what the playground is given?"""
+    return bool(anchor) and page.suffix == ".html" and "=" not in anchor
 
 
 @cache

@@ -32,7 +32,9 @@ def staged() -> Iterator[tuple[str, bytes]]:
 
     Sources that are linked become pages, `FB_X.st` the page `FB_X.st.md`, and folders, too.
     """
-    waiting = deque([*START, *(f"docs/{file.name}" for file in sorted((ROOT / "docs").glob("*.md")))])
+    waiting = deque(
+        [*START, *(f"docs/{file.name}" for file in sorted((ROOT / "docs").glob("*.md")))]
+    )
     seen = set(waiting)
     while waiting:
         path = waiting.popleft()
@@ -83,7 +85,9 @@ def _linked(path: str, found: re.Match[str], links: list[str]) -> str:
 def _source(path: str, text: str) -> str:
     language = _LANGUAGES.get(Path(path).suffix, "text")
     fence = "`" * 6
-    return _unsearched(f"# {Path(path).name}\n\n`{path}`\n\n{fence}{language}\n{text.rstrip()}\n{fence}\n")
+    return _unsearched(
+        f"# {Path(path).name}\n\n`{path}`\n\n{fence}{language}\n{text.rstrip()}\n{fence}\n"
+    )
 
 
 def _listing(path: str, links: list[str]) -> str:

@@ -38,9 +38,7 @@ def test_an_example_runs_to_its_recorded_trace(runner: Runner, run: Run) -> None
     """That of two areas of 256 bytes at offsets, whose job has all keys."""
     shares: list[float] = []
     outcome = run(example_jobs()["02_extended_area"], shares.append)
-    assert outcome["told"] == (
-        "3000 ms: 300 scans of 10 ms, 2 remote commands, no broken rules"
-    )
+    assert outcome["told"] == ("3000 ms: 300 scans of 10 ms, 2 remote commands, no broken rules")
     assert outcome["broken"] == []
     assert outcome["page"].startswith("<!doctype html>\n<!-- rcx view -->")
     assert shares == sorted(shares)

@@ -46,7 +46,9 @@ def test_links_between_pages_and_to_sources_lead_to_pages(pages: dict[str, str])
 
 def test_every_block_with_an_example_has_its_playground(pages: dict[str, str]) -> None:
     for name in block_jobs():
-        tries = re.findall(r'<iframe src="([^"]+)".*loading="lazy"', pages[f"docs/blocks/{name}.md"])
+        tries = re.findall(
+            r'<iframe src="([^"]+)".*loading="lazy"', pages[f"docs/blocks/{name}.md"]
+        )
         assert tries == [f"../../play/index.html#block={name}"]
 
 
@@ -88,7 +90,10 @@ def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -
         ('<a href="c.html">', ["a.html: <a> c.html: there is no such file"]),
         ('<a href="b.html#there">', ["a.html: <a> b.html#there: there is no such place in it"]),
         ('<a href="../b.html">', ["a.html: <a> ../b.html: there is no such file"]),
-        ('<img src="https://example.org/a.png">', ["a.html: <img> loads https://example.org/a.png"]),
+        (
+            '<img src="https://example.org/a.png">',
+            ["a.html: <img> loads https://example.org/a.png"],
+        ),
         ('<script src="//example.org/a.js">', ["a.html: <script> loads //example.org/a.js"]),
         ('<link rel="stylesheet" href="a.css">', ["a.html: <link> a.css: there is no such file"]),
         ('<link rel="canonical" href="https://example.org/">', []),
@@ -105,4 +110,3 @@ def test_a_link_to_nothing_and_what_comes_from_elsewhere_are_found(
 def test_a_style_sheet_that_loads_from_elsewhere_is_found(tmp_path: Path) -> None:
     (tmp_path / "a.css").write_text("p { background: url(https://example.org/a.png) }", "utf-8")
     assert problems(tmp_path) == ["a.css: loads from elsewhere"]
-
