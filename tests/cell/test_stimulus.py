@@ -76,6 +76,23 @@ def test_an_output_is_held_and_released(cell: Cell, tmp_path: Path) -> None:
     assert (answers[95_000], answers[100_000]) == (0, 1)
 
 
+def test_an_output_is_forced_and_a_workpiece_is_placed_and_taken_away(
+    cell: Cell, tmp_path: Path
+) -> None:
+    """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
+    load(
+        tmp_path,
+        '[[at]]\ntime = "50ms"\nforce = { "SO(20)" = 1 }\nworkpieces = { 3 = -5, 4 = 7 }\n'
+        '[[at]]\ntime = "100ms"\nrelease = "SO(20)"\nworkpieces = { 4 = "none" }\n',
+    ).schedule(cell)
+    cell.run("70ms")
+    assert cell.robot.workpieces == {2: -5, 3: 7}
+    cell.run("50ms")
+    assert cell.robot.workpieces == {2: -5}
+    answers = {one.t_us: one.rcx_so[34] for one in cell.trace.cycles()}
+    assert (answers[45_000], answers[50_000], answers[95_000], answers[100_000]) == (0, 1, 1, 0)
+
+
 AREA = """
 [[at]]
 time = "10ms"
@@ -155,6 +172,11 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path)
         ("[[at]]\ntime = '1s'\nrobot = 5\n", ":1: robot is not an event"),
         ("[[at]]\ntime = '1s'\nset = 5\n", ":1: set is not a table"),
         ("[[at]]\ntime = '1s'\nhold = 5\n", ":1: hold is not a signal"),
+        ("[[at]]\ntime = '1s'\nforce = 'SO03'\n", ":1: force is not outputs with values"),
+        ("[[at]]\ntime = '1s'\nforce = { SO03 = true }\n", ":1: force is not outputs with"),
+        ("[[at]]\ntime = '1s'\nworkpieces = 5\n", ":1: workpieces are not a table"),
+        ("[[at]]\ntime = '1s'\nworkpieces = { x = 5 }\n", ":1: workpieces has no axis x"),
+        ("[[at]]\ntime = '1s'\nworkpieces = { 3 = 1.5 }\n", ":1: workpieces of axis 3 is not"),
         ("[[at]]\ntime = '1s'\narea = '012'\n", ":1: area is '012', which is no bytes in hexa"),
         ("[[at]]\ntime = '1s'\narea = 'rob'\n", ":1: area is 'rob', which is no bytes in hexa"),
         ("[[at]]\ntime = '1s'\narea = 5\n", ":1: area is 5, which is no bytes in hexadecimal"),
@@ -182,6 +204,9 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         ("robot = { event = 'alarm', group = 12 }", "event 'alarm' needs category"),
         ("robot = { event = 'link_down', now = 1 }", "event 'link_down' takes no arguments"),
         ("hold = 'SO99'", "SO99"),
+        ("force = { SO03 = 2 }", "SO03 is a bit and cannot be 2"),
+        ("workpieces = { 5 = 1 }", "there is no axis 5; the controller has 1 to 4"),
+        ("workpieces = { 1 = 3000000000 }", "a workpiece stands at -2147483648 to 2147483647"),
         (f"area = '{'00' * 49}'", "area has 49 bytes, the PLC's has 48"),
         ("area = '00'\ncontroller = 2", "no controller 2; the cell has 1"),
     ],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -92,7 +91,7 @@ def test_a_shape_has_arms_limits_and_what_the_robot_file_names(tmp_path: Path) -
 
 def test_a_robot_without_a_type_is_its_axes_and_their_limits() -> None:
     (shape,) = shapes(Controller())
-    assert (shape.keys(), shape["kind"]) == ({"robot", "kind", "axes"}, "axes")
+    assert (set(shape), shape["kind"]) == ({"robot", "kind", "axes"}, "axes")
     assert [(one["low"], one["high"]) for one in shape["axes"]] == [(-1000, 1000)] * 4
 
 

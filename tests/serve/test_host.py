@@ -105,12 +105,12 @@ def test_a_killed_controller_takes_no_event() -> None:
         await host.start()
         assert host.status != Status(), "it has told how it is"
         try:
-            await host.happen("link_down", {})
+            await host.ask({"event": "link_down", "args": {}})
             os.kill(host.pid, signal.SIGKILL)
             await asyncio.wait_for(host.ended.wait(), _PATIENCE_S)
             assert host.failure == "its process has ended by itself (killed by SIGKILL)"
             with pytest.raises(InputError) as refused:
-                await host.happen("link_up", {})
+                await host.ask({"event": "link_up", "args": {}})
             assert refused.value.message == f"controller {host.name} is not running"
         finally:
             await host.close()

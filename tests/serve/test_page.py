@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
 from browser import NEEDS_BROWSER, chromium
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.serve.web import FILES
+from rcx_harness.trace import Cycle, read_trace
 from serve_process import ServeProcess, own_addresses
 
 pytestmark = NEEDS_BROWSER
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
 from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
@@ -79,10 +85,17 @@ def addresses() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def page(browser: WebDriver, addresses: list[str]) -> Iterator[Page]:
-    """The page of two served controllers."""
-    first, second = addresses
-    with ServeProcess("--address", first, "--address", second, "--web", "0") as served:
+def page(
+    browser: WebDriver, addresses: list[str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Page]:
+    """The page of two served controllers, the second with a robot of a known type."""
+    folder = tmp_path_factory.mktemp("served")
+    texts = ("", 'robot = "SXYX"\n[[axes]]\nstart = 122880\n')
+    options = ["--web", "0"]
+    for number, (address, text) in enumerate(zip(addresses, texts, strict=True)):
+        (folder / f"{number}.toml").write_text(text, encoding="utf-8")
+        options += ["--address", address, "--robot", str(folder / f"{number}.toml")]
+    with ServeProcess(*options) as served:
         browser.get(served.wait_for("web page: ").partition(": ")[2])
         page = Page(browser)
         page.until(lambda: page.text("#connection"), "the page shows no connection")
@@ -162,6 +175,131 @@ def test_mode_authority_alarm_and_power_have_their_buttons(page: Page, scanner: 
     page.until(lambda: not scanner.read().connected, "the master has not lost it")
 
 
+def test_warning_main_power_safety_and_the_stop_of_the_parallel_io_have_their_buttons(
+    page: Page, scanner: Scanner
+) -> None:
+    """SO(15) is the warning, SO(04) MP RDY goes with the main power (manual chapter 5, 2)."""
+    page.find('[data-event="warning"]').click()
+    page.until(lambda: page.lamp("SO(15)") == "●", "SO(15) does not come ON")
+    page.find('[data-event="warning_clear"]').click()
+    page.until(lambda: page.lamp("SO(15)") == "○", "SO(15) stays ON")
+    page.find('[data-event="main_power_off"]').click()
+    page.until(lambda: page.lamp("SO(04)") == "○", "SO(04) stays ON without main power")
+    page.find('[data-event="main_power_on"]').click()
+    page.until(lambda: page.lamp("SO(04)") == "●", "SO(04) does not come back")
+    for event, back in (("safety_on", "safety_off"), ("parallel_stop", "parallel_stop_release")):
+        page.find(f'[data-event="{event}"]').click()
+        page.until(lambda: page.pressed(f'[data-event="{event}"]'), f"no {event}")  # noqa: B023
+        page.find(f'[data-event="{back}"]').click()
+        page.until(lambda: page.pressed(f'[data-event="{back}"]'), f"no {back}")  # noqa: B023
+
+
+def test_outputs_inputs_and_workpieces_have_their_forms(page: Page, scanner: Scanner) -> None:
+    name = page.find("#output-name")
+    name.clear()
+    name.send_keys("SO(20)")
+    page.find('#output [value="1"]').click()
+    page.until(lambda: scanner.read().image[34] & 1, "the master does not see SO(20)")
+    page.until(lambda: "SO(20)" in page.text("#held"), "what is held is not shown")
+    page.find("#held button").click()
+    page.until(lambda: not scanner.read().image[34] & 1, "SO(20) is not released")
+    page.find('#parallel [value="1"]').click()
+    page.find('#workpiece [value="place"]').click()
+    page.until(lambda: "axis 3: 90000 pulses" in page.text("#workpieces"), "no workpiece")
+    page.find("#workpieces button").click()
+    page.until(lambda: not page.text("#workpieces"), "the workpiece stays")
+    name.clear()
+    name.send_keys("SI(01)", Keys.ENTER)
+    page.until(lambda: "SI(01) is an input" in page.text("#refused-too"), "nothing is refused")
+
+
+def test_what_was_done_is_recorded_and_a_stimulus(
+    page: Page, scanner: Scanner, tmp_path: Path
+) -> None:
+    def got(selector: str) -> str:
+        """What a link leads to."""
+        script = """
+          const [selector, done] = arguments;
+          fetch(document.querySelector(selector).href).then((one) => one.text()).then(done);
+        """
+        return str(page.browser.execute_async_script(script, selector))
+
+    assert page.find("#recording").get_attribute("href") is None
+    page.find("#begin").click()
+    page.find("#record").click()
+    page.until(lambda: page.text("#record") == "Stop", "it is not recorded")
+    page.find('[data-event="warning"]').click()
+    page.until(lambda: page.lamp("SO(15)") == "●", "no warning")
+    page.find('[data-event="warning_clear"]').click()
+    page.until(lambda: page.lamp("SO(15)") == "○", "the warning stays")
+    page.find("#record").click()
+    page.until(lambda: page.find("#recording").get_attribute("href"), "there is no recording")
+    (tmp_path / "r.jsonl").write_text(got("#recording"), encoding="utf-8")
+    (tmp_path / "s.toml").write_text(got("#stimulus"), encoding="utf-8")
+    header, records = read_trace(tmp_path / "r.jsonl")
+    assert header["positions"]
+    warned = [one.rcx_so[33] >> 5 & 1 for one in records if isinstance(one, Cycle)]
+    assert (warned[0], max(warned), warned[-1]) == (0, 1, 0)
+    entries = Stimulus.load(tmp_path / "s.toml").entries
+    assert [one.events for one in entries] == [(("warning", {}),), (("warning_clear", {}),)]
+
+
+def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) -> None:
+    """At 150 mm in X: an SXYX has 819.2 pulses a mm."""
+    page.find("nav button:nth-child(2)").click()
+    drawn = "return document.querySelector('#robots .rv')?.ariaLabel"
+    expected = "Robot 1, SXYX: X 150, Y 0, Z 0"
+    page.until(lambda: page.browser.execute_script(drawn) == expected, "it is not drawn")
+    row = page.text("#positions tbody tr").split("\t")
+    assert row[:4] == ["Axis 1", "122880", "X [mm]", "150.000"]
+    assert page.find("#positions .trend path").get_attribute("d")
+    page.find("nav button:first-child").click()
+    expected = "Robot 1: 1 0, 2 0, 3 0, 4 0"
+    page.until(lambda: page.browser.execute_script(drawn) == expected, "the other one is drawn")
+
+
+def test_everything_can_be_reached_by_keyboard_and_has_a_name(page: Page) -> None:
+    nameless = page.browser.execute_script(
+        "return [...document.querySelectorAll('button, input, a, [tabindex], [role=group]')]"
+        ".filter((one) => !(one.ariaLabel || one.textContent.trim() || one.labels?.length"
+        " || one.title)).map((one) => one.outerHTML)"
+    )
+    assert nameless == []
+    page.find("#stop").send_keys("")
+    page.browser.execute_script("document.getElementById('stop').focus()")
+    ActionChains(page.browser).send_keys(Keys.TAB, Keys.TAB).perform()
+    focused = "return document.activeElement.dataset.event"
+    assert page.browser.execute_script(focused) == "manual_mode"
+    outline = "return getComputedStyle(document.activeElement).outlineStyle"
+    assert page.browser.execute_script(outline) == "solid"
+    ActionChains(page.browser).send_keys(Keys.SPACE).perform()
+    page.until(lambda: page.pressed('[data-event="manual_mode"]'), "the key does nothing")
+    page.find('[data-event="auto_mode"]').click()
+    page.until(lambda: page.pressed('[data-event="auto_mode"]'), "AUTO does not come back")
+    page.browser.execute_script("document.getElementById('chart').focus()")
+    ActionChains(page.browser).send_keys(Keys.ARROW_LEFT, Keys.ENTER, Keys.ARROW_LEFT).perform()
+    assert "ms from the click" in page.text("#measure")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("width", [400, 1280])
+def test_it_fits_narrow_and_wide_windows(page: Page, width: int, theme: str) -> None:
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser = page.browser
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    media = {"features": [{"name": "prefers-color-scheme", "value": theme}]}
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+    try:
+        script = "return document.documentElement.scrollWidth"
+        page.until(lambda: browser.execute_script(script) <= width, "it is too wide")
+        colour = "return getComputedStyle(document.body).backgroundColor"
+        light = browser.execute_script(colour) == "rgb(238, 242, 246)"
+        assert light == (theme == "light")
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
 def test_each_controller_has_its_tab(page: Page, addresses: list[str]) -> None:
     page.find("nav button:nth-child(2)").click()
     page.until(lambda: "no master has connected yet" in page.text("#connection"), "no second tab")
@@ -205,15 +343,13 @@ def test_the_page_asks_nobody_else_and_meets_no_error(page: Page) -> None:
     script = "return performance.getEntriesByType('resource').map((one) => one.name)"
     asked: list[str] = page.browser.execute_script(script)
     own = page.browser.current_url
-    assert {name.removeprefix(own).partition("/")[0] for name in asked} <= {
-        "api",
-        "page.css",
-        "page.js",
-        "chart.js",
-        "monitor.js",
-    }
+    served = {path.lstrip("/") for path in FILES} | {"api"}
+    assert {name.removeprefix(own).partition("/")[0] for name in asked} <= served
     entries = page.browser.get_log("browser")  # type: ignore[no-untyped-call]
-    unexpected = [one["message"] for one in entries if "/events" not in one["message"]]
+    refused = ("/events", "/outputs")
+    unexpected = [
+        one["message"] for one in entries if not any(path in one["message"] for path in refused)
+    ]
     assert unexpected == []
 
 

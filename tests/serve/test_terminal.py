@@ -67,9 +67,9 @@ def test_the_connection_is_told_in_a_sentence(state: OwnerState, text: str) -> N
 
 
 def test_a_controller_without_power_or_not_booted_says_so(served: ServedHost) -> None:
-    asyncio.run(served.happen("power_off", {}))
+    asyncio.run(served.ask({"event": "power_off", "args": {}}))
     assert view(0, served)["connection"] == "the controller is off"
-    asyncio.run(served.happen("power_on", {}))
+    asyncio.run(served.ask({"event": "power_on", "args": {}}))
     assert view(0, served)["connection"].startswith("the controller starts")
 
 

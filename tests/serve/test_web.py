@@ -6,12 +6,14 @@ import asyncio
 import re
 import sys
 from collections.abc import Awaitable, Callable
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
 from aiohttp.web import Application, Request
 
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.errors import InputError
 from rcx_harness.serve import web
 from rcx_harness.serve.run import serve
@@ -33,7 +35,9 @@ def hosts() -> list[ServedHost]:
 
 def _with_client(hosts: list[ServedHost], use: Callable[[Client], Awaitable[None]]) -> None:
     async def run() -> None:
-        async with TestClient(TestServer(web.application(hosts), host="127.0.0.1")) as client:
+        async with TestClient(
+            TestServer(web.application(hosts, "token"), host="127.0.0.1")
+        ) as client:
             await use(client)
 
     asyncio.run(run())
@@ -45,12 +49,12 @@ def _origin(client: Client) -> dict[str, str]:
 
 def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        page = await (await client.get("/")).text()
+        page = await (await client.get("/token/")).text()
         wanted = re.findall(r'(?:src|href)="([^":]+)"', page)
-        assert wanted == ["page.css", "page.js"]
+        assert wanted == ["page.css", "page.js", "api/stimulus.toml"]
         wanted += [path for path in web.FILES if path != "/"]
         for name in wanted:
-            answer = await client.get("/" + name.lstrip("/"))
+            answer = await client.get("/token/" + name.lstrip("/"))
             assert answer.status == 200
             assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
 
@@ -58,22 +62,25 @@ def test_the_page_and_all_it_asks_for_come_from_this_server(hosts: list[ServedHo
 
 
 def test_no_file_of_the_page_names_another_server() -> None:
-    files = sorted(_PAGE.iterdir())
-    assert {file.name for file in files} == {name for name, _ in web.FILES.values()}
-    for file in files:
+    own = sorted(_PAGE.iterdir())
+    served = [
+        files(package).joinpath("page").joinpath(name) for package, name, _ in web.FILES.values()
+    ]
+    assert {str(file) for file in own} <= {str(file) for file in served}
+    for file in served:
         addresses = set(re.findall(r"(?:https?:)?//[\w.]+\S*", file.read_text(encoding="utf-8")))
         named = {one for one in addresses if "://" in one}
-        assert named <= {'http://www.w3.org/2000/svg";'}, file.name  # a name space, never fetched
+        assert named <= {'http://www.w3.org/2000/svg";'}, str(file)  # a name space, never fetched
 
 
 def test_every_controller_has_its_tab_and_its_state(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        tabs = await (await client.get("/api/robots")).json()
+        tabs = await (await client.get("/token/api/robots")).json()
         assert [(one["id"], one["name"], one["connected"]) for one in tabs] == [
             (0, "127.0.0.1", True),
             (1, "127.0.0.2", False),
         ]
-        robot = await (await client.get("/api/robots/1")).json()
+        robot = await (await client.get("/token/api/robots/1")).json()
         assert robot["connection"] == "no master has connected yet"
         assert robot["alarms"] == ["12.551 EtherNet/IP link error"]
 
@@ -82,11 +89,11 @@ def test_every_controller_has_its_tab_and_its_state(hosts: list[ServedHost]) -> 
 
 def test_the_chart_is_an_svg_of_the_last_seconds(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        answer = await client.get("/api/robots/0/chart.svg?seconds=2")
+        answer = await client.get("/token/api/robots/0/chart.svg?seconds=2")
         assert answer.content_type == "image/svg+xml"
         assert 'data-span="2000000"' in await answer.text()
         for text in ("0.5", "61", "nan", "x", ""):
-            answer = await client.get(f"/api/robots/0/chart.svg?seconds={text}")
+            answer = await client.get(f"/token/api/robots/0/chart.svg?seconds={text}")
             assert answer.status == 400
             assert (await answer.json())["error"] == f"seconds={text} is not 1 to 60"
 
@@ -96,20 +103,22 @@ def test_the_chart_is_an_svg_of_the_last_seconds(hosts: list[ServedHost]) -> Non
 def test_an_event_by_post_happens_to_its_controller(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
         message = {"event": "emergency_stop"}
-        answer = await client.post("/api/robots/1/events", json=message, headers=_origin(client))
+        answer = await client.post(
+            "/token/api/robots/1/events", json=message, headers=_origin(client)
+        )
         assert (answer.status, await answer.json()) == (200, {"done": "emergency_stop"})
-        robots = [await (await client.get(f"/api/robots/{k}")).json() for k in (0, 1)]
+        robots = [await (await client.get(f"/token/api/robots/{k}")).json() for k in (0, 1)]
         assert [one["switches"]["emergency_stop"] for one in robots] == [False, True]
 
     _with_client(hosts, use)
 
 
-@pytest.mark.parametrize("origin", [None, "http://example.com", "https://127.0.0.1", "null"])
-def test_an_event_of_another_origin_is_refused(hosts: list[ServedHost], origin: str | None) -> None:
+@pytest.mark.parametrize("origin", ["", "http://example.com", "https://127.0.0.1", "null"])
+def test_an_event_of_another_origin_is_refused(hosts: list[ServedHost], origin: str) -> None:
     async def use(client: Client) -> None:
-        headers = {"Origin": origin} if origin else {}
+        headers = {"Origin": origin}
         message = {"event": "emergency_stop"}
-        answer = await client.post("/api/robots/0/events", json=message, headers=headers)
+        answer = await client.post("/token/api/robots/0/events", json=message, headers=headers)
         assert answer.status == 403
         assert not hosts[0].run(5).emergency_stop
 
@@ -120,18 +129,153 @@ def test_an_event_of_another_origin_is_refused(hosts: list[ServedHost], origin: 
 def test_a_foreign_name_that_leads_here_is_refused(hosts: list[ServedHost], name: str) -> None:
     async def use(client: Client) -> None:
         headers = {"Host": name, "Origin": f"http://{name}"}
-        assert (await client.get("/api/robots", headers=headers)).status == 403
+        assert (await client.get("/token/api/robots", headers=headers)).status == 403
         message = {"event": "emergency_stop"}
-        answer = await client.post("/api/robots/0/events", json=message, headers=headers)
+        answer = await client.post("/token/api/robots/0/events", json=message, headers=headers)
         assert answer.status == 403
         assert not hosts[0].run(5).emergency_stop
 
     _with_client(hosts, use)
 
 
+_NO_TOKEN = "the address lacks its token: open the one that rcx serve printed at its start"
+
+
+@pytest.mark.parametrize("path", ["/", "/api/robots", "/page.js", "/wrong/", "/tokens/"])
+def test_without_the_token_nothing_is_shown(hosts: list[ServedHost], path: str) -> None:
+    async def use(client: Client) -> None:
+        answer = await client.get(path)
+        assert (answer.status, await answer.json()) == (403, {"error": _NO_TOKEN})
+
+    _with_client(hosts, use)
+
+
+def test_without_the_token_nothing_happens(hosts: list[ServedHost]) -> None:
+    async def use(client: Client) -> None:
+        message = {"event": "emergency_stop"}
+        for path in ("/api/robots/0/events", "/wrong/api/robots/0/events"):
+            answer = await client.post(path, json=message, headers=_origin(client))
+            assert (answer.status, await answer.json()) == (403, {"error": _NO_TOKEN})
+        assert not hosts[0].run(5).emergency_stop
+
+    _with_client(hosts, use)
+
+
+def test_a_script_that_has_the_token_needs_no_origin(hosts: list[ServedHost]) -> None:
+    async def use(client: Client) -> None:
+        answer = await client.post("/token/api/robots/0/events", json={"event": "warning"})
+        assert answer.status == 200
+        assert hosts[0].status.warning
+
+    _with_client(hosts, use)
+
+
+def test_each_server_has_another_token(hosts: list[ServedHost]) -> None:
+    assert web.WebServer(hosts, 0).address != web.WebServer(hosts, 0).address
+
+
+def test_outputs_are_held_forced_and_released(hosts: list[ServedHost]) -> None:
+    """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
+
+    async def use(client: Client) -> None:
+        async def ask(**message: object) -> int:
+            path = "/token/api/robots/0/outputs"
+            return (await client.post(path, json=message)).status
+
+        assert await ask(output="SO(20)", do="force", value=1) == 200
+        assert bytes.fromhex(hosts[0].run(10).so)[34] == 1
+        shown = await (await client.get("/token/api/robots/0")).json()
+        assert shown["held"] == ["SO(20)"]
+        assert await ask(output="SO(20)", do="hold") == 200
+        assert await ask(output="SO(20)", do="release") == 200
+        assert bytes.fromhex(hosts[0].run(10).so)[34] == 0
+        assert hosts[0].status.held == ()
+
+    _with_client(hosts, use)
+
+
+def test_a_workpiece_is_placed_and_taken_away(hosts: list[ServedHost]) -> None:
+    async def use(client: Client) -> None:
+        path = "/token/api/robots/0/workpieces"
+        assert (await client.post(path, json={"axis": 3, "pulses": 90000})).status == 200
+        assert hosts[0].station.controller.workpieces == {2: 90000}
+        shown = await (await client.get("/token/api/robots/0")).json()
+        assert shown["workpieces"] == [{"axis": 3, "pulses": 90000}]
+        assert (await client.post(path, json={"axis": 3, "pulses": None})).status == 200
+        assert hosts[0].station.controller.workpieces == {}
+
+    _with_client(hosts, use)
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "message"),
+    [
+        ("outputs", "[]", "an output is expected: {"),
+        ("outputs", '{"output": "SO(20)", "do": "break"}', "an output cannot 'break'; hold, rel"),
+        ("outputs", '{"output": "SO(20)", "do": "force"}', "the value of an output is a whole"),
+        ("outputs", '{"output": "SO(20)", "do": "force", "value": true}', "the value of an output"),
+        ("outputs", '{"output": "SO(20)", "do": "force", "value": 2}', "SO(20) is a bit and can"),
+        ("outputs", '{"output": "SI(01)", "do": "hold"}', "SI(01) is an input of the controller"),
+        ("outputs", '{"output": "X", "do": "hold"}', ""),
+        ("outputs", '{"output": "SOW(99)", "do": "hold"}', ""),
+        ("outputs", '{"output": "", "do": "release"}', ""),
+        ("workpieces", '{"axis": 0, "pulses": 1}', "there is no axis 0; the controller has 1 to 4"),
+        ("workpieces", '{"axis": 9, "pulses": null}', "there is no axis 9"),
+        ("workpieces", '{"axis": 1, "pulses": 3000000000}', "a workpiece stands at -2147483648"),
+        ("workpieces", '{"axis": 1, "pulses": 1.5}', "a workpiece stands at a whole number of"),
+        ("workpieces", '{"axis": NaN}', "a workpiece is expected"),
+        ("recording", '{"do": "pause"}', "a recording can start and stop"),
+        ("recording", "{}", 'a recording is expected: {"do": "start"}'),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_one_message(
+    hosts: list[ServedHost], path: str, body: str, message: str
+) -> None:
+    async def use(client: Client) -> None:
+        answer = await client.post(f"/token/api/robots/0/{path}", data=body.encode())
+        said = (await answer.json())["error"]
+        assert (answer.status, said.startswith(message), "\n" in said) == (400, True, False), said
+        assert said
+
+    _with_client(hosts, use)
+
+
+def test_what_was_done_is_a_stimulus_from_the_beginning_on(
+    hosts: list[ServedHost], tmp_path: Path
+) -> None:
+    """Of both controllers, from when it began: what a run takes, and does the same."""
+
+    async def use(client: Client) -> None:
+        async def ask(path: str, **message: object) -> None:
+            assert (await client.post(f"/token/api/{path}", json=message)).status == 200
+
+        await ask("robots/0/events", event="warning")
+        await ask("stimulus", do="begin")
+        for host in hosts:
+            host.run(300)
+        await ask("robots/0/events", event="alarm", args={"group": 12, "category": 600})
+        await ask("robots/1/outputs", output="SO(20)", do="force", value=1)
+        for host in hosts:
+            host.run(100)
+        await ask("robots/0/workpieces", axis=3, pulses=-5)
+        await ask("robots/0/workpieces", axis=3, pulses=None)
+        await ask("robots/0/outputs", output="SO03", do="hold")
+        await ask("robots/0/outputs", output="SO03", do="release")
+        answer = await client.get("/token/api/stimulus.toml")
+        (tmp_path / "s.toml").write_text(await answer.text(), encoding="utf-8")
+
+    _with_client(hosts, use)
+    entries = Stimulus.load(tmp_path / "s.toml").entries
+    alarm, force, place, take, hold, release = entries
+    assert (alarm.t_us, alarm.events) == (300_000, (("alarm", {"group": 12, "category": 600}),))
+    assert (force.t_us, force.controller, force.force) == (300_000, 2, {"SO(20)": 1})
+    assert (place.t_us, place.workpieces, take.workpieces) == (405_000, {3: -5}, {3: None})
+    assert (hold.hold, release.release) == (("SO03",), ("SO03",))
+
+
 def test_state_is_never_changed_by_get(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
-        answer = await client.get("/api/robots/0/events", headers=_origin(client))
+        answer = await client.get("/token/api/robots/0/events", headers=_origin(client))
         assert answer.status == 405
 
     _with_client(hosts, use)
@@ -159,7 +303,7 @@ def test_a_wrong_event_is_refused_in_one_message(
 ) -> None:
     async def use(client: Client) -> None:
         answer = await client.post(
-            "/api/robots/0/events", data=body.encode(), headers=_origin(client)
+            "/token/api/robots/0/events", data=body.encode(), headers=_origin(client)
         )
         assert answer.status == 400
         assert (await answer.json())["error"].startswith(message)
@@ -170,9 +314,10 @@ def test_a_wrong_event_is_refused_in_one_message(
 def test_a_request_that_is_too_long_is_refused(hosts: list[ServedHost]) -> None:
     async def use(client: Client) -> None:
         answer = await client.post(
-            "/api/robots/0/events", data=b" " * 5000, headers=_origin(client)
+            "/token/api/robots/0/events", data=b" " * 5000, headers=_origin(client)
         )
-        assert answer.status == 413
+        assert answer.status == 400
+        assert (await answer.json())["error"] == "the request is longer than 4096 bytes"
 
     _with_client(hosts, use)
 
@@ -180,7 +325,7 @@ def test_a_request_that_is_too_long_is_refused(hosts: list[ServedHost]) -> None:
 @pytest.mark.parametrize("path", ["/api/robots/2", "/api/robots/x", "/api/robots/-1", "/x"])
 def test_what_is_not_there_is_not_found(hosts: list[ServedHost], path: str) -> None:
     async def use(client: Client) -> None:
-        answer = await client.get(path)
+        answer = await client.get(f"/token{path}")
         assert answer.status == 404
         assert "error" in await answer.json()
 
@@ -191,7 +336,7 @@ def test_a_port_that_is_taken_is_one_clear_message(hosts: list[ServedHost]) -> N
     async def use() -> None:
         first = web.WebServer(hosts, 0)
         await first.start()
-        assert first.address == f"http://127.0.0.1:{first.port}/"
+        assert re.fullmatch(rf"http://127.0.0.1:{first.port}/[\w-]{{22}}/", first.address)
         with pytest.raises(InputError, match=f"cannot be served on 127.0.0.1:{first.port}: "):
             await web.WebServer(hosts, first.port).start()
         await first.close()

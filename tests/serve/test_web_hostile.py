@@ -17,7 +17,8 @@ from served import ServedHost
 
 _LONG_S = 30.0
 Request = tuple[bytes, bytes, Sequence[bytes], bytes]
-_EVENTS = b"/api/robots/0/events"
+_TOP = b"/token"
+_EVENTS = _TOP + b"/api/robots/0/events"
 _STOP = b'{"event": "emergency_stop"}'
 _EXPECTED = 'an event is expected: {"event": "emergency_stop"}'
 _DIGITS = b"9" * 5000
@@ -27,7 +28,7 @@ def ask(*requests: Request) -> list[tuple[int, str]]:
     """Status and text of the answer to each method, path, header lines and body."""
 
     async def main() -> list[tuple[int, str]]:
-        server = WebServer([ServedHost(), ServedHost(address="127.0.0.2")], 0)
+        server = WebServer([ServedHost(), ServedHost(address="127.0.0.2")], 0, "token")
         await server.start()
         try:
             return [await one(server.port, *request) for request in requests]
@@ -70,7 +71,7 @@ def said(text: str) -> str:
         (b"\xff\xfe", 400, _EXPECTED),
         (b'"\\ud800"', 400, _EXPECTED),
         (b"NaN", 400, _EXPECTED),
-        (_DIGITS, 413, ""),
+        (_DIGITS, 400, "the request is longer than 4096 bytes"),
     ],
 )
 def test_a_body_that_is_no_event_is_refused_in_one_message(
@@ -109,7 +110,7 @@ def test_an_event_in_utf_8_is_taken(kind: str) -> None:
 @pytest.mark.parametrize("name", ["9" * 5000, "0" * 5000, "00", "%D9%A0", "%C2%B2", "%00", "%0a"])
 def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
     """Also where its number has 5,000 digits, or digits of another script."""
-    for path in (f"/api/robots/{name}", f"/api/robots/{name}/chart.svg"):
+    for path in (f"/token/api/robots/{name}", f"/token/api/robots/{name}/chart.svg"):
         ((status, text),) = ask((b"GET", path.encode(), (), b""))
         assert status == 404
         assert said(text).startswith("there is no controller ")
@@ -118,7 +119,7 @@ def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
 @pytest.mark.parametrize("seconds", ["9" * 5000, "%ff", "inf", "-1", "1e400"])
 def test_a_chart_of_another_length_is_refused(seconds: str) -> None:
     ((status, text),) = ask(
-        (b"GET", f"/api/robots/0/chart.svg?seconds={seconds}".encode(), (), b"")
+        (b"GET", f"/token/api/robots/0/chart.svg?seconds={seconds}".encode(), (), b"")
     )
     assert status == 400
     assert said(text).endswith(" is not 1 to 60")
@@ -127,6 +128,8 @@ def test_a_chart_of_another_length_is_refused(seconds: str) -> None:
 
 _METHODS = [b"HEAD", b"PUT", b"OPTIONS", b"TRACE", b"CONNECT", b"FOO", b"get", b"\xff", b"A" * 9000]
 _PATHS = [
+    *(_TOP, _TOP + b"//", _TOP + b"//page.css", _TOP + b"/page%2Ecss", _TOP + b"/a/../page.css"),
+    *(_TOP + b"/" + b"a" * 9000, _TOP + b"/api/robots/\xff", _TOP + b"/api/robots/{id}", b"/\xff"),
     *(b"//", b"//page.css", b"/page%2Ecss", b"/a/../page.css", b"*", b"", b"page.css", b"/ /"),
     *(b"http://127.0.0.1/page.css", b"http://[/", b"http://127.0.0.1:x/", b"/api/robots/\xff"),
     *(b"/" + b"a" * 9000, b"/?" + b"a" * 9000, b"/api/robots/{id}", b"//evil/page.css"),
@@ -145,7 +148,9 @@ def test_whatever_is_sent_is_the_senders_fault_and_no_line_in_the_log(
 ) -> None:
     """Status 2xx or 4xx; a log for each would be another way to fill a disk."""
     asked: list[Request] = [
-        (method, path, (), b"") for method in _METHODS for path in (_EVENTS, b"/", b"/x")
+        (method, path, (), b"")
+        for method in _METHODS
+        for path in (_EVENTS, _TOP + b"/", _TOP + b"/x", b"/")
     ]
     asked += [(method, path, (), b"") for method in (b"GET", b"POST") for path in _PATHS]
     asked += [(b"POST", _EVENTS, (header,), b"5\r\nhello\r\nx" + _STOP) for header in _HEADERS]

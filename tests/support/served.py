@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState, Status
@@ -88,7 +89,7 @@ class ServedHost(Host):
         config = config or RobotConfig()
         self.size = config.size
         self.network = NetworkInMemory(config.size)
-        self.station = Station(Controller(config), self.network, trace)
+        self.station = Station(Controller(config), self.network, trace, address)
         self.now_us = -CYCLE_US
         self.run(0)
 
@@ -100,7 +101,9 @@ class ServedHost(Host):
         self.take(Report.from_table(json.loads(self.station.report().to_json())))
         return self.status
 
-    async def happen(self, event: str, args: Mapping[str, int]) -> None:
+    async def ask(self, message: Mapping[str, Any]) -> int:
         """Let it happen, and one cycle pass."""
-        self.station.happen(event, args)
+        self.station.obey(message)
+        t_us = self.station.now_us
         self.run(0)
+        return t_us

@@ -30,9 +30,10 @@ ROBOT = "robot"
 #: Of an entry.
 KEYS = (
     *("time", "set", "robot", "plc", "for", "hold", "release", "area", "connected"),
-    *("controller", "expect"),
+    *("controller", "expect", "force", "workpieces"),
 )
 _ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
+_MOST_DIGITS = 4
 #: How the events of a PLC begin; the key `plc` leaves that out.
 _PLC = "plc_"
 
@@ -48,6 +49,9 @@ class Entry:
         events: What befalls the robot or the link: name and arguments.
         hold: Outputs of the controller that stay as they are.
         release: Outputs that follow the controller again.
+        force: Outputs that have these values, whatever their state.
+        workpieces: By number of an axis of the controller, from 1: where something stands that
+            PUSH meets [pulses]; None: nothing any more.
         area: What the PLC reads from now on instead of the controller's answer: bytes of its input
             area, those left out 0; `ROBOT` for the controller's answer again; None: as before.
         connected: What the PLC's scanner says of the connection while it reads such bytes.
@@ -68,6 +72,8 @@ class Entry:
     controller: int = 1
     held_us: int | None = None
     expect: tuple[str, ...] = ()
+    force: Mapping[str, int] = field(default_factory=dict)
+    workpieces: Mapping[int, int | None] = field(default_factory=dict)
 
     def parts(self) -> list[Entry]:
         """This without an end; and where it has one, that."""
@@ -92,6 +98,10 @@ class Entry:
             cell.robots[self.controller - 1].hold(name)
         for name in self.release:
             cell.robots[self.controller - 1].release(name)
+        for name, value in self.force.items():
+            cell.robots[self.controller - 1].force(name, value)
+        for axis, pulses in self.workpieces.items():
+            cell.robots[self.controller - 1].place_workpiece(axis, pulses)
         if self.area is not None:
             area = self.area if isinstance(self.area, bytes) else None
             cell.give_area(area, self.connected, controller=self.controller)
@@ -224,6 +234,8 @@ def _entry(table: Mapping[str, Any], line: int) -> Entry:
         _controller(table),
         _held(table, values, events),
         _conditions(table),
+        _forced(table),
+        _workpieces(table),
     )
 
 
@@ -253,6 +265,28 @@ def _held(
     if not held_us:
         raise InputError("'for' is a time longer than 0", hint='write for = "100ms"')
     return held_us
+
+
+def _forced(table: Mapping[str, Any]) -> dict[str, int]:
+    given = table.get("force", {})
+    if not isinstance(given, dict) or not all(type(value) is int for value in given.values()):
+        raise InputError("force is not outputs with values", hint='write force = { "SO(20)" = 1 }')
+    return given
+
+
+def _workpieces(table: Mapping[str, Any]) -> dict[int, int | None]:
+    given = table.get("workpieces", {})
+    hint = 'write workpieces = { 3 = 90000 }, or { 3 = "none" }: by axis, in pulses'
+    if not isinstance(given, dict):
+        raise InputError("workpieces are not a table", hint=hint)
+    found: dict[int, int | None] = {}
+    for axis, pulses in given.items():
+        if not (axis.isascii() and axis.isdecimal() and len(axis) < _MOST_DIGITS):
+            raise InputError(f"workpieces has no axis {axis:.20}", hint=hint)
+        if pulses != "none" and type(pulses) is not int:
+            raise InputError(f"workpieces of axis {axis} is not a place", hint=hint)
+        found[int(axis)] = None if pulses == "none" else pulses
+    return found
 
 
 def _conditions(table: Mapping[str, Any]) -> tuple[str, ...]:
@@ -327,7 +361,7 @@ def _try(entry: Entry, cell: Cell) -> None:
         cell[path] = typed(cell, path, value)
     if entry.controller > len(cell.robots):
         raise InputError(f"no controller {entry.controller}; the cell has {len(cell.robots)}")
-    if entry.events or entry.hold + entry.release:
+    if entry.events or entry.hold + entry.release or entry.force or entry.workpieces:
         cell.check_near()
     robot = cell.robots[entry.controller - 1]
     for event, args in entry.events:
@@ -338,6 +372,11 @@ def _try(entry: Entry, cell: Cell) -> None:
     for name in entry.hold + entry.release:
         robot.hold(name)
         robot.release(name)
+    for name, value in entry.force.items():
+        robot.force(name, value)
+        robot.release(name)
+    for axis, pulses in entry.workpieces.items():
+        robot.place_workpiece(axis, pulses)
     if isinstance(entry.area, bytes):
         cell.give_area(entry.area, controller=entry.controller)
         cell.give_area(None, controller=entry.controller)
@@ -383,6 +422,11 @@ def entry_text(entry: Entry) -> str:
     for key in ("hold", "release", "expect"):
         if several := getattr(entry, key):
             keys[key] = several[0] if len(several) == 1 else list(several)
+    if entry.force:
+        keys["force"] = dict(entry.force)
+    if entry.workpieces:
+        places = entry.workpieces.items()
+        keys["workpieces"] = {str(k): "none" if at is None else at for k, at in places}
     if entry.area is not None:
         keys["area"] = entry.area.hex() if isinstance(entry.area, bytes) else entry.area
         if not entry.connected:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import heapq
 import tempfile
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.look.judge.judge import JudgeOptions, is_judged, judge
-from rcx_harness.trace import CutOffError, read_trace
+from rcx_harness.look.judge.judge import JudgeOptions, is_capture, is_judged, judge
+from rcx_harness.trace import CutOffError, Record, Violation, read_trace
 from rcx_harness.trace.view import View
 
 __all__ = ["Seen", "view_file"]
@@ -38,7 +40,8 @@ def view_file(
     """Make the page of a recording: a trace, or a capture (pcapng, pcap).
 
     What nobody has judged yet, a capture or a trace of `rcx serve` or `rcx scan`, is judged first,
-    so that the broken rules of both sides are in the page.
+    so that the broken rules of both sides are in the page. What has positions keeps them: its own
+    records are shown then, with the broken rules among them.
 
     Args:
         file: The recording.
@@ -49,7 +52,7 @@ def view_file(
         InputError: it cannot be read, or has nothing of a controller in it.
     """
     if is_judged(file):
-        return _view(file, file, progress)
+        return _view(read_trace(file, progress), file)
     with tempfile.TemporaryDirectory(prefix="rcx-") as folder:
         followed = Path(folder) / "trace.jsonl"
         options = JudgeOptions(file=file, hosts=hosts, trace=followed)
@@ -64,13 +67,18 @@ def view_file(
                 cut = InputError(text, file=file, hint=result.capture.damage)
         if not followed.exists():
             raise cut or InputError("there is no area of a controller in it", file=file)
-        return _view(followed, file, lambda share: None, cut)
+        if not is_capture(file) and "positions" in (own := read_trace(file))[0]:
+            rules = (one for one in read_trace(followed)[1] if isinstance(one, Violation))
+            moves = (one for one in own[1] if not isinstance(one, Violation))
+            both = heapq.merge(moves, rules, key=lambda one: one.t_us)
+            return _view((own[0], both), file, cut)
+        return _view(read_trace(followed), file, cut)
 
 
 def _view(
-    trace: Path, file: Path, progress: Callable[[float], None], cut: InputError | None = None
+    trace: tuple[Mapping[str, Any], Iterable[Record]], file: Path, cut: InputError | None = None
 ) -> Seen:
-    header, records = read_trace(trace, progress)
+    header, records = trace
     try:
         view = View(header)
         for record in records:

@@ -109,6 +109,11 @@ class Overlay:
         self._locate(name)
         self._parts.pop(name, None)
 
+    @property
+    def names(self) -> list[str]:
+        """The outputs that are held or forced."""
+        return list(self._parts)
+
     def apply(self, area: bytearray) -> None:
         """Lay the held outputs over `area`."""
         for parts in self._parts.values():

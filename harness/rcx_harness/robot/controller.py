@@ -24,7 +24,7 @@ from rcx_harness.robot.signals import (
     network_led,
     regain_link,
 )
-from rcx_harness.robot.stored import Point
+from rcx_harness.robot.stored import Point, fits_integer
 from rcx_harness.robot.tasks import Programs
 
 __all__ = ["Controller"]
@@ -111,6 +111,27 @@ class Controller:
     def workpieces(self) -> dict[int, int]:
         """Where something stands that PUSH meets: index of the axis to pulses; may be set."""
         return self._state.machine.motion.workpieces
+
+    def place_workpiece(self, axis: int, pulses: int | None) -> None:
+        """Let something stand where PUSH meets it, or nothing any more (None).
+
+        Args:
+            axis: Number of the axis in the controller, from 1.
+            pulses: Where it stands.
+
+        Raises:
+            InputError: no such axis or place.
+        """
+        count = len(self.config.axes)
+        if not 1 <= axis <= count:
+            raise InputError(f"there is no axis {axis}", hint=f"the controller has 1 to {count}")
+        if pulses is None:
+            self.workpieces.pop(axis - 1, None)
+        elif not fits_integer(pulses):
+            raise InputError("a workpiece stands at -2147483648 to 2147483647 pulses")
+        else:
+            self.workpieces[axis - 1] = pulses
+        self._state.wake_us = 0
 
     @property
     def points(self) -> dict[int, Point]:
@@ -217,6 +238,11 @@ class Controller:
         for one in ("Status", "SOW(0)") if name == "Status" else (name,):
             self._state.overlay.remove(one)
         self._state.wake_us = 0
+
+    @property
+    def held(self) -> list[str]:
+        """The outputs that are held or forced, as they were named."""
+        return self._state.overlay.names
 
     def snapshot(self) -> object:
         """The whole state, as a value that `restore` takes back."""

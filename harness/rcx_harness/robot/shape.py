@@ -6,6 +6,7 @@ coordinates of the robot: Z is positive downwards.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from rcx_harness.robot.alarms import CommandError
@@ -16,7 +17,7 @@ from rcx_harness.robot.stored import ROBOTS, Point
 
 __all__ = ["MOST_POINTS", "poses", "shapes"]
 
-#: So many points of a robot are drawn, and work positions of a pallet.
+#: So many points of a robot are drawn, and work positions of all pallets.
 MOST_POINTS = 300
 _UNIT = 1000
 _LEFT = 2
@@ -110,18 +111,19 @@ def _point(arm: Arm, number: int, point: Point, name: str) -> dict[str, Any]:
     return shown | {"joints": joints}
 
 
-def _pallets(memory: Memory) -> Any:
+def _pallets(memory: Memory) -> Iterator[dict[str, Any]]:
     """Those of points in mm, which are the same place to each robot."""
+    room = MOST_POINTS
     for number, pallet in sorted(memory.pallets.items()):
         corners = [memory.points.get(pallet.first + k) for k in (0, 1, 3, 2)]
         if not all(corner is not None and corner.mm for corner in corners):
             continue
         try:
-            places = [
-                memory.work_point(number, k + 1) for k in range(min(pallet.count, MOST_POINTS))
-            ]
+            works = range(1, 1 + min(pallet.count, room))
+            places = [memory.work_point(number, work) for work in works]
         except CommandError:
             continue
+        room -= len(places)
         yield {
             "number": number,
             "corners": [[value / _UNIT for value in one.data[:3]] for one in corners if one],

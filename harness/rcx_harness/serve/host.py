@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import shutil
 import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 from rcx_harness.enip.child import how_ended
@@ -68,6 +71,8 @@ class Host:
         history: Its last seconds.
         size: Bytes of its areas, once it has started.
         ended: It has ended, unexpectedly or not.
+        shapes: What its robots look like (`rcx_harness.robot.shape`).
+        drawn: How often that has changed.
         failure: Which part has ended by itself, and how; empty as long as all run.
     """
 
@@ -82,7 +87,10 @@ class Host:
         self._reader: asyncio.Task[None] | None = None
         self._heard = asyncio.Event()  # its first report, or its end
         self._numbers = itertools.count(1)
-        self._waiting: dict[int, asyncio.Future[str]] = {}
+        self._waiting: dict[int, asyncio.Future[tuple[str, int]]] = {}
+        self._folder = ""  # of the recording
+        self.shapes: tuple[dict[str, Any], ...] = ()
+        self.drawn = 0
 
     @property
     def name(self) -> str:
@@ -122,33 +130,67 @@ class Host:
         self._reader = asyncio.create_task(self._read())
         await self._heard.wait()
 
-    async def happen(self, event: str, args: Mapping[str, int]) -> None:
-        """Let something happen to the controller.
+    async def record(self, *, on: bool) -> None:
+        """Begin a recording, which takes the place of the one before; or end it.
 
         Raises:
-            InputError: no such event, other arguments than it takes, or the process has ended.
+            InputError: it cannot be written, or the process has ended.
+        """
+        if on and not self._folder:
+            self._folder = tempfile.mkdtemp(prefix="rcx-serve-")
+        await self.ask({"record": str(self._file) if on else None})
+
+    @property
+    def _file(self) -> Path:
+        return Path(self._folder) / "recording.jsonl"
+
+    def recording(self) -> Path:
+        """The file with the recording.
+
+        Raises:
+            InputError: there is none, or it is still going on.
+        """
+        if not self._folder or not self._file.exists():
+            raise InputError("nothing has been recorded", hint="start a recording first")
+        if self.status.recording:
+            raise InputError("the recording is still going on", hint="stop it first")
+        return self._file
+
+    async def ask(self, message: Mapping[str, Any]) -> int:
+        """Let the controller do something; see `Station.obey`.
+
+        Returns:
+            Its time then [us].
+
+        Raises:
+            InputError: it refuses, or the process has ended.
         """
         pipe = self._process.stdin if self._process else None
         if pipe is None or self.ended.is_set():
             raise InputError(f"controller {self.name} is not running")
         number = next(self._numbers)
-        answer = self._waiting[number] = asyncio.get_running_loop().create_future()
-        message = {"id": number, "event": event, "args": dict(args)}
+        answer: asyncio.Future[tuple[str, int]] = asyncio.get_running_loop().create_future()
+        self._waiting[number] = answer
         try:
-            pipe.write(json.dumps(message).encode() + b"\n")
-            error = await asyncio.wait_for(answer, _ANSWER_S)
+            pipe.write(json.dumps({**message, "id": number}).encode() + b"\n")
+            error, t_us = await asyncio.wait_for(answer, _ANSWER_S)
         except (OSError, asyncio.TimeoutError):
             raise InputError(f"controller {self.name} does not answer") from None
         finally:
             self._waiting.pop(number, None)
         if error:
             raise InputError(error)
+        return t_us
 
     async def close(self) -> None:
         """End the process; more than once does no harm."""
-        process = self._process
-        if process is None:
-            return
+        if self._process is not None:
+            await self._end(self._process)
+        if self._folder:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = ""
+
+    async def _end(self, process: asyncio.subprocess.Process) -> None:
         if process.stdin is not None:
             process.stdin.close()  # its sign to end
         try:
@@ -168,7 +210,7 @@ class Host:
                 if "answer" in message:
                     waiting = self._waiting.get(message["answer"])
                     if waiting is not None and not waiting.done():
-                        waiting.set_result(message["error"])
+                        waiting.set_result((message["error"], message["t_us"]))
                 elif "died" in message:
                     self.failure = message["died"]
                 else:
@@ -185,6 +227,8 @@ class Host:
     def take(self, status: Status) -> None:
         """Take what the controller tells."""
         self.status = status
+        if status.shapes:
+            self.shapes, self.drawn = status.shapes, self.drawn + 1
         self.history.add(status.changes, status.t_us)
 
     async def _read_line(self) -> dict[str, Any] | None:

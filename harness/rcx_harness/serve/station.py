@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Protocol
+from pathlib import Path
+from typing import Any, Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import Image, LinkState
@@ -13,6 +14,9 @@ from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
+from rcx_harness.robot.positions import where
+from rcx_harness.robot.shape import poses, shapes
+from rcx_harness.serve.recorder import Recorder
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS
@@ -58,14 +62,28 @@ class Station:
         controller: The controller.
         images: Where its areas are exchanged.
         trace: Takes each cycle whose areas are other than before, and each broken rule.
+        host: Its address, for recordings.
+
+    Attributes:
+        now_us: Time of its last cycle [us].
     """
 
-    def __init__(self, controller: Controller, images: Images, trace: Trace | None = None) -> None:
+    def __init__(
+        self,
+        controller: Controller,
+        images: Images,
+        trace: Trace | None = None,
+        host: str = "",
+    ) -> None:
         self.controller = controller
+        self._host = host
+        self._recorder: Recorder | None = None
+        self._recorded = 0
+        self._drawn = -1  # commands that were executed when the robots' shapes were told
         self._images = images
         self._trace = trace
         self._cut = False
-        self._now_us = 0
+        self.now_us = 0
         self._generation: int | None = None  # of the owner's connection in the cycle before
         self._last_run: bytes | None = None
         self._si: bytes | None = None
@@ -90,7 +108,7 @@ class Station:
         if skipped:
             self._skipped += skipped
             self._skipped_us = now_us
-        self._now_us = now_us
+        self.now_us = now_us
         self._cycles += 1
         self._si = self._take_inputs()
         self._so = self.controller.cycle(now_us, self._si)
@@ -121,8 +139,48 @@ class Station:
         else:
             self.controller.inject(event, **given)
 
+    def obey(self, message: Mapping[str, Any]) -> None:
+        """Do what a message of the page wants, before the next cycle.
+
+        `event` with `args` is what `happen` takes. `output` is an output to `hold`, `force` to
+        `value` or `release`, as `do` says; `workpiece` the number of an axis, from 1, with its
+        `pulses` or None. `record` is a file for a recording, or None to end it.
+
+        Raises:
+            InputError: it cannot be done.
+        """
+        if "output" in message:
+            name, controller = message["output"], self.controller
+            if message["do"] == "force":
+                controller.force(name, message["value"])
+            else:
+                {"hold": controller.hold, "release": controller.release}[message["do"]](name)
+        elif "workpiece" in message:
+            self.controller.place_workpiece(message["workpiece"], message["pulses"])
+        elif "record" in message:
+            self._record(message["record"])
+        else:
+            self.happen(str(message.get("event")), message.get("args"))
+
+    def _record(self, file: str | None) -> None:
+        """Begin a recording, or end the one that is under way."""
+        if self._recorder is not None:
+            self._note_recorded(last=True)
+            self._recorder.close()
+            self._recorder = None
+        if file is not None:
+            self._recorder = Recorder(self.controller, self._host, Path(file), self.now_us)
+            self._note_recorded()
+
+    def _note_recorded(self, *, last: bool = False) -> None:
+        if self._recorder is not None:
+            cycle = (self.now_us, max(0, self._cycles - 1), self._si or b"", self._so)
+            self._recorder.note(*cycle, last=last)
+            self._recorded = self._recorder.cycles
+
     def finish(self) -> None:
-        """End the trace, if there is one, with the last cycle."""
+        """End the trace and the recording, if there are, with the last cycle."""
+        self._record(None)
         if self._trace is not None:
             self._note_cycle()
             self._trace.close()
@@ -134,7 +192,7 @@ class Station:
         changes = tuple(self._changes)
         self._changes.clear()
         return Status(
-            t_us=self._now_us,
+            t_us=self.now_us,
             cycles=self._cycles,
             skipped=self._skipped,
             connection=Connection(
@@ -156,7 +214,18 @@ class Station:
             emergency_stop=machine.hard_wired_stop,
             pendant=machine.pendant_authority,
             auto_switch=machine.auto_input and not machine.manual_lock,
-            positions=tuple(self.controller.positions),
+            warning=self.controller.alarms.warning,
+            main_power=machine.main_power,
+            safety=machine.inputs_disabled,
+            parallel_stop=machine.parallel_stop,
+            held=tuple(self.controller.held),
+            workpieces=tuple((k + 1, at) for k, at in sorted(self.controller.workpieces.items())),
+            recording=self._recorder is not None,
+            recorded=self._recorded,
+            positions=tuple(int(value) for value in where(self.controller, "pulses")),
+            mm=where(self.controller, "mm"),
+            poses=tuple(poses(self.controller)),
+            shapes=self._shapes(),
             alarms=tuple(alarm_text(one.number) for one in self.controller.alarms.active),
             executed=self.controller.commands_executed,
             commands=tuple(self._commands),
@@ -164,6 +233,13 @@ class Station:
             violations=tuple(self._violations),
             changes=changes,
         )
+
+    def _shapes(self) -> tuple[dict[str, Any], ...]:
+        """What the robots look like, where a command may have changed that since it was told."""
+        if self._drawn == self.controller.commands_executed:
+            return ()
+        self._drawn = self.controller.commands_executed
+        return tuple(shapes(self.controller))
 
     def _take_inputs(self) -> bytes | None:
         """What the owner of the connection sends; None where the controller sees no connection."""
@@ -194,6 +270,9 @@ class Station:
             self._images.link = link
 
     def _watch(self) -> None:
+        self._note_recorded()
+        if self._recorder is not None and self._recorder.is_full:
+            self._record(None)
         seen = (self._si, self._so)
         if seen != self._seen:
             before, self._seen = self._seen, seen
@@ -206,20 +285,22 @@ class Station:
             if violation.t_us - self._skipped_us < _SKIPS_MATTER_US:
                 text += " (this computer was late just before: perhaps not the master's fault)"
             self._violations.append(Note(violation.t_us, text))
+            text = f"robot, cycle {self._cycles - 1}: {violation.rule}: {text}"
             if self._trace is not None:
-                text = f"robot, cycle {self._cycles - 1}: {violation.rule}: {text}"
                 self._trace.add(replace(violation, text=text))
+            if self._recorder is not None:
+                self._recorder.broken(replace(violation, text=text))
 
     def _note_cycle(self) -> None:
         if self._trace is not None:
             areas = (self._si or b"", self._so)
-            self._trace.add(Cycle(self._now_us, self._cycles - 1, *areas))
+            self._trace.add(Cycle(self.now_us, self._cycles - 1, *areas))
             self._trace.flush()
 
     def _note_change(self, before: tuple[bytes | None, bytes]) -> None:
         old, new = (self._shown(*pair) for pair in (before, self._seen))
         if old != new or not before[1]:
-            self._changes.append(Change(self._now_us, *new))
+            self._changes.append(Change(self.now_us, *new))
 
     @staticmethod
     def _shown(si: bytes | None, so: bytes) -> tuple[bool, str, str]:
@@ -235,7 +316,7 @@ class Station:
             return
         if status and not before and self._si is not None:
             self._request = input_words(self._si)
-            self._commands.append(CommandNote(self._now_us, request_text(self._request)))
+            self._commands.append(CommandNote(self.now_us, request_text(self._request)))
         if not self._commands or self._commands[-1].result:
             return
         latest = self._commands[-1]

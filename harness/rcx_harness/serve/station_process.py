@@ -168,9 +168,8 @@ def run(
             sleep_us(wait_us)
             continue
         while (message := channel.take()) is not None:
-            channel.tell(
-                json.dumps({"answer": message.get("id"), "error": _obey(station, message)})
-            )
+            answer = {"answer": message.get("id"), "error": _obey(station, message)}
+            channel.tell(json.dumps({**answer, "t_us": station.now_us}))
         before = pace.skipped
         now_us = pace.take(clock_us())
         station.step(now_us, skipped=pace.skipped - before)
@@ -198,7 +197,7 @@ def main(argument: str) -> None:
         tell({"error": str(error)})
         return
     with adapter:
-        station = Station(controller, adapter.shared, trace)
+        station = Station(controller, adapter.shared, trace, settings["host"])
         channel = Channel()
         channel.tell(json.dumps({"port": adapter.address[1], "size": adapter.size}))
         be_punctual("in turn")
@@ -248,7 +247,7 @@ def _adapter(settings: dict[str, Any], size: int) -> Adapter:
 def _obey(station: Station, message: dict[str, Any]) -> str:
     """Do what the parent wants; what is wrong with it, or empty."""
     try:
-        station.happen(str(message.get("event")), message.get("args"))
+        station.obey(message)
     except InputError as error:
         return str(error)
     return ""

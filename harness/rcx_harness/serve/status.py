@@ -62,7 +62,9 @@ class Status:
     """A controller as it is now, and what has changed since the status before.
 
     `si` and `so` are the areas in hexadecimal, `si` empty where the controller sees none. LEDs are
-    those of `rcx_harness.robot.Led`.
+    those of `rcx_harness.robot.Led`. Positions are robot by robot, in pulses and in mm; `poses` and
+    `shapes` those of `rcx_harness.robot.shape`, `shapes` empty where they have not changed.
+    `workpieces` are axis and pulses, `held` the outputs that are held or forced.
     """
 
     t_us: int = 0
@@ -79,7 +81,18 @@ class Status:
     emergency_stop: bool = False
     pendant: bool = False
     auto_switch: bool = True
+    warning: bool = False
+    main_power: bool = True
+    safety: bool = False
+    parallel_stop: bool = True
+    held: tuple[str, ...] = ()
+    workpieces: tuple[tuple[int, int], ...] = ()
+    recording: bool = False
+    recorded: int = 0
     positions: tuple[int, ...] = ()
+    mm: tuple[float, ...] = ()
+    poses: tuple[dict[str, Any], ...] = ()
+    shapes: tuple[dict[str, Any], ...] = ()
     alarms: tuple[str, ...] = ()
     executed: int = 0
     commands: tuple[CommandNote, ...] = ()
@@ -103,6 +116,7 @@ class Status:
         for name, kind in kinds.items():
             table[name] = tuple(kind(**entry) for entry in table[name])
         table["connection"] = Connection(**table["connection"])
-        for name in ("positions", "alarms"):
+        for name in ("positions", "mm", "poses", "shapes", "alarms", "held"):
             table[name] = tuple(table[name])
+        table["workpieces"] = tuple((axis, at) for axis, at in table["workpieces"])
         return cls(**table)

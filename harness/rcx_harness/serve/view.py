@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -42,6 +43,7 @@ _STATES = {
     "closed": "the master has closed the connection",
 }
 
+_PLACES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
 _PORTS = (*range(8), *range(10, 16))  # SI0() to SI7(), SI10() to SI15(): bytes 32 to 45
 _WORDS, _EXTENDED = range(16), range(24, 128)
 
@@ -78,7 +80,14 @@ def view(number: int, host: Host) -> dict[str, Any]:
             "emergency_stop": status.emergency_stop,
             "pendant": status.pendant,
             "auto": status.auto_switch,
+            "warning": status.warning,
+            "main_power": status.main_power,
+            "safety": status.safety,
+            "parallel_stop": status.parallel_stop,
         },
+        "held": list(status.held),
+        "workpieces": [{"axis": axis, "pulses": pulses} for axis, pulses in status.workpieces],
+        "recording": {"on": status.recording, "cycles": status.recorded},
         "inputs": [_bit(one, si) for one in table.input],
         "outputs": [_bit(one, so) for one in table.output],
         "monitor": {
@@ -88,6 +97,10 @@ def view(number: int, host: Host) -> dict[str, Any]:
             "SOW": _words(so),
         },
         "positions": list(status.positions),
+        "mm": list(status.mm),
+        "poses": list(status.poses),
+        "drawn": host.drawn,
+        "titles": axis_titles(host.shapes),
         "alarms": list(status.alarms),
         "executed": status.executed,
         "commands": [
@@ -97,6 +110,19 @@ def view(number: int, host: Host) -> dict[str, Any]:
         "violation_count": status.violation_count,
         "violations": [_note(one) for one in reversed(status.violations)],
     }
+
+
+def axis_titles(shapes: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+    """Of each axis, robot by robot: its name, and that of its place with the unit."""
+    several = len(shapes) > 1
+    return [
+        {
+            "axis": f"Robot {shape['robot']} axis {place + 1}" if several else f"Axis {place + 1}",
+            "place": _PLACES[place],
+        }
+        for shape in shapes
+        for place, _ in enumerate(shape["axes"])
+    ]
 
 
 def connection_text(status: Status) -> str:

@@ -7,8 +7,6 @@ the curves of positions and speeds in view.
 
 from __future__ import annotations
 
-import os
-import shutil
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -22,6 +20,7 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.trace import Cycle, Record, Violation
 from rcx_harness.trace.view import View
 from rcx_tools.bench.figure import Figure, Options, at_most, missing, shown
+from rcx_tools.chromium import MISSING, chromium, is_there, opened
 
 __all__ = ["FRAME_MS", "OPEN_S", "measure", "million"]
 
@@ -30,7 +29,6 @@ _WATCH = "Main.Stage,Main.Target,Main.Placed,Main.MovePtp.*"
 _SCAN_US, _PERIOD_US = 10_000, 4_000_000
 _SCANS = 1_000_000
 OPEN_S, FRAME_MS = 3.0, 50.0
-_LIMIT_S = 120
 #: Presses keys one after the other, each in a frame of its own; gives the lengths of the frames.
 _MOVE = """
 const done = arguments[arguments.length - 1];
@@ -96,39 +94,18 @@ def _again(records: Sequence[Record], times: int) -> Iterator[Record]:
 
 def _opened(file: Path) -> dict[str, Figure]:
     """What chromium needs to open and to move it."""
-    program, driver = shutil.which("chromium"), shutil.which("chromedriver")
     open_name, frame_name = "view, opened", "view, frame while zooming and moving"
-    if program is None or driver is None:
-        why = "chromium and chromedriver are not installed"
+    if not is_there():
         return {
-            open_name: missing("s", f"<= {OPEN_S:g}", why),
-            frame_name: missing("ms", f"<= {FRAME_MS:g}", why),
+            open_name: missing("s", f"<= {OPEN_S:g}", MISSING),
+            frame_name: missing("ms", f"<= {FRAME_MS:g}", MISSING),
         }
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.support.ui import WebDriverWait
-
-    given = webdriver.ChromeOptions()
-    given.binary_location = program
-    for argument in ("--headless=new", "--disable-dev-shm-usage", "--window-size=1280,900"):
-        given.add_argument(argument)
-    if os.geteuid() == 0:
-        given.add_argument("--no-sandbox")
-    browser = webdriver.Chrome(options=given, service=Service(driver))
-    try:
-        browser.set_script_timeout(_LIMIT_S)
-        opened: list[float] = []
-        ready = "return document.documentElement.dataset.ready"
-        for _ in range(3):
-            browser.get(file.as_uri())
-            waiting = WebDriverWait(browser, _LIMIT_S, poll_frequency=0.05)
-            opened.append(float(waiting.until(lambda one: one.execute_script(ready))) / 1000)
+    with chromium() as browser:
+        times = [opened(browser, file) / 1000 for _ in range(3)]
         frames = sorted(browser.execute_async_script(_MOVE))
         version = f"chromium {browser.capabilities['browserVersion']}, no GPU"
         peer = f"{version}; the longest of {len(frames)} {frames[-1]:.0f} ms"
         return {
-            open_name: at_most(median(opened), "s", OPEN_S, f"{version}; median of 3"),
+            open_name: at_most(median(times), "s", OPEN_S, f"{version}; median of 3"),
             frame_name: at_most(median(frames), "ms", FRAME_MS, peer),
         }
-    finally:
-        browser.quit()

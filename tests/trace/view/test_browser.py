@@ -109,7 +109,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A YK610XEC that turns its axis 1 from 0 to 90 degrees, a robot of one axis without a model."""
+    """A YK610XEC whose axis 1 turns from 0 to 90 degrees; a robot of one axis without a model."""
     scara = RobotConfig(robot=("YK610XEC",)).axes
     config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
     controller = Controller(config)

@@ -47,7 +47,7 @@ def _cases(model: str, count: int) -> list[dict[str, Any]]:
     hands = {(1, 1): Hand((60_000, -20_000, 30_000, 1))}
     hands[1, 2] = Hand((9000 if model.startswith("YK") else 40_000, 15_000, -5000, 0))
     shifts = {1: (10_000, -20_000, 5_000, 30_000)}
-    config = RobotConfig(robot=(model,), hands=hands, shifts=shifts)  # type: ignore[arg-type]
+    config = RobotConfig(robot=(model,), hands=hands, shifts=shifts)
     cases = []
     for number in range(count):
         controller = Controller(config)
@@ -65,7 +65,7 @@ def _cases(model: str, count: int) -> list[dict[str, Any]]:
 @pytest.mark.skipif(_NODE is None, reason="node is not installed")
 @pytest.mark.parametrize("model", ["YK610XEC", "SXYX"])
 def test_the_drawing_puts_the_tool_where_the_controller_says(tmp_path: Path, model: str) -> None:
-    source = files("rcx_harness.trace.view").joinpath("page", "robot.js").read_bytes()
+    source = files("rcx_harness.trace.view").joinpath("page").joinpath("robot.js").read_bytes()
     (tmp_path / "robot.js").write_bytes(source)
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
     (tmp_path / "cases.json").write_text(json.dumps(_cases(model, 60)), encoding="utf-8")

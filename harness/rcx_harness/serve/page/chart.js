@@ -9,6 +9,7 @@ export class Chart {
   #root;
   #measure;
   #mark = null;
+  #at = 1; // of the axis, for the keys
 
   constructor(host, measure) {
     this.#root = host.attachShadow({ mode: "open" }); // its style sheet stays inside
@@ -16,6 +17,8 @@ export class Chart {
     host.addEventListener("mousemove", (move) => this.#point(move, false));
     host.addEventListener("click", (click) => this.#point(click, true));
     host.addEventListener("mouseleave", () => this.#clear());
+    host.addEventListener("keydown", (key) => this.#key(key));
+    host.addEventListener("blur", () => this.#clear());
   }
 
   // A paused chart stays; but another controller, or another window, is drawn once.
@@ -51,16 +54,31 @@ export class Chart {
   #point(event, click) {
     const svg = this.#root.querySelector("svg");
     if (!svg) return;
-    const { start, span, left, plot } = svg.dataset;
+    const { left, plot } = svg.dataset;
     const box = svg.getBoundingClientRect();
     const x = ((event.clientX - box.left) * svg.viewBox.baseVal.width) / box.width;
     const share = (x - left) / plot;
     if (share < 0 || share > 1) return this.#clear();
+    this.#measureAt(svg, share, click);
+  }
+
+  #measureAt(svg, share, click) {
+    const { start, span, left, plot } = svg.dataset;
     const time = Number(start) + share * Number(span);
     if (click) this.#mark = time;
     const from = this.#mark === null ? "" : ` (${((time - this.#mark) / 1000).toFixed(0)} ms from the click)`;
     this.#measure.textContent = `${(time / 1e6).toFixed(3)} s${from}`;
-    this.#draw(svg, x);
+    this.#draw(svg, Number(left) + share * Number(plot));
+  }
+
+  // Left and right move the cursor, Enter measures from there.
+  #key(key) {
+    const svg = this.#root.querySelector("svg");
+    const by = { ArrowLeft: -1, ArrowRight: 1, Enter: 0 }[key.key];
+    if (!svg || by === undefined) return;
+    key.preventDefault();
+    this.#at = Math.min(1, Math.max(0, this.#at + (by * (key.shiftKey ? 10 : 1)) / 200));
+    this.#measureAt(svg, this.#at, key.key === "Enter");
   }
 
   #draw(svg, x) {

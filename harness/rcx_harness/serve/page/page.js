@@ -2,29 +2,22 @@
 
 import { Chart } from "./chart.js";
 import { Monitor, element, say } from "./monitor.js";
+import { Operate } from "./operate.js";
+import { Positions } from "./positions.js";
 
 const EVERY_MS = 200;
 const $ = (id) => document.getElementById(id);
 
 const monitor = new Monitor($("monitor"));
 const chart = new Chart($("chart"), $("measure"));
+const positions = new Positions($("robots"), $("positions").tBodies[0]);
 let chosen = 0;
-let robot = null;
+const operate = new Operate(() => chosen);
 
 async function get(path) {
   const answer = await fetch(path);
   if (!answer.ok) throw new Error(answer.statusText);
   return answer;
-}
-
-async function happen(event, args = {}) {
-  const answer = await fetch(`/api/robots/${chosen}/events`, {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify({ event, args }),
-  }).catch(() => null);
-  const error = answer && !answer.ok ? (await answer.json()).error : "";
-  say($("refused"), answer ? error : "no answer");
 }
 
 function notes(list, entries, render) {
@@ -62,7 +55,7 @@ function showTabs(robots) {
 
 function choose(id) {
   chosen = id;
-  say($("refused"), "");
+  operate.forget();
   update();
 }
 
@@ -84,23 +77,10 @@ function showState(one) {
     ["Packets in / out", `${packets.received} / ${packets.sent}`],
     ["Controller cycles", `${one.cycles} of 5 ms`],
     ["Cycles skipped", String(one.skipped)],
-    ["Axes [pulses]", one.positions.join("  ")],
   ];
   notes($("figures"), figures, ([name, value]) =>
     element("div", {}, element("dt", {}, name), element("dd", {}, value)),
   );
-}
-
-function showSwitches(switches) {
-  const stop = $("stop");
-  stop.setAttribute("aria-pressed", String(switches.emergency_stop));
-  stop.title = switches.emergency_stop ? "pressed: click to release it" : "click to press it";
-  for (const field of document.querySelectorAll("[data-switch]")) {
-    const state = String(switches[field.dataset.switch]);
-    for (const button of field.querySelectorAll("[data-when]")) {
-      button.setAttribute("aria-pressed", String(button.dataset.when === state));
-    }
-  }
 }
 
 function showNotes(one) {
@@ -125,19 +105,24 @@ function showNotes(one) {
 async function update() {
   const asked = chosen;
   const [robots, now] = await Promise.all([
-    get("/api/robots").then((answer) => answer.json()),
-    get(`/api/robots/${asked}`).then((answer) => answer.json()),
+    get("api/robots").then((answer) => answer.json()),
+    get(`api/robots/${asked}`).then((answer) => answer.json()),
   ]);
   if (asked !== chosen) return;
-  robot = now;
   document.title = `${now.name}: RCX3 virtual controller`;
   showTabs(robots);
   showState(now);
-  showSwitches(now.switches);
+  operate.show(now);
+  if (positions.wants(now)) {
+    const model = await (await get(`api/robots/${asked}/model`)).json();
+    if (asked !== chosen) return;
+    positions.model(now, model);
+  }
+  positions.show(now);
   showNotes(now);
   monitor.show(now);
   if (chart.wants(asked)) {
-    const answer = await get(`/api/robots/${asked}/chart.svg?seconds=${chart.seconds}`);
+    const answer = await get(`api/robots/${asked}/chart.svg?seconds=${chart.seconds}`);
     const svg = await answer.text();
     if (asked === chosen) chart.show(asked, svg);
   }
@@ -156,16 +141,5 @@ async function live() {
   setTimeout(live, EVERY_MS);
 }
 
-$("stop").addEventListener("click", () =>
-  happen(robot?.switches.emergency_stop ? "emergency_stop_release" : "emergency_stop"),
-);
-for (const button of document.querySelectorAll("[data-event]")) {
-  button.addEventListener("click", () => happen(button.dataset.event));
-}
-$("alarm").addEventListener("submit", (submit) => {
-  submit.preventDefault();
-  const { group, category } = submit.target.elements;
-  happen("alarm", { group: Number(group.value), category: Number(category.value) });
-});
 chart.tools($("windows"), $("pause"));
 live();

@@ -43,7 +43,7 @@ export function lastTimes(lanes, t, most) {
 
 // Where the tool has been until t.
 function wayUntil(view, lanes, poses, t) {
-  const times = lastTimes(lanes, t, WAY);
+  const times = view.model.kind === "axes" ? [] : lastTimes(lanes, t, WAY);
   if (!times.length) return [];
   const at = lanes.map((lane) => lane.indexAt(times[0]));
   return times.map((time) => {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rcx_harness.errors import InputError
-from rcx_harness.robot import Controller
+from rcx_harness.robot.controller import Controller
 from rcx_harness.robot.stored import ROBOTS
 
 __all__ = ["axes_of", "where"]

@@ -1,0 +1,79 @@
+"""A recording of a served controller that is started and stopped on the way: a trace of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.robot import Controller
+from rcx_harness.robot.findings import Violation
+from rcx_harness.robot.positions import axes_of, where
+from rcx_harness.robot.shape import poses, shapes
+from rcx_harness.spec.wire import CYCLE_US
+from rcx_harness.trace import Cycle, Trace
+
+__all__ = ["MOST_CYCLES", "Recorder"]
+
+#: A recording ends by itself after so many cycles: an hour of motion without a pause.
+MOST_CYCLES = 720_000
+_UNIT = "mm"
+
+
+class Recorder:
+    """Writes the cycles whose areas or positions are other than before, and broken rules.
+
+    Its time begins at 0. `rcx view` and `rcx judge` read it.
+
+    Args:
+        controller: What is recorded.
+        host: Its address, for the header.
+        file: Where to; what is there is written over.
+        now_us: Time of the first cycle [us].
+
+    Attributes:
+        cycles: How many it has.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+
+    def __init__(self, controller: Controller, host: str, file: Path, now_us: int) -> None:
+        size = controller.config.size
+        header = {"by": "rcx serve", "of": host, "cycle_us": CYCLE_US, "size": size}
+        self._trace = Trace(
+            {**header, "only": "changes"},
+            file,
+            keep=0,
+            axes=axes_of([controller], _UNIT),
+            robots=[shapes(controller)],
+        )
+        self._controller, self._begin_us = controller, now_us
+        self._seen: tuple[bytes, bytes] | None = None
+        self._stood: tuple[float, ...] | None = None
+        self._posed: tuple[dict[str, Any], ...] = tuple({} for _ in poses(controller))
+        self.cycles = 0
+
+    @property
+    def is_full(self) -> bool:
+        """Has it all the cycles that it may have?"""
+        return self.cycles >= MOST_CYCLES
+
+    def note(self, now_us: int, cycle: int, si: bytes, so: bytes, *, last: bool = False) -> None:
+        """A cycle; the last one is written even if nothing has changed."""
+        stood, posed = where(self._controller, _UNIT), tuple(poses(self._controller))
+        if (si, so) == self._seen and stood == self._stood and posed == self._posed and not last:
+            return
+        moved = None if stood == self._stood else stood
+        turned = None if posed == self._posed else posed
+        self._seen, self._stood, self._posed = (si, so), stood, posed
+        self._trace.add(Cycle(now_us - self._begin_us, cycle, si, so, 1, moved, turned))
+        self.cycles += 1
+
+    def broken(self, violation: Violation) -> None:
+        """A broken rule, in words."""
+        t_us = max(0, violation.t_us - self._begin_us)
+        self._trace.add(Violation(t_us, violation.rule, violation.text))
+
+    def close(self) -> None:
+        """Write out what is buffered."""
+        self._trace.close()

@@ -1,0 +1,13 @@
+"""docs/view.png is of the page that the sources make now."""
+
+from __future__ import annotations
+
+from rcx_tools.docs.view_picture import PICTURE, digest, digest_in, page
+
+
+def test_the_picture_is_of_the_page_as_it_is_now() -> None:
+    """Else: `python -m rcx_tools.docs.view_picture`, where chromium is installed."""
+    html = page()
+    assert digest_in(PICTURE.read_bytes()) == digest(html)
+    assert digest(html.replace("Theme", "theme", 1)) != digest(html)
+    assert digest_in(PICTURE.read_bytes()[:33]) == ""
