@@ -248,8 +248,10 @@ def test_a_link_has_the_program_and_its_settings_in_it(page: _Playground, server
     other = _Playground(page.browser, link)
     assert other.text("#told") == told
     assert other.run("document.getElementById('edit').value") == text
+    assert other.run("document.getElementById('note').hidden")
     broken = _Playground(page.browser, link[:-9])
-    assert "not whole" in broken.text("#told")
+    assert not broken.run("document.getElementById('note').hidden")
+    assert broken.run("document.getElementById('program').value") == "example=04_scara"
 
 
 @_full

@@ -81,12 +81,9 @@ async function open() {
   const [kind, value = ""] = location.hash.slice(1).split("=");
   let chosen = { example: examples, block: blocks }[kind]?.[value];
   let name = `${kind}=${value}`;
-  let complaint = "";
   if (kind === "program") {
     name = "own";
-    chosen = await unpacked(value).catch(() => {
-      complaint = "the link is not whole: the first example is shown";
-    });
+    chosen = await unpacked(value).catch(() => null);
   }
   if (!chosen) name = `example=${FIRST}`;
   load(chosen ?? examples[FIRST]);
@@ -95,9 +92,10 @@ async function open() {
   seek("docs").hidden = !own;
   seek("docs").href = `../docs/blocks/${value}.html`;
   seek("link").hidden = true;
+  seek("note").hidden = Boolean(chosen) || !location.hash;
+  seek("note").textContent = "The address names no program, or is not whole: this is the first example.";
   clear();
   run();
-  if (complaint) told(complaint);
 }
 
 // ---- Runs
