@@ -31,6 +31,9 @@ _PYTHON = (
 def main() -> int:
     """Build the site; 2 where something is missing, 1 where a link leads nowhere."""
     try:
+        for name in ("node", "npm"):
+            if shutil.which(name) is None:
+                raise InputError(f"{name} is not found", hint="install Node.js 20 or newer")
         _documentation()
         _playground(_SITE / "play")
     except InputError as error:
@@ -68,8 +71,6 @@ def _documentation() -> None:
 
 def _playground(place: Path) -> None:
     """The playground, with the Python that it runs."""
-    if shutil.which("npm") is None:
-        raise InputError("npm is needed for the playground", hint="install Node.js 20 or newer")
     work = _WORK / "python"
     work.mkdir(parents=True, exist_ok=True)
     for name in ("package.json", "package-lock.json", ".npmrc"):

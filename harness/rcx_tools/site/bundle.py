@@ -58,12 +58,9 @@ def bake(archive: Path, pyodide: Path, job: Path) -> None:
         job: A job of `drive.Runner`, which is compiled then, too.
 
     Raises:
-        InputError: node is missing, or it does not work.
+        InputError: it does not work.
     """
     command: list[str | Path] = ["node", _HERE / "bake.mjs", pyodide, archive, job]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-    except FileNotFoundError:
-        raise InputError("node is needed for the playground", hint="install Node.js") from None
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise InputError(f"the playground's Python does not work: {done.stderr.strip()[-2000:]}")

@@ -10,6 +10,7 @@ from zipfile import ZipFile
 
 import pytest
 
+from rcx_tools.site.__main__ import main
 from rcx_tools.site.bundle import bundle
 from rcx_tools.site.checked import problems
 from rcx_tools.site.pages import staged
@@ -61,6 +62,15 @@ def test_the_lock_names_one_version_by_its_hash_and_no_registry(repository: Path
     assert all("integrity" in one for name, one in packages.items() if name)
     assert "resolved" not in text
     assert "://" not in text
+
+
+def test_without_npm_one_line_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main() == 2
+    said = "make site: node is not found; install Node.js 20 or newer\n"
+    assert capsys.readouterr().err == said
 
 
 def test_the_page_names_the_program_that_is_compiled_before(repository: Path) -> None:
