@@ -189,6 +189,9 @@ def test_an_error_stands_behind_its_line(page: _Playground) -> None:
     assert page.text("#wrong").startswith(f"PowerUp.st, line {line + 1}: ")
     assert page.text("#mirror .note").startswith("◂ ")
     assert page.text("#numbers .bad").strip() == str(line + 1)
+    box = "document.querySelector('{}').getBoundingClientRect().{}"
+    top, low = (page.run(box.format("#text", side)) for side in ("top", "bottom"))
+    assert top < page.run(box.format("#mirror .note", "top")) < low, "it is in sight"
     page.write(text)
     assert page.change(lambda: page.click("#run")).endswith("no broken rules")
     assert page.run("document.getElementById('wrong').hidden")

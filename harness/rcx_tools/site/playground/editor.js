@@ -63,7 +63,7 @@ export class Editor {
     if (wrong && wrong.file in this.files) this.show(wrong.file);
     else this.draw();
     if (!wrong?.line) return;
-    const high = seek("mirror").offsetHeight / this.edit.value.split("\n").length;
+    const high = this.edit.offsetHeight / this.edit.rows;
     seek("text").scrollTo(0, Math.max(0, high * (wrong.line - 4)));
   }
 
