@@ -7,6 +7,8 @@
 # make docs   write the generated pages and the README's output blocks anew; docs/view.png needs chromium
 # make verification   run every check below whose sources have changed; write docs/verification.md
 #   contract, coverage, mutants, explore, campaign, metamorphic: one check; MORE="..." goes to it
+# make site   write the pages as a web site with the playground, out/site; it needs npm
+#   site-test: and run its tests in chromium
 # make prove  prove the rules for every program, out/prove.json; LIB=folder: another copy of plc/lib,
 #             without the seeded bugs; MORE="interval handshake": some properties, out/prove/part.json
 # make newest run all tests with the newest versions of what is needed, in out/newest
@@ -27,7 +29,7 @@ PIP := -m pip install --quiet --disable-pip-version-check
 COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
   --custom-compile-command "make lock" $(MORE)
 
-.PHONY: demo test fuzz bench lint docs newest lock clean verification $(CHECKS)
+.PHONY: demo test fuzz bench lint docs site site-test newest lock clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx demo
@@ -57,6 +59,18 @@ docs: $(READY)
 	$(BIN)/python -m rcx_tools.docs.pages
 	$(BIN)/python -m rcx_tools.docs.view_picture
 
+site: .venv/.site
+	@$(BIN)/python -m rcx_tools.site
+
+site-test: site
+	@RCX_SITE=all $(BIN)/python -m pytest tests/tools/site
+
+.venv/.site: $(READY) requirements/site.txt
+	@$(BIN)/python -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "make site needs Python 3.11 or newer: make clean site PYTHON=/path/to/python3.12"; exit 2; }
+	@$(BIN)/python $(PIP) --require-hashes -r requirements/site.txt
+	@touch $@
+
 verification: $(READY)
 	@$(BIN)/python -m rcx_tools.evidence.report $(MORE)
 
@@ -76,6 +90,7 @@ lock:
 	@out/lock/bin/python $(PIP) uv
 	@$(COMPILE) --extra dev pyproject.toml requirements/build.in -o requirements/dev.txt
 	@$(COMPILE) requirements/build.in -c requirements/dev.txt -o requirements/build.txt
+	@$(subst 3.10,3.11,$(COMPILE)) requirements/site.in -c requirements/dev.txt -o requirements/site.txt
 
 clean:
 	rm -rf .venv out

@@ -187,7 +187,7 @@ def test_a_served_controller_is_scanned_and_ends_with_ctrl_c(
 
 def test_the_demo_and_an_import_are_written(rcx: Rcx, repository: Path, tmp_path: Path) -> None:
     rcx("demo", "-o", "demo")
-    assert len(_contents(tmp_path / "demo")) == 3
+    assert len(_contents(tmp_path / "demo")) == 4
     rcx("export", "twincat", "-o", "tc")
     rcx("import", "tc", "-o", "st")
     assert "FB_MovePtp.st" in _contents(tmp_path / "st")

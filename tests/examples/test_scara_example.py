@@ -10,19 +10,6 @@ import pytest
 from rcx_harness.cli.app import main
 
 EXAMPLE = Path(__file__).parents[2] / "plc" / "examples" / "04_pick_and_place"
-ROBOT = """\
-robot = "YK610XEC"
-
-[parameters]
-WEIGHT = 2
-
-[points.10]                # on the right, left-handed
-mm = [250.0, 400.0, 120.0, 0.0]
-hand = 2
-
-[points.20]                # on the left
-mm = [-300.0, 350.0, 80.0, 90.0]
-"""
 
 
 def test_parts_are_moved_between_places_in_mm(
@@ -32,11 +19,10 @@ def test_parts_are_moved_between_places_in_mm(
 
     Source: remote command guide 4.2.1 and 4.2.19
     """
-    (tmp_path / "robot.toml").write_text(ROBOT, encoding="utf-8")
     trace = tmp_path / "trace.jsonl"
     run = [
         *("run", *map(str, sorted(EXAMPLE.glob("*.st"))), "--for=4s", "--engine=builtin"),
-        *(f"--stimulus={EXAMPLE / 'stimulus.toml'}", f"--robot={tmp_path / 'robot.toml'}"),
+        *(f"--stimulus={EXAMPLE / 'stimulus.toml'}", f"--robot={EXAMPLE / 'scara.toml'}"),
         *(f"--trace={trace}", "--positions=mm"),
     ]
     assert main(run) == 0

@@ -52,7 +52,8 @@ def changes(lines: Iterable[str]) -> Iterator[str]:
     before: dict[object, object] = {}
     for line in list(lines)[1:]:
         entry = json.loads(line)
-        entry.pop("vars", None)
+        for key in ("vars", "positions", "poses"):
+            entry.pop(key, None)
         entry |= {key: _short(entry[key]) for key in _AREAS if key in entry}
         kind = next(key for key in ("scan", "cycle", "violation") if key in entry)
         which = kind, entry.get("controller", 1)

@@ -50,7 +50,7 @@ def _asked(pyproject: dict[str, Any], extra: str = "dev") -> list[Requirement]:
     return [Requirement(text) for text in asked]
 
 
-@pytest.mark.parametrize("name", ["build.txt", "dev.txt"])
+@pytest.mark.parametrize("name", ["build.txt", "dev.txt", "site.txt"])
 def test_every_entry_is_one_version_with_its_hashes_and_names_no_index(
     repository: Path, name: str
 ) -> None:

@@ -106,7 +106,7 @@ def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     assert "2 passed" in _call(command, cell, environment)
 
 
-def test_without_the_repository_the_demo_prints_the_chart_of_the_readme(
+def test_without_the_repository_the_demo_ends_as_in_the_readme(
     wheel: Path, repository: Path, tmp_path: Path
 ) -> None:
     site = tmp_path / "site"
@@ -115,9 +115,10 @@ def test_without_the_repository_the_demo_prints_the_chart_of_the_readme(
     environment = _own(dict(os.environ)) | {"PYTHONPATH": str(site), "PYTHONUTF8": "1"}
     environment |= {"PATH": "", "COLUMNS": "100"}  # as in the README: no other engine, and so wide
     printed = _call([sys.executable, "-m", "rcx_harness", "demo"], tmp_path, environment)
-    assert f"-->\n```text\n{printed}```\n" in (repository / "README.md").read_text(encoding="utf-8")
+    last = "".join(printed.splitlines(keepends=True)[-3:])
+    assert f"-->\n```text\n{last}```\n" in (repository / "README.md").read_text(encoding="utf-8")
     names = sorted(path.name for path in (tmp_path / "out" / "demo").iterdir())
-    assert names == ["chart.svg", "trace.jsonl", "wave.vcd"]
+    assert names == ["chart.svg", "trace.jsonl", "view.html", "wave.vcd"]
 
 
 @_FULL

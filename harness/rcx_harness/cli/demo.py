@@ -1,4 +1,4 @@
-"""`rcx demo`: the first example against the virtual robot, with its timing chart."""
+"""`rcx demo`: the first example against the virtual robot, its chart and its page."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _EXAMPLE = "01_power_up"
 
 def demo(
     out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for trace, chart and wave file.")
+        Path, typer.Option("--out", "-o", help="Folder for page, trace, chart and wave file.")
     ] = Path("out/demo"),
 ) -> None:
-    """Run the first example against the virtual robot, and draw its timing chart.
+    """Run the first example against the virtual robot: its timing chart, and a page to look at.
 
     Exit code: as `rcx run`, which does it.
     """
@@ -35,4 +35,7 @@ def demo(
         trace=out / "trace.jsonl",
         chart=out / "chart.svg",
         vcd=out / "wave.vcd",
+        view=out / "view.html",
+        positions="pulses",
     )
+    print(f"open in a browser: {out / 'view.html'}")

@@ -74,6 +74,7 @@ class Example:
         program: Sequence[Path] | None = None,
         lib: Path | None = None,
         watch: Sequence[str] = (),
+        robot: Sequence[Path] | None = None,
     ) -> Cell:
         """A cell as `rcx run` makes it, with the stimulus queued.
 
@@ -83,8 +84,11 @@ class Example:
             program: Other files than those of the folder.
             lib: Folder of the library.
             watch: Variables for the trace.
+            robot: Other robot files than those of its command.
         """
         options = self.options
+        if robot is None and "robot" in options:
+            robot = [ROOT / file for file in options["robot"]]
         cell = Cell.build(
             sorted(self.folder.glob("*.st")) if program is None else program,
             lib=lib,
@@ -93,7 +97,7 @@ class Example:
             size=int(options["size"][0]) if "size" in options else None,
             m=[int(value) for value in options.get("m", [])],
             n=[int(value) for value in options.get("n", [])],
-            robot=[ROOT / file for file in options["robot"]] if "robot" in options else None,
+            robot=robot,
             watch=watch,
         )
         Stimulus.load(self.folder / "stimulus.toml").schedule(cell)
@@ -189,9 +193,14 @@ class Recorder:
         """Follow the run of this cell from now on."""
         cell.trace.listen(lambda record: self._take(cell, record))
 
+    @property
+    def lanes(self) -> list[Lane]:
+        """What has been followed, a lane for each of the chart."""
+        return [one.lane for one in self._lanes]
+
     def chart(self) -> str:
         """What has been followed, as an SVG picture that is true to scale in time."""
-        lanes = [one.lane for one in self._lanes]
+        lanes = self.lanes
         left = 30 + round(_LETTER * max(len(lane.name) for lane in lanes))
         axis = Scale(left, _WIDTH - 12, self.spec.begin_us, self.spec.end_us)
         body: list[str] = []

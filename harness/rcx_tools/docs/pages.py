@@ -21,6 +21,7 @@ from rcx_tools.docs import blocks, examples, fidelity
 from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
+from rcx_tools.docs.moving import moving_svg
 from rcx_tools.docs.probes import probes_page
 from rcx_tools.docs.processes import process_chart, processes
 from rcx_tools.docs.processes_svg import process_svg
@@ -244,6 +245,7 @@ def pages() -> dict[str, Callable[[], str]]:
         "docs/export-words.md": lambda: _page(
             "What each tool's Structured Text has", "harness/rcx_harness/export/words", words_page()
         ),
+        "docs/first.svg": moving_svg,
         "docs/fidelity.md": fidelity.fidelity_page,
         "docs/panel.html": panel_page,
         "docs/probes.md": probes_page,

@@ -1,0 +1,1 @@
+"""`make site`: the documentation as web pages, and the playground in them."""

@@ -1,0 +1,66 @@
+"""What the playground's Python reads: the harness as it is, lark, the library, the tables."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+from collections.abc import Iterator
+from importlib.metadata import files as files_of
+from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+
+from rcx_harness.errors import InputError
+
+__all__ = ["bake", "bundle"]
+
+ROOT = Path(__file__).resolve().parents[3]
+_HERE = Path(__file__).resolve().parent
+#: The rooms that a cell is made of; no other room is needed by one of these.
+_ROOMS = ("cell", "engine", "output", "robot", "spec", "trace", "watch")
+_MODULES = ("__init__.py", "errors.py", "units.py")
+#: Of lark, what nobody imports here.
+_LEFT_OUT = ("__pyinstaller", "tools")
+_DATA = (".lark", ".py", ".st", ".toml", ".html", ".css", ".js")
+_FIRST_DAY = (1980, 1, 1, 0, 0, 0)
+
+
+def bundle() -> bytes:
+    """The files in their places, packed; the same files give the same bytes."""
+    packed = io.BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, content in sorted(_files()):
+            info = ZipInfo(name, _FIRST_DAY)
+            info.compress_type = ZIP_DEFLATED
+            archive.writestr(info, content)
+    return packed.getvalue()
+
+
+def _files() -> Iterator[tuple[str, bytes]]:
+    harness = ROOT / "harness/rcx_harness"
+    every = [harness / name for name in _MODULES]
+    for folder in (*(harness / room for room in _ROOMS), ROOT / "plc/lib", ROOT / "spec"):
+        every += (file for file in folder.rglob("*") if file.suffix in _DATA)
+    every += [_HERE.parent / "__init__.py", _HERE / "__init__.py", _HERE / "drive.py"]
+    for file in every:
+        yield file.relative_to(ROOT).as_posix(), file.read_bytes()
+    for path in files_of("lark") or []:
+        own = path.parts[0] == "lark" and path.suffix in _DATA and path.parts[1] not in _LEFT_OUT
+        if own or path.name == "LICENSE":
+            yield f"harness/{path.as_posix()}", path.read_binary()
+
+
+def bake(archive: Path, pyodide: Path, job: Path) -> None:
+    """Compile the modules of a bundle for the Python that runs them, and try a job there.
+
+    Args:
+        archive: The bundle, which is written anew.
+        pyodide: Folder of Pyodide.
+        job: A job of `drive.Runner`, which is compiled then, too.
+
+    Raises:
+        InputError: it does not work.
+    """
+    command: list[str | Path] = ["node", _HERE / "bake.mjs", pyodide, archive, job]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise InputError(f"the playground's Python does not work: {done.stderr.strip()[-2000:]}")

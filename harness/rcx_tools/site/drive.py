@@ -1,0 +1,147 @@
+"""A run of the playground: the texts of a job become a cell, its run a page to look at.
+
+The worker of the page calls `run`, in a browser as in any other Python. Of our own it imports
+nothing but the harness.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell import Cell
+from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.errors import InputError
+from rcx_harness.trace.view import View
+from rcx_harness.units import format_us, parse_us
+
+__all__ = ["STIMULUS", "Runner"]
+
+#: What the stimulus is called in a message; its line n is the n-th moment.
+STIMULUS = "stimulus"
+_TOML_PLACE = re.compile(r"\(at line (\d+)")
+_SLICES = 50
+_KEEP = 400_000
+_MOST_RULES = 20
+#: The pins of blocks, too, where there are any; a program that is not called Main goes without.
+_WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
+_POSITIONS = "mm"
+
+
+class Runner:
+    """Runs one job after the other; the last one's trace can be had.
+
+    Args:
+        folder: Where the texts of a job become files; what was in it goes.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._trace: list[str] = []
+
+    def run(self, job: str, tell: Callable[[float], object]) -> str:
+        """Run a job.
+
+        Args:
+            job: JSON: `name`; `files`, the texts of the ST files by name; `robots`, texts of robot
+                files; `stimulus`, a list of [time in us, the other keys of the moment as TOML];
+                `scan`, `rpi` and `for`, times as users write them; `size`, `m` and `n` as at
+                `Cell.build`, null for their defaults.
+            tell: Is called with the share of the run that is done.
+
+        Returns:
+            JSON: `page`, HTML; `told`, one line; `broken`, lines of broken rules. Or `error` with
+            `message`, `hint`, and where it is: `file` and `line`, `moment` of the stimulus from 0.
+        """
+        try:
+            return json.dumps(self._run(json.loads(job), tell))
+        except InputError as error:
+            return json.dumps({"error": self._told(error)})
+        except RecursionError:
+            return json.dumps({"error": {"message": "the program is nested too deeply"}})
+
+    def trace(self) -> str:
+        """The trace of the last run, as `rcx run --trace` writes it."""
+        return "\n".join(self._trace) + "\n"
+
+    def _run(self, job: Mapping[str, Any], tell: Callable[[float], object]) -> dict[str, Any]:
+        end_us = parse_us(job["for"])
+        programs, robots = self._written(job)
+        moments = self._moments(job["stimulus"])
+        given: dict[str, Any] = {"scan": job["scan"], "rpi": job["rpi"], "size": job.get("size")}
+        given |= {name: job[name] for name in ("m", "n") if job.get(name)}
+        given |= {"robot": robots or None, "positions": _POSITIONS, "keep": _KEEP}
+        with _built(programs, given) as cell:
+            view = View(cell.trace.header)
+            cell.trace.listen(view.take)
+            Stimulus.load(moments).schedule(cell)
+            for number in range(1, _SLICES + 1):
+                cell.run(end_us * number // _SLICES - cell.now_us)
+                tell(number / _SLICES)
+            page = view.page(job["name"])
+        self._trace = list(cell.trace.lines())
+        return {"page": page, "told": _told(cell, end_us), "broken": list(_broken(cell))}
+
+    def _written(self, job: Mapping[str, Any]) -> tuple[list[Path], list[Path]]:
+        """The ST files and the robot files of a job, in an empty folder."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.mkdir(parents=True)
+        programs = [self._folder / name for name in sorted(job["files"])]
+        for file in programs:
+            file.write_text(job["files"][file.name], encoding="utf-8")
+        robots = [self._folder / f"robot{number}.toml" for number, _ in enumerate(job["robots"], 1)]
+        for file, text in zip(robots, job["robots"], strict=True):
+            file.write_text(text, encoding="utf-8")
+        return programs, robots
+
+    def _moments(self, moments: Iterable[tuple[int, str]]) -> Path:
+        """The stimulus as a file whose line n is the n-th moment."""
+        file = self._folder / STIMULUS
+        lines = [f'{{ time = "{t_us}us", {rest} }},' for t_us, rest in moments]
+        file.write_text("at = [" + "\n".join([*lines, "]"]) + "\n", encoding="utf-8")
+        return file
+
+    def _told(self, error: InputError) -> dict[str, Any]:
+        told: dict[str, Any] = {"message": error.message, "hint": error.hint}
+        if error.file is None:
+            return told
+        file, line = Path(error.file), error.line
+        if line is None and (found := _TOML_PLACE.search(error.message)):
+            line = int(found[1])
+        if file.name == STIMULUS:
+            return told | ({} if line is None else {"moment": line - 1})
+        name = file.name if file.parent == self._folder else error.file
+        return told | {"file": name, "line": line}
+
+
+def _built(programs: Sequence[Path], given: Mapping[str, Any]) -> Cell:
+    """A cell that watches as much as there is."""
+    *more, least = _WATCH
+    for watch in more:
+        try:
+            return Cell.build(programs, engine="builtin", watch=watch, **given)
+        except InputError as error:
+            if not error.message.startswith("no variable is like"):
+                raise
+    return Cell.build(programs, engine="builtin", watch=least, **given)
+
+
+def _told(cell: Cell, end_us: int) -> str:
+    if not cell.matched:
+        return "no connection: the areas of PLC and robot differ in size"
+    broken = len(cell.violations)
+    return (
+        f"{format_us(end_us)}: {cell.scans} scans of {cell.timing.scan_us / 1000:g} ms, "
+        f"{cell.commands} remote commands, {broken or 'no'} broken rule{'s' * (broken != 1)}"
+    )
+
+
+def _broken(cell: Cell) -> Iterable[str]:
+    for one in cell.violations[:_MOST_RULES]:
+        yield f"{format_us(one.t_us)}: {one.text}"
+    if (rest := len(cell.violations) - _MOST_RULES) > 0:
+        yield f"and {rest} more"

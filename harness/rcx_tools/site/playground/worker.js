@@ -1,0 +1,48 @@
+// Runs jobs in a Python of its own, so that the page never waits.
+// Takes { id, job }; says { ready }, { id, share }, { id, told }, { id, trace }, { failed }.
+import { loadPyodide } from "./python/pyodide.mjs";
+
+const BEGIN = `
+import os, pathlib, sys
+sys.path.insert(0, "/rcx/harness")
+from rcx_tools.site.drive import Runner
+runner = Runner(pathlib.Path("/cell"))
+`;
+
+const say = (message) => self.postMessage(message);
+
+async function begin() {
+  const archive = fetch("./harness.zip").then((answer) => {
+    if (!answer.ok) throw new Error(`harness.zip: ${answer.status}`);
+    return answer.arrayBuffer();
+  });
+  const python = await loadPyodide({ env: { HOME: "/home", XDG_CACHE_HOME: "/rcx/cache" } });
+  python.unpackArchive(await archive, "zip", { extractDir: "/rcx" });
+  python.runPython(BEGIN);
+  say({ ready: true });
+  return python;
+}
+
+const started = begin();
+started.catch((error) => say({ failed: last(error) }));
+
+self.onmessage = async ({ data }) => {
+  const python = await started;
+  const runner = python.globals.get("runner");
+  try {
+    if (data.trace) {
+      say({ id: data.id, trace: runner.trace() });
+      return;
+    }
+    const told = runner.run(data.job, (share) => say({ id: data.id, share }));
+    python.runPython(`os.environ["RCX_CACHE"] = "off"`); // what is edited need not last
+    say({ id: data.id, told });
+  } catch (error) {
+    say({ id: data.id, failed: last(error) });
+  }
+};
+
+/** The last line of a traceback, else the message. */
+function last(error) {
+  return String(error.message).trim().split("\n").at(-1);
+}

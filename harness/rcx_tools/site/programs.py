@@ -1,0 +1,97 @@
+"""The programs that the playground offers: every example, and that of every block's page."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.cell.stimulus import Entry, Stimulus, entry_text
+from rcx_harness.units import parse_us
+from rcx_tools.docs.blocks.examples import START_US, program, snippets
+from rcx_tools.docs.examples import ROOT, Example, chart_specs, examples
+
+__all__ = ["FIRST", "ROOT", "bake_job", "block_jobs", "example_jobs", "programs_json"]
+
+#: What the playground shows at first; play.js names it, too.
+FIRST = "04_scara"
+#: Where a configuration says no other one [us].
+_SCAN_US = 10_000
+#: How long a block's example runs after its last event [us].
+_BLOCK_US = 1_000_000
+_TICK = re.compile(r"INTERVAL\s*:=\s*T(?:IME)?#(\w+)", re.IGNORECASE)
+_SCARA, _SCARA_US = ROOT / "plc/examples/04_pick_and_place/scara.toml", 4_000_000
+_ROBOT = ROOT / "docs/blocks/programs/robot.toml"
+
+
+def bake_job() -> str:
+    """What the playground runs at first, as its page asks for it."""
+    job = example_jobs()[FIRST]
+    times = {key: f"{job[key]}us" for key in ("scan", "for")}
+    return json.dumps({**job, **times, "rpi": "10000us", "name": job["title"]})
+
+
+def programs_json() -> str:
+    """All of them as JSON: jobs for `drive.Runner`, times in microseconds."""
+    every = {"examples": example_jobs(), "blocks": block_jobs()}
+    return json.dumps(every, ensure_ascii=False, separators=(",", ":"))
+
+
+def example_jobs() -> dict[str, dict[str, Any]]:
+    """The examples by name; before them the one that the playground shows at first."""
+    every = {name: _example(one) for name, one in examples().items()}
+    arm = {"title": "Pick and place with a SCARA robot", "robots": [_text(_SCARA)]}
+    return {FIRST: {**every["04_pick_and_place"], **arm, "for": _SCARA_US}, **every}
+
+
+@cache
+def block_jobs() -> dict[str, dict[str, Any]]:
+    """The examples of the blocks' pages, by the name of the block."""
+    found = {}
+    for name, snippet in snippets().items():
+        moments = _moments(Stimulus.load(snippet.stimulus_path).entries)
+        last = max([START_US, *(t_us for t_us, _ in moments)])
+        found[name] = {
+            "title": name,
+            "files": {snippet.path.name: program(snippet)},
+            "robots": [_text(_ROBOT)],
+            "stimulus": moments,
+            "scan": _SCAN_US,
+            "for": last + _BLOCK_US,
+            "size": snippet.size,
+        }
+    return found
+
+
+def _example(one: Example) -> dict[str, Any]:
+    files = {file.name: _text(file) for file in sorted(one.folder.glob("*.st"))}
+    tick = _TICK.search("".join(files.values()))
+    options = one.options
+    job: dict[str, Any] = {
+        "title": chart_specs()[one.name].title,
+        "files": files,
+        "robots": [_text(ROOT / file) for file in options.get("robot", [])],
+        "stimulus": _moments(Stimulus.load(one.folder / "stimulus.toml").entries),
+        "scan": parse_us(tick[1]) if tick else _SCAN_US,
+        "for": parse_us(one.duration),
+    }
+    if "size" in options:
+        job["size"] = int(options["size"][0])
+    job |= {key: [int(at) for at in options[key]] for key in ("m", "n") if key in options}
+    return job
+
+
+def _moments(entries: Iterable[Entry]) -> list[tuple[int, str]]:
+    """When, and what: the keys of an entry without its time."""
+    found = []
+    for entry in sorted(entries, key=lambda one: one.t_us):
+        rest = re.sub(r'^\{ time = "\w+"(?:, )?', "", entry_text(entry)).removesuffix(" }")
+        found.append((entry.t_us, rest))
+    return found
+
+
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8")

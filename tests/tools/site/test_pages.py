@@ -1,0 +1,122 @@
+"""The sources of the site, its lock file, and what its check finds."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+from rcx_tools.site.__main__ import main
+from rcx_tools.site.bundle import bundle
+from rcx_tools.site.checked import problems
+from rcx_tools.site.pages import staged
+from rcx_tools.site.programs import FIRST, block_jobs
+
+_HERE = Path("harness/rcx_tools/site")
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, str]:
+    """Every page of the site's sources by its path."""
+    return {path: text.decode() for path, text in staged() if path.endswith(".md")}
+
+
+def test_every_page_of_the_docs_is_in_the_site_and_in_its_menu(
+    repository: Path, pages: dict[str, str]
+) -> None:
+    menu = (repository / _HERE / "zensical.toml").read_text(encoding="utf-8")
+    for file in (repository / "docs").glob("*.md"):
+        assert f"docs/{file.name}" in pages
+        assert f'"docs/{file.name}"' in menu, "a line of harness/rcx_tools/site/zensical.toml"
+
+
+def test_links_between_pages_and_to_sources_lead_to_pages(pages: dict[str, str]) -> None:
+    block = pages["docs/blocks/FB_MovePtp.md"]
+    assert "[FB_MovePtp.st](../../plc/lib/command/movement/FB_MovePtp.st.md)" in block
+    assert "(../../plc/lib/command/movement/FB_MovePtp.st)" not in block
+    source = pages["plc/lib/command/movement/FB_MovePtp.st.md"]
+    assert "FUNCTION_BLOCK FB_MovePtp" in source
+    assert "exclude: true" in source.partition("# FB_MovePtp.st")[0], "not in the search"
+    assert "(docs/blocks.md)" in pages["index.md"]
+    assert "[controller.py](controller.py.md)" in pages["harness/rcx_harness/robot/index.md"]
+
+
+def test_every_block_with_an_example_has_its_playground(pages: dict[str, str]) -> None:
+    for name in block_jobs():
+        tries = re.findall(
+            r'<iframe src="([^"]+)".*loading="lazy"', pages[f"docs/blocks/{name}.md"]
+        )
+        assert tries == [f"../../play/index.html#block={name}"]
+
+
+def test_the_lock_names_one_version_by_its_hash_and_no_registry(repository: Path) -> None:
+    text = (repository / _HERE / "package-lock.json").read_text(encoding="utf-8")
+    asked = json.loads((repository / _HERE / "package.json").read_text("utf-8"))["dependencies"]
+    packages = json.loads(text)["packages"]
+    assert packages[""]["dependencies"] == asked
+    assert packages["node_modules/pyodide"]["version"] == asked["pyodide"]
+    assert all("integrity" in one for name, one in packages.items() if name)
+    assert "resolved" not in text
+    assert "://" not in text
+
+
+def test_without_npm_one_line_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main() == 2
+    said = "make site: node is not found; install Node.js 20 or newer\n"
+    assert capsys.readouterr().err == said
+
+
+def test_the_page_names_the_program_that_is_compiled_before(repository: Path) -> None:
+    script = (repository / _HERE / "playground/play.js").read_text(encoding="utf-8")
+    assert f'const FIRST = "{FIRST}";' in script
+
+
+def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -> None:
+    with ZipFile(io.BytesIO(bundle())) as archive:
+        names = set(archive.namelist())
+        for name in names:
+            if not name.startswith("harness/lark"):
+                assert archive.read(name) == (repository / name).read_bytes()
+    assert {"spec/signals.toml", "plc/lib/area/FB_ReadArea.st"} <= names
+    assert "harness/rcx_harness/engine/frontend/grammar.lark" in names
+    assert any(re.fullmatch(r"harness/lark-.*/LICENSE", name) for name in names)
+    assert not any("rcx_harness/cli" in name or "rcx_harness/enip" in name for name in names)
+    assert bundle() == bundle()
+
+
+@pytest.mark.parametrize(
+    ("page", "expected"),
+    [
+        ('<a href="b.html">', []),
+        ('<a href="/b.html#here">', []),
+        ('<a href="https://example.org/">', []),
+        ('<a href="c.html">', ["a.html: <a> c.html: there is no such file"]),
+        ('<a href="b.html#there">', ["a.html: <a> b.html#there: there is no such place in it"]),
+        ('<a href="../b.html">', ["a.html: <a> ../b.html: there is no such file"]),
+        (
+            '<img src="https://example.org/a.png">',
+            ["a.html: <img> loads https://example.org/a.png"],
+        ),
+        ('<script src="//example.org/a.js">', ["a.html: <script> loads //example.org/a.js"]),
+        ('<link rel="stylesheet" href="a.css">', ["a.html: <link> a.css: there is no such file"]),
+        ('<link rel="canonical" href="https://example.org/">', []),
+    ],
+)
+def test_a_link_to_nothing_and_what_comes_from_elsewhere_are_found(
+    tmp_path: Path, page: str, expected: list[str]
+) -> None:
+    (tmp_path / "a.html").write_text(page, encoding="utf-8")
+    (tmp_path / "b.html").write_text('<p id="here">', encoding="utf-8")
+    assert problems(tmp_path) == expected
+
+
+def test_a_style_sheet_that_loads_from_elsewhere_is_found(tmp_path: Path) -> None:
+    (tmp_path / "a.css").write_text("p { background: url(https://example.org/a.png) }", "utf-8")
+    assert problems(tmp_path) == ["a.css: loads from elsewhere"]
