@@ -124,7 +124,7 @@ def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
         (None, "cannot be read: No such file or directory"),
         (b"", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
         (b"hello", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
-        (gzip.compress(b"anything"), "nor a trace (jsonl); unpack it first"),
+        (gzip.compress(b"anything", mtime=0), "nor a trace (jsonl); unpack it first"),
         (b"\xd4\xc3\xb2\xa1", "not a capture: truncated"),
         (b'{"format":"other"}\n', "not a trace of format rcx-trace/1"),
         (b'{"format":"rcx-trace/1"}\n', "there is no scan and no cycle in it"),

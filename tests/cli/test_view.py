@@ -137,7 +137,7 @@ def test_of_a_trace_whose_writer_was_ended_the_rest_is_shown(trace: Path, capsys
     [
         (b"", "is empty; nothing was recorded in it"),
         (b"hello\n", "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
-        (gzip.compress(b"anything"), "unpack it first"),
+        (gzip.compress(b"anything", mtime=0), "unpack it first"),
         (b"\x00\xff" * 99, "neither a capture (pcapng, pcap) nor a trace (jsonl)"),
         (b'{"a":1}\n', "run.jsonl:1: not a trace of format rcx-trace/1"),
         (_HEAD.replace("/1", "/2").encode(), "is a trace of format rcx-trace/2"),
