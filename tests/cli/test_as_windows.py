@@ -114,7 +114,7 @@ def test_a_new_project_is_checked_and_its_tests_pass(
         encoding="cp1252",
         check=False,
     )
-    assert "13 passed" in done.stdout, done.stdout + done.stderr
+    assert "19 passed" in done.stdout, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])

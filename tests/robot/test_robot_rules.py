@@ -17,7 +17,7 @@ from rcx_tools.docs.fidelity import fidelity_page
 
 HERE = Path(__file__).parent
 #: Keys that describe a robot and assume nothing.
-PLAIN = {"size"}
+PLAIN = {"size", "work_areas"}
 
 
 def test_every_knob_is_a_key_and_every_key_belongs_to_a_rule() -> None:

@@ -132,7 +132,7 @@ def test_where_no_folder_is_named_the_files_lie_in_pytests_own(
     assert Path(place).is_file()
     assert Path(place).parts[0] == "temporary"
     after = {path.name for path in pytester.path.iterdir()}
-    assert after - before == {"pytest.ini", "test_it.py", "temporary"}
+    assert after - before - {"__pycache__"} == {"pytest.ini", "test_it.py", "temporary"}
 
 
 def test_tests_with_like_names_have_folders_of_their_own(

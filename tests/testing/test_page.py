@@ -50,4 +50,4 @@ def test_the_examples_of_the_page_pass_in_a_new_project(
     for number, block in enumerate(blocks):
         Path(f"tests/test_page_{number}.py").write_text(block, encoding="utf-8")
     result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "test_page")
-    result.assert_outcomes(passed=3, deselected=13)
+    result.assert_outcomes(passed=3, deselected=19)

@@ -45,7 +45,7 @@ COMMANDS = {
     ),
     "demo": (
         "demo:demo",
-        "Run the first example against the virtual robot, and draw its timing chart.",
+        "Run the first example against the virtual robot: its timing chart, and a page to look at.",
     ),
     "eds": (
         "serve:eds",
