@@ -29,7 +29,7 @@ __all__ = ["explore"]
 _PATIENCE_S = 30.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Options(FarmOptions):
     """What `rcx explore` takes."""
 

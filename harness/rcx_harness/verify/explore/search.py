@@ -137,7 +137,7 @@ class Step(NamedTuple):
 
     Attributes:
         choice: The number of the choice.
-        told: What tells the next state apart.
+        key: What tells the next state apart.
         following: The next state.
         is_cut: It is none to look at.
         is_checked: It is repeated to check the abstraction, before the next step.
@@ -145,7 +145,7 @@ class Step(NamedTuple):
     """
 
     choice: int
-    told: bytes
+    key: bytes
     following: bytes
     is_cut: bool
     is_checked: bool
@@ -163,9 +163,9 @@ def steps(world: World[Any], number: int, state: bytes, seed: int) -> Iterator[S
     check = random.randrange(len(choices))
     for place, choice in enumerate(choices):
         following, broken = world.step(state, choice)
-        told, is_cut = world.known_as(following), world.is_cut()
+        key, is_cut = world.known_as(following), world.is_cut()
         is_checked = place == check and not is_cut
-        yield Step(choice.number, told, following, is_cut, is_checked, broken)
+        yield Step(choice.number, key, following, is_cut, is_checked, broken)
         if is_checked:
             world.check(state, choice, following, random)
 
@@ -288,18 +288,18 @@ class Search(Generic[Choice]):
     ) -> None:
         """Take over the steps from one state, up to one that breaks a rule."""
         world, every, depth = self._world, self._every, self._depths[number] + 1
-        for by, told, following, is_cut, is_checked, broken in found:
+        for by, key, following, is_cut, is_checked, broken in found:
             if broken:
                 result.broken = Broken(tuple(broken), self.path(number, every[by]))
                 result.states, result.depth = len(known), depth
                 return
             result.transitions += 1
-            there = known.get(told, _OPEN)
+            there = known.get(key, _OPEN)
             if there == _OPEN and is_cut:
                 result.cut += 1
                 continue
             if there == _OPEN:
-                there = known[told] = len(known)
+                there = known[key] = len(known)
                 ready.add(following)
                 self._parents.append(number)
                 self._by.append(by)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from rcx_harness.errors import InputError
 from rcx_harness.verify.explore.search import Ready, Step, Taken, World, steps
@@ -17,10 +17,19 @@ __all__ = ["Stepping", "shared"]
 #: no more than are done in a moment.
 _SHARE, _MOST = 128, 32
 
-#: The number of the first of some states, and them.
-_Some = tuple[int, Sequence[bytes]]
 #: The steps from a state, each as a tuple, and what was raised behind the last one.
 _Came = tuple[Sequence[Any], InputError | None]
+
+
+class Some(NamedTuple):
+    """States that go to a worker together: the number of the first, and them."""
+
+    first: int
+    states: Sequence[bytes]
+
+    def __repr__(self) -> str:
+        last = self.first + len(self.states) - 1
+        return f"state {last}" if last == self.first else f"states {self.first} to {last}"
 
 
 @dataclass(frozen=True)
@@ -35,32 +44,25 @@ class Stepping:
     make: Callable[[], World[Any]]
     seed: int
 
-    def prepare(self) -> Callable[[_Some], list[_Came]]:
+    def prepare(self) -> Callable[[Some], list[_Came]]:
         """Make the world; what then takes the steps from some states."""
         world, seed = self.make(), self.seed
 
-        def take(some: _Some) -> list[_Came]:
-            first, states = some
-            sent = {world.known_as(state) for state in states}
-            came: list[_Came] = []
-            for number, state in enumerate(states, first):
-                came.append(_taken(world, number, state, seed, sent))
-                if came[-1][1] is not None:
-                    break
-            return came
+        def take(some: Some) -> list[_Came]:
+            sent = {world.known_as(state) for state in some.states}
+            places = enumerate(some.states, some.first)
+            return [_taken(world, number, state, seed, sent) for number, state in places]
 
         return take
 
 
-def _taken(
-    world: World[Any], number: int, state: bytes, seed: int, sent: set[bytes]
-) -> _Came:
+def _taken(world: World[Any], number: int, state: bytes, seed: int, sent: set[bytes]) -> _Came:
     """The steps from a state; a next state is sent once, and none of those that were given."""
     found = []
     try:
         for step in steps(world, number, state, seed):
-            following = b"" if step.told in sent else step.following
-            sent.add(step.told)
+            following = b"" if step.key in sent else step.following
+            sent.add(step.key)
             found.append(tuple(step._replace(following=following)))
             if step.broken:
                 break
@@ -74,25 +76,25 @@ def shared(farm: Farm, work: Stepping) -> Callable[[Ready], Generator[Taken, Non
 
     def taken(ready: Ready) -> Generator[Taken, None, None]:
         with closing(farm.run(work, _parcels(ready), title=None)) as running:
-            for (first, states), came in running:
+            for some, came in running:
                 for place, (found, error) in enumerate(came):
-                    yield first + place, states[place], _told(found, error)
+                    yield some.first + place, some.states[place], _steps(found, error)
 
     return taken
 
 
-def _parcels(ready: Ready) -> Iterator[_Some | NotYet]:
+def _parcels(ready: Ready) -> Iterator[Some | NotYet]:
     while True:
         number, states = ready.take(min(_MOST, 1 + len(ready) // _SHARE))
         if states:
-            yield number, states
+            yield Some(number, states)
         elif ready.may_come():
             yield NOT_YET
         else:
             return
 
 
-def _told(found: Iterable[Any], error: InputError | None) -> Iterator[Step]:
+def _steps(found: Iterable[Any], error: InputError | None) -> Iterator[Step]:
     yield from (Step(*one) for one in found)
     if error is not None:
         raise error
