@@ -83,8 +83,19 @@ def test_states_that_go_together_are_named_by_their_numbers() -> None:
     assert repr(Some(7, [b"", b""])) == "states 7 to 8"
 
 
-def test_a_next_state_is_sent_once() -> None:
+def test_a_next_state_is_sent_once_by_each_worker() -> None:
     """By hand: from 1 to 2, 3, 4; from 2 to 4, 5, 6; from 3 to 6, 7, 8."""
-    came = Stepping(partial(Numbers, _SIZE), 1).prepare()(Some(1, [b"1", b"2", b"3"]))
-    sent = [[step[2] for step in steps] for steps, _ in came]
-    assert sent == [[b"", b"", b"4"], [b"", b"5", b"6"], [b"", b"7", b"8"]]
+    take = Stepping(partial(Numbers, _SIZE), 1).prepare()
+    assert _sent(take(Some(2, [b"2", b"3"]))) == [[b"4", b"5", b"6"], [b"", b"7", b"8"]]
+    assert _sent(take(Some(4, [b"1"]))) == [[b"", b"", b""]]
+
+
+def test_what_was_sent_with_a_later_item_is_sent_with_an_earlier_one_too() -> None:
+    """An item is done again whose worker has ended; what comes of it is put together first."""
+    take = Stepping(partial(Numbers, _SIZE), 1).prepare()
+    assert _sent(take(Some(3, [b"3"]))) == [[b"6", b"7", b"8"]]
+    assert _sent(take(Some(2, [b"2"]))) == [[b"4", b"5", b"6"]]
+
+
+def _sent(came: Any) -> list[list[bytes]]:
+    return [[step[2] for step in steps] for steps, _ in came]

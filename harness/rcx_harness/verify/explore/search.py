@@ -108,6 +108,14 @@ class World(ABC, Generic[Choice]):
         """What tells it apart."""
         return state
 
+    def packed(self, state: bytes) -> bytes:
+        """The same in fewer bytes, for as long as it waits."""
+        return state
+
+    def unpacked(self, packed: bytes) -> bytes:
+        """The state again."""
+        return packed
+
     def is_cut(self) -> bool:
         """Is the state that the last step has led to none to look at?"""
         return False
@@ -138,7 +146,7 @@ class Step(NamedTuple):
     Attributes:
         choice: The number of the choice.
         key: What tells the next state apart.
-        following: The next state.
+        following: The next state, packed; empty where it is known.
         is_cut: It is none to look at.
         is_checked: It is repeated to check the abstraction, before the next step.
         broken: The rules that are broken, in words.
@@ -152,8 +160,17 @@ class Step(NamedTuple):
     broken: Sequence[str]
 
 
-def steps(world: World[Any], number: int, state: bytes, seed: int) -> Iterator[Step]:
+def steps(
+    world: World[Any], number: int, state: bytes, seed: int, is_known: Callable[[bytes], bool]
+) -> Iterator[Step]:
     """All steps from a state; one of them is checked, as the seed and the state's number draw it.
+
+    Args:
+        world: The world.
+        number: Of the state.
+        state: Itself.
+        seed: Draws what is checked.
+        is_known: Is there no need for the state that is told apart by this?
 
     Raises:
         Exception: see `World.check`.
@@ -165,13 +182,14 @@ def steps(world: World[Any], number: int, state: bytes, seed: int) -> Iterator[S
         following, broken = world.step(state, choice)
         key, is_cut = world.known_as(following), world.is_cut()
         is_checked = place == check and not is_cut
-        yield Step(choice.number, key, following, is_cut, is_checked, broken)
+        sent = b"" if is_known(key) else world.packed(following)
+        yield Step(choice.number, key, sent, is_cut, is_checked, broken)
         if is_checked:
             world.check(state, choice, following, random)
 
 
 class Ready:
-    """The states that are known and not gone on from yet, in their order.
+    """The states that are known and not gone on from yet, packed, in their order.
 
     Args:
         first: The first one.
@@ -213,7 +231,7 @@ class Ready:
         return bool(deep)
 
 
-#: A state by its number, itself, and the steps from it.
+#: A state by its number, itself (packed), and the steps from it.
 Taken = tuple[int, bytes, Iterable[Step]]
 
 
@@ -240,6 +258,7 @@ class Search(Generic[Choice]):
         self._elsewhere, self._alone_s = elsewhere, alone_s
         self._parents, self._by = array("i", [_OPEN]), array("i", [_OPEN])
         self._depths = array("i", [0])
+        self._known: dict[bytes, int] = {}
 
     def run(
         self,
@@ -258,12 +277,13 @@ class Search(Generic[Choice]):
         """
         result, world = Result(name), self._world
         first = world.first()
-        known: dict[bytes, int] = {world.known_as(first): 0}
-        ready = Ready(first, self._depths, limit, depth)
+        known = self._known
+        known[world.known_as(first)] = 0
+        ready = Ready(world.packed(first), self._depths, limit, depth)
         with closing(self._taken(ready)) as taken:
             for number, here, found in taken:
-                world.entered(here)
-                self._merge(number, found, known, ready, result)
+                world.entered(world.unpacked(here))
+                self._merge(number, found, ready, result)
                 if result.broken is not None:
                     break
                 ready.done = done = number + 1
@@ -278,16 +298,10 @@ class Search(Generic[Choice]):
                     break
         return result
 
-    def _merge(
-        self,
-        number: int,
-        found: Iterable[Step],
-        known: dict[bytes, int],
-        ready: Ready,
-        result: Result,
-    ) -> None:
+    def _merge(self, number: int, found: Iterable[Step], ready: Ready, result: Result) -> None:
         """Take over the steps from one state, up to one that breaks a rule."""
-        world, every, depth = self._world, self._every, self._depths[number] + 1
+        world, every, known = self._world, self._every, self._known
+        depth = self._depths[number] + 1
         for by, key, following, is_cut, is_checked, broken in found:
             if broken:
                 result.broken = Broken(tuple(broken), self.path(number, every[by]))
@@ -309,12 +323,14 @@ class Search(Generic[Choice]):
             result.checked += is_checked
 
     def _taken(self, ready: Ready) -> Generator[Taken, None, None]:
+        world, is_known = self._world, self._known.__contains__
         until = time.monotonic() + self._alone_s
         while self._elsewhere is None or time.monotonic() < until:
             number, states = ready.take(1)
             if not states:
                 return
-            yield number, states[0], steps(self._world, number, states[0], self._seed)
+            here = world.unpacked(states[0])
+            yield number, states[0], steps(world, number, here, self._seed, is_known)
         yield from self._elsewhere(ready)
 
     def path(self, number: int, last: Choice | None = None) -> tuple[Choice, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 from rcx_harness.errors import InputError
@@ -16,6 +17,8 @@ __all__ = ["Stepping", "shared"]
 #: States that go to a worker together: one of so many that wait, so that all workers get some, and
 #: no more than are done in a moment.
 _SHARE, _MOST = 128, 32
+#: A worker remembers so many states that need not be sent.
+_REMEMBERED = 1 << 19
 
 #: The steps from a state, each as a tuple, and what was raised behind the last one.
 _Came = tuple[Sequence[Any], InputError | None]
@@ -46,29 +49,45 @@ class Stepping:
 
     def prepare(self) -> Callable[[Some], list[_Came]]:
         """Make the world; what then takes the steps from some states."""
-        world, seed = self.make(), self.seed
-
-        def take(some: Some) -> list[_Came]:
-            sent = {world.known_as(state) for state in some.states}
-            places = enumerate(some.states, some.first)
-            return [_taken(world, number, state, seed, sent) for number, state in places]
-
-        return take
+        return partial(_take, self.make(), self.seed, {})
 
 
-def _taken(world: World[Any], number: int, state: bytes, seed: int, sent: set[bytes]) -> _Came:
-    """The steps from a state; a next state is sent once, and none of those that were given."""
-    found = []
+def _take(world: World[Any], seed: int, sent: dict[bytes, int], some: Some) -> list[_Came]:
+    """The steps from some states.
+
+    Args:
+        world: The world.
+        seed: See `steps`.
+        sent: What tells those states apart that were given or sent, and with which item: they are
+            known where the items before this one are. Changed in place.
+        some: The states.
+    """
+    here = some.first
+
+    def is_known(key: bytes) -> bool:
+        if sent.get(key, here + 1) <= here:
+            return True
+        sent[key] = here
+        return False
+
+    if len(sent) > _REMEMBERED:
+        sent.clear()
+    states = [world.unpacked(one) for one in some.states]
+    sent.update((world.known_as(state), 0) for state in states)
+    found = enumerate(states, here)
+    return [_came(steps(world, number, state, seed, is_known)) for number, state in found]
+
+
+def _came(found: Iterator[Step]) -> _Came:
+    taken = []
     try:
-        for step in steps(world, number, state, seed):
-            following = b"" if step.key in sent else step.following
-            sent.add(step.key)
-            found.append(tuple(step._replace(following=following)))
+        for step in found:
+            taken.append(tuple(step))
             if step.broken:
                 break
     except InputError as error:
-        return found, error
-    return found, None
+        return taken, error
+    return taken, None
 
 
 def shared(farm: Farm, work: Stepping) -> Callable[[Ready], Generator[Taken, None, None]]:
