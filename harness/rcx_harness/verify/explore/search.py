@@ -213,7 +213,8 @@ class Ready:
 
     def take(self, most: int) -> tuple[int, list[bytes]]:
         """The number of the first of the next few, and them; none: see `may_come`."""
-        number, states = self._taken, []
+        number = self._taken
+        states: list[bytes] = []
         while self._waiting and len(states) < most and not self._is_end():
             states.append(self._waiting.popleft())
             self._taken += 1
