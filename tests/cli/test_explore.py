@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
+from multiprocessing import active_children
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,9 +14,12 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.build import source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
+from rcx_harness.cli.start import INTERRUPTED
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
+from rcx_harness.verify.explore import user
 from rcx_harness.verify.explore.controller import FAULTS, Small, Wire
 from rcx_harness.verify.explore.user import Settings, explore
+from rcx_harness.verify.farm.local import LocalCrew
 
 Captured = pytest.CaptureFixture[str]
 
@@ -280,6 +287,82 @@ def test_states_of_programs_with_blocks_are_told_apart(
     assert found.broken is None, found.broken
     assert found.checked == 250
     assert found.transitions > 1000
+
+
+@pytest.fixture
+def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The numbers of what is given to workers, who begin at once."""
+    numbers: list[int] = []
+    give = LocalCrew.give
+
+    def noted(self: LocalCrew, number: int, item: Any) -> None:
+        numbers.append(number)
+        give(self, number, item)
+
+    monkeypatch.setattr(LocalCrew, "give", noted)
+    monkeypatch.setattr(user, "_ALONE_S", 0.0)
+    return numbers
+
+
+@pytest.mark.parametrize(
+    ("program", "words", "code", "said"),
+    [
+        (_COUNT, ["--input", "Main.Button"], 0, "explored to the end"),
+        (
+            _LATE,
+            ["--input", "Main.Button", "--input", "Main.Key", "--always", "NOT Green"],
+            1,
+            "BROKEN in scan 5",
+        ),
+        (
+            _ROBOT.format(
+                variables="On : FB_ServoOn;", body="On(Robot := Robot, Execute := Go AND NOT Back);"
+            ),
+            ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"],
+            0,
+            "BOUND REACHED",
+        ),
+    ],
+)
+def test_the_number_of_workers_changes_nothing(
+    folder: Path,
+    capsys: Captured,
+    given: list[int],
+    program: str,
+    words: list[str],
+    code: int,
+    said: str,
+) -> None:
+    command = ["explore", _written(folder, program), *words]
+    assert main([*command, "--workers", "0"]) == code
+    alone = capsys.readouterr().out
+    assert said in alone
+    assert main([*command, "--workers", "1"]) == code
+    assert capsys.readouterr().out == alone
+    assert not given
+    assert main([*command, "--workers", "2"]) == code
+    assert capsys.readouterr().out == alone
+    assert len(given) > 10
+
+
+def test_ctrl_c_ends_it_and_its_workers(
+    folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It comes while workers take steps; `cli.start` says its one line."""
+    ended = LocalCrew.ended
+
+    def with_ctrl_c(self: LocalCrew) -> Iterator[Any]:
+        if len(given) > 5:
+            assert active_children()
+            signal.raise_signal(signal.SIGINT)
+        yield from ended(self)
+
+    monkeypatch.setattr(LocalCrew, "ended", with_ctrl_c)
+    words = ["--input", "Main.Button", "--workers", "2"]
+    assert main(["explore", _written(folder, _COUNT), *words]) == INTERRUPTED
+    assert not active_children()
+    said = capsys.readouterr()
+    assert said.out == said.err == ""
 
 
 def test_the_small_controller_answers_as_the_manual_says() -> None:

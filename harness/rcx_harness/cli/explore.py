@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
+from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import quoted
@@ -28,8 +29,8 @@ __all__ = ["explore"]
 _PATIENCE_S = 30.0
 
 
-@dataclass(frozen=True)
-class Options:
+@dataclass(frozen=True, kw_only=True)
+class Options(FarmOptions):
     """What `rcx explore` takes."""
 
     files: Sources
@@ -62,6 +63,10 @@ class Options:
     out: Annotated[
         Path, typer.Option(help="Folder for the stimulus file and the chart of what is found.")
     ] = Path("out/explore")
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Processes. Default: one for each processor; 0: in this one.", min=0),
+    ] = None
 
 
 @with_options(Options)
@@ -77,6 +82,7 @@ def explore(given: Options) -> None:
     from rcx_harness.verify.explore.user import explore as explore_program
 
     console = Console(stderr=True)
+    farm = given.farm(console)
     with console.status("reading ...") as status:
         told = time.monotonic()
 
@@ -90,7 +96,7 @@ def explore(given: Options) -> None:
 
         settings = _settings(given)
         settings = type(settings)(**vars(settings) | {"report": report})
-        found = explore_program(source_files(list(given.files), given.lib), settings)
+        found = explore_program(source_files(list(given.files), given.lib), settings, farm)
     _print(found, settings)
     broken = found.result.broken
     if broken is None:

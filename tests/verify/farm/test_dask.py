@@ -18,11 +18,24 @@ from typing import Any
 import pytest
 
 from farm_work import Counted, Killed, process_number, refuse
+from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm import Cluster, Farm, Lost
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
+Captured = pytest.CaptureFixture[str]
+
+_COUNT = """PROGRAM Count
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Button : BOOL; Number : INT;
+  END_VAR
+  IF Button THEN
+    Number := (Number + 1) MOD 3;
+  END_IF;
+END_PROGRAM
+"""
 _ALONE = {"threads_per_worker": 1, "dashboard_address": ":0"}
 
 
@@ -94,6 +107,29 @@ def test_an_item_that_kills_its_workers_is_named_and_no_other_one_is(
     found = list(farm.run(Killed(tmp_path), range(8), lost=lost))
     assert found == [(item, item * 10 if item != 3 else -2) for item in range(8)]
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_program_is_explored_there_from_its_first_state_on(
+    cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
+    from rcx_harness.verify.farm.dask import ClusterCrew
+
+    file, given, give = tmp_path / "Count.st", [], ClusterCrew.give
+    file.write_text(_COUNT)
+
+    def noted(self: ClusterCrew, number: int, item: Any) -> None:
+        given.append(repr(item))
+        give(self, number, item)
+
+    monkeypatch.setattr(ClusterCrew, "give", noted)
+    command = ["explore", str(file), "--input", "Main.Button", "--faults", "none"]
+    assert main([*command, "--cluster", cluster.scheduler_address]) == 0
+    there = capsys.readouterr().out
+    assert given == [f"state {number}" for number in range(7)]
+    assert main([*command, "--workers", "0"]) == 0
+    assert capsys.readouterr().out == there
+    assert "explored to the end: 7 states, 14 scans judged" in there
 
 
 def test_a_users_error_arrives_as_it_was_raised(farm: Farm) -> None:

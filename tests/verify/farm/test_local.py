@@ -6,6 +6,7 @@ import itertools
 import math
 import os
 import select
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from farm_work import (
     refuse,
 )
 from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Farm, Kept, Lost
+from rcx_harness.verify.farm import NOT_YET, Farm, Kept, Lost, NotYet
 from rcx_harness.verify.farm.farm import AHEAD
 from rcx_harness.verify.farm.work import LostError, RemoteError
 
@@ -32,6 +33,29 @@ def test_results_come_in_the_order_of_the_items_whatever_the_number_of_workers(
 ) -> None:
     expected = [(4, 24), (0, 1), (3, 6), (5, 120), (2, 2)]
     assert list(Farm(workers).run(math.factorial, [4, 0, 3, 5, 2])) == expected
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_results_may_give_further_items(workers: int) -> None:
+    """Each number up to 7 gives its double and the next one: by hand, a tree of 1 to 15."""
+    waiting, under_way = deque([1]), 0
+
+    def items() -> Iterator[int | NotYet]:
+        nonlocal under_way
+        while waiting or under_way:
+            if waiting:
+                under_way += 1
+                yield waiting.popleft()
+            else:
+                yield NOT_YET
+
+    found = []
+    for item, result in Farm(workers).run(math.factorial, items()):
+        under_way -= 1
+        found.append((item, result))
+        if item <= 7:
+            waiting.extend([2 * item, 2 * item + 1])
+    assert found == [(number, math.factorial(number)) for number in range(1, 16)]
 
 
 def test_two_workers_work_at_once(tmp_path: Path) -> None:

@@ -15,12 +15,15 @@
 
 Of a program that is not known before (`exact`) all that it can name is kept as it is, pins too: of
 `kept` it takes tickets, numbers of scans, what is read only under a condition, and what blocks of
-the library have for themselves. Each timer counts up to its own PT.
+the library have for themselves. Each timer counts up to its own PT. Such a state says the same in
+every process that has the program: values stand in it themselves. In others a number stands for
+each value, as it was met first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import marshal
+from collections.abc import Iterable, Iterator
 from random import Random
 from struct import Struct
 from typing import Any
@@ -58,13 +61,17 @@ _MEMORY = {"phase": ElementaryType("USINT")}
 #: Pins that the monitor of the contract looks at, of whatever block.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _CORE = ("FB_RCX", "RCX_")
+_BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
+#: The size of a slot that has none; and the version of `marshal` in which what is equal is the same
+#: bytes, whether or not it is one object.
+_OPEN, _MARSHAL = "", 2
 _WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
 
 
 class _Slot:
     """One variable that is kept: how its number is got and set, and how it is disturbed.
 
-    `size` is what `struct` calls the number.
+    `size` is what `struct` calls the number; `_OPEN`: any value.
     """
 
     def __init__(
@@ -101,7 +108,6 @@ class Abstraction:
     ) -> None:
         assert ticks < _EXPIRED - 1
         self._exact = exact
-        self._wide_size = "I" if exact else "B"
         self._project = program.module.project
         self.root: Any = program.holder(next(iter(program.instances())))
         self._now = NOW_US * 1000
@@ -156,13 +162,21 @@ class Abstraction:
 
     @property
     def size(self) -> int:
-        """Bytes of a state."""
+        """Bytes of a state that is not exact."""
         return self._packed.size
 
     def differences(self, one: bytes, other: bytes) -> list[str]:
         """How those parts of two states are got that differ: for messages."""
-        pairs = zip(self._packed.unpack_from(one), self._packed.unpack_from(other), strict=True)
-        return [slot.get for slot, (a, b) in zip(self._slots, pairs, strict=True) if a != b]
+        pairs = zip(self._values(one), self._values(other), strict=True)
+        return [slot.get for slot, (a, b) in zip(self._ordered(), pairs, strict=True) if a != b]
+
+    def _ordered(self) -> list[_Slot]:
+        """The slots as they stand in a state: those without a size last."""
+        return sorted(self._slots, key=lambda one: one.size == _OPEN)
+
+    def _values(self, state: bytes) -> tuple[Any, ...]:
+        values = self._packed.unpack_from(state)
+        return (*values, *marshal.loads(state[self.size :])) if self._exact else values
 
     def freeze(self) -> bytes:
         """The program's state after a scan."""
@@ -375,17 +389,21 @@ class Abstraction:
         return int(min((self._now - timer.start) // self._tick, most))
 
     def _plain(self, code: str, kind: Type, condition: str) -> None:
-        wide = self._wide_size
         junk = "; ".join(_spoiling(code, kind))
+        get, put, wide = f"index({code})", "wide[{v}]", "B"
+        if self._exact:
+            get, put, wide = code, "{v}", _OPEN
         if isinstance(kind, ArrayType):
-            start = f"wide[{{v}}] or [0] * len({code})"
-            slot = _Slot(f"index({code})", f"{code}[:] = {start}", condition, junk, wide)
+            if self._exact:
+                get = f"{'bytes' if kind.element in _BYTES else 'tuple'}({code})"
+            start = f"{put} or [0] * len({code})"
+            slot = _Slot(get, f"{code}[:] = {start}", condition, junk, wide)
         elif isinstance(kind, ElementaryType) and kind.name == "BOOL":
             slot = _Slot(code, f"{code} = {{v}} == 1", condition, junk)
         elif isinstance(kind, EnumType) and not self._exact:
             slot = _Slot(code, f"{code} = {{v}}", condition, junk)
         else:
-            slot = _Slot(f"index({code})", f"{code} = wide[{{v}}]", condition, junk, wide)
+            slot = _Slot(get, f"{code} = {put}", condition, junk, wide)
         self._slots.append(slot)
 
     def _compile(self) -> None:
@@ -398,16 +416,25 @@ class Abstraction:
             "index": self._wide_index,
             "wide": self._wide,
         }
-        values = [f"v{number}" for number in range(len(self._slots))]
-        puts = [slot.put.format(v=value) for slot, value in zip(self._slots, values, strict=True)]
-        self._packed = Struct("<" + "".join(slot.size for slot in self._slots))
+        values = {id(slot): f"v{number}" for number, slot in enumerate(self._slots)}
+        puts = [slot.put.format(v=values[id(slot)]) for slot in self._slots]
+        sized = [slot for slot in self._slots if slot.size != _OPEN]
+        others = [slot for slot in self._slots if slot.size == _OPEN]
+        self._packed = Struct("<" + "".join(slot.size for slot in sized))
         names |= {"pack": self._packed.pack, "unpack": self._packed.unpack_from}
+        names |= {"dumps": marshal.dumps, "loads": marshal.loads}
+        freeze = f"pack({_listed(slot.get for slot in sized)})"
+        thaw = [f"{_listed(values[id(slot)] for slot in sized)} = unpack(state)"] * bool(sized)
+        if self._exact:
+            freeze += f" + dumps(({_listed(slot.get for slot in others)}), {_MARSHAL})"
+            got = f"loads(state[{self._packed.size}:])"
+            thaw += [f"{_listed(values[id(slot)] for slot in others)} = {got}"] * bool(others)
         lines = [
             "def freeze():",
-            f"    return pack({', '.join(slot.get for slot in self._slots)})",
+            f"    return {freeze}",
             "def thaw(state, now, shift):",
-            f"    {', '.join(values)}, = unpack(state)",
-            *(f"    {line}" for line in puts),
+            *(f"    {line}" for line in [*thaw, *puts]),
+            "    pass",
             "def spoil(random, now=10**12):",
             *(f"    {line}" for line in self._junk),
             *(f"    {slot.junk}" for slot in self._slots if slot.junk),
@@ -417,6 +444,11 @@ class Abstraction:
         self._freeze: Any = names["freeze"]
         self._thaw: Any = names["thaw"]
         self._spoil: Any = names["spoil"]
+
+
+def _listed(parts: Iterable[str]) -> str:
+    """With a comma behind each, so that one alone is a tuple, too."""
+    return "".join(f"{part}, " for part in parts)
 
 
 def _parts(kind: Type) -> Iterator[tuple[str, Type]]:

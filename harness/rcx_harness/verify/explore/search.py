@@ -1,15 +1,23 @@
-"""Every reachable state of a world, breadth first: the first trace found is a shortest one."""
+"""Every reachable state of a world, breadth first: the first trace found is a shortest one.
+
+The steps from a state depend on nothing but the state and its number, so they can be taken anywhere
+(`shared`). What follows from them is put together here, strictly in the order of the states: who
+takes the steps changes nothing of what comes out.
+"""
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from random import Random
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-__all__ = ["Broken", "Result", "Search", "World"]
+__all__ = ["Broken", "Ready", "Result", "Search", "Step", "Taken", "World", "steps"]
 
 _OPEN = -1
 
@@ -89,8 +97,8 @@ class World(ABC, Generic[Choice]):
         """Let it happen: the next state, and the rules that are broken, in words."""
 
     @abstractmethod
-    def check(self, state: bytes, choice: Choice, following: bytes) -> None:
-        """Let it happen again with anything in what a state leaves out.
+    def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
+        """Let it happen again with anything in what a state leaves out, as it is drawn.
 
         Raises:
             Exception: another state follows.
@@ -100,12 +108,20 @@ class World(ABC, Generic[Choice]):
         """What tells it apart."""
         return state
 
+    def packed(self, state: bytes) -> bytes:
+        """The same in fewer bytes, for as long as it waits."""
+        return state
+
+    def unpacked(self, packed: bytes) -> bytes:
+        """The state again."""
+        return packed
+
     def is_cut(self) -> bool:
-        """Is the new state that the last step has led to none to look at?"""
+        """Is the state that the last step has led to none to look at?"""
         return False
 
     def added(self) -> None:
-        """The state that the last step has led to is new."""
+        """The state that the last step has led to is new; asked only where the steps are taken."""
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
         """A step from one state, by its number, to another."""
@@ -124,19 +140,126 @@ class Paths(Protocol):
         """The choices from the start to a state, and one more."""
 
 
+class Step(NamedTuple):
+    """A step from a state.
+
+    Attributes:
+        choice: The number of the choice.
+        key: What tells the next state apart.
+        following: The next state, packed; empty where it is known.
+        is_cut: It is none to look at.
+        is_checked: It is repeated to check the abstraction, before the next step.
+        broken: The rules that are broken, in words.
+    """
+
+    choice: int
+    key: bytes
+    following: bytes
+    is_cut: bool
+    is_checked: bool
+    broken: Sequence[str]
+
+
+def steps(
+    world: World[Any], number: int, state: bytes, seed: int, is_known: Callable[[bytes], bool]
+) -> Iterator[Step]:
+    """All steps from a state; one of them is checked, as the seed and the state's number draw it.
+
+    Args:
+        world: The world.
+        number: Of the state.
+        state: Itself.
+        seed: Draws what is checked.
+        is_known: Is there no need for the state that is told apart by this?
+
+    Raises:
+        Exception: see `World.check`.
+    """
+    random = Random(f"{seed} {number}")
+    choices = world.choices(state)
+    check = random.randrange(len(choices))
+    for place, choice in enumerate(choices):
+        following, broken = world.step(state, choice)
+        key, is_cut = world.known_as(following), world.is_cut()
+        is_checked = place == check and not is_cut
+        sent = b"" if is_known(key) else world.packed(following)
+        yield Step(choice.number, key, sent, is_cut, is_checked, broken)
+        if is_checked:
+            world.check(state, choice, following, random)
+
+
+class Ready:
+    """The states that are known and not gone on from yet, packed, in their order.
+
+    Args:
+        first: The first one.
+        depths: Of each state, the scans from the start.
+        limit: Only so many are gone on from; 0: all.
+        depth: None is that is so many scans from the start; 0: any number.
+    """
+
+    def __init__(self, first: bytes, depths: Sequence[int], limit: int, depth: int) -> None:
+        self._waiting, self._taken = deque([first]), 0
+        self._depths, self._limit, self._depth = depths, limit, depth
+        self.done = 0
+        """So many have been gone on from, and what follows is known."""
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def add(self, state: bytes) -> None:
+        """One more."""
+        self._waiting.append(state)
+
+    def take(self, most: int) -> tuple[int, list[bytes]]:
+        """The number of the first of the next few, and them; none: see `may_come`."""
+        number = self._taken
+        states: list[bytes] = []
+        while self._waiting and len(states) < most and not self._is_end():
+            states.append(self._waiting.popleft())
+            self._taken += 1
+        return number, states
+
+    def may_come(self) -> bool:
+        """May one come yet of the steps from those that were taken?"""
+        return self.done < self._taken and not self._is_end()
+
+    def _is_end(self) -> bool:
+        number = self._taken
+        if self._limit and number >= self._limit:
+            return True
+        deep = self._depth and number < len(self._depths) and self._depths[number] >= self._depth
+        return bool(deep)
+
+
+#: A state by its number, itself (packed), and the steps from it.
+Taken = tuple[int, bytes, Iterable[Step]]
+
+
 class Search(Generic[Choice]):
     """Explores a world.
 
     Args:
         world: The world.
         every: All choices that there are, by their numbers.
-        random: Draws what is checked.
+        seed: Draws what is checked.
+        elsewhere: Takes the steps, and gives them in the order of the states. Default: taken here.
+        alone_s: So long they are taken here all the same [s].
     """
 
-    def __init__(self, world: World[Choice], every: Sequence[Choice], random: Random) -> None:
-        self._world, self._every, self._random = world, every, random
+    def __init__(
+        self,
+        world: World[Choice],
+        every: Sequence[Choice],
+        seed: int,
+        elsewhere: Callable[[Ready], Generator[Taken, None, None]] | None = None,
+        alone_s: float = 0.0,
+    ) -> None:
+        self._world, self._every, self._seed = world, every, seed
+        self._elsewhere, self._alone_s = elsewhere, alone_s
         self._parents, self._by = array("i", [_OPEN]), array("i", [_OPEN])
         self._depths = array("i", [0])
+        self._known: dict[bytes, int] = {}
 
     def run(
         self,
@@ -154,55 +277,62 @@ class Search(Generic[Choice]):
             report: Called now and then with the states that are done and that are known.
         """
         result, world = Result(name), self._world
-        known_as, step, followed = world.known_as, world.step, world.followed
         first = world.first()
-        known: dict[bytes, int] = {known_as(first): 0}
-        states = [first]
-        depths, number, too_deep = self._depths, 0, False
-        while number < len(states):
-            here = states[number]
-            states[number] = b""
-            if depth and depths[number] >= depth:
-                too_deep = True
-                break
-            choices = world.choices(here)
-            world.entered(here)
-            check = self._random.randrange(len(choices))
-            for place, choice in enumerate(choices):
-                key, broken = step(here, choice)
-                if broken:
-                    result.broken = Broken(tuple(broken), self.path(number, choice))
-                    result.states, result.depth = len(states), depths[number] + 1
-                    return result
-                result.transitions += 1
-                told = known_as(key)
-                there = known.get(told, _OPEN)
-                if there == _OPEN and world.is_cut():
-                    result.cut += 1
-                    continue
-                if there == _OPEN:
-                    there = known[told] = len(states)
-                    states.append(key)
-                    self._parents.append(number)
-                    self._by.append(choice.number)
-                    depths.append(depths[number] + 1)
-                    world.added()
-                followed(number, choice, there)
-                if place == check:
-                    world.check(here, choice, key)
-                    result.checked += 1
-            number += 1
-            if report is not None and number % 100 == 0:
-                report(number, len(states))
-            result.states, result.depth = len(states), depths[-1]
-            result.complete = number == len(states)
-            last = result.complete or number == limit
-            if last or (number >= _FIRST_LOOK and number & (number - 1) == 0):
-                world.look(result, self)
-            if last or result.broken is not None:
-                break
-        result.complete = result.complete and not too_deep
+        known = self._known
+        known[world.known_as(first)] = 0
+        ready = Ready(world.packed(first), self._depths, limit, depth)
+        with closing(self._taken(ready)) as taken:
+            for number, here, found in taken:
+                world.entered(world.unpacked(here))
+                self._merge(number, found, ready, result)
+                if result.broken is not None:
+                    break
+                ready.done = done = number + 1
+                if report is not None and done % 100 == 0:
+                    report(done, len(known))
+                result.states, result.depth = len(known), self._depths[-1]
+                result.complete = done == len(known)
+                last = result.complete or done == limit
+                if last or (done >= _FIRST_LOOK and done & (done - 1) == 0):
+                    world.look(result, self)
+                if last or result.broken is not None:
+                    break
         return result
+
+    def _merge(self, number: int, found: Iterable[Step], ready: Ready, result: Result) -> None:
+        """Take over the steps from one state, up to one that breaks a rule."""
+        world, every, known = self._world, self._every, self._known
+        depth = self._depths[number] + 1
+        for by, key, following, is_cut, is_checked, broken in found:
+            if broken:
+                result.broken = Broken(tuple(broken), self.path(number, every[by]))
+                result.states, result.depth = len(known), depth
+                return
+            result.transitions += 1
+            there = known.get(key, _OPEN)
+            if there == _OPEN and is_cut:
+                result.cut += 1
+                continue
+            if there == _OPEN:
+                there = known[key] = len(known)
+                ready.add(following)
+                self._parents.append(number)
+                self._by.append(by)
+                self._depths.append(depth)
+                world.added()
+            world.followed(number, every[by], there)
+            result.checked += is_checked
+
+    def _taken(self, ready: Ready) -> Generator[Taken, None, None]:
+        world, is_known = self._world, self._known.__contains__
+        until = time.monotonic() + self._alone_s
+        while self._elsewhere is None or time.monotonic() < until:
+            number, states = ready.take(1)
+            if not states:
+                return
+            here = world.unpacked(states[0])
+            yield number, states[0], steps(world, number, here, self._seed, is_known)
+        yield from self._elsewhere(ready)
 
     def path(self, number: int, last: Choice | None = None) -> tuple[Choice, ...]:
         """The choices from the start to a state, and one more."""

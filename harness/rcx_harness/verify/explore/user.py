@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
+import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import timedelta
+from functools import lru_cache, partial
 from hashlib import blake2b
+from io import BytesIO
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -28,6 +32,8 @@ from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
 from rcx_harness.verify.explore.monitors import Monitors
 from rcx_harness.verify.explore.search import Result, Search, World
+from rcx_harness.verify.explore.shared import Stepping, shared
+from rcx_harness.verify.farm import Farm
 from rcx_harness.verify.properties import Declared
 from rcx_harness.verify.prove.assertions import Copies
 from rcx_harness.verify.prove.tree import written
@@ -37,8 +43,10 @@ __all__ = ["Choice", "Explored", "Settings", "explore"]
 
 #: Bytes of what tells a state apart from all others.
 _DIGEST = 16
-#: Bytes of the number behind a state: what the controller and the monitors remember.
-_NUMBER = 4
+#: Bytes of the length of what the controller and the monitors remember; both are behind a state.
+_LENGTH = 4
+#: So long there is one process [s]: what ends sooner is not worth more of them.
+_ALONE_S = 1.0
 
 
 class Choice(NamedTuple):
@@ -108,8 +116,14 @@ class Explored:
     areas: Sequence[tuple[bytes, bool]]
 
 
-def explore(sources: SourceFiles, settings: Settings) -> Explored:
+def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) -> Explored:
     """Explore a program.
+
+    Args:
+        sources: Of the program.
+        settings: What to explore.
+        farm: Whose workers take the steps. Default: this process does, as if there is one worker;
+            nothing of what comes out depends on it.
 
     Raises:
         InputError: an error in the sources or settings, or a program whose states are without
@@ -124,7 +138,12 @@ def explore(sources: SourceFiles, settings: Settings) -> Explored:
             raise _of_original(blame_lib(error, sources.folder), copies) from None
         steady = steady_instances(sources.own, sources.lib)
         world = _Program(project, copies, settings, steady)
-        search = Search(world, world.every, Random(settings.seed))
+        taken, alone_s = None, 0.0
+        if farm is not None and (farm.workers > 1 or farm.cluster is not None):
+            make = partial(_Program, project, copies, replace(settings, report=None), steady)
+            taken = shared(farm, Stepping(make, settings.seed))
+            alone_s = _ALONE_S if farm.cluster is None else 0.0
+        search = Search(world, world.every, settings.seed, taken, alone_s)
         result = search.run("program", settings.states, settings.depth, settings.report)
         inputs = {path: [text for text, _ in found] for path, found in world.inputs.items()}
         path = result.broken.path if result.broken else ()
@@ -150,7 +169,6 @@ class _Program(World[Choice]):
         _refuse(project)
         self._settings, self._copies = settings, copies
         self.program = program = BuiltinProgram.build(project)
-        self._random = Random(settings.seed)
         self._image = find_image(program, size=settings.size, m=settings.m, n=settings.n)
         self.status = status_path(program, 1)
         self.inputs = {
@@ -164,21 +182,27 @@ class _Program(World[Choice]):
         pairs = [(move, one) for move in MOVES for one in sets]
         self.every = [Choice(k, move, *one) for k, (move, one) in enumerate(pairs)]
         self._by_move = {move: [c for c in self.every if c.move == move] for move in MOVES}
-        self._memories: list[Any] = []
-        self._index: dict[Any, int] = {}
 
     def first(self) -> bytes:
         """Everything as it begins; the first scan is to come."""
         memory = (Small(), Wire(), self._demanded.state(), *self._monitors.state())
-        return self._state.freeze() + self._kept(memory)
+        return self._state.freeze() + _packed(memory)
 
     def known_as(self, state: bytes) -> bytes:
         """A digest: 128 bits."""
         return blake2b(state, digest_size=_DIGEST).digest()
 
+    def packed(self, state: bytes) -> bytes:
+        """Most of it is 0."""
+        return zlib.compress(state, 1)
+
+    def unpacked(self, packed: bytes) -> bytes:
+        """The state again."""
+        return zlib.decompress(packed)
+
     def choices(self, state: bytes) -> Sequence[Choice]:
         """What the controller may do, with each change of an input, and with none."""
-        small, wire, *_ = self._memory(state)
+        small, wire, *_ = _memory(state)
         self._state.thaw(state)
         now = {path: self.program.read(path) for path in self.inputs}
         moves = small.seen(wire).moves(wire, self._settings.faults)
@@ -194,9 +218,9 @@ class _Program(World[Choice]):
         self._state.thaw(state)
         return self._scan(state, choice, NOW_US)
 
-    def check(self, state: bytes, choice: Choice, following: bytes) -> None:
+    def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
         """The same scan at another time, with other tickets and numbers of scans."""
-        now_us = self._state.disturb(state, 1, self._random)
+        now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)
         if there != following or broken:
             where = "; ".join(self._state.differences(there, following)) or "a monitor"
@@ -214,13 +238,13 @@ class _Program(World[Choice]):
             state, _ = self.step(state, choice)
 
     def _after(self, state: bytes, choice: Choice) -> Small:
-        small, wire, *_ = self._memory(state)
+        small, wire, *_ = _memory(state)
         after: Small = small.seen(wire).after(choice.move)
         return after
 
     def _scan(self, state: bytes, choice: Choice, now_us: int) -> tuple[bytes, list[str]]:
         program, small = self.program, self._after(state, choice)
-        _, _, demanded, *monitors = self._memory(state)
+        _, _, demanded, *monitors = _memory(state)
         self._monitors.go_to(monitors, now_us)
         self._demanded.go_to(demanded, now_us)
         if choice.path:
@@ -237,7 +261,7 @@ class _Program(World[Choice]):
         broken = self._monitors.scan(now_us, so, si, connected=small.link)
         broken += self._demanded.scan(now_us)
         memory = (small, Wire.of(si), self._demanded.state(now_us), *self._monitors.state(now_us))
-        return self._state.freeze() + self._kept(memory), broken
+        return self._state.freeze() + _packed(memory), broken
 
     def _stopped(self, error: InputError) -> str:
         for one in self._copies.assertions:
@@ -245,14 +269,28 @@ class _Program(World[Choice]):
                 return f"always: {one.text}"
         return f"stops: {_of_original(error, self._copies)}"
 
-    def _kept(self, memory: Any) -> bytes:
-        number = self._index.setdefault(memory, len(self._memories))
-        if number == len(self._memories):
-            self._memories.append(memory)
-        return number.to_bytes(_NUMBER, "little")
 
-    def _memory(self, state: bytes) -> Any:
-        return self._memories[int.from_bytes(state[-_NUMBER:], "little")]
+def _packed(memory: tuple[Any, ...]) -> bytes:
+    """What the controller, the demands and the monitors remember: the same bytes if it is equal."""
+    small, wire, *others = memory
+    stream = BytesIO()
+    pickler = pickle.Pickler(stream, protocol=5)
+    pickler.fast = True  # which parts are one object is of no account
+    pickler.dump((tuple(small), tuple(wire), *others))
+    packed = stream.getvalue()
+    return packed + len(packed).to_bytes(_LENGTH, "little")
+
+
+def _memory(state: bytes) -> tuple[Any, ...]:
+    """What is remembered in a state."""
+    length = int.from_bytes(state[-_LENGTH:], "little")
+    return _unpacked(state[-_LENGTH - length : -_LENGTH])
+
+
+@lru_cache(1024)
+def _unpacked(packed: bytes) -> tuple[Any, ...]:
+    small, wire, *others = pickle.loads(packed)
+    return Small(*small), Wire(*wire), *others
 
 
 def _refuse(project: Project) -> None:

@@ -18,6 +18,7 @@ from typing import Any
 
 from distributed import Client, Future, KilledWorker, Security, Worker, WorkerPlugin
 from distributed import __version__ as distributed_version
+from distributed.client import ClosedClientError
 from distributed.comm import connect, get_address_host
 
 from rcx_harness.errors import InputError
@@ -136,7 +137,10 @@ class ClusterCrew:
         run = self._carrier.name
         key = f"{run}-{uuid.uuid4().hex}"
         arguments = (run.removeprefix("rcx-"), self._of, pickle.dumps(item))
-        future = self._client.submit(_one, *arguments, key=key, pure=False)
+        try:
+            future = self._client.submit(_one, *arguments, key=key, pure=False)
+        except ClosedClientError:
+            raise self._gone() from None
         self._futures[number] = future
         future.add_done_callback(lambda one: self._ended.put((number, one)))
 
@@ -190,7 +194,7 @@ class ClusterCrew:
         assert self._client is not None
         self._looked_s = time.monotonic()
         if self._client.status not in ("running", "connecting"):
-            raise _failed(self._cluster, "has gone", "start it again")
+            raise self._gone()
         before = self._workers
         # While the connection is lost, it knows of none.
         self._workers = dict(self._client.scheduler_info(n_workers=-1).get("workers", {}))
@@ -221,7 +225,10 @@ class ClusterCrew:
             return Done(error=_other("a worker", f"it cannot take work from here ({error})"))
         if self._client.status == "running":
             return NotBegun()
-        raise _failed(self._cluster, "has gone", "start it again")
+        raise self._gone()
+
+    def _gone(self) -> InputError:
+        return _failed(self._cluster, "has gone", "start it again")
 
 
 def _connected(cluster: Cluster) -> Client:

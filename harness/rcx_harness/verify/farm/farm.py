@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from contextlib import contextmanager
 from functools import partial
-from itertools import chain
-from typing import Any, Protocol, TypeVar
+from itertools import chain, count
+from typing import Any, Final, Protocol, TypeVar
 
 from rich.console import Console
 from rich.progress import Progress
@@ -21,11 +21,18 @@ from rcx_harness.verify.farm.local import LocalCrew
 from rcx_harness.verify.farm.work import Died, Done, Ended, Lost, NotBegun, Work, attempt, doer
 from rcx_harness.verify.progress import progress_bar
 
-__all__ = ["AHEAD", "Farm"]
+__all__ = ["AHEAD", "NOT_YET", "Farm", "NotYet"]
 
 #: Where results come in order: so many items for each worker are begun while an earlier one is
 #: under way. Their results wait in memory.
 AHEAD = 64
+
+
+class NotYet:
+    """There is no item now; what comes of those that were taken may give some."""
+
+
+NOT_YET: Final = NotYet()
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -75,7 +82,7 @@ class Farm:
         console: Console | None = None,
     ) -> None:
         self.workers = min(processors() if workers is None else workers, MOST_PROCESSES)
-        self._cluster = cluster
+        self.cluster = cluster
         self._console = Console(quiet=True) if console is None else console
         if cluster is not None:
             cluster.check()
@@ -83,11 +90,11 @@ class Farm:
     def run(
         self,
         work: Work[Item, Result],
-        items: Iterable[Item],
+        items: Iterable[Item | NotYet],
         *,
         lost: Callable[[Lost[Item]], Result] | None = None,
         kept: Kept[Item, Result] | None = None,
-        title: str = "items",
+        title: str | None = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
         """Each item with its result, in the order of the items, as soon as those before are there.
 
@@ -97,10 +104,11 @@ class Farm:
             work: A function of one item, or an object whose `prepare()` gives that function, once
                 in each worker. Both, the items and the results can be pickled.
             items: What to do; taken as there is room, at most `AHEAD` for each worker before the
-                first that is missing.
+                first that is missing. `NOT_YET` among them, without `kept`, is none: they are asked
+                again when the next result has been taken.
             lost: The result of an item that no worker gets through; it is not kept.
             kept: Where results are kept as soon as they are there, and which are known.
-            title: What the items are, for the progress.
+            title: What the items are, for the progress; None: it is shown by who asks.
 
         Raises:
             LostError: no worker gets through an item, and there is no `lost`.
@@ -131,17 +139,18 @@ class Farm:
     def _ended(
         self,
         work: Work[Item, Result],
-        items: Iterable[Item],
+        items: Iterable[Item | NotYet],
         lost: Callable[[Lost[Item]], Result] | None,
         kept: Kept[Item, Result] | None,
-        title: str,
+        title: str | None,
         ahead: int | None = None,
     ) -> Iterator[_Ending]:
         known = _Known(kept)
-        missing = known.missing(enumerate(items))
+        missing = known.missing(items)
         total = len(items) if isinstance(items, Sized) else None
-        with progress_bar(self._console) as progress:
-            bar = progress.add_task(title, total=total, told="")
+        console = self._console if title is not None else Console(quiet=True)
+        with progress_bar(console) as progress:
+            bar = progress.add_task(title or "", total=total, told="")
 
             def shown(those: Sequence[_Ending]) -> Sequence[_Ending]:
                 if those:
@@ -160,10 +169,10 @@ class Farm:
     @contextmanager
     def _crew(self, work: Work[Any, Any], progress: Progress) -> Iterator[_Crew]:
         crew: _Crew
-        if self._cluster is not None:
-            where = f"connecting to {self._cluster.address} ..."
+        if self.cluster is not None:
+            where = f"connecting to {self.cluster.address} ..."
             progress.update(progress.task_ids[-1], told=where, refresh=True)
-            crew = self._of_cluster(work, self._cluster)
+            crew = self._of_cluster(work, self.cluster)
             progress.update(progress.task_ids[-1], told="", refresh=True)
         else:
             crew = LocalCrew(work, self.workers) if self.workers else _Here(work)
@@ -191,9 +200,14 @@ class _Known:
         self._ready: list[_Ending] = []
         self._same: dict[str, list[tuple[int, Any]]] = {}
 
-    def missing(self, items: Iterable[tuple[int, Any]]) -> Iterator[tuple[int, Any]]:
-        """The items that are to be done."""
-        for number, item in items:
+    def missing(self, items: Iterable[Any]) -> Iterator[tuple[int, Any]]:
+        """The items that are to be done, numbered; or that there is none yet."""
+        numbers = count()
+        for item in items:
+            if item is NOT_YET:
+                yield -1, item
+                continue
+            number = next(numbers)
             if self._kept is None:
                 yield number, item
             elif self._kept.knows(item):
@@ -272,6 +286,9 @@ class _Turns:
         if self._is_far_ahead():
             return None
         for number, item in self._new if self._more else ():
+            if item is NOT_YET:
+                assert self._under_way, "nothing is under way that could give an item"
+                return None
             self._items[number] = self._taken, item
             self._taken += 1
             return number

@@ -41,7 +41,7 @@ class Explorer(World[Choice]):
     """
 
     def __init__(self, model: Model, library: Sequence[Path] = LIBRARY, seed: int = 1) -> None:
-        self._model, self._random = model, Random(seed)
+        self._model, self._seed = model, seed
         self.program = compiled(model, library)
         ticks = max(2, -(-model.longest_ms // model.tick_ms))
         self._state = Abstraction(self.program, model.tick_ms * 1000, ticks, model.free())
@@ -55,7 +55,7 @@ class Explorer(World[Choice]):
 
     def run(self, limit: int = 0, report: Callable[[int, int], None] | None = None) -> Result:
         """Find every state; see `Search.run`."""
-        search = Search(self, self._choices, self._random)
+        search = Search(self, self._choices, self._seed)
         return search.run(self._model.name, limit, report=report)
 
     def first(self) -> bytes:
@@ -113,12 +113,12 @@ class Explorer(World[Choice]):
                 text = f"hang: never free again: {quiet.title}"
                 result.broken = Broken((text,), states.path(stuck), quiet)
 
-    def check(self, state: bytes, choice: Choice, following: bytes) -> None:
+    def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
         """Repeat a scan with arbitrary values in all that the state leaves out."""
         here, key = state, following
         memory = here[self._state.size :]
-        now_us = self._state.disturb(here, choice.ticks, self._random)
-        self._root.INPUTAREA[34:] = self._random.randbytes(len(self._root.INPUTAREA) - 34)
+        now_us = self._state.disturb(here, choice.ticks, random)
+        self._root.INPUTAREA[34:] = random.randbytes(len(self._root.INPUTAREA) - 34)
         for name, value in choice.values:
             setattr(self._root, name, value)
         self._root.INPUTAREA[:34] = choice.image

@@ -1,0 +1,63 @@
+"""A world of numbers for explorations, where each worker can import it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+from rcx_harness.errors import InputError
+from rcx_harness.verify.explore.search import World
+
+__all__ = ["EVERY", "Choice", "Numbers"]
+
+
+class Choice(NamedTuple):
+    """What may happen: the double, and so much more."""
+
+    number: int
+
+
+EVERY = (Choice(0), Choice(1), Choice(2))
+
+
+@dataclass
+class Numbers(World[Choice]):
+    """From n to 2 n, 2 n + 1 and 2 n + 2, modulo a size; from 0 on it comes to all numbers.
+
+    Attributes:
+        size: Of it.
+        broken: Rules that are broken by the step to a number.
+        refused: Numbers from which no step can be checked.
+        deaths: In this folder are files: the steps from 20 remove one and kill their process.
+    """
+
+    size: int
+    broken: Mapping[int, str] = field(default_factory=dict)
+    refused: Sequence[int] = ()
+    deaths: Path | None = None
+
+    def first(self) -> bytes:
+        """0."""
+        return b"0"
+
+    def choices(self, state: bytes) -> Sequence[Choice]:
+        """All."""
+        return EVERY
+
+    def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
+        """The next number."""
+        if self.deaths is not None and state == b"20" and (left := sorted(self.deaths.iterdir())):
+            left[0].unlink()
+            os.kill(os.getpid(), signal.SIGKILL)
+        following = (2 * int(state) + choice.number) % self.size
+        return b"%d" % following, [self.broken[following]] if following in self.broken else []
+
+    def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
+        """Refuse some."""
+        if int(state) in self.refused:
+            raise InputError(f"{state.decode()} is refused")

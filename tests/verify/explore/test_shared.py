@@ -1,0 +1,101 @@
+"""An exploration whose steps are taken by workers: nothing of what comes out depends on them."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from explore_work import EVERY, Choice, Numbers
+from rcx_harness.errors import InputError
+from rcx_harness.verify.explore import shared as shared_module
+from rcx_harness.verify.explore.search import Result, Search
+from rcx_harness.verify.explore.shared import Some, Stepping, shared
+from rcx_harness.verify.farm import Farm
+from rcx_harness.verify.farm.work import LostError
+
+_SIZE = 300
+
+
+@pytest.fixture
+def together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Up to five states go to a worker together from the beginning."""
+    monkeypatch.setattr(shared_module, "_SHARE", 1)
+    monkeypatch.setattr(shared_module, "_MOST", 5)
+
+
+def explored(workers: int | None = None, limit: int = 0, depth: int = 0, **given: Any) -> Result:
+    """What comes of it; None: in this process, without a farm."""
+    make = partial(Numbers, _SIZE, **given)
+    elsewhere = None if workers is None else shared(Farm(workers), Stepping(make, 1))
+    return Search[Choice](make(), EVERY, 1, elsewhere).run("numbers", limit, depth)
+
+
+@pytest.mark.usefixtures("together")
+@pytest.mark.parametrize("limits", [{}, {"limit": 40}, {"depth": 4}, {"limit": 1}])
+@pytest.mark.parametrize("broken", [{}, {77: "seventy-seven", 78: "one more"}])
+def test_all_that_is_found_is_the_same(limits: dict[str, int], broken: dict[int, str]) -> None:
+    alone = explored(None, **limits, broken=broken)
+    assert explored(0, **limits, broken=broken) == alone
+
+
+@pytest.mark.usefixtures("together")
+def test_workers_find_the_same() -> None:
+    """By hand: all numbers are found, three steps from each; 2 n + 2 goes to 300 in 8 steps."""
+    found = explored(2)
+    assert found == explored()
+    assert (found.states, found.transitions, found.depth, found.checked) == (300, 900, 8, 300)
+    assert found.complete
+
+
+@pytest.mark.usefixtures("together")
+def test_what_is_broken_before_an_error_is_told_and_not_the_error() -> None:
+    """Both in the steps that one worker takes together; by hand: 7 comes from 3 first, before 4."""
+    found = explored(0, broken={7: "seven"}, refused=[4])
+    assert found.broken is not None
+    assert found.broken.rules == ("seven",)
+    assert [one.number for one in found.broken.path] == [1, 1, 1]
+    assert found == explored(broken={7: "seven"}, refused=[4])
+
+
+@pytest.mark.usefixtures("together")
+def test_an_error_comes_before_what_is_broken_behind_it() -> None:
+    with pytest.raises(InputError, match="4 is refused"):
+        explored(0, broken={13: "thirteen"}, refused=[4])
+
+
+def test_a_worker_that_is_killed_changes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "0").touch()
+    assert explored(2, deaths=tmp_path) == explored()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_state_that_no_worker_gets_through_is_named_by_its_number(tmp_path: Path) -> None:
+    for number in range(4):
+        (tmp_path / str(number)).touch()
+    with pytest.raises(LostError, match=r"^3 workers have ended with state \d+, ended by SIGKILL"):
+        explored(1, deaths=tmp_path)
+
+
+def test_states_that_go_together_are_named_by_their_numbers() -> None:
+    assert repr(Some(7, [b"", b""])) == "states 7 to 8"
+
+
+def test_a_next_state_is_sent_once_by_each_worker() -> None:
+    """By hand: from 1 to 2, 3, 4; from 2 to 4, 5, 6; from 3 to 6, 7, 8."""
+    take = Stepping(partial(Numbers, _SIZE), 1).prepare()
+    assert _sent(take(Some(2, [b"2", b"3"]))) == [[b"4", b"5", b"6"], [b"", b"7", b"8"]]
+    assert _sent(take(Some(4, [b"1"]))) == [[b"", b"", b""]]
+
+
+def test_what_was_sent_with_a_later_item_is_sent_with_an_earlier_one_too() -> None:
+    """An item is done again whose worker has ended; what comes of it is put together first."""
+    take = Stepping(partial(Numbers, _SIZE), 1).prepare()
+    assert _sent(take(Some(3, [b"3"]))) == [[b"6", b"7", b"8"]]
+    assert _sent(take(Some(2, [b"2"]))) == [[b"4", b"5", b"6"]]
+
+
+def _sent(came: Any) -> list[list[bytes]]:
+    return [[step[2] for step in steps] for steps, _ in came]
