@@ -41,7 +41,7 @@ class Knob:
         found: Another value would show; else the recording cannot decide it.
         why: In one line.
         others: Values with which both agree as well.
-        instead: Other keys and their values: one of them, with this key as it was, answers the same.
+        instead: Other keys and values: one of them, this key as it was, answers the same.
     """
 
     key: str
