@@ -284,17 +284,20 @@ class _Search:
         lengths = sorted(set(measured))
         config = self._result.config
         while True:
-            value = lengths[0] if len(lengths) == 1 else (lengths[0], lengths[-1])
-            config = replace(config, **{key: value})
+            config = replace(config, **_from_to(key, lengths))
             lengths.pop()
             if not lengths:
                 return config
-            shorter = lengths[0] if len(lengths) == 1 else (lengths[0], lengths[-1])
-            if self._differs(replace(config, **{key: shorter}), free):
+            if self._differs(replace(config, **_from_to(key, lengths)), free):
                 return config
 
     def _differs(self, config: RobotConfig, free: frozenset[str]) -> bool:
         return self._run(config, free=free, to_first=True).first_us is not None
+
+
+def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
+    """A delay by its lengths in ms, shortest first: one number, or a range."""
+    return {key: lengths[0] if len(lengths) == 1 else (lengths[0], lengths[-1])}
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
