@@ -203,6 +203,20 @@ def test_of_keys_that_explain_the_same_the_one_with_few_values_is_taken() -> Non
     assert 'cannot be told from power_on_alarm = "12.600"' in text
 
 
+def test_a_reset_without_effect_is_not_answered_by_what_clears_the_alarm_later() -> None:
+    """SI(16) in an emergency stop; a second later the remote command resets its alarm."""
+    master = RecordedMaster(7, alarm_reset_delay=45.0)
+    short_run(master)
+    master.turn_and_wait("SI00", False)
+    master.pulse("SI16", 120)
+    master.run(800)
+    master.turn_and_wait("SI00", True)
+    master.ask("AlarmReset")
+    found = fit(Replay(master.recording()), RobotConfig())
+    assert found.left == []
+    assert found.config.alarm_reset_delay == 45.0
+
+
 def test_without_a_bug_nothing_is_left() -> None:
     master = RecordedMaster(7)
     busy_run(master)
