@@ -73,6 +73,7 @@ def test_fit_writes_a_robot_file_on_top_of_the_old_one(
         "found": True,
         "why": knobs["host_version"]["why"],
         "others": [],
+        "instead": [],
     }
     assert not knobs["jog_limit"]["found"]
     found = RobotConfig.load(new)
@@ -114,6 +115,34 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
     assert "servo_on_delay = 8" in text  # 80 ms, and up to a packet interval
     capsys.readouterr()
     assert main(["compare", str(path), "--robot", str(found)]) == 0
+
+
+def test_a_capture_of_256_bytes_is_judged_and_compared_in_all_its_words(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    """SOW(127), the last word, is 7 in the capture; the program that writes it is not described."""
+    master = RecordedMaster(size=256, host_version=0x0112)
+    short_run(master)
+    story = Story()
+    story.open(0, o_to_t="0649", t_to_o="0249")  # 2 + 4 + 256 and 2 + 256 bytes
+    for number, (t_us, si, so) in enumerate(master.cycles):
+        last = (b"\x07\x00" if number > 100 else bytes(2)) if si else so[-2:]
+        story.both(10_000 + t_us, si or bytes(256), so[:-2] + last)
+    path = pcap(tmp_path / "cell.pcap", story.frames())
+    assert main(["judge", str(path), "--json"]) == 0
+    robot = json.loads(capsys.readouterr().out)["controllers"][0]
+    assert "256" in json.dumps(robot)
+    own = tmp_path / "robot.toml"
+    own.write_text("size = 256\nhost_version = 0x0112\n", encoding="utf-8")
+    assert main(["compare", str(path), "--robot", str(own), "--quiet", "--json"]) == 1
+    table = json.loads(capsys.readouterr().out)
+    found = [(one["channel"], one["recorded"]) for one in table["differences"]]
+    assert found == [("SOW(127)", 7)]
+    assert main(["compare", str(path), "--quiet"]) == 1
+    output = capsys.readouterr().out
+    assert ", 256 bytes, times within" in output
+    assert "host_version 274" in output
+    assert "SOW(127)" in output
 
 
 def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) -> None:

@@ -87,7 +87,7 @@ def judged(description: str, values: Mapping[str, Any]) -> tuple[Fit, list[str]]
                 wrong += _wrong_delay(knob.key, knob.value, real, knob.found)
         elif knob.value != real:
             changed = replace(found.config, **{knob.key: real})
-            open_ended = isinstance(real, int) and not isinstance(real, bool)
+            open_ended = not isinstance(real, bool | str)
             listed = open_ended or not knob.found or real in knob.others
             if replay.run(changed).differences or not listed:
                 wrong.append(f"{knob.key} is {real!r}, found {knob.value!r} ({knob.why})")

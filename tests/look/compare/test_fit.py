@@ -10,10 +10,12 @@ from typing import Any
 import pytest
 
 import fit_cases
+from faulty_answers import WRONG, recorded_wrong
 from fit_cases import CASES, judged
 from rcx_harness.look.compare.delays import DELAYS
 from rcx_harness.look.compare.fit import fit
 from rcx_harness.look.compare.replay import Replay
+from rcx_harness.look.compare.text import fit_lines
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config import SECTIONS
 from rcx_harness.robot.handshake import Handshake
@@ -145,7 +147,12 @@ def test_delays_are_seen_also_where_commands_are_changed(
     assert replay.run(RobotConfig(**others), free=frozenset(DELAYS)).differences == []
 
 
-@pytest.mark.parametrize("bug", BUGS)
+_SLOW = "the end status has a bit too many"  # every command is waited for in vain
+
+
+@pytest.mark.parametrize(
+    "bug", [pytest.param(one, marks=WHOLE) if one == _SLOW else one for one in BUGS]
+)
 def test_a_controller_with_a_bug_is_told_from_every_legal_one(
     bug: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -157,6 +164,57 @@ def test_a_controller_with_a_bug_is_told_from_every_legal_one(
     replay = Replay(master.recording(), master.happenings)
     assert replay.run(RobotConfig()).differences, "the stimulus does not show it"
     assert fit(replay, RobotConfig()).left
+
+
+#: These are tried always, the others with RCX_FIT=all.
+_ALWAYS = (
+    "responses one word too late in the area",
+    "run status once more between the end and the ready status",
+    "SO(02) ON 10 ms before it was asked",
+    "SO(13) goes one cycle later than the program stops otherwise, for once",
+)
+
+
+@pytest.mark.parametrize(
+    "wrong", [one if one in _ALWAYS else pytest.param(one, marks=WHOLE) for one in WRONG]
+)
+def test_wrong_answers_are_told_from_those_of_every_legal_controller(wrong: str) -> None:
+    master = RecordedMaster(7)
+    busy_run(master)
+    replay = Replay(recorded_wrong(master, wrong))
+    found = fit(replay, RobotConfig())
+    assert found.left
+    assert "no key expresses" in fit_lines(found, replay)
+
+
+def test_of_keys_that_explain_the_same_the_one_with_few_values_is_taken() -> None:
+    """An emergency alarm at power-on: by its own key, or as the alarm of power-on."""
+    master = RecordedMaster(7, power_on_emergency_alarm=True)
+    short_run(master)
+    master.turn_and_wait("SI00", False)
+    master.ask("MotorPowerOn")  # 12.600: an alarm that the recording names
+    replay = Replay(master.recording())
+    found = fit(replay, RobotConfig())
+    assert found.left == []
+    assert (found.config.power_on_emergency_alarm, found.config.power_on_alarm) == (True, "")
+    knob = next(one for one in found.knobs if one.key == "power_on_emergency_alarm")
+    assert knob.instead == (("power_on_alarm", "12.600"),)
+    text = "\n".join(fit_lines(found, replay))
+    assert 'cannot be told from power_on_alarm = "12.600"' in text
+
+
+def test_a_reset_without_effect_is_not_answered_by_what_clears_the_alarm_later() -> None:
+    """SI(16) in an emergency stop; a second later the remote command resets its alarm."""
+    master = RecordedMaster(7, alarm_reset_delay=45.0)
+    short_run(master)
+    master.turn_and_wait("SI00", False)
+    master.pulse("SI16", 120)
+    master.run(800)
+    master.turn_and_wait("SI00", True)
+    master.ask("AlarmReset")
+    found = fit(Replay(master.recording()), RobotConfig())
+    assert found.left == []
+    assert found.config.alarm_reset_delay == 45.0
 
 
 def test_without_a_bug_nothing_is_left() -> None:

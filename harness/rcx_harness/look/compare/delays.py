@@ -65,7 +65,7 @@ class Drawn:
         key: Which.
         at_us: When it began.
         us: How long it was.
-        seen: The recording shows it.
+        seen: The recording shows it, or that it was at least so long.
     """
 
     key: str
@@ -133,16 +133,17 @@ class Guide:
         delay = getattr(self._config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
         low_us, high_us = round(low * 1000), round(high * 1000)
-        seen_us = self._seen_us(key, now_us)
+        seen_us, longer = self._seen_us(key, now_us), False
         if seen_us is None:
             us: int = low_us if self._hidden(key) else self._latest.get(key, low_us)
             least_us = max(us, self._least_us(key, now_us))
+            longer = least_us > us
             us = least_us if key in self._free else max(low_us, min(least_us, high_us))
         elif key in self._free:
             us = self._latest[key] = seen_us
         else:
             us = min(max(seen_us, low_us), high_us)
-        self.drawn.append(Drawn(key, now_us, us, seen_us is not None))
+        self.drawn.append(Drawn(key, now_us, us, seen_us is not None or longer))
         return us
 
     def _least_us(self, key: str, now_us: int) -> int:

@@ -8,14 +8,14 @@ and the search goes on behind it. At the end each key is tried once more, with a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.look.compare.channels import RESPONSE, STATUS, Difference
 from rcx_harness.look.compare.delays import DELAYS, Drawn, asked
-from rcx_harness.look.compare.knobs import KNOBS, Seen, seen_at, values
+from rcx_harness.look.compare.knobs import KNOBS, Seen, has_few_values, seen_at, values
 from rcx_harness.look.compare.replay import Replay, Replayed, watched
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.wire import CYCLE_US, READY
@@ -41,6 +41,7 @@ class Knob:
         found: Another value would show; else the recording cannot decide it.
         why: In one line.
         others: Values with which both agree as well.
+        instead: Other keys and values: one of them, this key as it was, answers the same.
     """
 
     key: str
@@ -48,6 +49,7 @@ class Knob:
     found: bool
     why: str
     others: tuple[Any, ...] = ()
+    instead: tuple[tuple[str, Any], ...] = ()
 
 
 @dataclass
@@ -87,6 +89,8 @@ class _Search:
         self._replay, self._progress, self._base = replay, progress, base
         self._result = Fit(base)
         self._asked = asked(replay.recording.inputs)
+        # what a key was before it was found, and which other keys would have done as well
+        self._instead: dict[str, tuple[Any, list[tuple[str, Any]]]] = {}
 
     def search(self) -> Fit:
         result = self._result
@@ -118,10 +122,14 @@ class _Search:
         return self._replay.run(config, free=free, expected=self._result.left, to_first=to_first)
 
     def _better(self, here: Replayed) -> RobotConfig | None:
-        """The configuration, one key another, with which both agree longest."""
+        """The configuration, one key another, with which both agree longest.
+
+        Of those that are equally good it is the one whose key has few values: any alarm can be
+        given a name, a key that is true or false explains it with less.
+        """
         config, seen = self._result.config, self._seen(here)
-        least, found = _reach(here), None
-        best = (*least, -_NEVER)
+        least = _reach(here)
+        tried: list[tuple[tuple[int, ...], str, Any]] = []
         for key in KNOBS:
             if key not in here.read:
                 continue
@@ -130,10 +138,15 @@ class _Search:
                 if changed is None:
                     continue
                 there = self._run(changed, to_first=True)
-                score = (*_reach(there), -_spread_us(there.drawn))
-                if score[:2] > least and score > best:
-                    best, found = score, changed
-        return found
+                if _reach(there) > least:
+                    score = (*_reach(there), -_spread_us(there.drawn), has_few_values(key))
+                    tried.append((score, key, value))
+        if not tried:
+            return None
+        best, key, value = max(tried, key=lambda one: one[0])
+        same = [(other, to) for score, other, to in tried if score[:3] == best[:3] and other != key]
+        self._instead[key] = (getattr(config, key), same)
+        return self._changed(config, key, value)
 
     def _values(self, key: str, here: Replayed, seen: Seen) -> list[Any]:
         current = getattr(self._result.config, key)
@@ -221,9 +234,19 @@ class _Search:
                 result.knobs.append(Knob(key, value, False, why))
             else:
                 why = f"{other} other value{'s' * (other > 1)} would show"
-                result.knobs.append(Knob(key, value, True, why, tuple(equal)))
+                instead = tuple(self._as_well(key, spread_us))
+                result.knobs.append(Knob(key, value, True, why, tuple(equal), instead))
         self._take_delays()
         return None
+
+    def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
+        """Other keys that explain what a key was found by."""
+        was, others = self._instead.get(key, (None, []))
+        for other, value in others:
+            changed = replace(self._result.config, **{key: was, other: value})
+            there = self._run(changed, to_first=True)
+            if there.first_us is None and _spread_us(there.drawn) <= spread_us + CYCLE_US:
+                yield other, value
 
     def _take_delays(self) -> None:
         """Each delay as it was at the beginning where that is as good, else as it is measured.
@@ -243,10 +266,38 @@ class _Search:
                 knob = result.knobs[place] = _delay(key, was, drawn)
             free -= {key}
             kept = replace(result.config, **{key: was})
-            result.config = replace(result.config, **{key: knob.value}) if knob.found else kept
-            if knob.found and not isinstance(was, tuple):
-                there = self._run(kept, free=free, to_first=True)
-                result.config = kept if there.first_us is None else result.config
+            if not knob.found:
+                result.config = kept
+            elif isinstance(was, tuple) or self._differs(kept, free):
+                seen = [one.us / 1000 for one in drawn if one.seen]
+                result.config = self._narrowest(key, seen, free)
+                measured = getattr(result.config, key)
+                result.knobs[place] = replace(knob, value=measured)
+            else:
+                result.config = kept
+
+    def _narrowest(self, key: str, measured: Sequence[float], free: frozenset[str]) -> RobotConfig:
+        """With the measured delay, without the longest ones if they had no effect.
+
+        An input that has none may seem to be answered by what has another cause, much later.
+        """
+        lengths = sorted(set(measured))
+        config = self._result.config
+        while True:
+            config = replace(config, **_from_to(key, lengths))
+            lengths.pop()
+            if not lengths:
+                return config
+            if self._differs(replace(config, **_from_to(key, lengths)), free):
+                return config
+
+    def _differs(self, config: RobotConfig, free: frozenset[str]) -> bool:
+        return self._run(config, free=free, to_first=True).first_us is not None
+
+
+def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
+    """A delay by its lengths in ms, shortest first: one number, or a range."""
+    return {key: lengths[0] if len(lengths) == 1 else (lengths[0], lengths[-1])}
 
 
 def _reach(result: Replayed) -> tuple[int, int]:

@@ -15,7 +15,7 @@ from rcx_harness.robot.config.checks import CHOICES, STORED
 from rcx_harness.spec import commands
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 
-__all__ = ["DESCRIBED", "KNOBS", "Seen", "seen_at", "values"]
+__all__ = ["DESCRIBED", "KNOBS", "Seen", "has_few_values", "seen_at", "values"]
 
 #: Keys that say what a robot is and has, not what the manual leaves open: the user's to give.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
@@ -144,6 +144,11 @@ def values(
         if one != current and one not in found:
             found.append(one)
     return found
+
+
+def has_few_values(key: str) -> bool:
+    """Is it true or false, or one of few words?"""
+    return key in CHOICES or _KINDS[key] == "bool"
 
 
 def _values(

@@ -104,6 +104,12 @@ def fit_lines(fit: Fit, replay: Replay) -> Iterator[str]:
     for one in found:
         others = f"; as well {', '.join(map(_value, one.others[:4]))}" if one.others else ""
         yield f"{one.key:<34} {_value(one.value)}   ({one.why}{others})"
+        for key, value in one.instead:
+            yield f"{'':<34} cannot be told from {key} = {_value(value)}"
+    if fit.config.skip_run_status == "always":
+        yield ""
+        yield "commands do not show that they run: command_accept_delay is that of refused ones;"
+        yield "where both delays of commands vary, differences may be left that are theirs"
     yield ""
     yield "cannot be decided by this recording"
     for one in fit.knobs:
@@ -136,6 +142,7 @@ def as_json(replay: Replay, result: Replayed, fit: Fit | None) -> dict[str, Any]
                 "found": one.found,
                 "why": one.why,
                 "others": list(one.others),
+                "instead": [{"key": key, "value": value} for key, value in one.instead],
             }
             for one in fit.knobs
         ]
