@@ -22,8 +22,8 @@ _SIZE = 300
 @pytest.fixture
 def together(monkeypatch: pytest.MonkeyPatch) -> None:
     """Up to five states go to a worker together from the beginning."""
-    monkeypatch.setattr(shared_module, "_SHARE", 1)
-    monkeypatch.setattr(shared_module, "_MOST", 5)
+    monkeypatch.setattr(shared_module, "SHARE", 1)
+    monkeypatch.setattr(shared_module, "MOST", 5)
 
 
 def explored(workers: int | None = None, limit: int = 0, depth: int = 0, **given: Any) -> Result:

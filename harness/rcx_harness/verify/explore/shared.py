@@ -12,11 +12,11 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.explore.search import Ready, Step, Taken, World, steps
 from rcx_harness.verify.farm import NOT_YET, Farm, NotYet
 
-__all__ = ["Stepping", "shared"]
+__all__ = ["MOST", "SHARE", "Stepping", "shared"]
 
 #: States that go to a worker together: one of so many that wait, so that all workers get some, and
 #: no more than are done in a moment.
-_SHARE, _MOST = 128, 32
+SHARE, MOST = 128, 32
 #: A worker remembers so many states that need not be sent.
 _REMEMBERED = 1 << 19
 
@@ -104,7 +104,7 @@ def shared(farm: Farm, work: Stepping) -> Callable[[Ready], Generator[Taken, Non
 
 def _parcels(ready: Ready) -> Iterator[Some | NotYet]:
     while True:
-        number, states = ready.take(min(_MOST, 1 + len(ready) // _SHARE))
+        number, states = ready.take(min(MOST, 1 + len(ready) // SHARE))
         if states:
             yield Some(number, states)
         elif ready.may_come():
