@@ -153,7 +153,11 @@ def main(argument: str) -> None:
     # Ctrl-C reaches the whole process group; the parent decides when we end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     settings = json.loads(argument)
-    with SharedImages.attach(settings["memory"]) as images:
+    try:
+        images = SharedImages.attach(settings["memory"])
+    except FileNotFoundError:  # the parent has ended meanwhile, and taken it along
+        return
+    with images:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
         except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name

@@ -51,7 +51,11 @@ def main(argument: str) -> None:
     # Ctrl-C reaches the whole process group; the parent decides when the adapter ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     settings = json.loads(argument)
-    with SharedImages.attach(settings["memory"]) as shared:
+    try:
+        shared = SharedImages.attach(settings["memory"])
+    except FileNotFoundError:  # the parent has ended meanwhile, and taken it along
+        return
+    with shared:
         asyncio.run(_Adapter(settings, shared).run())
 
 
