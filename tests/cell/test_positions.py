@@ -56,6 +56,11 @@ def test_they_are_shown_when_they_have_changed(
     assert sum(line.endswith(shown_as) for line in cell.trace.lines()) == 1
 
 
+def test_a_robot_4_beside_robot_1_makes_them_several(raw_cell: Build) -> None:
+    cell = raw_cell(robot=RobotConfig(axes=(Axis(), Axis(robot=4))), positions="mm")
+    assert cell.trace.header["positions"] == [["Robot 1 X [mm]", "Robot 4 X [mm]"]]
+
+
 def test_a_trace_that_is_read_again_has_them(raw_cell: Build, tmp_path: Path) -> None:
     cell = raw_cell(robot=TWO, positions="mm", trace=tmp_path / "t.jsonl")
     cell.run("50ms")

@@ -129,6 +129,14 @@ def test_of_many_points_the_first_are_drawn(tmp_path: Path) -> None:
     assert [one["number"] for one in shape["points"]] == list(range(MOST_POINTS))
 
 
+def test_of_pallets_so_many_positions_are_drawn_as_of_points(tmp_path: Path) -> None:
+    """The first pallet has 200 positions, the second one of as many more than are left."""
+    text = "".join(f"[points.{k}]\nmm = [{k}, {k}]\n" for k in range(1, 6))
+    text += "".join(f"[pallets.{k}]\npositions = [20, 10, 1]\nfirst_point = 1\n" for k in (1, 2))
+    (shape,) = shapes(load(tmp_path, 'robot = "SXYX"\n' + text))
+    assert [len(one["places"]) for one in shape["pallets"]] == [200, MOST_POINTS - 200]
+
+
 @pytest.mark.parametrize(
     "given",
     [
@@ -140,6 +148,8 @@ def test_of_many_points_the_first_are_drawn(tmp_path: Path) -> None:
         '[work_areas]\nFeeder = [[1, 2], ["a", 2]]',
         "[work_areas]\nFeeder = [[1, 2], [nan, 2]]",
         f"[work_areas]\n{'x' * 41} = [[1, 2], [3, 4]]",
+        '[work_areas]\n"" = [[1, 2], [3, 4]]',
+        '[work_areas]\n"a\\tb" = [[1, 2], [3, 4]]',
     ],
 )
 def test_a_work_area_is_two_corners(tmp_path: Path, given: str) -> None:

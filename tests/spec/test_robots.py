@@ -51,6 +51,20 @@ def test_a_scara_robot_has_the_figures_of_its_sheet(name: str) -> None:
     assert [joint.largest for joint in model.joints] == [payload, payload, payload, inertia]
 
 
+def test_the_soft_limits_of_the_public_driver_have_its_pulses() -> None:
+    """Rule: robot-figures.
+
+    Source: joints_ranges of the ROS 2 driver for an RCX340 with a YK400XE
+    """
+    pulses = [
+        (joint.zero + joint.low * joint.pulses_per_unit,
+         joint.zero + joint.high * joint.pulses_per_unit)
+        for joint in robot_models()["YK400XE"].joints
+    ]  # fmt: skip
+    driver = [(-385506, 380555), (-437972, 439198), (-1707, 250000), (-245760, 245760)]
+    assert [pytest.approx(both, abs=0.01) for both in driver] == pulses
+
+
 @pytest.mark.parametrize("name", CYCLES)
 def test_a_robot_has_the_cycle_times_of_its_sheet(name: str) -> None:
     """Rule: robot-figures."""
