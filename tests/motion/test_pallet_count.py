@@ -126,6 +126,8 @@ def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int
     pallet.press("Next")
     pallet.press("NewPallet")
     assert (pallet.place, pallet.shown[:2]) == (1, ("Error", 0x8045))
+    pallet.place = 0
+    assert pallet.shown[0] == "Error"
 
 
 @pytest.mark.parametrize("size", [(32767, 1, 1), (1, 217, 151), (7, 31, 151)])

@@ -105,6 +105,9 @@ def test_on_pallets_it_comes_from_above_too() -> None:
     plc = _bench(TargetPallet=0, Shifts__TargetAbove=7)
     target = ["shift 7", "PTP 0/1 at 50", "shift 0", "PTP 0/1 at 50", "DO(20) OFF", "shift 7"]
     assert plc.work()[4:] == [*target, "PTP 0/1 at 50"]
+    plc["Pick.ArchAxis"] = 3
+    arch = "arch 0/1 at 50, 000100 [0, 0, 0] pulses"
+    assert plc.work()[5:] == [arch, *target[2:], "PTP 0/1 at 50"], "not between above and place"
 
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
@@ -298,7 +301,7 @@ def test_pulses_that_a_real_does_not_hold_exactly_are_refused(pin: str, sign: in
     plc["Pick.ArchUnit"] = "UNIT_MM"
     assert plc.work() == ["DO(20) OFF"], "a command refuses millimetres itself"
     assert plc.end[1] == 0x8047
-    plc["Pick.ArchAxis"] = 0
+    plc["Pick.ArchAxis"], plc["Pick.ArchUnit"] = 0, "UNIT_PULSES"
     assert plc.work() == _PLAIN, "without an arch nobody reads them"
 
 

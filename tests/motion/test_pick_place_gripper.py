@@ -140,10 +140,15 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
 def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
     """No command can be taken back. Source: guide 1.2; this library's own."""
     plc = _bench()
+    plc.silent = "PTP 20"
     plc.until("PTP 20")
     plc["Pick.PartLost"] = True
     plc.scan()
     plc["Pick.PartLost"] = False
+    plc.scan(20)
+    assert plc.end == ("Busy", 0, "PICK_TO_TARGET", True)
+    plc.silent = ""
+    plc.answer(0x0200)
     plc.scan_until(lambda: not plc["Pick.Busy"])
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
     assert plc.told[-1] == "PTP 20"

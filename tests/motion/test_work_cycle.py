@@ -268,6 +268,24 @@ def test_a_power_up_that_fails_is_a_fault() -> None:
     assert _shown(plc) == _fault(0x8005)
 
 
+@pytest.mark.parametrize("back", [True, False])
+def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
+    """It waits for the link, for at most 60 s, where that was lost at once.
+
+    Source: this library's own.
+    """
+    plc = _bench()
+    plc["Bare.Start"] = True
+    plc.scan()
+    plc["Bare.Start"] = plc["Connected"] = False
+    plc.scan(5)
+    plc["Bare.WorkErrorID"] = 0x8058
+    plc["Connected"] = back
+    plc.scan(100 if back else 6100)
+    assert _shown(plc) == _fault(0x8001)
+    assert not plc["Bare.PowerUp.Busy"]
+
+
 @pytest.mark.parametrize(("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002)])
 def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_id: int) -> None:
     """Source: manual chapter 1, 5.2."""
