@@ -35,6 +35,9 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
+    **{("FB_PickPlace", f"{place}Pallet"): -1 for place in ("Source", "Target")},
+    **{("FB_PickPlace", f"{place}Position"): 1 for place in ("Source", "Target")},
+    ("FB_PickPlace", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -76,9 +79,12 @@ def _blocks() -> dict[str, dict[str, str]]:
 _BLOCKS = _blocks()
 #: Parts of other blocks, which give them all of their inputs.
 _PARTS = {
+    "FB_RcxAwaitInput",
     "FB_RcxDedicatedInputs",
+    "FB_RcxGrip",
     "FB_RcxHandshake",
     "FB_RcxMakeHead",
+    "FB_RcxPlaceMove",
     "FB_RcxTakeHead",
     "FB_RcxSharedWords",
 }

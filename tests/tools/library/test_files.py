@@ -94,6 +94,7 @@ def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaul
         "FB_AlarmReset",
         "FB_AutoStart",
         "FB_EmergencyStop",
+        "FB_PickPlace",
         "FB_PowerUp",
         "FB_ProgramContinue",
         "FB_ProgramReset",

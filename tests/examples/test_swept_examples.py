@@ -1,0 +1,121 @@
+"""Examples 04 and 07 through every fault that `rcx sweep` knows: a sample of the moments.
+
+All moments: the same calls without `--every`, `--workers 0` and `--engine`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from plc_bench import ROOT
+from rcx_harness.cell import Cell
+from rcx_harness.cli.app import main
+from rcx_harness.robot.ports import port
+from rcx_tools.docs.examples import examples
+
+_LASTING = (
+    *("emergency_stop", "link_down", "packets_lost", "packets_late", "packets_doubled", "plc_stop"),
+    *("plc_power_off", "power_off", "main_power_off", "warning", "pendant_on", "manual_mode"),
+    *("auto_input_off", "manual_lock_on", "safety_on", "parallel_stop"),
+)
+_SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
+_FAULTS = (*_LASTING, *_SHORT, "Main.CellSafe=false")
+#: Length of the good run: that of 07 ends before the last place, after which there is no next one.
+_RUNS = {"04_pick_and_place": "4200ms", "07_pallet": "7000ms"}
+_HAND, _TRAY = port("DO(20)"), (-60_000, 80_000)
+
+
+def _sweep(name: str, out: Path, program: Path, faults: tuple[str, ...], every: int) -> int:
+    example = ROOT / "plc/examples" / name
+    return main(
+        [
+            *("sweep", str(program), f"--robot={example / 'robot.toml'}", f"--out={out}"),
+            f"--properties={ROOT / 'tests/data/sweeps' / f'{name}.toml'}",
+            *(f"--stimulus={example / 'stimulus.toml'}", f"--for={_RUNS[name]}"),
+            *(f"--inject={','.join(faults)}", f"--every={every}", "--engine=builtin"),
+            "--workers=0",
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "every"), [("04_pick_and_place", 157), ("07_pallet", 283)], ids=list(_RUNS)
+)
+def test_the_example_comes_back_from_every_fault(
+    name: str, every: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/campaign.md; what is demanded: tests/data/sweeps."""
+    program = ROOT / "plc/examples" / name
+    assert _sweep(name, tmp_path / "out", program, _FAULTS, every) == 0
+    assert "the cell recovers from all of them" in capsys.readouterr().out
+
+
+def test_one_that_starts_by_itself_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The Start that was pressed before the fault counts again after Reset."""
+    example = ROOT / "plc/examples/04_pick_and_place"
+    text = (example / "PickPlace.st").read_text(encoding="utf-8")
+    for before, after in (
+        ("Start := Start,", "Start := Start OR Again,"),
+        ("  WriteArea(", "  Again := Cycle.State = WORK_IDLE AND Cycle.Count > 0;\n  WriteArea("),
+        ("    Robot      :", "    Again : BOOL;\n    Robot      :"),
+    ):  # fmt: skip
+        assert before in text
+        text = text.replace(before, after, 1)
+    program = tmp_path / "plc"
+    program.mkdir()
+    (program / "PickPlace.st").write_text(text, encoding="utf-8")
+    (program / "Config.st").write_bytes((example / "Config.st").read_bytes())
+    out = tmp_path / "out"
+    assert _sweep("04_pick_and_place", out, program, ("emergency_stop",), 280) == 1
+    assert "always nothing starts without Start" in capsys.readouterr().out
+
+
+def _opened_at(event: str, at_ms: int) -> list[tuple[int, ...]]:
+    """Where the hand opened: example 04 with a fault, Reset and Start."""
+    opened = []
+    with examples()["04_pick_and_place"].build("builtin") as cell:
+
+        def run(ms: int) -> None:
+            for _ in range(ms // 10):
+                was = _closed(cell)
+                cell.scan()
+                if was and not _closed(cell):
+                    opened.append(tuple(cell.robot.positions[:2]))
+
+        run(at_ms)
+        if event == "door":
+            cell["Main.CellSafe"] = False
+        else:
+            cell.inject(event)
+        run(500)
+        if event == "door":
+            cell["Main.CellSafe"] = True
+        else:
+            cell.inject({"link_down": "link_up"}.get(event, f"{event}_release"))
+        run(2800 - at_ms)  # the stimulus presses Stop at 3 s
+        for button in ("Main.Reset", "Main.Start"):
+            cell[button] = True
+            run(100)
+            cell[button] = False
+            run(100)
+        count = cell["Main.Cycle.Count"]
+        run(3000)
+        assert cell["Main.Cycle.Count"] > count
+    return opened
+
+
+def _closed(cell: Cell) -> bool:
+    return bool(cell.robot.machine.ports.read(_HAND))
+
+
+@pytest.mark.parametrize("event", ["door", "emergency_stop", "link_down"])
+def test_wherever_it_is_interrupted_the_hand_opens_at_the_tray_only(event: str) -> None:
+    """While it closes, on the way with a part, while it opens. Source: head of FB_PickPlace."""
+    for at_ms in (1240, 1290, 1500, 1780):
+        opened = _opened_at(event, at_ms)
+        assert len(opened) >= 2
+        assert set(opened) == {_TRAY}, f"{event} at {at_ms} ms"

@@ -1,0 +1,147 @@
+"""FB_PalletCount: the next work position in retained data, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.needed import needed
+
+_PROGRAM = """PROGRAM Counting
+  VAR
+    Count : FB_PalletCount;
+  END_VAR
+  VAR RETAIN
+    Place : INT := 1;
+  END_VAR
+  Count(Place := Place);
+END_PROGRAM
+"""
+
+
+class _Pallet:
+    def __init__(self, folder: Path, size: tuple[int, int, int], engine: str = "auto") -> None:
+        file = folder / "Counting.st"
+        file.write_text(_PROGRAM, encoding="utf-8")
+        self.program: Program = build([file, *needed([file], LIBRARY)], engine).program
+        self._now_us = 0
+        for pin, value in zip(("Nx", "Ny", "Nz"), size, strict=True):
+            self.put(pin, value)
+        self.scan()
+
+    def put(self, pin: str, value: int) -> None:
+        self.program.write(f"Main.Count.{pin}", value)
+
+    def scan(self) -> None:
+        self.program.scan(self._now_us)
+        self._now_us += 10_000
+
+    def press(self, pin: str) -> None:
+        """An edge, held for a few scans."""
+        for value in (True, True, True, False):
+            self.put(pin, value)
+            self.scan()
+
+    @property
+    def place(self) -> int:
+        return int(self.program.read("Main.Place"))  # type: ignore[call-overload]
+
+    @place.setter
+    def place(self, value: int) -> None:
+        self.program.write("Main.Place", value)
+        self.scan()
+
+    @property
+    def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
+        """Valid, Full or Error; ErrorID, WorkPosition, X Y Z, Remaining."""
+        pins = ("ErrorID", "WorkPosition", "X", "Y", "Z", "Remaining")
+        values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]  # type: ignore[call-overload]
+        on = [pin for pin in ("Valid", "Full", "Error") if self.program.read(f"Main.Count.{pin}")]
+        return " ".join(on), values[0], values[1], tuple(values[2:5]), values[5]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_x_counts_first_then_y_then_z(tmp_path: Path, engine: str) -> None:
+    """Source: guide 4.3.3; docs/fidelity.md, the order of the work positions."""
+    pallet = _Pallet(tmp_path, (3, 2, 2), engine)
+    seen = []
+    for k in range(1, 13):
+        shown, error_id, position, where, remaining = pallet.shown
+        assert (shown, error_id, position, pallet.place, remaining) == ("Valid", 0, k, k, 13 - k)
+        seen.append(where)
+        pallet.press("Next")
+    assert seen == [(x, y, z) for z in (1, 2) for y in (1, 2) for x in (1, 2, 3)]
+    assert pallet.shown == ("Full", 0, 0, (0, 0, 0), 0)
+    pallet.press("Next")
+    assert (pallet.place, pallet.shown[0]) == (0, "Full"), "it stays full"
+    pallet.press("NewPallet")
+    assert pallet.shown == ("Valid", 0, 1, (1, 1, 1), 12)
+
+
+def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
+    """Also where Next comes in the same scan. Source: this library's own."""
+    pallet = _Pallet(tmp_path, (2, 2, 1))
+    pallet.press("Next")
+    pallet.press("Next")
+    assert pallet.place == 3
+    pallet.put("NewPallet", True)
+    pallet.press("Next")
+    assert pallet.place == 1
+    pallet.press("Next")
+    assert pallet.place == 2, "a button that is held counts once"
+
+
+@pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
+def test_a_place_that_the_pallet_does_not_have_is_no_position(tmp_path: Path, kept: int) -> None:
+    """As after an exchange of the program: only NewPallet ends it. Source: this library's own."""
+    pallet = _Pallet(tmp_path, (3, 2, 1))
+    pallet.place = kept
+    wrong = ("Error", 0x805C, 0, (0, 0, 0), 0)
+    assert pallet.shown == wrong
+    pallet.press("Next")
+    assert (pallet.place, pallet.shown) == (kept, wrong)
+    pallet.press("NewPallet")
+    assert pallet.shown == ("Valid", 0, 1, (1, 1, 1), 6)
+
+
+def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
+    """0 is what memory without an initial value has: nothing is put anywhere."""
+    pallet = _Pallet(tmp_path, (3, 2, 1))
+    pallet.place = 0
+    assert pallet.shown[0] == "Full"
+
+
+@pytest.mark.parametrize(
+    "size", [(0, 1, 1), (1, 0, 1), (1, 1, 0), (-3, -2, 1), (182, 181, 1), (32767, 32767, 32767)]
+)
+def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int, int]) -> None:
+    """Source: guide 4.3.3: the product is 1 to 32767."""
+    pallet = _Pallet(tmp_path, size)
+    assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
+    pallet.press("Next")
+    pallet.press("NewPallet")
+    assert (pallet.place, pallet.shown[:2]) == (1, ("Error", 0x8045))
+    pallet.place = 0
+    assert pallet.shown[0] == "Error"
+
+
+@pytest.mark.parametrize("size", [(32767, 1, 1), (1, 217, 151), (7, 31, 151)])
+def test_the_largest_pallet_is_counted_to_its_end(
+    tmp_path: Path, size: tuple[int, int, int]
+) -> None:
+    """Source: guide 4.3.3: the product is at most 32767 = 7 * 31 * 151."""
+    pallet = _Pallet(tmp_path, size)
+    pallet.place = 32767
+    assert pallet.shown == ("Valid", 0, 32767, size, 1)
+    pallet.press("Next")
+    assert pallet.shown[0] == "Full"
+
+
+def test_a_product_beyond_the_range_of_three_sizes_is_refused(tmp_path: Path) -> None:
+    """32767 positions in a layer are one too many for two layers."""
+    assert _Pallet(tmp_path, (32767, 1, 2)).shown[:2] == ("Error", 0x8045)

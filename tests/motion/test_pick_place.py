@@ -1,0 +1,370 @@
+"""FB_PickPlace: the order of its commands, and where it goes on after an error."""
+
+from __future__ import annotations
+
+import pytest
+
+from both_engines import ENGINES
+from pick_bench import PickBench
+
+_PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
+_SENSOR = {"Gripper__PartInput": 21}
+_SHIFTS = {"Shifts__SourceAbove": 1, "Shifts__Target": 2, "Shifts__TargetAbove": 3}
+_APPROACH = [
+    *("DO(20) OFF", "shift 1", "PTP 10 at 50", "shift 0", "PTP 10 at 5", "DO(20) ON"),
+    *("shift 1", "PTP 10 at 5", "shift 3", "PTP 20 at 50", "shift 2", "PTP 20 at 5", "DO(20) OFF"),
+    *("shift 3", "PTP 20 at 5"),
+]
+
+
+def _bench(engine: str = "auto", **pins: object) -> PickBench:
+    return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
+
+
+def _with_sensor(**pins: object) -> PickBench:
+    """DI(21) is ON while the hand is closed: there are parts at the source."""
+    plc = _bench(**_SENSOR, **pins)
+    plc.follows = {21: 20}
+    return plc
+
+
+def _approaching(**pins: object) -> PickBench:
+    return _bench(**_SHIFTS, Shifts__ApproachSpeed=5.0, **pins)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_part_is_fetched_at_the_source_and_put_down_at_the_target(engine: str) -> None:
+    """Source: guide 4.2.1 (PTP), 4.5.1 (bit units)."""
+    plc = _bench(engine)
+    assert plc.end == ("", 0, "PICK_START", False)
+    for _ in range(2):
+        assert plc.work() == _PLAIN
+        assert plc.end == ("Done", 0, "PICK_START", False)
+    plc["Pick.Execute"] = False
+    plc.scan()
+    assert plc.end == ("", 0, "PICK_START", False)
+
+
+def test_the_stages_show_what_it_does() -> None:
+    """Source: this library's own."""
+    plc = _bench()
+    plc.start()
+    seen = []
+    while plc["Pick.Busy"]:
+        if not seen or seen[-1] != plc.end[2:]:
+            seen.append(plc.end[2:])
+        plc.scan()
+    stages = [f"PICK_{name}" for name in ("EMPTY", "OPEN", "TO_SOURCE", "CLOSE", "TO_TARGET")]
+    holding = [("PICK_TO_TARGET", True), ("PICK_STILL", True), ("PICK_RELEASE", True)]
+    assert seen == [(stage, False) for stage in stages[:-1]] + holding
+
+
+def test_between_pallets_it_moves_in_arches() -> None:
+    """Pallet 1, work position 4 to pallet 2, work position 6; axis 3 by way of 0.
+
+    Source: guide 4.2.5, arch designation.
+    """
+    plc = _bench(
+        SourcePallet=1,
+        SourcePosition=4,
+        TargetPallet=2,
+        TargetPosition=6,
+        ArchAxis=3,
+        ArchPosition=-70.0,
+        ArchDistance=5000.0,
+        RobotNumber=2,
+    )
+    arch = "at 50 by robot 2, 000100 [-70, 5000, 5000] pulses"
+    told = plc.work()
+    assert told[1::2] == [f"arch 1/4 {arch}", f"arch 2/6 {arch}"]
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+def test_an_arch_in_mm_is_taken_as_it_is() -> None:
+    """Source: guide 4.2.1, arch designation: integers (x1000) in millimetres."""
+    plc = _bench(ArchAxis=1, ArchUnit="UNIT_MM", ArchPosition=9.5, ArchDistance=20.0, Speed=0.0)
+    arch = "000001 [9500, 20000, 20000] mm"
+    assert plc.work()[1::2] == [f"arch 10, {arch}", f"arch 20, {arch}"]
+
+
+def test_it_comes_from_above_and_leaves_to_above() -> None:
+    """The place's shift, or the one above it, is selected before each movement.
+
+    Source: guide 4.2.17; without an arch between above and place.
+    """
+    plc = _approaching()
+    assert plc.work() == _APPROACH
+    assert plc.end == ("Done", 0, "PICK_START", False)
+    plc["Pick.ArchAxis"] = 3
+    arched = [text for text in plc.work() if text.startswith("arch")]
+    assert arched == [f"arch {k} at 50, 000100 [0, 0, 0] pulses" for k in (10, 20)]
+
+
+def test_on_pallets_it_comes_from_above_too() -> None:
+    """Source: guide 4.2.5, 4.2.17; without a speed of its own the approach is as fast."""
+    plc = _bench(TargetPallet=0, Shifts__TargetAbove=7)
+    target = ["shift 7", "PTP 0/1 at 50", "shift 0", "PTP 0/1 at 50", "DO(20) OFF", "shift 7"]
+    assert plc.work()[4:] == [*target, "PTP 0/1 at 50"]
+    plc["Pick.ArchAxis"] = 3
+    arch = "arch 0/1 at 50, 000100 [0, 0, 0] pulses"
+    assert plc.work()[5:] == [arch, *target[2:], "PTP 0/1 at 50"], "not between above and place"
+
+
+@pytest.mark.parametrize("shift", ["Source", "Target"])
+def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
+    """Otherwise the other place would be taken under it. Source: guide 4.2.17."""
+    plc = _bench(**{f"Shifts__{shift}": 4})
+    source, target = (4, 0) if shift == "Source" else (0, 4)
+    told = plc.work()
+    assert told[1:3] == [f"shift {source}", "PTP 10 at 50"]
+    assert told[4:6] == [f"shift {target}", "PTP 20 at 50"]
+
+
+def test_inputs_are_sampled_at_the_rising_edge() -> None:
+    """Source: design of the library, 3."""
+    plc = _approaching(Gripper__PartInput=21)
+    plc.follows = {21: 20}
+    plc.start()
+    for name in ("SourcePoint", "TargetPoint", "Shifts.SourceAbove", "Shifts.Target"):
+        plc[f"Pick.{name}"] = 30
+    for name, value in (("Speed", 1.0), ("ArchAxis", 2), ("SourcePallet", 1), ("TargetPallet", 1)):
+        plc[f"Pick.{name}"] = value
+    plc["Pick.Gripper.CloseOutput"] = 30
+    plc["Pick.Gripper.PartInput"] = 0
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=600)
+    assert [text for text in plc.told if not text.startswith("DI")] == _APPROACH
+    assert plc.told.count("DI2?") == 6, "empty, open, closed, lifted, at the target, open"
+
+
+@pytest.mark.parametrize(
+    ("broken", "again"),
+    [
+        ("PTP 10 at 50", _PLAIN),
+        ("DO(20) ON", _PLAIN[2:]),
+        ("PTP 20 at 50", _PLAIN[3:]),
+    ],
+)
+def test_it_goes_on_with_what_is_not_finished(broken: str, again: list[str]) -> None:
+    """Before the hand has closed it begins anew; then it never opens but at the target.
+
+    Source: this library's own; alarm 12.600: guide 1.2.
+    """
+    plc = _bench()
+    plc.refuses = broken
+    assert plc.work()[-1] == broken
+    stage = plc.end[2]
+    assert plc.end[:2] == ("Error", 0x8020)
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
+    plc.scan(50)
+    assert plc.told[-1] == broken, "nothing goes on by itself"
+    assert plc.end[1:3] == (0x8020, stage)
+    assert plc.work() == again
+    assert plc.end == ("Done", 0, "PICK_START", False)
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (0, 0)
+    assert plc.work() == _PLAIN
+
+
+def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
+    """It may have opened or not: it goes to the target first, and asks no sensor.
+
+    Source: this library's own.
+    """
+    plc = _with_sensor()
+    plc.until("PTP 20 at 50")
+    plc.silent = "DO(20) OFF"
+    plc.scan_until(lambda: plc.told[-1] == "DO(20) OFF")
+    plc.outputs(SO01=False)
+    plc.scan()
+    assert plc.end == ("Error", 0x8002, "PICK_RELEASE", True)
+    plc.outputs(SO01=True)
+    plc.silent, plc.follows = "", {}
+    plc.scan(40)
+    assert plc.work() == ["PTP 20 at 50", "DO(20) OFF", "DI2?"]
+    assert plc.end == ("Done", 0, "PICK_START", False)
+    plc.follows = {21: 20}
+    assert plc.work().count("DI2?") == 5, "with the next part it asks again: at the target, too"
+
+
+@pytest.mark.parametrize("lost_at", ["PTP 20 at 50", "PTP 20 at 5", "DO(20) OFF"])
+def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> None:
+    """Source: this library's own."""
+    plc = _approaching()
+    plc.until("DO(20) ON")
+    plc.refuses = "DO(20) OFF"
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert plc.end == ("Error", 0x8020, "PICK_RELEASE", True)
+    plc.refuses = lost_at
+    assert plc.work()[-1] == lost_at
+    rest = _APPROACH[_APPROACH.index("shift 3") :]
+    assert plc.work() == rest
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+@pytest.mark.parametrize(
+    ("count", "again"),
+    [
+        (4, _APPROACH),
+        (7, _APPROACH[6:]),
+        (9, _APPROACH[8:]),
+        (10, _APPROACH[8:]),
+        (14, _APPROACH[13:]),
+    ],
+)
+def test_from_above_it_goes_on_with_the_movement_that_was_broken_off(
+    count: int, again: list[str]
+) -> None:
+    """The part in the hand is lifted again; after the release it only leaves.
+
+    Source: this library's own.
+    """
+    plc = _approaching()
+    plc.start()
+    plc.scan_until(lambda: len(plc.told) == count + 1, most=300)
+    plc["SafeOk"] = False
+    plc.answer(0x4000, [12, 600])
+    plc.scan_until(lambda: not plc["Pick.Busy"])
+    assert plc.end[:2] == ("Error", 0x8020)
+    plc["SafeOk"] = True
+    plc.scan(40)
+    assert plc.work() == again
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+@pytest.mark.parametrize("broken", ["DO(20) ON", "PTP 20 at 50", "DO(20) OFF"])
+def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
+    """Source: this library's own."""
+    plc = _bench()
+    plc.until("PTP 10 at 50")
+    plc.refuses = broken
+    plc.scan_until(lambda: not plc["Pick.Busy"])
+    plc["Pick.HandEmpty"] = True
+    assert plc.work() == _PLAIN
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> None:
+    """Otherwise a second part would come to the same target. Source: this library's own."""
+    plc = _approaching()
+    plc.until("DO(20) ON")
+    plc.scan_until(lambda: plc.told[-1] == "DO(20) OFF")
+    plc.refuses = "PTP 20 at 5"
+    plc.scan_until(lambda: not plc["Pick.Busy"])
+    assert plc.end == ("Error", 0x8020, "PICK_LEAVE", False)
+    plc["Pick.HandEmpty"] = True
+    assert plc.work() == ["shift 3", "PTP 20 at 5"]
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+@pytest.mark.parametrize(
+    ("pin", "value", "error_id"),
+    [
+        ("RobotNumber", 5, 0x8040),
+        ("SourcePoint", 30000, 0x8044),
+        ("SourcePallet", -2, 0x8044),
+        ("TargetPallet", 40, 0x8044),
+        ("Speed", 0.5, 0x8042),
+        ("ArchAxis", 7, 0x8041),
+        ("Gripper.CloseOutput", 28, 0x8044),
+        ("Gripper.PartInput", 28, 0x8044),
+        ("Gripper.PartInput", -1, 0x8044),
+        ("Gripper.PartInput", 80, 0x8044),
+    ],
+)
+def test_an_illegal_input_ends_it_before_the_telegram_that_it_is_for(
+    pin: str, value: object, error_id: int
+) -> None:
+    """Source: guide 4.2.1, 4.2.5, 4.2.17, 4.5.1: the ranges."""
+    plc = _bench()
+    plc[f"Pick.{pin}"] = value  # type: ignore[assignment]
+    told = plc.work()
+    assert plc.end[:2] == ("Error", error_id)
+    assert told == _PLAIN[: len(told)], "what came before it is as always"
+
+
+def test_an_illegal_shift_is_refused_where_it_is_to_be_selected() -> None:
+    """Source: guide 4.2.17: 0 to 39."""
+    plc = _bench(Shifts__Target=40)
+    assert plc.work() == ["DO(20) OFF", "shift 0", "PTP 10 at 50", "DO(20) ON"]
+    assert plc.end == ("Error", 0x8044, "PICK_TO_TARGET", True)
+
+
+@pytest.mark.parametrize("pin", ["ArchPosition", "ArchDistance"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_pulses_that_a_real_does_not_hold_exactly_are_refused(pin: str, sign: int) -> None:
+    """Source: IEEE 754, 24 bits of a single."""
+    plc = _bench(ArchAxis=3)
+    plc[f"Pick.{pin}"] = sign * 8_388_607.0
+    assert plc.work()[1].startswith("arch 10")
+    plc[f"Pick.{pin}"] = sign * 8_388_608.0
+    assert plc.work() == ["DO(20) OFF"]
+    assert plc.end == ("Error", 0x8047, "PICK_TO_SOURCE", False)
+    plc["Pick.ArchUnit"] = "UNIT_MM"
+    assert plc.work() == ["DO(20) OFF"], "a command refuses millimetres itself"
+    assert plc.end[1] == 0x8047
+    plc["Pick.ArchAxis"], plc["Pick.ArchUnit"] = 0, "UNIT_PULSES"
+    assert plc.work() == _PLAIN, "without an arch nobody reads them"
+
+
+@pytest.mark.parametrize(("output", "error_id"), [("SO02", 0x800C), ("SO01", 0x8002), ("", 0x8001)])
+def test_without_servos_or_controller_it_does_not_begin(output: str, error_id: int) -> None:
+    """Source: manual chapter 5, 2."""
+    plc = _bench()
+    if output:
+        plc.outputs(**{output: False})
+    else:
+        plc["Connected"] = False
+    plc.scan(3)
+    assert plc.work() == []
+    assert plc.end == ("Error", error_id, "PICK_EMPTY", False)
+
+
+def test_servos_that_go_off_between_two_commands_end_it() -> None:
+    """No command is out then that would end with an alarm. Source: manual chapter 5, 3.1."""
+    plc = _bench(Gripper__Settle="T#1s")
+    plc.until("DO(20) ON")
+    plc.scan(20)
+    assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
+    plc.outputs(SO02=False)
+    plc.scan()
+    assert plc.end == ("Error", 0x800C, "PICK_CLOSE", False)
+    plc.outputs(SO02=True)
+    plc.scan(200)
+    assert plc.told[-1] == "DO(20) ON"
+    assert plc.work() == _PLAIN[2:]
+
+
+def test_a_movement_that_lasts_longer_than_timeout_ends_it() -> None:
+    """Source: design of the library, 2: every wait has a limit."""
+    plc = _bench(Timeout="T#100ms")
+    plc.silent = "PTP 20 at 50"
+    plc.work()
+    assert plc.end == ("Error", 0x8011, "PICK_TO_TARGET", True)
+
+
+@pytest.mark.parametrize(
+    ("stage", "silent"),
+    [("OPEN", "DO(20) OFF"), ("EMPTY", "DI2?"), ("TO_SOURCE", "shift 4")],
+)
+def test_timeout_is_that_of_every_command(stage: str, silent: str) -> None:
+    """Source: design of the library, 2: every wait has a limit."""
+    plc = _bench(Timeout="T#100ms", Gripper__PartInput=21, Shifts__Source=4)
+    plc.silent = silent
+    plc.start()
+    assert plc.scan_until(lambda: not plc["Pick.Busy"]) < 40
+    assert plc.end[:3] == ("Error", 0x8011, f"PICK_{stage}")
+
+
+@pytest.mark.parametrize("how", ["skipped", "twice"])
+def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
+    """Source: docs/scan-model.md, one scan."""
+    plc = _bench()
+    plc.until("PTP 20 at 50")
+    plc["Call" if how == "skipped" else "Twice"] = how != "skipped"
+    if how == "skipped":
+        plc.scan()
+        plc["Call"] = True
+    plc.scan()
+    assert plc.end[:2] == ("Error", 0x8013 if how == "skipped" else 0x8016)
+    plc["Twice"] = False
+    plc.scan(20)
+    assert plc.work() == _PLAIN[3:]

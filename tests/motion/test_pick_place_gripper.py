@@ -1,0 +1,197 @@
+"""The gripper of FB_PickPlace: two outputs, confirmation, parts that are lost or not there."""
+
+from __future__ import annotations
+
+import pytest
+
+from pick_bench import PickBench
+
+
+def _bench(**pins: object) -> PickBench:
+    return PickBench(SourcePoint=10, TargetPoint=20, **pins)
+
+
+def _ports(told: list[str]) -> list[str]:
+    return [text for text in told if text.startswith("D")]
+
+
+def test_of_two_outputs_the_other_one_goes_off_first() -> None:
+    """Source: guide 4.5.1: DO(34) is port 3 bit 4, DO(177) port 17 bit 7."""
+    plc = _bench(Gripper__CloseOutput=34, Gripper__OpenOutput=177)
+    opened = ["DO(34) OFF", "DO(177) ON"]
+    assert _ports(plc.work()) == [*opened, "DO(177) OFF", "DO(34) ON", *opened]
+    assert plc.end[0] == "Done"
+
+
+def test_each_input_that_there_is_confirms() -> None:
+    """Open, closed, a part: in this order. Source: guide 4.5.1, reference of DI in port units."""
+    plc = _bench(
+        Gripper__OpenOutput=21,
+        Gripper__OpenedInput=32,
+        Gripper__ClosedInput=43,
+        Gripper__PartInput=54,
+    )
+    plc.follows = {32: 21, 43: 20, 54: 20}
+    opened = ["DO(20) OFF", "DO(21) ON", "DI3?", "DI5?"]
+    closed = ["DO(21) OFF", "DO(20) ON", "DI4?", "DI5?"]
+    assert _ports(plc.work()) == ["DI5?", *opened, *closed, "DI5?", *opened]
+    assert plc.end[0] == "Done"
+
+
+def test_it_waits_until_the_gripper_has_moved() -> None:
+    """Source: this library's own."""
+    plc = _bench(Gripper__ClosedInput=43, Gripper__MaxWait="T#1s")
+    plc.until("DO(20) ON")
+    plc.scan(60)
+    assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
+    assert plc.told.count("DI4?") > 5
+    plc.inputs_on = {43}
+    plc.scan_until(lambda: plc["Pick.Stage"] == "PICK_TO_TARGET", most=12)
+    assert plc["Pick.Holds"]
+
+
+@pytest.mark.parametrize(
+    ("pin", "closes", "error_id", "stage"),
+    [
+        ("OpenedInput", False, 0x805A, "PICK_OPEN"),
+        ("ClosedInput", True, 0x805A, "PICK_CLOSE"),
+        ("PartInput", True, 0x8058, "PICK_START"),
+    ],
+)
+@pytest.mark.parametrize(("limit", "scans"), [("T#500ms", 50), ("T#0s", 200)])
+def test_the_wait_for_an_input_ends_after_max_wait(
+    pin: str, closes: bool, error_id: int, stage: str, limit: str, scans: int
+) -> None:
+    """An answer comes every few scans; without a limit of the user's it is 2 s.
+
+    Source: this library's own.
+    """
+    plc = _bench(Gripper__MaxWait=limit)
+    plc[f"Pick.Gripper.{pin}"] = 25
+    plc.until("DO(20) ON" if closes else "DO(20) OFF")
+    took = plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert scans <= took <= scans + 12
+    assert plc.end == ("Error", error_id, stage, False)
+
+
+def test_what_was_not_gripped_is_fetched_anew() -> None:
+    """Source: this library's own."""
+    plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
+    plc.work()
+    assert plc.end == ("Error", 0x8058, "PICK_START", False)
+    plc.until("PTP 10")
+    assert plc.told[-4:] == ["DI2?", "DO(20) OFF", "DI2?", "PTP 10"]
+    plc.follows = {21: 20}
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
+    """As after a restart of the PLC with a part in the hand. Source: this library's own."""
+    plc = _bench(Gripper__PartInput=21)
+    plc.inputs_on = {21}
+    assert plc.work() == ["DI2?"]
+    assert plc.end == ("Error", 0x805B, "PICK_EMPTY", False)
+    plc.inputs_on = set()
+    plc.follows = {21: 20}
+    assert plc.work()[:2] == ["DI2?", "DO(20) OFF"]
+    assert plc.end[0] == "Done"
+
+
+def test_a_part_that_sticks_to_the_open_hand_is_told() -> None:
+    """Source: this library's own."""
+    plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
+    plc.follows = {21: 20}
+    plc.until("PTP 20")
+    plc.inputs_on = {21}
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
+    assert plc.end == ("Error", 0x805B, "PICK_RELEASE", True)
+    plc.inputs_on = set()
+    assert plc.work() == ["PTP 20", "DO(20) OFF", "DI2?"]
+
+
+@pytest.mark.parametrize("above", [0, 3])
+def test_a_part_that_is_lost_on_the_way_is_told_before_the_hand_opens(above: int) -> None:
+    """Source: this library's own."""
+    plc = _bench(Gripper__PartInput=21, Shifts__SourceAbove=above)
+    plc.follows = {21: 20}
+    plc.until("DO(20) ON")
+    plc.scan_until(lambda: bool(plc["Pick.Holds"]))
+    plc.follows = {}
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
+    assert plc.end == ("Error", 0x8059, "PICK_START", False)
+    assert ("PTP 20" in plc.told) is (above == 0), "lifted, it looks before it goes on"
+    plc.until("PTP 10")
+    assert "DO(20) OFF" in plc.told[-4:], "it begins with a new part"
+
+
+def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
+    """Source: this library's own."""
+    plc = _bench(Gripper__PartInput=21)
+    plc.follows = {21: 20}
+    plc.refuses = "PTP 20"
+    plc.work()
+    assert plc.end == ("Error", 0x8020, "PICK_TO_TARGET", True)
+    plc.follows = {}
+    assert plc.work() == ["DI2?"]
+    assert plc.end == ("Error", 0x8059, "PICK_START", False)
+
+
+def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
+    """No command can be taken back. Source: guide 1.2; this library's own."""
+    plc = _bench()
+    plc.silent = "PTP 20"
+    plc.until("PTP 20")
+    plc["Pick.PartLost"] = True
+    plc.scan()
+    plc["Pick.PartLost"] = False
+    plc.scan(20)
+    assert plc.end == ("Busy", 0, "PICK_TO_TARGET", True)
+    plc.silent = ""
+    plc.answer(0x0200)
+    plc.scan_until(lambda: not plc["Pick.Busy"])
+    assert plc.end == ("Error", 0x8059, "PICK_START", False)
+    assert plc.told[-1] == "PTP 20"
+    assert plc.work()[:2] == ["DO(20) OFF", "PTP 10"]
+    assert plc.end[0] == "Done", "it is told once"
+
+
+def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
+    """Source: this library's own."""
+    plc = _bench()
+    plc["Pick.PartLost"] = True
+    plc.until("DO(20) ON")
+    plc["Pick.PartLost"] = False
+    plc.until("DO(20) OFF")
+    plc["Pick.PartLost"] = True
+    plc.scan_until(lambda: not plc["Pick.Busy"])
+    assert plc.end == ("Done", 0, "PICK_START", False)
+    plc["Pick.PartLost"] = False
+    plc.refuses = "PTP 20"
+    plc.work()
+    plc["Pick.PartLost"] = True
+    plc.scan(5)
+    plc["Pick.PartLost"] = False
+    assert plc.work() == ["PTP 20", "DO(20) OFF"], "nor while it stands"
+
+
+def test_it_settles_before_it_looks() -> None:
+    """Source: this library's own."""
+    plc = _bench(Gripper__Settle="T#300ms", Gripper__ClosedInput=43)
+    plc.inputs_on = {43}
+    plc.until("DO(20) ON")
+    assert 30 <= plc.scan_until(lambda: plc.told[-1] == "DI4?") <= 36
+    plc["Pick.Gripper.Settle"] = "T#-1s"
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
+    plc.until("DO(20) ON")
+    assert plc.scan_until(lambda: plc.told[-1] == "DI4?") <= 6
+
+
+@pytest.mark.parametrize("silent", ["DI4?", "DO(20) ON"])
+def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
+    """Source: guide 1.2, abnormal end."""
+    plc = _bench(Gripper__ClosedInput=43)
+    plc.refuses = silent
+    plc.work()
+    assert plc.end == ("Error", 0x8020, "PICK_CLOSE", False)
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)

@@ -1,0 +1,357 @@
+"""FB_WorkCycle: Start, Stop, Reset and the first fault; the test plays the controller."""
+
+from __future__ import annotations
+
+import pytest
+
+from plc_bench import ROOT, PlcBench
+
+
+def _bench() -> PlcBench:
+    """Controller in its normal state, AUTO, servos on, SI(00) and SI(06) ON and settled.
+
+    `Cycle` has a movement as its work, `Bare` has none: the test plays it.
+    """
+    plc = PlcBench(program=ROOT / "tests/data/library/WorkCycle.st")
+    plc.power_up()
+    plc.outputs(SO02=True)
+    plc.scan()
+    return plc
+
+
+def _press(plc: PlcBench, pin: str) -> None:
+    plc[pin] = True
+    plc.scan()
+    plc[pin] = False
+    plc.scan()
+
+
+def _running(block: str = "Bare") -> PlcBench:
+    """The cycle has powered up, and wants its work."""
+    plc = _bench()
+    _press(plc, f"{block}.Start")
+    plc.scan_until(lambda: bool(plc[f"{block}.Run"]))
+    return plc
+
+
+def _shown(plc: PlcBench, block: str = "Bare") -> tuple[str, bool, bool, int]:
+    """State, Run, Busy, ErrorID; Error is TRUE exactly where there is one."""
+    error_id = int(plc[f"{block}.ErrorID"])  # type: ignore[call-overload]
+    assert plc[f"{block}.Error"] is (error_id != 0)
+    state = str(plc[f"{block}.State"]).removeprefix("WORK_")
+    return state, bool(plc[f"{block}.Run"]), bool(plc[f"{block}.Busy"]), error_id
+
+
+_IDLE, _RUN, _STOP = ("IDLE", False, False, 0), ("RUN", True, True, 0), ("STOP", True, True, 0)
+
+
+def _fault(error_id: int) -> tuple[str, bool, bool, int]:
+    return "FAULT", False, False, error_id
+
+
+def _end(plc: PlcBench, status: int = 0x0200) -> None:
+    """The command that is out ends, and the status is reset."""
+    plc.scan_until(lambda: plc.words[0] != 0)
+    plc.answer(status, [12, 600] if status == 0x4000 else [])
+    plc.scan_until(lambda: plc.words[0] == 0)
+    plc.answer(0)
+
+
+def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
+    """Run falls for a scan after each. Source: this library's own; servo on: chapter 5, 3.1."""
+    plc = _bench()
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    assert _shown(plc, "Cycle") == _IDLE
+    _press(plc, "Cycle.Start")
+    assert _shown(plc, "Cycle") == ("POWER_UP", False, True, 0)
+    plc.scan_until(lambda: "SI01" in plc.inputs)
+    plc.outputs(SO02=True)
+    plc.scan_until(lambda: bool(plc["Cycle.Run"]))
+    assert _shown(plc, "Cycle") == _RUN
+    for count in (1, 2, 3):
+        _end(plc)
+        plc.scan()
+        assert plc["Cycle.Count"] == count
+        assert _shown(plc, "Cycle") == ("RUN", False, True, 0)
+        plc.scan()
+        assert _shown(plc, "Cycle") == _RUN
+
+
+def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
+    """It is counted once. Source: this library's own."""
+    plc = _running()
+    plc["Bare.WorkDone"] = True
+    for _ in range(5):
+        plc.scan()
+        assert _shown(plc) == ("RUN", False, True, 0)
+        assert plc["Bare.Count"] == 1
+    plc["Bare.WorkDone"] = False
+    plc.scan()
+    assert _shown(plc) == _RUN
+
+
+def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
+    """Source: this library's own."""
+    plc = _running("Cycle")
+    plc.scan_until(lambda: plc.words[0] != 0)
+    _press(plc, "Cycle.Stop")
+    plc.scan(50)
+    assert _shown(plc, "Cycle") == _STOP
+    _end(plc)
+    plc.scan(50)
+    assert _shown(plc, "Cycle") == _IDLE
+    assert plc["Cycle.Count"] == 1
+    assert plc.words[0] == 0
+    _press(plc, "Cycle.Start")
+    plc.scan_until(lambda: bool(plc["Cycle.Run"]))
+    plc.scan(20)
+    assert _shown(plc, "Cycle") == _RUN, "the stop was that of the last time"
+
+
+def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
+    """Source: this library's own."""
+    plc = _running()
+    _press(plc, "Bare.Stop")
+    assert _shown(plc) == _STOP
+    _press(plc, "Bare.Start")
+    assert _shown(plc) == _RUN
+    plc["Bare.Stop"] = True
+    _press(plc, "Bare.Start")
+    assert _shown(plc) == _STOP
+
+
+def test_stop_between_two_works_begins_no_other() -> None:
+    """Source: this library's own."""
+    plc = _running()
+    plc["Bare.WorkDone"] = True
+    plc.scan()
+    plc["Bare.WorkDone"] = False
+    _press(plc, "Bare.Stop")
+    assert _shown(plc) == _IDLE
+
+
+@pytest.mark.parametrize("when", ["before", "meanwhile"])
+def test_stop_while_it_powers_up_begins_no_work(when: str) -> None:
+    """A Start under a pressed Stop does nothing. Source: this library's own."""
+    plc = _bench()
+    plc["Bare.Stop"] = when == "before"
+    _press(plc, "Bare.Start")
+    assert _shown(plc)[0] == ("IDLE" if when == "before" else "POWER_UP")
+    plc["Bare.Stop"] = True
+    for _ in range(50):
+        plc.scan()
+        assert not plc["Bare.Run"]
+    assert _shown(plc) == _IDLE
+
+
+def test_the_first_fault_is_kept_until_reset_and_then_it_takes_start() -> None:
+    """Source: guide 1.2, abnormal end; design of the examples: nothing restarts by itself."""
+    plc = _running("Cycle")
+    _end(plc, 0x4000)
+    plc.scan()
+    assert _shown(plc, "Cycle") == _fault(0x8020)
+    alarm = plc["Cycle.AlarmGroup"], plc["Cycle.AlarmCategory"]
+    assert alarm == (12, 600)
+    plc["Connected"] = False
+    plc.scan(30)
+    plc["Connected"] = True
+    plc.scan(30)
+    _press(plc, "Cycle.Start")
+    assert _shown(plc, "Cycle") == _fault(0x8020), "what comes later is not the first"
+    assert (plc["Cycle.AlarmGroup"], plc["Cycle.AlarmCategory"]) == alarm
+    _press(plc, "Cycle.Reset")
+    plc.scan(50)
+    assert _shown(plc, "Cycle") == _IDLE
+    assert (plc["Cycle.AlarmGroup"], plc["Cycle.AlarmCategory"]) == (0, 0)
+    _press(plc, "Cycle.Start")
+    plc.scan_until(lambda: bool(plc["Cycle.Run"]))
+
+
+def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> None:
+    """Source: this library's own."""
+    plc = _running()
+    for error_id, group in ((0x8058, 1), (0x8059, 2), (0, 3)):
+        plc["Bare.WorkErrorID"], plc["Bare.WorkAlarmGroup"] = error_id, group
+        plc.scan()
+        assert _shown(plc) == _fault(0x8058)
+        assert plc["Bare.AlarmGroup"] == 1
+
+
+def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
+    """A button that was held before acknowledges nothing. Source: this library's own."""
+    plc = _running()
+    plc["Bare.WorkErrorID"] = 0x8011
+    plc["Bare.Reset"] = True
+    plc.scan(2)
+    plc["Bare.WorkErrorID"] = 0
+    plc.scan(2)
+    assert _shown(plc) == _fault(0x8011), "it was pressed before the fault"
+    plc["Bare.Reset"] = False
+    plc["EmergencyStopOk"] = False
+    plc.scan()
+    plc["Bare.Reset"] = True
+    plc.scan()
+    plc["EmergencyStopOk"] = True
+    plc.scan(2)
+    assert _shown(plc) == _fault(0x8011)
+    plc["Bare.Reset"] = False
+    plc.scan()
+    plc["Bare.Reset"] = plc["Bare.Start"] = True
+    plc.scan(2)
+    assert _shown(plc) == _IDLE, "Start is a button of its own"
+
+
+def test_what_the_work_shows_with_reset_is_the_fault_that_is_acknowledged() -> None:
+    """Of a work that is called after the cycle it sees the end a scan later.
+
+    Source: this library's own.
+    """
+    plc = _running()
+    plc["Bare.WorkErrorID"] = 0x8059
+    plc.scan()
+    plc["Bare.Reset"] = True
+    plc.scan()
+    assert _shown(plc) == _IDLE
+    plc.scan()
+    assert _shown(plc) == _fault(0x8059), "one that stays is there still"
+
+
+def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
+    """As where a work ends long after its cycle. Source: this library's own."""
+    plc = _bench()
+    plc["Bare.WorkErrorID"] = 0x8011
+    plc.scan()
+    assert _shown(plc) == _fault(0x8011)
+
+
+@pytest.mark.parametrize(
+    ("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002), ("cell", 0x8003)]
+)
+@pytest.mark.parametrize("when", ["before", "meanwhile"])
+def test_what_is_missing_for_a_start_is_a_fault_at_once(
+    cause: str, error_id: int, when: str
+) -> None:
+    """Nothing waits for it: a door that closes, or a cable, would start the robot.
+
+    Source: this library's own.
+    """
+    plc = _bench()
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    if when == "meanwhile":
+        _press(plc, "Bare.Start")
+        assert _shown(plc)[0] == "POWER_UP"
+    if cause == "SO01":
+        plc.outputs(SO01=False)
+    else:
+        plc["Connected" if cause == "link" else "EmergencyStopOk"] = False
+    if when == "before":
+        plc["Bare.Start"] = True
+    plc.scan()
+    assert _shown(plc) == _fault(error_id)
+    plc.outputs(SO01=True)
+    plc["Connected"] = plc["EmergencyStopOk"] = True
+    plc.scan(100)
+    assert _shown(plc) == _fault(error_id)
+
+
+def test_a_power_up_that_fails_is_a_fault() -> None:
+    """Source: manual chapter 5, 3.1; FB_PowerUp: MP RDY stays OFF for its Timeout of 60 s."""
+    plc = _bench()
+    plc.outputs(SO02=False, SO04=False)
+    plc.scan(20)
+    _press(plc, "Bare.Start")
+    plc.scan(5900)
+    assert _shown(plc)[0] == "POWER_UP"
+    plc.scan(200)
+    assert _shown(plc) == _fault(0x8005)
+
+
+@pytest.mark.parametrize("back", [True, False])
+def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
+    """It waits for the link, for at most 60 s, where that was lost at once.
+
+    Source: this library's own.
+    """
+    plc = _bench()
+    plc["Bare.Start"] = True
+    plc.scan()
+    plc["Bare.Start"] = plc["Connected"] = False
+    plc.scan(5)
+    plc["Bare.WorkErrorID"] = 0x8058
+    plc["Connected"] = back
+    plc.scan(100 if back else 6100)
+    assert _shown(plc) == _fault(0x8001)
+    assert not plc["Bare.PowerUp.Busy"]
+
+
+@pytest.mark.parametrize(("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002)])
+def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_id: int) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    _press(plc, "Bare.Stop")
+    if cause == "link":
+        plc["Connected"] = False
+    else:
+        plc.outputs(SO01=False)
+    plc.scan()
+    assert _shown(plc) == _fault(error_id)
+
+
+def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
+    """As where the work waits for another robot. Source: manual chapter 5, 3.1."""
+    plc = _running()
+    plc["EmergencyStopOk"] = False
+    plc.scan(20)
+    assert _shown(plc) == _RUN, "it is the servos that count, not why"
+    plc.outputs(SO02=False)
+    plc.scan()
+    assert _shown(plc) == _fault(0x800C)
+
+
+def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
+    """It ends with the alarm 12.600. Source: guide 1.2."""
+    plc = _running("Cycle")
+    plc.scan_until(lambda: plc.words[0] != 0)
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    assert _shown(plc, "Cycle") == _RUN
+    _end(plc, 0x4000)
+    plc.scan()
+    assert _shown(plc, "Cycle") == _fault(0x8020)
+
+
+def test_a_command_that_is_none_of_the_work_hides_lost_servos_for_a_second() -> None:
+    """As a continuous output of the position. Source: this library's own."""
+    plc = _running()
+    plc["Other.Execute"] = True
+    plc.scan_until(lambda: plc.words[0] != 0)
+    plc.scan(300)
+    plc.outputs(SO02=False)
+    plc.scan(99)
+    assert _shown(plc) == _RUN
+    plc.scan(3)
+    assert _shown(plc) == _fault(0x800C)
+
+
+def test_a_work_that_ends_well_in_the_scan_of_a_fault_is_counted() -> None:
+    """Source: this library's own."""
+    plc = _running()
+    plc.outputs(SO02=False)
+    plc["Bare.WorkDone"] = True
+    plc.scan()
+    assert _shown(plc) == _fault(0x800C)
+    assert plc["Bare.Count"] == 1
+
+
+def test_the_count_does_not_begin_again_below_zero() -> None:
+    """Source: IEC 61131-3: DINT is up to 2147483647."""
+    plc = _running()
+    plc["Bare.Count"] = 2_147_483_646
+    for count in (2_147_483_647, 2_147_483_647):
+        plc["Bare.WorkDone"] = True
+        plc.scan()
+        plc["Bare.WorkDone"] = False
+        plc.scan()
+        assert plc["Bare.Count"] == count
