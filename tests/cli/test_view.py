@@ -175,7 +175,7 @@ def test_a_run_writes_the_page_that_its_trace_gives(
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"
     options = [f"--stimulus={example / 'stimulus.toml'}", f"--robot={example / 'robot.toml'}"]
-    options += ["--watch=Main.Stage,Main.MovePtp", "--positions=mm", "--engine=builtin"]
+    options += ["--watch=Main.Carry", "--positions=mm", "--engine=builtin"]
     given = [*options, "--for=2s", f"--trace={trace}", f"--view={page}"]
     assert main(["run", str(example), *given]) == 0
     assert f"written: {trace}, {page}\n" in capsys.readouterr().out
@@ -185,5 +185,5 @@ def test_a_run_writes_the_page_that_its_trace_gives(
     assert ran.table.pop("title").endswith("scan 10 ms, RPI 10 ms")
     assert read.table.pop("title") == "t.jsonl"
     assert ran.table == read.table
-    assert [text for _, text in read.changes("Main.Stage")][:2] == ["PICK_IDLE", "PICK_POWER_UP"]
-    assert {"Block Main.MovePtp", "Positions", "Speeds"} <= set(read.groups())
+    assert [text for _, text in read.changes("Main.Carry.Stage")][:2] == ["PICK_START", "PICK_EMPTY"]
+    assert {"Block Main.Carry", "Positions", "Speeds"} <= set(read.groups())

@@ -41,40 +41,56 @@ def test_parts_are_picked_at_point_10_and_placed_at_point_20() -> None:
         stops = _at_rest(cell, "5s", lambda: _hand(cell))
         cycle = [(*part, False), (*part, True), (*tray, True), (*tray, False)]
         assert stops == [(0, 0, 0, False), *cycle * 3]
-        assert cell["Main.Placed"] == 3, "Stop was pressed when the third part was fetched"
-        assert cell["Main.Stage"] == "PICK_IDLE"
+        assert cell["Main.Cycle.Count"] == 3, "Stop was pressed when the third part was fetched"
+        assert cell["Main.Cycle.State"] == "WORK_IDLE"
 
 
 def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by_itself() -> None:
     """Source: guide 1.2 (12.600); chapter 5, 3.1."""
     with _build("04_pick_and_place") as cell:
-        cell.run_until(lambda: cell["Main.Stage"] == "PICK_TO_TRAY", within="3s")
+        cell.run_until(lambda: cell["Main.Carry.Stage"] == "PICK_TO_TARGET", within="3s")
         cell.run("100ms")
         cell["Main.CellSafe"] = False
-        cell.run_until(lambda: cell["Main.Stage"] == "PICK_FAULT", within="100ms")
+        cell.run_until(lambda: cell["Main.Cycle.State"] == "WORK_FAULT", within="100ms")
         where = list(cell.robot.positions)
         cell["Main.Reset"] = True
         cell.run("200ms")
-        assert cell["Main.Stage"] == "PICK_FAULT", "the cell is not safe"
-        shown = cell["Main.Fault"], cell["Main.Group"], cell["Main.Category"]
-        assert shown[:2] == (0x8020, 12)
+        assert cell["Main.Cycle.State"] == "WORK_FAULT", "the cell is not safe"
+        shown = [cell[f"Main.Cycle.{pin}"] for pin in ("ErrorID", "AlarmGroup", "AlarmCategory")]
+        assert shown[:2] == [0x8020, 12]
         assert shown[2] in (400, 600), "SI(00) and SI(06) go OFF together"
         cell["Main.CellSafe"] = True
         cell.run("200ms")
-        assert cell["Main.Fault"] == 0x8020, "a button that was held before acknowledges nothing"
+        held = "a button that was held before acknowledges nothing"
+        assert cell["Main.Cycle.ErrorID"] == 0x8020, held
         cell["Main.Reset"] = False
         cell.scan()
         cell["Main.Reset"] = True
         cell.run("2s")
-        assert cell["Main.Stage"] == "PICK_IDLE"
-        assert cell["Main.Fault"] == 0
+        assert cell["Main.Cycle.State"] == "WORK_IDLE"
+        assert cell["Main.Cycle.ErrorID"] == 0
         assert not cell["Main.Robot.SO.SO02_ServoOn"]
         assert cell.robot.positions == where
         assert _hand(cell)
         cell["Main.Reset"] = False
         cell["Main.Start"] = True
-        cell.run_until(lambda: cell["Main.Placed"] == 1, within="4s")
+        stops = _at_rest(cell, "2s", lambda: _hand(cell))
+        assert stops[1] == (-60_000, 80_000, 0, True), "with the part in the hand to the tray"
+        assert cell["Main.Cycle.Count"] >= 1
         assert not cell.violations
+
+
+def test_a_part_that_was_taken_out_of_the_hand_is_not_carried_on() -> None:
+    """Source: head of FB_PickPlace: HandEmpty with Execute begins with a new part."""
+    with _build("04_pick_and_place") as cell:
+        cell.run_until(lambda: cell["Main.Carry.Stage"] == "PICK_TO_TARGET", within="3s")
+        cell.robot.inject("alarm")
+        cell.run_until(lambda: cell["Main.Cycle.State"] == "WORK_FAULT", within="1s")
+        cell["Main.HandEmpty"] = cell["Main.Reset"] = True
+        cell.run("100ms")
+        cell["Main.Start"] = True
+        cell.run_until(lambda: cell["Main.Carry.Stage"] == "PICK_TO_SOURCE", within="2s")
+        assert not _hand(cell)
 
 
 def test_a_held_start_button_does_not_start_after_a_fault() -> None:
@@ -87,7 +103,7 @@ def test_a_held_start_button_does_not_start_after_a_fault() -> None:
         cell.run("100ms")
         cell["Main.Reset"] = True
         cell.run("1s")
-        assert cell["Main.Stage"] == "PICK_IDLE"
+        assert cell["Main.Cycle.State"] == "WORK_IDLE"
 
 
 def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
@@ -172,16 +188,16 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
     """
     places = [(x, y, 30_000) for y in (10_000, 50_000) for x in (40_000, 60_000, 80_000)]
     with _build("07_pallet") as cell:
-        stops = [one[:3] for one in _at_rest(cell, "7s")]
+        stops = [one[:3] for one in _at_rest(cell, "9s")]
         part = (0, 0, 20_000)
         assert [one for one in stops if one in places] == places
-        assert stops.count(part) == 7, "the third part is fetched again after the fault"
+        assert stops.count(part) == 6, "after the fault the third part is in the hand"
         (broken_off,) = [one for one in stops if one not in (*places, part, (0, 0, 0))]
         assert broken_off[2] == 0, "the door was opened at the top of the arch"
-        assert cell["Main.Full"] is True
+        assert (cell["Main.Place"], cell["Main.Pallet.Full"]) == (0, True)
         pallet = cell.robot.machine.memory.pallets[1]
         assert (pallet.nx, pallet.ny, pallet.nz, pallet.first) == (3, 2, 1, 101)
         cell["Main.Start"] = True
         cell.run("200ms")
-        assert cell["Main.Stage"] == "PALLET_IDLE", "it is full"
+        assert cell["Main.Cycle.State"] == "WORK_IDLE", "it is full"
         assert not cell.violations

@@ -11,7 +11,15 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NoReturn
 
-from contract_cases import HELD, NONE, Case, command_cases, level_cases, sequence_cases
+from contract_cases import (
+    HELD,
+    NONE,
+    Case,
+    command_cases,
+    composite_cases,
+    level_cases,
+    sequence_cases,
+)
 from contract_player import FATES, Player, Start, bit
 from contract_rules import REQUESTS, SCAN_US, TIMEOUT_SCANS, Pins, Rules, Subject
 from fault_cell import CaseFailure, library
@@ -35,6 +43,9 @@ _LET_GO = 45
 _ENABLED = 18
 #: An undisturbed command, from the edge to its end [scans].
 _PROMPT = 8
+_SERVOS_OFF = 0x800C
+#: Blocks that send several commands for one rising edge, and which.
+_SEVERAL = {"FB_PickPlace": (0x0001, 0x0301)}
 
 _SERVO = Start(("SO02", "SO14"))
 _RUNNING = Start(("SO02", "SO13"))
@@ -271,8 +282,10 @@ class ContractBench:
     def _work_again(self) -> None:
         if not self.subject.codes or self.subject.level:
             return
-        for _ in range(_PROMPT):
-            if self._scan(True).done:
+        for _ in range(_PROMPT * self._waits):
+            pins = self._scan(True)
+            off = not int.from_bytes(self._history[-1][0][32:34], "little") & bit("SO02")
+            if pins.done or (self.subject.several and off and pins.error_id == _SERVOS_OFF):
                 break
         else:
             self._fail(f"{self.pins} instead of Done, once all is well again")
@@ -310,7 +323,7 @@ def _busy(block: str) -> bool:
 def _subject(block: str) -> Subject:
     rows = table().blocks
     known = rows[block].commands if block in rows else ()
-    codes = {one.code for one in known}
+    codes = {one.code for one in known} | {*_SEVERAL.get(block, ())}
     if block == "FB_RemoteCommand":
         codes = {SCENARIOS[block].inputs["Code"]}
     judged: dict[bytes, bool] = {}
@@ -327,13 +340,16 @@ def _subject(block: str) -> Subject:
         mask |= bit(name)
         value |= bit(name) * on
     level = block in library().level
-    return Subject(frozenset(codes), level, block in _PATIENT, (mask, value), legal)
+    codes_of = frozenset(codes)
+    return Subject(codes_of, level, block in _PATIENT, (mask, value), legal, block in _SEVERAL)
 
 
 def cases(block: str) -> list[Case]:
     """All cases of a block."""
     if block in library().level:
         return level_cases(LEVELS[block].answers[0])
+    if block in _SEVERAL:
+        return composite_cases(2 * SCENARIOS[block].waits)
     if _subject(block).codes:
         return command_cases()
     return sequence_cases(SCENARIOS[block].answers, 14 if SCENARIOS[block].waits < 3 else 40)

@@ -18,6 +18,7 @@ __all__ = [
     "Event",
     "Pattern",
     "command_cases",
+    "composite_cases",
     "level_cases",
     "sequence_cases",
 ]
@@ -145,6 +146,12 @@ class Case(NamedTuple):
 def command_cases() -> list[Case]:
     """For a block with one remote command."""
     return [*_answers(_PATTERNS), *_drops(range(2, 9)), *_events(_LOSSES, range(9), 1)]
+
+
+def composite_cases(length: int) -> list[Case]:
+    """For a block that sends several commands, in so many scans."""
+    events = _events((*_LOSSES, *_STOPS), range(length + 2), 1)
+    return [*_answers(_PATTERNS), *_drops(range(2, length)), *events]
 
 
 def sequence_cases(signals: Sequence[str], length: int) -> list[Case]:

@@ -57,6 +57,7 @@ class Subject(NamedTuple):
         patient: It waits for the connection, and does not end without it.
         means: Dedicated outputs that Done (Valid) stands for, as mask and value.
         legal: Is a telegram, given as its 16 words, legal?
+        several: It sends several commands for one rising edge.
     """
 
     codes: frozenset[int]
@@ -64,6 +65,7 @@ class Subject(NamedTuple):
     patient: bool
     means: tuple[int, int]
     legal: Callable[[bytes], bool]
+    several: bool = False
 
 
 def _word(area: bytes, at: int) -> int:
@@ -232,6 +234,8 @@ class Rules:
             return ""
         if connected and not live:
             return "Busy without CPU_OK"
+        if self.subject.several:
+            return ""
         if _word(self._si, 0) and status in _ENDS and self._sent:
             return "Busy although the end status is there"
         if self._ready and self._begun == self._scan - 1 and not status and not _word(si, 0):
@@ -242,7 +246,7 @@ class Rules:
         was, number = _word(self._si, 0), pins.error_id
         alarm = (_word(so, 2), _word(so, 4)) if number == 0x8020 else (0, 0)
         late = self._active >= 0 and self._scan - self._active >= TIMEOUT_SCANS
-        commands = bool(self.subject.codes)
+        commands = bool(self.subject.codes) and not self.subject.several
         if commands and (pins.group, pins.category) != alarm:
             return f"alarm {pins.group}.{pins.category}, expected {alarm[0]}.{alarm[1]}"
         if number and number not in CODES:

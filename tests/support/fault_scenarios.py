@@ -128,6 +128,13 @@ SCENARIOS: dict[str, Scenario] = {
         _program_runs, ("SO00", "SO02"), {"SO00": True, "SO02": False}, waits=2, helpers=_EMERGENCY
     ),
     "FB_MovePtp": Scenario(_axes_at_zero, ("Status",), {}, {"Point": 19}),
+    "FB_PickPlace": Scenario(
+        _axes_at_zero,
+        ("Status",),
+        {},
+        {"SourcePoint": 19, "TargetPoint": 19, "Speed": 50.0},
+        waits=15,
+    ),
     "FB_PowerUp": Scenario(
         _no_power,
         ("SO01", "SO04", "SO10", "SO02", "SO14", "SO13"),

@@ -1,4 +1,4 @@
-"""Examples with what their users need besides, and with faults of the kinds that are made there.
+"""Programs of users, with what they need besides, and with faults of the kinds that are made there.
 
 Each is found by a campaign; what a campaign finds in other cells must not depend on one of them.
 """
@@ -14,7 +14,7 @@ __all__ = ["FAULTY", "Faulty", "changed_example"]
 
 _Changes = tuple[tuple[str, str], ...]
 
-#: Example 04 knows whether a part is in its hand, and is slower on demand.
+#: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on demand.
 _PICKER: _Changes = (
     (
         "    Stopping   : BOOL;\n",
@@ -171,12 +171,14 @@ FAULTY = (
 
 
 def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
-    """Write an example with changes into a folder, and what is demanded as campaign.toml.
+    """Write a program with changes into a folder, and what is demanded as campaign.toml.
+
+    That of 04 is a cycle written by hand, without FB_WorkCycle.
 
     Raises:
         ValueError: something to be replaced does not stand there.
     """
-    source = ROOT / "plc/examples" / example
+    source = ROOT / ("tests/data/by_hand" if example == _04 else "plc/examples") / example
     left = [*(_PICKER if example == _04 else ()), *changes]
     texts = {file.name: file.read_text(encoding="utf-8") for file in source.glob("*.st")}
     for before, after in left:

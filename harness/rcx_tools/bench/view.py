@@ -25,7 +25,7 @@ from rcx_tools.chromium import MISSING, chromium, is_there, opened
 __all__ = ["FRAME_MS", "OPEN_S", "measure", "million"]
 
 _EXAMPLE = default_lib().parent / "examples/04_pick_and_place"
-_WATCH = "Main.Stage,Main.Target,Main.Placed,Main.MovePtp.*"
+_WATCH = "Main.Carry.*,Main.Cycle.Count"
 _SCAN_US, _PERIOD_US = 10_000, 4_000_000
 _SCANS = 1_000_000
 OPEN_S, FRAME_MS = 3.0, 50.0

@@ -26,15 +26,15 @@ _SPEC = ChartSpec(
     700_000,
     3_500_000,
     (
-        "stage Main.Stage = Main.Stage",
+        "stage Main.Carry.Stage = Carry.Stage",
         "SI01 = SI(01) servo on",
         "SO02 = SO(02) servos on",
-        "Main.MovePtp.Execute = MovePtp.Execute",
-        "Main.MovePtp.Done = MovePtp.Done",
+        "Main.Carry.Execute = Carry.Execute",
+        "Main.Carry.Done = Carry.Done",
         "DO(20) = DO(20) hand closed",
         "axis 1 = Axis 1 [pulse]",
         "axis 2 = Axis 2 [pulse]",
-        "Main.Placed = Parts placed",
+        "Main.Cycle.Count = Parts placed",
     ),
 )
 #: An arm's place is taken so often [us]; the animation is slower than the robot, and rests a while.

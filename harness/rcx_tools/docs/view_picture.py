@@ -47,7 +47,7 @@ _AT = 0.68
 
 def page() -> str:
     """The page that is shown, as HTML."""
-    given = {"engine": "builtin", "watch": "Main.Stage,Main.Placed", "positions": "mm"}
+    given = {"engine": "builtin", "watch": "Main.Carry.Stage,Main.Cycle.Count", "positions": "mm"}
     with Cell.build(_EXAMPLE, robot=_ROOT / "docs/view.toml", scan="10ms", **given) as cell:  # type: ignore[arg-type]
         Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
         view = View(cell.trace.header)

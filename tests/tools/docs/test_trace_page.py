@@ -61,7 +61,7 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     runs = (
         [
             *_example("04_pick_and_place", "robot.toml"),
-            "--watch=Main.Stage,Main.Placed",
+            "--watch=Main.Carry.Stage,Main.Cycle.Count",
             "--positions=mm",
         ],
         [

@@ -176,7 +176,7 @@ def test_areas_and_telegrams_are_decoded(editor: Editor, repository: Path, tmp_p
     example = repository / "plc" / "examples" / "04_pick_and_place"
     program = example / "PickPlace.st"
     out = "OutputArea[0] = BYTE#16#01 AND OutputArea[1] = BYTE#16#03"
-    reached = {"line": 28, "condition": out}
+    reached = {"line": 20, "condition": out}
     editor.start({program: [reached]}, sources=[str(example)], stimulus=str(stimulus))
     areas = editor.scope("Areas")
     so = editor.below(areas["From robot"])
