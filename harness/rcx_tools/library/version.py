@@ -17,10 +17,10 @@ _BELOW = 100
 
 _TEXT = """\
 (*
- * FC_LibraryVersion: which version of these blocks runs (no section: this library's own).
+ * FC_LibraryVersion: which version of these blocks runs.
  *
- * Put it into a DINT that your panel shows. Before 1.0 a new minor number, then a new major one,
- * says that a pin has changed.
+ * No section: this library's own. Put it into a DINT that your panel shows. Before 1.0 a new
+ * minor number, then a new major one, says that a pin has changed.
  *
  * Generated from pyproject.toml by `make docs`.
  *
