@@ -17,7 +17,7 @@ from rcx_harness.trace import Cycle, Scan, Trace, Violation, read_trace
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.wave import Wave
 
-_EXAMPLE = ROOT / "plc/examples/12_two_robots"
+_EXAMPLE = ROOT / "tests/data/by_hand/12_two_robots"
 _TWO = (RobotConfig(), RobotConfig())
 
 

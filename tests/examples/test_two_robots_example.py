@@ -1,21 +1,30 @@
-"""Example 12: two controllers on one PLC, independent but for the tray that they share."""
+"""Examples 12 and 14: two controllers on one PLC, independent but for the area that they share."""
 
 from __future__ import annotations
 
+import pytest
+
 from example_runs import finished
+from plc_bench import ROOT
 from rcx_harness.cell import Cell
+from rcx_harness.cli.app import main
 from rcx_tools.docs.examples import examples
 
 _PART = (150_000, 0), (-120_000, 30_000)
 _TRAY = (-50_000, 100_000), (60_000, 90_000)
+_SERVOS_OFF = 0x800C
 
 
-def _build() -> Cell:
-    return examples()["12_two_robots"].build("builtin")
+def _build(name: str = "12_two_robots") -> Cell:
+    return examples()[name].build("builtin")
 
 
 def _placed(cell: Cell) -> tuple[int, int]:
-    return cell["Main.Carry1.Placed"], cell["Main.Carry2.Placed"]
+    return cell["Main.Carry1.Cycle.Count"], cell["Main.Carry2.Cycle.Count"]
+
+
+def _away(cell: Cell) -> list[tuple[int, ...]]:
+    return [tuple(one.positions[:2]) for one in cell.robots]
 
 
 def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
@@ -24,16 +33,16 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
     Source: points 10 and 20 of robot1.toml and robot2.toml.
     """
     with _build() as cell:
-        cell.run_until(lambda: cell["Main.Carry1.Stage"] == "DUO_WAIT", within="2s")
+        cell.run_until(lambda: all(_away(cell)[k] == _PART[k] for k in (0, 1)), within="2s")
         visits: list[int] = []
         while cell.now_us < 8_500_000:
             cell.scan()
-            away = [tuple(one.positions[:2]) for one in cell.robots]
+            away = _away(cell)
             out = [k for k in (0, 1) if away[k] != _PART[k]]
             assert len(out) < 2, f"both robots are at the tray: {away}"
             visits += [k for k in (0, 1) if away[k] == _TRAY[k] and visits[-1:] != [k]]
-        assert visits == [1, 0, 1, 0], "the second robot is faster at first, and lost its link"
-        assert _placed(cell) == (4, 2)
+        assert visits == [1, 0, 1, 0, 1], "the second robot is faster at first, and lost its link"
+        assert _placed(cell) == (5, 3)
         assert not cell.violations
 
 
@@ -42,9 +51,10 @@ def test_the_first_robot_works_on_while_the_second_has_lost_its_link() -> None:
     with _build() as cell:
         cell.run("3950ms")
         assert cell["Main.Connected"] is cell["Main.Connected2"] is True, "plugged in again"
-        assert cell["Main.Carry2.Stage"] == "DUO_FAULT"
-        assert cell["Main.Carry2.Fault"] == 0x800C
-        assert (cell["Main.Carry1.Fault"], _placed(cell)) == (0, (2, 1))
+        assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT"
+        assert cell["Main.Carry2.Cycle.ErrorID"] == 0x8001
+        assert cell["Main.Carry1.Cycle.ErrorID"] == 0
+        assert _placed(cell)[0] > _placed(cell)[1]
         servo = [cell[f"Main.Robot{k}.SO.SO02_ServoOn"] for k in (1, 2)]
         assert servo == [True, False]
 
@@ -52,14 +62,15 @@ def test_the_first_robot_works_on_while_the_second_has_lost_its_link() -> None:
 def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
     """Source: manual chapter 5, 3.1; the shared circuit, CellSafe, stops both."""
     with _build() as cell:
-        cell.run("1500ms")
+        cell.run_until(lambda: cell["Main.Carry2.ToTray.Busy"], within="3s")
+        cell.run("100ms")
         cell.inject("emergency_stop", controller=2)
         cell.run("100ms")
-        assert cell["Main.Carry2.Fault"] == 0x8020, "it was on its way to the tray"
+        assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT", "it was on its way to the tray"
         assert not cell["Main.Robot1.SO.SO00_EmergencyStop"]
-        assert cell["Main.Carry2.AtTray"] is True
+        assert cell["Main.Carry2.Lock.Kept"] is True
         cell.run("2s")
-        assert cell["Main.Carry1.Stage"] == "DUO_WAIT", "the other robot may be in the way"
+        assert cell["Main.Carry1.Lock.Busy"], "the other robot may be in the way"
         cell["Main.CellSafe"] = False
         cell.run("100ms")
         emergency = [cell[f"Main.Robot{k}.SO.SO00_EmergencyStop"] for k in (1, 2)]
@@ -75,3 +86,47 @@ def test_the_areas_of_both_lie_one_behind_the_other() -> None:
     assert image[:96] == one.si + two.si
     assert image[96:] == bytes(len(image) - 96)
     assert bytes(cell["Main.InputArea"])[:96] == one.so + two.so
+
+
+def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
+    """Also around an emergency stop of the second robot, which has a part in its hand."""
+    with _build("14_one_table") as cell:
+        kept, there = False, []
+        while cell.now_us < 12_000_000:
+            cell.scan()
+            out = [k for k in (0, 1) if _away(cell)[k] != _PART[k]]
+            if cell.now_us > 1_500_000:
+                assert len(out) < 2, f"both robots are at the table: {_away(cell)}"
+            kept = kept or cell["Main.Taker.Lock.Kept"]
+            part = cell["Main.PartOnTable"]
+            there += [part] if there[-1:] != [part] else []
+        assert kept, "the emergency stop is while the second robot has the table"
+        moved = [cell[f"Main.{one}.Cycle.Count"] for one in ("Placer", "Taker")]
+        assert moved == [3, 2], "Stop came while the second robot brought its part away"
+        assert there == [False, True] * 3
+        assert cell["Main.Placer.Cycle.State"] == cell["Main.Taker.Cycle.State"] == "WORK_IDLE"
+        assert not cell.violations
+
+
+@pytest.mark.parametrize("example", ["12_two_robots", "14_one_table"])
+def test_it_recovers_from_every_kind_of_fault_at_some_scans(
+    example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`rcx sweep` without --every takes all scans.
+
+    Source: tests/data/sweeps.
+    """
+    folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
+    robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
+    faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"
+    code = main(
+        [
+            *("sweep", *map(str, sorted(folder.glob("*.st"))), *robots),
+            *("--m=0", "--m=48", "--n=0", "--n=48", "--engine=builtin", "--workers=0"),
+            f"--stimulus={sweeps / f'{example}_run.toml'}",
+            f"--properties={sweeps / f'{example}.toml'}",
+            *("--every=311", f"--inject={faults},Main.CellSafe=false", f"--out={tmp_path}"),
+        ]
+    )
+    assert code == 0, capsys.readouterr().out
+    assert "the cell recovers from all of them" in capsys.readouterr().out

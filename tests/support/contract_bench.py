@@ -82,9 +82,9 @@ _PROGRAM = """PROGRAM Contract
     ReadArea : FB_ReadArea;
     WriteArea : FB_WriteArea;
     Block : {};
-  END_VAR
+{}  END_VAR
   ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
-  Block(Robot := Robot);
+  Block(Robot := Robot{});
   WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,
             EmergencyStopOk := EmergencyStopOk, StopOk := StopOk);
 END_PROGRAM
@@ -110,7 +110,10 @@ class ContractBench:
         self.scans = 0
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "Contract.st"
-            file.write_text(_PROGRAM.format(block), encoding="utf-8")
+            file.write_text(
+                _PROGRAM.format(block, library().declared(block), library().given(block)),
+                encoding="utf-8",
+            )
             files = needed([file], lib)
             self.program = build([file, *files], "builtin").program
             self._monitor = ContractMonitor(self.program, steady_instances([file], files))

@@ -6,7 +6,7 @@ The block's small program is generated and compiled once; every case starts from
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -49,35 +49,58 @@ class Library:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
         pins: Inputs and outputs of each of them.
+        shared: The VAR_IN_OUT besides Robot of those that have any: type by name.
     """
 
     edge: tuple[str, ...]
     level: tuple[str, ...]
     pins: Mapping[str, frozenset[str]]
+    shared: Mapping[str, Mapping[str, str]]
+
+    def declared(self, block: str) -> str:
+        """The declarations of what a program has to give it besides Robot."""
+        return "".join(f"    {one} : {kind};\n" for one, kind in self._shared(block))
+
+    def given(self, block: str) -> str:
+        """The arguments of its call."""
+        return "".join([f", {one} := {one}" for one, _ in self._shared(block)])
+
+    def _shared(self, block: str) -> Iterable[tuple[str, str]]:
+        return self.shared.get(block, {}).items()
 
 
 @lru_cache(maxsize=1)
 def library() -> Library:
     """The blocks of plc/lib that the contract is about."""
-    pins = dict(_blocks())
+    found = list(_blocks())
+    pins = {name: frozenset(held) for name, held, _ in found}
     edge = {"Robot", "Execute", "Done", "Busy", "Error"}
     return Library(
         tuple(name for name, held in pins.items() if edge <= held),
         tuple(name for name, held in pins.items() if {"Robot", "Enable"} <= held),
         pins,
+        {name: shared for name, _, shared in found if shared},
     )
 
 
-def _blocks() -> Iterator[tuple[str, frozenset[str]]]:
+def _blocks() -> Iterator[tuple[str, list[str], dict[str, str]]]:
     outside = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
     for file in LIBRARY:
         for pou in parse(file).declarations:
             if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK":
-                sections = [one for one in pou.sections if one.kind in outside]
-                names = (
-                    name.text for one in sections for decl in one.variables for name in decl.names
-                )
-                yield pou.name.text, frozenset(names)
+                pins = [
+                    (one.kind, name.text, decl.spec)
+                    for one in pou.sections
+                    if one.kind in outside
+                    for decl in one.variables
+                    for name in decl.names
+                ]
+                shared = {
+                    name: kind.name.text
+                    for section, name, kind in pins
+                    if section == "VAR_IN_OUT" and name != "Robot" and isinstance(kind, s.NamedSpec)
+                }
+                yield pou.name.text, [name for _, name, _ in pins], shared
 
 
 def _program(block: str, helpers: Sequence[str]) -> str:
@@ -89,9 +112,10 @@ def _program(block: str, helpers: Sequence[str]) -> str:
         "    InputArea, OutputArea : RCX_IMAGE;\n    Connected, Helping : BOOL;\n"
         "    EmergencyStopOk, StopOk : BOOL := TRUE;\n    Robot : RCX_REF;\n"
         f"    ReadArea : FB_ReadArea;\n    WriteArea : FB_WriteArea;\n    Block : {block};\n{held}"
+        f"{library().declared(block)}"
         "  END_VAR\n"
         "  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
-        f"  Block(Robot := Robot);\n  IF Helping THEN\n{calls}  END_IF;\n"
+        f"  Block(Robot := Robot{library().given(block)});\n  IF Helping THEN\n{calls}  END_IF;\n"
         "  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,\n"
         "            EmergencyStopOk := EmergencyStopOk, StopOk := StopOk);\n"
         "END_PROGRAM\n"

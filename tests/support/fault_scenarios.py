@@ -171,6 +171,7 @@ SCENARIOS: dict[str, Scenario] = {
 LEVELS: dict[str, Scenario] = {
     "FB_AutoMode": Scenario(recover, ("SO10",), {"SO10": True}),
     "FB_ContinuousPosition": Scenario(recover, ("Status",), {}),
+    "FB_Interlock": Scenario(recover, ("SO02",), {"SO02": True}),
     "FB_Jog": Scenario(_axes_at_zero, ("Status",), {}),
     "FB_SequenceControl": Scenario(recover, ("SO12",), {"SO12": True}),
     "FB_Status": Scenario(recover, ("SO01",), {}),

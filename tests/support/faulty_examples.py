@@ -14,7 +14,8 @@ __all__ = ["FAULTY", "Faulty", "changed_example"]
 
 _Changes = tuple[tuple[str, str], ...]
 
-#: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on demand.
+#: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on
+#: demand.
 _PICKER: _Changes = (
     (
         "    Stopping   : BOOL;\n",
@@ -55,7 +56,7 @@ steps = [
 when = "Main.Placed > BEFORE(Main.Placed)"
 within = "30s"
 """
-#: Example 12 as it is.
+#: Two such cycles, with one tray.
 _DUO_DEMANDS = '''length = "6s"
 [operator]
 buttons = ["Main.Start1", "Main.Start2", "Main.Stop", "Main.Reset1", "Main.Reset2"]
@@ -173,12 +174,12 @@ FAULTY = (
 def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
     """Write a program with changes into a folder, and what is demanded as campaign.toml.
 
-    That of 04 is a cycle written by hand, without FB_WorkCycle.
+    They are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 
     Raises:
         ValueError: something to be replaced does not stand there.
     """
-    source = ROOT / ("tests/data/by_hand" if example == _04 else "plc/examples") / example
+    source = ROOT / "tests/data/by_hand" / example
     left = [*(_PICKER if example == _04 else ()), *changes]
     texts = {file.name: file.read_text(encoding="utf-8") for file in source.glob("*.st")}
     for before, after in left:

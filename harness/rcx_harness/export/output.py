@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 from rcx_harness.errors import InputError
@@ -15,6 +16,7 @@ __all__ = ["NOTICE", "Missing", "Output", "Written", "write", "write_export"]
 #: Stands at the head of what is exported; the licence asks for it.
 NOTICE = f"""\
 YAMAHA RCX340/RCX320 over EtherNet/IP: function blocks in IEC 61131-3 Structured Text.
+Version {version("rcx-harness")}.
 
 SPDX-License-Identifier: MIT
 Copyright (c) 2026 The RCX3 function blocks maintainers

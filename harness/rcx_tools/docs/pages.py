@@ -32,6 +32,7 @@ from rcx_tools.evidence.page import verification_page
 from rcx_tools.library import files as library_files
 from rcx_tools.library.alarm_texts import text_files
 from rcx_tools.library.signals import signal_files
+from rcx_tools.library.version import version_files
 
 __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
@@ -236,6 +237,7 @@ def pages() -> dict[str, Callable[[], str]]:
         **library_files(),
         **text_files(),
         **signal_files(),
+        **version_files(),
         "docs/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
         "docs/commands.md": lambda: _page(
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()

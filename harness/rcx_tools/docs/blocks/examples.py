@@ -296,9 +296,11 @@ def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
     for step in steps:
         rows.append((step.instance, step.block, ""))
         rows += [
-            (pin.name, pin.type, "your own, in retained data")
+            (pin.name, pin.type, "")
             for pin in pous()[step.block].pins
-            if pin.section == "VAR_IN_OUT" and pin.name not in ("Robot", "Image")
+            if pin.section == "VAR_IN_OUT"
+            and pin.name not in ("Robot", "Image")
+            and not any(pin.name == name for name, _, _ in rows)
         ]
         for name, value in step.inputs.items():
             pin = pous()[step.block].pin(name)

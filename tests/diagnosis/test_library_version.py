@@ -1,0 +1,62 @@
+"""FC_LibraryVersion: the version of the package, in the block, the exports and the changelog."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.needed import needed
+from rcx_harness.errors import InputError
+from rcx_harness.export import TARGETS, export
+from rcx_tools.library.version import version, version_number
+
+_PROGRAM = """PROGRAM Versions
+  VAR
+    Part  : INT;
+    Found : DINT;
+  END_VAR
+
+  Found := FC_LibraryVersion(Part := Part);
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("engine", ["auto", "builtin"])
+def test_it_gives_the_version_of_the_package(engine: str) -> None:
+    """0.1.0 is 100: two digits for each of minor and patch."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Versions.st"
+        file.write_text(_PROGRAM, encoding="utf-8")
+        program = build([file, *needed([file], LIBRARY)], engine).program
+    found = []
+    for scan, part in enumerate((0, 1, 2, 3, 4, -1)):
+        program.write("Main.Part", part)
+        program.scan(scan * 10_000)
+        found.append(program.read("Main.Found"))
+    major, minor, patch = map(int, metadata.version("rcx-harness").split("."))
+    assert found == [major * 10_000 + minor * 100 + patch, major, minor, patch, -1, -1]
+
+
+def test_pyproject_has_the_version_that_is_installed() -> None:
+    assert version() == metadata.version("rcx-harness")
+
+
+@pytest.mark.parametrize("text", ["1.0", "1.2.3.4", "1.100.0", "01.2.3", "1.2.3rc1", ""])
+def test_a_version_that_is_no_number_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="is not of the form"):
+        version_number(text)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_export_says_which_version_it_is(target: str, tmp_path: Path) -> None:
+    """A reader of the PLC's project sees it without the function, too."""
+    (tmp_path / "Versions.st").write_text(_PROGRAM, encoding="utf-8")
+    files = export(target, program=[tmp_path / "Versions.st"], only_needed=True).files
+    said = f"Version {metadata.version('rcx-harness')}"
+    assert any(said in text for text in files.values())
+    assert any("FC_LibraryVersion" in text for text in files.values())

@@ -1,0 +1,437 @@
+"""FB_Interlock: who may go into a shared area; the test sets what the blocks see of a robot."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.needed import needed
+
+_ROBOTS = (1, 2, 3)
+_NOT_CONNECTED, _NOT_READY, _SERVOS_OFF = 0x8001, 0x8002, 0x800C
+_NOT_GRANTED, _KEPT, _INTRUDER = 0x8078, 0x8079, 0x807A
+
+
+class Table:
+    """Three robots at one area, called in this order every 10 ms; all are outside at first."""
+
+    def __init__(self, engine: str = "auto", outside: bool = True) -> None:
+        held = "".join(
+            f"    Robot{k} : RCX_REF;\n    Lock{k} : FB_Interlock;\n    Skip{k} : BOOL;\n"
+            for k in _ROBOTS
+        )
+        calls = "".join(
+            f"  Robot{k}.Inner.Scan := Robot{k}.Inner.Scan + UINT#1;\n"
+            f"  Robot{k}.Inner.Elapsed := UINT#10;\n"
+            f"  IF NOT Skip{k} THEN\n    Lock{k}(Robot := Robot{k}, Area := Area);\n  END_IF;\n"
+            for k in _ROBOTS
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "Table.st"
+            file.write_text(
+                f"PROGRAM Table\n  VAR\n    Area : RCX_SHARED_AREA;\n{held}  END_VAR\n"
+                f"{calls}END_PROGRAM\n",
+                encoding="utf-8",
+            )
+            self._program = build([file, *needed([file], LIBRARY)], engine).program
+        self._now_us = 0
+        for k in _ROBOTS:
+            self.ready(k)
+            self[f"Lock{k}.Outside"] = outside
+
+    def __getitem__(self, path: str) -> object:
+        return self._program.read(f"Main.{path}")
+
+    def __setitem__(self, path: str, value: bool | int | str) -> None:
+        self._program.write(f"Main.{path}", value)
+
+    def ready(self, robot: int) -> None:
+        """Link, CPU_OK and servos are there."""
+        for name in ("Connected", "SO.SO01_CpuOk", "SO.SO02_ServoOn"):
+            self[f"Robot{robot}.{name}"] = True
+
+    def scan(self, count: int = 1) -> str:
+        """Run scans; what the three show after the last."""
+        for _ in range(count):
+            self._program.scan(self._now_us)
+            self._now_us += 10_000
+        return self.shown
+
+    @property
+    def shown(self) -> str:
+        """Of each robot Valid, Busy, Error or nothing as one letter, with * while it holds."""
+        letters = []
+        for k in _ROBOTS:
+            on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
+            letters.append(("".join(on) or "-") + "*" * bool(self[f"Lock{k}.Holds"]))
+        return " ".join(letters)
+
+    def error(self, robot: int) -> object:
+        """Its ErrorID."""
+        return self[f"Lock{robot}.ErrorID"]
+
+    def want(self, *robots: int) -> None:
+        """Enable of these becomes TRUE, in this order, a scan apart."""
+        for one in robots:
+            self[f"Lock{one}.Enable"] = True
+            self.scan()
+
+    def leave(self, robot: int) -> None:
+        """Its Enable falls."""
+        self[f"Lock{robot}.Enable"] = False
+        self.scan()
+
+    def acknowledge(self, robot: int) -> None:
+        """A press of one scan."""
+        self[f"Lock{robot}.Acknowledge"] = True
+        self.scan()
+        self[f"Lock{robot}.Acknowledge"] = False
+
+
+def _table(engine: str = "auto") -> Table:
+    """Two scans after the start: nobody is in the area."""
+    table = Table(engine)
+    assert table.scan(2) == "- - -"
+    return table
+
+
+@pytest.mark.parametrize("engine", ["auto", "builtin"])
+def test_first_come_first_served(engine: str) -> None:
+    """Source: this library's own."""
+    table = _table(engine)
+    table.want(3, 1, 2)
+    assert table.shown == "B B V*"
+    table.leave(3)
+    assert table.scan() == "V* B -"
+    table.want(3)
+    assert table.shown == "V* B B"
+    table.leave(1)
+    assert table.shown == "- V* B"
+    table.leave(2)
+    assert table.shown == "- - V*"
+    table.leave(3)
+    assert table.shown == "- - -"
+    assert table["Area.Holders"] == 0
+
+
+def test_a_grant_and_a_release_take_no_scan() -> None:
+    table = _table()
+    table["Lock1.Enable"] = True
+    assert table.scan() == "V* - -"
+    table["Lock2.Enable"] = True
+    assert table.scan() == "V* B -"
+    table["Lock1.Enable"] = False
+    assert table.scan() == "- V* -"
+
+
+@pytest.mark.parametrize("scans", range(5))
+def test_the_first_that_waits_is_let_in_at_once_however_long_it_waited(scans: int) -> None:
+    table = _table()
+    table.want(3, 1, 2)
+    assert table.scan(scans) == "B B V*"
+    table.leave(3)
+    assert table.scan() == "V* B -"
+
+
+def test_two_that_ask_in_the_same_scan_are_served_in_the_order_of_their_calls() -> None:
+    table = _table()
+    table["Lock2.Enable"] = table["Lock3.Enable"] = True
+    assert table.scan() == "- V* B"
+
+
+def test_it_is_held_until_the_robot_is_outside() -> None:
+    table = _table()
+    table.want(1, 2)
+    table["Lock1.Outside"] = False
+    assert table.scan() == "V* B -"
+    table.leave(1)
+    assert table.scan(5) == "-* B -"
+    table["Lock1.Outside"] = True
+    assert table.scan() == "- V* -"
+
+
+def test_outside_alone_does_not_release_it() -> None:
+    """It has been granted and is on its way in, or goes in again."""
+    table = _table()
+    table.want(1, 2)
+    for outside in (False, True):
+        table["Lock1.Outside"] = outside
+        assert table.scan(3) == "V* B -"
+
+
+def test_after_a_start_of_the_plc_no_place_is_known_until_it_is_shown() -> None:
+    table = Table(outside=False)
+    table["Lock1.Enable"] = True
+    assert table.scan(5) == "B* -* -*"
+    table["Lock2.Outside"] = True
+    assert table.scan() == "B* - -*"
+    table["Lock3.Outside"] = True
+    table.scan()
+    assert table.scan() == "V* - -"
+
+
+def test_in_the_first_scan_nobody_is_let_in() -> None:
+    """The instances that are called later have not shown yet that they hold it."""
+    table = Table()
+    table["Lock1.Enable"] = True
+    table["Lock3.Outside"] = False
+    assert table.scan() == "B* -* -*"
+    assert table.scan(3) == "B - -*"
+
+
+def test_two_that_may_both_be_inside_wait_for_each_other_until_one_is_outside() -> None:
+    table = Table(outside=False)
+    table["Lock3.Outside"] = True
+    table["Lock1.Enable"] = table["Lock2.Enable"] = True
+    assert table.scan(5) == "B* B* -"
+    table["Lock2.Outside"] = True
+    table.scan()
+    assert table.scan() == "V* B -"
+
+
+def test_one_that_is_inside_comes_before_those_that_wait() -> None:
+    """Else it and the first that waits would wait for each other."""
+    table = Table(outside=False)
+    table["Lock1.Outside"] = table["Lock3.Outside"] = True
+    table.scan(2)
+    table.want(1, 3)
+    assert table.shown == "B -* B"
+    table.want(2)
+    assert table.shown == "B V* B"
+    table["Lock2.Outside"] = True
+    table.leave(2)
+    assert table.scan() == "V* - B"
+    table.leave(1)
+    assert table.shown == "- - V*"
+
+
+@pytest.mark.parametrize(
+    ("signal", "number"),
+    [
+        ("Connected", _NOT_CONNECTED),
+        ("SO.SO01_CpuOk", _NOT_READY),
+        ("SO.SO02_ServoOn", _SERVOS_OFF),
+    ],
+)
+def test_a_robot_that_is_lost_in_the_area_keeps_it_until_that_is_acknowledged(
+    signal: str, number: int
+) -> None:
+    """Source: this library's own; link loss: manual chapter 1, 5.2."""
+    table = _table()
+    table.want(1, 2)
+    table[f"Robot1.{signal}"] = False
+    assert table.scan() == "E* B -"
+    assert (table.error(1), table["Lock1.Kept"]) == (number, True)
+    table.leave(1)
+    table.ready(1)
+    assert table.scan(9) == "-* B -"
+    table.want(1)
+    assert table.shown == "E* B -"
+    assert table.error(1) == _KEPT
+    table.acknowledge(1)
+    assert table.scan(3) == "E V* -", "an error stays until Enable falls"
+    assert table["Lock1.Kept"] is False
+    table.leave(1)
+    assert table.shown == "- V* -"
+
+
+def test_acknowledge_does_not_release_a_robot_that_is_not_outside() -> None:
+    table = _table()
+    table.want(1, 2)
+    table["Lock1.Outside"] = False
+    table.scan()
+    table["Robot1.Connected"] = False
+    table.leave(1)
+    table.acknowledge(1)
+    assert table.shown == "-* B -"
+    assert table["Lock1.Kept"] is False
+    table["Lock1.Outside"] = True
+    assert table.scan() == "- V* -"
+
+
+def test_an_acknowledge_that_was_held_before_the_loss_is_none() -> None:
+    table = _table()
+    table.want(1)
+    table["Lock1.Acknowledge"] = True
+    table.scan()
+    table["Robot1.Connected"] = False
+    table.leave(1)
+    assert table.scan(3) == "-* - -"
+    assert table["Lock1.Kept"] is True
+
+
+def test_after_an_acknowledged_loss_the_robot_inside_gets_it_back_with_a_new_enable() -> None:
+    table = _table()
+    table.want(1, 2)
+    table["Lock1.Outside"] = table["Robot1.SO.SO02_ServoOn"] = False
+    table.scan()
+    table.leave(1)
+    table.ready(1)
+    table.acknowledge(1)
+    table.want(1)
+    assert table.shown == "V* B -"
+
+
+def test_a_loss_outside_keeps_nothing() -> None:
+    table = _table()
+    table["Robot1.Connected"] = False
+    table.want(1, 2)
+    assert table.shown == "E V* -"
+    table["Robot2.Connected"] = False
+    table["Lock3.Enable"] = True
+    assert table.scan() == "E E* B"
+    assert (table.error(1), table["Lock1.Kept"], table["Lock2.Kept"]) == (0x8001, False, True)
+
+
+def test_one_that_waits_and_is_lost_gives_its_place_up() -> None:
+    table = _table()
+    table.want(1, 2, 3)
+    table["Robot2.SO.SO02_ServoOn"] = False
+    table.scan()
+    table.leave(1)
+    assert table.scan(3) == "- E V*"
+    assert table.error(2) == _SERVOS_OFF
+
+
+def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
+    """A position bit goes FALSE with the link; the robot was outside, and nothing is kept."""
+    table = _table()
+    table["Robot2.Connected"] = table["Lock2.Outside"] = False
+    assert table.scan() == "- -* -"
+    table.want(1)
+    assert table.shown == "B -* -"
+    table.ready(2)
+    table["Lock2.Outside"] = True
+    table.scan()
+    assert table.scan() == "V* - -"
+
+
+def test_one_that_goes_in_while_it_waits_is_an_error_and_takes_valid_away() -> None:
+    table = _table()
+    table.want(1, 2)
+    table["Lock2.Outside"] = False
+    table.scan()
+    assert table.scan() == "B* E* -"
+    assert table.error(2) == _INTRUDER
+    table["Lock2.Outside"] = True
+    table.scan()
+    assert table.scan() == "V* E -"
+    assert table["Lock1.Kept"] is table["Lock2.Kept"] is False
+
+
+def test_a_wait_has_a_limit() -> None:
+    """T#300ms are 30 scans."""
+    table = _table()
+    table["Lock2.Timeout"] = "T#300ms"
+    table.want(1, 2, 3)
+    table["Lock2.Timeout"] = "T#0s"  # sampled when Enable rose
+    assert table.scan(28) == "V* B B"
+    assert table.scan() == "V* E B"
+    assert table.error(2) == _NOT_GRANTED
+    table.leave(1)
+    assert table.scan(2) == "- E V*"
+    table.leave(2)
+    assert table.shown == "- - V*"
+
+
+def test_a_limit_counts_anew_for_each_wait() -> None:
+    table = _table()
+    table["Lock1.Timeout"] = "T#100ms"
+    table.want(2, 1)
+    assert table.scan(8) == "B V* -"
+    table.leave(2)
+    assert table.scan(30) == "V* - -"
+    table["Lock3.Outside"] = False
+    table.scan()
+    assert table.scan(10) == "B* - -*"
+    assert table.scan() == "E* - -*"
+    table["Lock3.Outside"] = True
+    assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
+
+
+def test_timeout_zero_is_no_limit() -> None:
+    table = _table()
+    table["Lock2.Timeout"] = "T#0s"
+    table.want(1, 2)
+    assert table.scan(9000) == "V* B -"
+
+
+def test_who_is_not_called_any_more_is_passed_over() -> None:
+    table = _table()
+    table.want(1, 2, 3)
+    table["Skip2"] = True
+    table.scan(3)
+    table.leave(1)
+    assert table.scan() == "- B V*", "2 shows what it did when it was called last"
+
+
+def test_who_was_not_called_while_it_waited_is_the_last() -> None:
+    table = _table()
+    table.want(1, 2, 3)
+    table["Skip2"] = True
+    table.scan()
+    table["Skip2"] = False
+    table.scan()
+    table.leave(1)
+    assert table.scan(3) == "- B V*"
+    table.leave(3)
+    assert table.scan() == "- V* -"
+
+
+def test_who_is_not_called_any_more_in_the_area_keeps_it() -> None:
+    """The robot is still there."""
+    table = _table()
+    table.want(1, 2)
+    table["Skip1"] = True
+    assert table.scan(50) == "V* B -"
+    table["Skip1"] = table["Lock1.Enable"] = False
+    assert table.scan() == "- V* -"
+
+
+def test_a_request_that_is_given_up_costs_the_next_one_nothing() -> None:
+    table = _table()
+    table.want(1, 2, 3)
+    table.leave(2)
+    table.leave(1)
+    assert table.scan(2) == "- - V*"
+
+
+@pytest.mark.parametrize("skipped", [False, True])
+def test_any_number_of_requests_that_have_gone_cost_three_scans_at_most(skipped: bool) -> None:
+    table = _table()
+    table.want(1, 2, 3)
+    for _ in range(40):
+        table.leave(2)
+        table.want(2)
+    table["Skip2"] = skipped
+    table.leave(3)
+    table.want(3)
+    table.leave(2)
+    table["Lock1.Enable"] = False
+    assert "V*" in table.scan(4)
+    assert table["Lock3.Valid"]
+
+
+def test_tickets_begin_again_after_the_largest() -> None:
+    table = _table()
+    table["Area.First"] = table["Area.NextTicket"] = 4_294_967_295
+    table.want(2, 3, 1)
+    assert table.shown == "B V* B"
+    table.leave(2)
+    assert table.scan() == "B - V*"
+    table.leave(3)
+    assert table.scan() == "V* - -"
+
+
+def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
+    table = _table()
+    table.want(1, 2)
+    for on in (True, False) * 5:
+        table["Lock3.Enable"] = on
+        table.scan()
+    table.leave(1)
+    assert table.shown == "- V* -"

@@ -1,0 +1,47 @@
+"""FB_Interlock: the exploration of all its states within small bounds, and what it must find.
+
+`python -m rcx_tools.evidence.explore.interlock` goes to the end of every model.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_tools.evidence.explore.interlock import MODELS, SEEDED, InterlockModel, explored, told
+from rcx_tools.evidence.explore.search import LIBRARY
+from rcx_tools.evidence.explore.seeded import Seeded
+
+_BOUND = 100
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_nothing_is_broken_within_a_small_bound(model: InterlockModel) -> None:
+    result = explored(model, limit=_BOUND)
+    assert result.broken is None, [*result.broken.rules, *told(result.broken.path)]
+    assert result.checked > 0
+
+
+def test_two_robots_are_explored_to_the_end() -> None:
+    pair = InterlockModel("pair", "two robots", robots=2, moves=("go", "out"), at_once=2)
+    result = explored(pair)
+    assert result.met
+    assert result.states > 50
+
+
+@pytest.mark.parametrize(
+    "bug", [one for one in SEEDED if one.model == "entry"], ids=lambda bug: bug.name
+)
+def test_a_seeded_bug_is_found(bug: Seeded, tmp_path: Path) -> None:
+    model = next(one for one in MODELS if one.name == bug.model)
+    result = explored(model, bug.library(tmp_path))
+    assert result.broken is not None
+    assert any(rule.startswith(bug.rule) for rule in result.broken.rules)
+    assert told(result.broken.path)[-1].startswith(f"scan {len(result.broken.path)}:")
+
+
+def test_every_seeded_bug_changes_the_block(tmp_path: Path) -> None:
+    for bug in SEEDED:
+        changed = [file for file in bug.library(tmp_path) if file not in LIBRARY]
+        assert [file.stem for file in changed] == ["FB_Interlock"]
