@@ -573,14 +573,18 @@ def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
 def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
     fault: dict[str, Any], error: int
 ) -> None:
-    plc = _bench(*_points(1))
-    plc["Other.Execute"] = True
-    plc.scan(2)
+    plc = _bench(*_points(1, 2))
     _start(plc)
-    plc.scan(3)
+    _sent(plc)
+    plc["Other.Execute"] = True
+    plc.scan()
+    _end(plc)
+    plc.scan(4)
+    assert plc.words[0] == 0x0511  # FB_ReadDate has the turn
     _fault(plc, fault, there=True)
     plc.scan()
-    assert (_shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", error, 1)
+    assert (_shown(plc), plc["Table.ErrorID"]) == ("Error", error)
+    assert (plc["Table.Row"], plc["Table.Arrived"]) == (2, False)
     _fault(plc, fault, there=False)
     plc.answer(0x0200)
     plc.scan(2)
