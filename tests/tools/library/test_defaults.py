@@ -35,6 +35,10 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
+    ("FB_MoveTable", "ArchAxis"): 3,
+    ("FB_MoveTable", "Rows"): 50,
+    ("FB_MoveTable", "Timeout"): timedelta(seconds=60),
+    ("FB_MoveTable", "WorkPosition"): 1,
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -81,6 +85,9 @@ _PARTS = {
     "FB_RcxMakeHead",
     "FB_RcxTakeHead",
     "FB_RcxSharedWords",
+    "FB_RcxArrival",
+    "FB_RcxMove",
+    "FB_RcxRow",
 }
 
 
