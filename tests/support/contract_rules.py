@@ -57,6 +57,7 @@ class Subject(NamedTuple):
         patient: It waits for the connection, and does not end without it.
         means: Dedicated outputs that Done (Valid) stands for, as mask and value.
         legal: Is a telegram, given as its 16 words, legal?
+        ahead: Scans of work before its code goes out.
     """
 
     codes: frozenset[int]
@@ -64,6 +65,7 @@ class Subject(NamedTuple):
     patient: bool
     means: tuple[int, int]
     legal: Callable[[bytes], bool]
+    ahead: int = 0
 
 
 def _word(area: bytes, at: int) -> int:
@@ -234,7 +236,8 @@ class Rules:
             return "Busy without CPU_OK"
         if _word(self._si, 0) and status in _ENDS and self._sent:
             return "Busy although the end status is there"
-        if self._ready and self._begun == self._scan - 1 and not status and not _word(si, 0):
+        due = self._begun + 1 + self.subject.ahead
+        if self._ready and due == self._scan and not status and not _word(si, 0):
             return "the code is not out one scan after the edge"
         return ""
 
@@ -251,7 +254,7 @@ class Rules:
             return f"{self._sent} telegrams for one rising edge"
         true = {
             0: not commands or (status == 0x0200 and was != 0 and self._sent == 1),
-            0x8001: not connected,
+            0x8001: not connected or (self.subject.ahead > 0 and not self._was_connected),
             0x8002: connected and not live,
             0x8010: late or not commands,
             0x8011: late and was != 0,

@@ -19,7 +19,7 @@ from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.robot import Point, RobotProgram
 from rcx_harness.trace import Record, Scan
 
-__all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library"]
+__all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library", "place"]
 
 #: Timeout of the block under test: T#500ms in scans of 10 ms.
 TIMEOUT_SCANS = 50
@@ -49,11 +49,21 @@ class Library:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
         pins: Inputs and outputs of each of them.
+        tables: What each takes in and gives out besides Robot, by name, and of which type.
     """
 
     edge: tuple[str, ...]
     level: tuple[str, ...]
     pins: Mapping[str, frozenset[str]]
+    tables: Mapping[str, Mapping[str, str]]
+
+    def declared(self, block: str) -> str:
+        """Variables that a program has for them."""
+        return "".join(f"    {name} : {kind};\n" for name, kind in self.tables[block].items())
+
+    def given(self, block: str) -> str:
+        """These, in the call of the block."""
+        return "".join(f", {name} := {name}" for name in self.tables[block])
 
 
 @lru_cache(maxsize=1)
@@ -65,7 +75,13 @@ def library() -> Library:
         tuple(name for name, held in pins.items() if edge <= held),
         tuple(name for name, held in pins.items() if {"Robot", "Enable"} <= held),
         pins,
+        dict(_tables()),
     )
+
+
+def place(block: str, name: str) -> str:
+    """Where a value goes: to a table of the program (`Moves[1].Point`), or to a pin."""
+    return name if name.partition("[")[0] in library().tables[block] else f"Block.{name}"
 
 
 def _blocks() -> Iterator[tuple[str, frozenset[str]]]:
@@ -80,6 +96,24 @@ def _blocks() -> Iterator[tuple[str, frozenset[str]]]:
                 yield pou.name.text, frozenset(names)
 
 
+def _tables() -> Iterator[tuple[str, dict[str, str]]]:
+    for file in LIBRARY:
+        for pou in parse(file).declarations:
+            if isinstance(pou, s.Pou) and pou.kind == "FUNCTION_BLOCK":
+                yield (
+                    pou.name.text,
+                    {
+                        name.text: declared.spec.name.text
+                        for section in pou.sections
+                        if section.kind == "VAR_IN_OUT"
+                        for declared in section.variables
+                        if isinstance(declared.spec, s.NamedSpec)
+                        for name in declared.names
+                        if name.text != "Robot"
+                    },
+                )
+
+
 def _program(block: str, helpers: Sequence[str]) -> str:
     """The program that calls `block` in every scan and the helpers while Helping is TRUE."""
     held = "".join(f"    {name[3:]} : {name};\n" for name in helpers)
@@ -89,9 +123,10 @@ def _program(block: str, helpers: Sequence[str]) -> str:
         "    InputArea, OutputArea : RCX_IMAGE;\n    Connected, Helping : BOOL;\n"
         "    EmergencyStopOk, StopOk : BOOL := TRUE;\n    Robot : RCX_REF;\n"
         f"    ReadArea : FB_ReadArea;\n    WriteArea : FB_WriteArea;\n    Block : {block};\n{held}"
+        f"{library().declared(block)}"
         "  END_VAR\n"
         "  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
-        f"  Block(Robot := Robot);\n  IF Helping THEN\n{calls}  END_IF;\n"
+        f"  Block(Robot := Robot{library().given(block)});\n  IF Helping THEN\n{calls}  END_IF;\n"
         "  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,\n"
         "            EmergencyStopOk := EmergencyStopOk, StopOk := StopOk);\n"
         "END_PROGRAM\n"
@@ -120,7 +155,7 @@ class FaultCell:
 
     Args:
         block: Its type.
-        inputs: Values of its input pins besides Execute or Enable.
+        inputs: Values of its input pins besides Execute or Enable, and of its tables.
         helpers: Blocks that take the cell from one state to another.
         robot: Properties of the robot that are not as usual.
         lib: Folder of the library; None for plc/lib.
@@ -156,7 +191,7 @@ class FaultCell:
         if "Timeout" in pins:
             self["Block.Timeout"] = "T#500ms"
         for name, value in inputs.items():
-            self[f"Block.{name}"] = value
+            self[place(block, name)] = value
 
     def __getitem__(self, path: str) -> Any:
         return self.cell.program.read(f"Main.{path}")

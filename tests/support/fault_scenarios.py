@@ -28,7 +28,7 @@ class Scenario:
         prepare: Brings a cell without faults to the state from which the block starts.
         answers: Outputs of the controller that it waits for: `SO02`, or `Status`.
         means: What the controller shows in the scan of Done (Valid): outputs by their state.
-        inputs: Input pins that are not at their default.
+        inputs: Input pins that are not at their default, and rows of tables.
         waits: How many waits there are, each of them limited by Timeout.
         robot: Properties of the robot that are not as usual.
         helpers: Blocks that `prepare` and the recovery need.
@@ -128,6 +128,9 @@ SCENARIOS: dict[str, Scenario] = {
         _program_runs, ("SO00", "SO02"), {"SO00": True, "SO02": False}, waits=2, helpers=_EMERGENCY
     ),
     "FB_MovePtp": Scenario(_axes_at_zero, ("Status",), {}, {"Point": 19}),
+    "FB_MoveTable": Scenario(
+        _axes_at_zero, ("Status",), {}, {"Moves[1].Kind": "MOVE_PTP", "Moves[1].Point": 19}
+    ),
     "FB_PowerUp": Scenario(
         _no_power,
         ("SO01", "SO04", "SO10", "SO02", "SO14", "SO13"),
