@@ -273,10 +273,19 @@ def test_an_arc_or_a_relative_row_is_refused_backwards(kind: str) -> None:
     assert (plc["Table.ErrorID"], plc["Table.Row"]) == (0x8054, 1)
     plc.scan(5)
     assert plc.words == [0] * 16
-    plc["Table.StartRow"], plc["Table.StartArrived"] = 1, True
+    plc["Table.StartRow"], plc["Table.Hold"] = 2, True
     _restart(plc)
-    plc.scan_until(lambda: plc["Table.Busy"] is False, most=6)
-    assert _shown(plc) == "Done", "its movement is done: nothing is left of it backwards"
+    plc.scan(10)
+    assert (_shown(plc), plc["Table.Stage"]) == ("Busy", "TABLE_HELD")
+
+
+def test_a_relative_row_that_has_arrived_is_passed_backwards() -> None:
+    """Its movement is done: nothing is left of it."""
+    plc = _bench(*_points(1), {"Kind": "MOVE_BY_PTP", "Point": 2}, StartRow=2, StartArrived=True,
+                 Backwards=True)  # fmt: skip
+    _start(plc)
+    assert _runs(plc) == [1]
+    assert _shown(plc) == "Done"
 
 
 # ---- at arrival
@@ -290,6 +299,7 @@ def _arrived(arrival: str, engine: str = "builtin", **fields: Any) -> PlcBench:
     for point in (1, 2):
         assert not plc["Table.Arrived"]
         assert _sent(plc)[4] == point
+        assert plc["Table.CallNumber"] == 0
         _end(plc)
     assert (plc["Table.Row"], plc["Table.Arrived"]) == (2, True)
     assert plc["Table.Stage"] == "TABLE_ARRIVAL"
@@ -381,19 +391,23 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
     plc.scan()
     assert _goes_on(plc)
     plc = _bench(
-        {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 7},
+        {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 1},
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 8},
         engine=engine,
         Acknowledge=True,
     )
     _start(plc)
     plc.scan(5)
-    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (7, 1), "that was no edge"
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (1, 1), "that was no edge"
     plc["Table.Acknowledge"] = False
     plc.scan(3)
     plc["Table.Acknowledge"] = True
     plc.scan()
     assert (plc["Table.CallNumber"], plc["Table.Row"]) == (0, 2)
+    plc["Table.Hold"] = True
+    plc.scan(5)
+    assert plc["Table.CallNumber"] == 0
+    plc["Table.Hold"] = False
     plc.scan(5)
     assert (plc["Table.CallNumber"], plc["Table.Row"]) == (8, 2), "an edge is for one call"
     plc["Table.Acknowledge"] = False
@@ -412,6 +426,8 @@ def test_backwards_nothing_is_done_at_arrival() -> None:
     plc = _bench(*rows, Backwards=True, Rows=3)
     _start(plc)
     assert _runs(plc) == [3, 2]
+    plc.scan(10)
+    assert plc.words == [0] * 16
 
 
 def test_going_on_at_an_arrival_does_not_move() -> None:
