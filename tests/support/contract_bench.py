@@ -22,7 +22,7 @@ from contract_cases import (
 )
 from contract_player import FATES, Player, Start, bit
 from contract_rules import REQUESTS, SCAN_US, TIMEOUT_SCANS, Pins, Rules, Subject
-from fault_cell import CaseFailure, library
+from fault_cell import CaseFailure, library, place
 from fault_scenarios import LEVELS, SCENARIOS
 from plc_bench import LIBRARY
 from rcx_harness.engine import build
@@ -66,6 +66,12 @@ _HELD = {
     "FB_ServoOnFromEmergencyStop": "HoldEmergency",
     "FB_ProgramContinue": "HoldStop",
 }
+#: Commands of blocks that are built on those of others; here each of them sends one.
+_CODES = {"FB_MoveTable": {0x0001}}
+#: Scans in which they look at what they were given, before anything goes out.
+_AHEAD = {"FB_MoveTable": 1}
+#: These refuse to begin while servos are off or there is an alarm.
+_CAREFUL = ("FB_MoveTable",)
 #: These wait for a connection.
 _PATIENT = ("FB_PowerUp",)
 
@@ -74,6 +80,9 @@ BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 
 _ALARM = ("AlarmGroup", "AlarmCategory")
 
+#: SO(00), SO(02), SO(03) in byte 32; what they are where something may move.
+_STANDING, _READY = 0b1101, 0b0100
+
 _PROGRAM = """PROGRAM Contract
   VAR
     InputArea, OutputArea : RCX_IMAGE;
@@ -81,10 +90,10 @@ _PROGRAM = """PROGRAM Contract
     Robot : RCX_REF;
     ReadArea : FB_ReadArea;
     WriteArea : FB_WriteArea;
-    Block : {};
-{}  END_VAR
+    Block : {block};
+{declared}  END_VAR
   ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
-  Block(Robot := Robot{});
+  Block(Robot := Robot{given});
   WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,
             EmergencyStopOk := EmergencyStopOk, StopOk := StopOk);
 END_PROGRAM
@@ -110,10 +119,8 @@ class ContractBench:
         self.scans = 0
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "Contract.st"
-            file.write_text(
-                _PROGRAM.format(block, library().declared(block), library().given(block)),
-                encoding="utf-8",
-            )
+            made = {"declared": library().declared(block), "given": library().given(block)}
+            file.write_text(_PROGRAM.format(block=block, **made), encoding="utf-8")
             files = needed([file], lib)
             self.program = build([file, *files], "builtin").program
             self._monitor = ContractMonitor(self.program, steady_instances([file], files))
@@ -139,7 +146,7 @@ class ContractBench:
         self._put("Main.Block.Timeout", f"T#{TIMEOUT_SCANS * SCAN_US // 1000}ms")
         if self.block in SCENARIOS:
             for name, value in SCENARIOS[self.block].inputs.items():
-                self._put(f"Main.Block.{name}", value)
+                self._put(f"Main.{place(self.block, name)}", value)
         if self.block == "FB_ReturnToOrigin":
             self._put("Main.Block.Confirm", "T#120ms")
         self._now_us = 0
@@ -159,7 +166,8 @@ class ContractBench:
         )
 
     def _put(self, path: str, value: Any) -> None:
-        if path.rpartition(".")[2] in library().pins[self.block] or ".Robot." in path:
+        here = path.rpartition(".")[2] in library().pins[self.block]
+        if here or ".Block." not in path:
             self.program.write(path, value)
 
     def _forget(self, case: Case) -> None:
@@ -282,6 +290,8 @@ class ContractBench:
     def _work_again(self) -> None:
         if not self.subject.codes or self.subject.level:
             return
+        if self.block in _CAREFUL and self._history[-1][0][32] & _STANDING != _READY:
+            return
         for _ in range(_PROMPT * self._waits):
             pins = self._scan(True)
             off = not int.from_bytes(self._history[-1][0][32:34], "little") & bit("SO02")
@@ -326,6 +336,7 @@ def _subject(block: str) -> Subject:
     codes = {one.code for one in known} | {*_SEVERAL.get(block, ())}
     if block == "FB_RemoteCommand":
         codes = {SCENARIOS[block].inputs["Code"]}
+    codes |= _CODES.get(block, set())
     judged: dict[bytes, bool] = {}
 
     def legal(telegram: bytes) -> bool:
@@ -340,8 +351,8 @@ def _subject(block: str) -> Subject:
         mask |= bit(name)
         value |= bit(name) * on
     level = block in library().level
-    codes_of = frozenset(codes)
-    return Subject(codes_of, level, block in _PATIENT, (mask, value), legal, block in _SEVERAL)
+    means, ahead, several = (mask, value), _AHEAD.get(block, 0), block in _SEVERAL
+    return Subject(frozenset(codes), level, block in _PATIENT, means, legal, several, ahead)
 
 
 def cases(block: str) -> list[Case]:

@@ -58,6 +58,7 @@ class Subject(NamedTuple):
         means: Dedicated outputs that Done (Valid) stands for, as mask and value.
         legal: Is a telegram, given as its 16 words, legal?
         several: It sends several commands for one rising edge.
+        ahead: Scans of work before its code goes out.
     """
 
     codes: frozenset[int]
@@ -66,6 +67,7 @@ class Subject(NamedTuple):
     means: tuple[int, int]
     legal: Callable[[bytes], bool]
     several: bool = False
+    ahead: int = 0
 
 
 def _word(area: bytes, at: int) -> int:
@@ -238,7 +240,8 @@ class Rules:
             return ""
         if _word(self._si, 0) and status in _ENDS and self._sent:
             return "Busy although the end status is there"
-        if self._ready and self._begun == self._scan - 1 and not status and not _word(si, 0):
+        due = self._begun + 1 + self.subject.ahead
+        if self._ready and due == self._scan and not status and not _word(si, 0):
             return "the code is not out one scan after the edge"
         return ""
 
@@ -255,7 +258,7 @@ class Rules:
             return f"{self._sent} telegrams for one rising edge"
         true = {
             0: not commands or (status == 0x0200 and was != 0 and self._sent == 1),
-            0x8001: not connected,
+            0x8001: not connected or (self.subject.ahead > 0 and not self._was_connected),
             0x8002: connected and not live,
             0x8010: late or not commands,
             0x8011: late and was != 0,

@@ -19,7 +19,7 @@ from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.robot import Point, RobotProgram
 from rcx_harness.trace import Record, Scan
 
-__all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library"]
+__all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library", "place"]
 
 #: Timeout of the block under test: T#500ms in scans of 10 ms.
 TIMEOUT_SCANS = 50
@@ -83,6 +83,12 @@ def library() -> Library:
     )
 
 
+def place(block: str, name: str) -> str:
+    """Where a value goes: to a variable that it shares (`Moves[1].Point`), or to a pin."""
+    shared = library().shared.get(block, {})
+    return name if name.partition("[")[0] in shared else f"Block.{name}"
+
+
 def _blocks() -> Iterator[tuple[str, list[str], dict[str, str]]]:
     outside = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
     for file in LIBRARY:
@@ -144,7 +150,7 @@ class FaultCell:
 
     Args:
         block: Its type.
-        inputs: Values of its input pins besides Execute or Enable.
+        inputs: Values of its input pins besides Execute or Enable, and of its tables.
         helpers: Blocks that take the cell from one state to another.
         robot: Properties of the robot that are not as usual.
         lib: Folder of the library; None for plc/lib.
@@ -180,7 +186,7 @@ class FaultCell:
         if "Timeout" in pins:
             self["Block.Timeout"] = "T#500ms"
         for name, value in inputs.items():
-            self[f"Block.{name}"] = value
+            self[place(block, name)] = value
 
     def __getitem__(self, path: str) -> Any:
         return self.cell.program.read(f"Main.{path}")

@@ -28,7 +28,7 @@ class Scenario:
         prepare: Brings a cell without faults to the state from which the block starts.
         answers: Outputs of the controller that it waits for: `SO02`, or `Status`.
         means: What the controller shows in the scan of Done (Valid): outputs by their state.
-        inputs: Input pins that are not at their default.
+        inputs: Input pins that are not at their default, and rows of tables.
         waits: How many waits there are, each of them limited by Timeout.
         robot: Properties of the robot that are not as usual.
         helpers: Blocks that `prepare` and the recovery need.
@@ -134,6 +134,9 @@ SCENARIOS: dict[str, Scenario] = {
         {},
         {"SourcePoint": 19, "TargetPoint": 19, "Speed": 50.0},
         waits=15,
+    ),
+    "FB_MoveTable": Scenario(
+        _axes_at_zero, ("Status",), {}, {"Moves[1].Kind": "MOVE_PTP", "Moves[1].Point": 19}
     ),
     "FB_PowerUp": Scenario(
         _no_power,

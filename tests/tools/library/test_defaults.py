@@ -38,6 +38,10 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     **{("FB_PickPlace", f"{place}Pallet"): -1 for place in ("Source", "Target")},
     **{("FB_PickPlace", f"{place}Position"): 1 for place in ("Source", "Target")},
     ("FB_PickPlace", "Timeout"): timedelta(seconds=60),
+    ("FB_MoveTable", "ArchAxis"): 3,
+    ("FB_MoveTable", "Rows"): 50,
+    ("FB_MoveTable", "Timeout"): timedelta(seconds=60),
+    ("FB_MoveTable", "WorkPosition"): 1,
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -87,6 +91,9 @@ _PARTS = {
     "FB_RcxPlaceMove",
     "FB_RcxTakeHead",
     "FB_RcxSharedWords",
+    "FB_RcxArrival",
+    "FB_RcxMove",
+    "FB_RcxRow",
 }
 
 

@@ -237,7 +237,7 @@ def _step(step: Step, start: str) -> Iterator[str]:
             continue
         if pin.name == "Image":
             given[pin.name] = "InputArea" if pou.pin("m") else "OutputArea"
-        elif pin.section == "VAR_IN_OUT":
+        elif pin.section == "VAR_IN_OUT" and pin.name not in step.inputs:
             given[pin.name] = pin.name
         elif pin.name in ("Execute", "Enable"):
             given[pin.name] = step.inputs.get(pin.name, start)
@@ -251,7 +251,9 @@ def _step(step: Step, start: str) -> Iterator[str]:
         if isinstance(value, list):
             element = kinds()[types[name]].element
             for k, one in enumerate(value, 1):
-                if one not in (0, "WORD#16#0000"):
+                if isinstance(one, Mapping):
+                    yield from (f"{name}[{k}].{part} := {to};" for part, to in one.items())
+                elif one not in (0, "WORD#16#0000"):
                     yield f"{name}[{k}] := {_literal(one, element)};"
             given[name] = name
     texts = {name: _literal(value, types[name]) for name, value in given.items()}

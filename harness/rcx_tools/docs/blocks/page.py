@@ -294,8 +294,10 @@ def _errors(pou: Pou) -> Iterator[str]:
 def _types(pou: Pou) -> Iterator[str]:
     used = list(dict.fromkeys(pin.type for pin in pou.pins if pin.type in kinds()))
     elements = [kinds()[name].element for name in used]
-    used += [name for name in elements if name in kinds() and name not in used]
-    shown = [name for name in used if kinds()[name].members or kinds()[name].count]
+    rows = [name for name in elements if name in kinds() and kinds()[name].fields]
+    elements += [kind for name in rows for kind in kinds()[name].fields.values()]
+    used += [name for name in dict.fromkeys(elements) if name in kinds() and name not in used]
+    shown = [name for name in used if kinds()[name].members or kinds()[name].count or name in rows]
     shown = [name for name in shown if not name.startswith("RCX_IMAGE")]
     if not shown:
         return

@@ -225,8 +225,13 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """The blocks that run a remote command."""
-    return [name for name in jobs_of(library) if "ALARMGROUP" in library.pou(name).symbols]
+    """The blocks that run a remote command; not those that run others, on a channel of their own."""
+    pous = {name: library.pou(name) for name in jobs_of(library)}
+    return [
+        name
+        for name, pou in pous.items()
+        if "ALARMGROUP" in pou.symbols and "OWN" not in pou.symbols
+    ]
 
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:

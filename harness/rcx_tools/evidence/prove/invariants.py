@@ -136,7 +136,7 @@ def _of_one(view: View) -> dict[str, Any]:
     if "ERROR" in view:
         guesses["one end at most"] = exclusive(view, ("DONE", "BUSY", "VALID", "ERROR"))
         guesses["Error exactly with ErrorID"] = view["ERROR"] == (view["ERRORID"] != 0)
-    if "ACTIVE" in view:
+    if "ACTIVE" in view and "BUSY" in view:
         guesses["Active only with Busy"] = z3.Implies(view["ACTIVE"], view["BUSY"])
     for pin in ("ACTIVE", "ARMED"):
         if pin in view and "BUSY" in view:

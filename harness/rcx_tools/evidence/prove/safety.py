@@ -13,7 +13,7 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.types import ArrayType
+from rcx_harness.engine.types import ArrayType, EnumType
 from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.invariants import Memory, assumed, call, without_floats
@@ -137,6 +137,7 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
 
 
 #: Where the blocks of the log have it.
+_TABLE, _ILLEGAL_ROW = "FB_MOVETABLE", 0x8051
 _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
@@ -154,9 +155,34 @@ def _log_keeps(block: str, step: Step, memory: Memory) -> Any:
     return log_keeps(step.machine, _LOGS[block], memory, size)
 
 
+def _table_keeps(machine: Machine, memory: Memory) -> Any:
+    """Row is one of the rows in use, but for a start that was refused."""
+    last, row, stage, failure = (
+        machine.term((*BLOCK, name), memory) for name in ("LAST", "ROW", "STAGE", "FAILURE")
+    )
+    kind = machine.type_of((*BLOCK, "STAGE"))
+    assert isinstance(kind, EnumType)
+    members = [member.upper() for member in kind.members]
+    under_way = [members.index(f"TABLE_{name}") for name in ("HELD", "MOVE", "ARRIVAL")]
+    begun = z3.And(failure != _ILLEGAL_ROW, z3.Or([stage == one for one in under_way]))
+    return z3.And(last <= _rows(machine), z3.Implies(begun, z3.And(row >= 1, row <= last)))
+
+
+def _rows(machine: Machine) -> int:
+    moves = machine.project.pous[_TABLE].symbols["MOVES"].type
+    assert isinstance(moves, ArrayType)
+    ((_, last),) = moves.bounds
+    return last
+
+
 def _goals(library: Library, block: str) -> Iterator[Goal]:
     step = call(library, block)
     known = (*assumed(step), *_limits(library, block, step))
+    if block == _TABLE:
+        enough = step.machine.term((*BLOCK, "ROWS"), step.before) <= _rows(step.machine)
+        known = (*known, enough, _table_keeps(step.machine, step.before))
+        kept = _table_keeps(step.machine, step.machine.snapshot())
+        yield Goal(f"{block}: Row stays in the table", known, kept)
     if block in _LOGS:
         known = (*known, _log_keeps(block, step, step.before))
         kept = _log_keeps(block, step, step.machine.snapshot())
@@ -196,7 +222,7 @@ PROPERTIES = (
         "No index leaves its array, nothing is divided by zero, no REAL is converted that an"
         " integer cannot hold, no shift, text or time is out of range, whatever the pins hold.",
         "docs/architecture.md",
-        ("inner", "clock", "area", "log"),
+        ("inner", "clock", "area", "log", "table"),
         _goals,
         _parts,
         lambda part: (part,),
