@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -86,7 +87,7 @@ def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
         plc.scan_until(lambda: plc.words[0] == 0x0039)
         moments.append(plc.now_us // 1000)
         _answer(plc, 0x0039)
-    assert {b - a for a, b in zip(moments, moments[1:], strict=False)} == {(pace or 200) + 10}
+    assert {b - a for a, b in pairwise(moments)} == {(pace or 200) + 10}
 
 
 def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
@@ -247,6 +248,22 @@ def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
     _answer(plc, 0x050A, 0, 65)
     assert plc["Override.Actual"] == 65
     assert _percents(plc, 1) == [75]
+
+
+def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
+    """It would change a speed that the program no longer leaves to this block."""
+    plc = _begun(Percent=50)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(4)
+    plc["Override.Percent"] = 20
+    plc.scan(5)
+    plc["Override.Enable"] = False
+    plc.scan()
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan(20)
+    assert not any(plc.words)
 
 
 def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:

@@ -294,6 +294,29 @@ def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
     assert plc["Position.Valid"]
 
 
+def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+    """Nobody waits for it any more: the next command goes out as if it had never been."""
+    plc = _plc(Enable=True)
+    plc.scan()
+    plc["Position.Enable"] = False
+    plc.scan()
+    assert not any(plc.words)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc["Position.Enable"] = True
+    plc.scan(5)
+    plc["Position.Enable"] = False
+    plc.scan()
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan(5)
+    assert not any(plc.words)
+    plc["Position.Enable"] = True
+    _read(plc)
+    assert plc["Position.Valid"]
+
+
 def test_an_error_of_an_earlier_enable_counts_for_nothing() -> None:
     plc = _plc(Enable=True)
     plc.scan(2)

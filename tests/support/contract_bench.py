@@ -58,6 +58,9 @@ _HELD = {
 #: These wait for a connection.
 _PATIENT = ("FB_PowerUp",)
 
+#: Commands of blocks that are built on others.
+_CODES = {"FB_Override": {0x039, 0x50A}, "FB_ToolPosition": {0x506}}
+
 #: Every block with Robot and Execute or Enable, found by its pins.
 BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 
@@ -310,6 +313,7 @@ def _subject(block: str) -> Subject:
     codes = {one.code for one in known}
     if block == "FB_RemoteCommand":
         codes = {SCENARIOS[block].inputs["Code"]}
+    codes |= _CODES.get(block, set())
     judged: dict[bytes, bool] = {}
 
     def legal(telegram: bytes) -> bool:

@@ -305,7 +305,7 @@ CHECKS: tuple[Check, ...] = (
             f"tests/{name}"
             for name in (
                 *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
-                "watch",
+                *("motion", "position", "watch"),
                 *("faults", "examples", "support", "data", "tools/evidence/conditions.toml"),
             )
         ),
@@ -336,7 +336,15 @@ CHECKS: tuple[Check, ...] = (
             *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "chapters")),
             *(
                 f"tests/{name}"
-                for name in ("faults", "examples", "tools/library", "support", "data")
+                for name in (
+                    "faults",
+                    "examples",
+                    "motion",
+                    "position",
+                    "tools/library",
+                    "support",
+                    "data",
+                )
             ),
             *(f"tests/{name}" for name in ("robot", "cell", "contract", "engine", "spec", "watch")),
             "tests/tools/evidence/survivors",

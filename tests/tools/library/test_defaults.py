@@ -35,10 +35,14 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
+    ("FB_Override", "Percent"): 10,
+    ("FB_Override", "Rise"): 10,
+    ("FB_Override", "Pace"): timedelta(milliseconds=200),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
     ("FB_RealTimeValueInWords", "Size"): 256,
+    ("FB_ToolPosition", "Period"): timedelta(milliseconds=500),
     **{
         (f"FB_{verb}Bit{words}", "Port"): 20
         for verb in ("Read", "Write")

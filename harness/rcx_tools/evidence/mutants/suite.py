@@ -31,7 +31,7 @@ __all__ = [
 #: Folders whose tests run blocks of the library.
 FOLDERS = (
     *("area", "sequence", "command", "diagnosis", "faults", "chapters", "examples"),
-    "tools/library",
+    *("motion", "position", "tools/library"),
 )
 #: Tests of these names are of something else: the network, other engines, or how the tests work.
 _OTHERS = (
