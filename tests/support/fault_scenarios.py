@@ -165,8 +165,8 @@ LEVELS: dict[str, Scenario] = {
     "FB_AutoMode": Scenario(recover, ("SO10",), {"SO10": True}),
     "FB_ContinuousPosition": Scenario(recover, ("Status",), {}),
     "FB_Jog": Scenario(_axes_at_zero, ("Status",), {}),
-    "FB_Override": Scenario(recover, ("Status",), {}),
     "FB_SequenceControl": Scenario(recover, ("SO12",), {"SO12": True}),
+    "FB_SpeedOverride": Scenario(recover, ("Status",), {}),
     "FB_Status": Scenario(recover, ("SO01",), {}),
     "FB_ToolPosition": Scenario(recover, ("Status",), {}),
 }

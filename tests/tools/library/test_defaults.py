@@ -35,9 +35,9 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
-    ("FB_Override", "Percent"): 10,
-    ("FB_Override", "Rise"): 10,
-    ("FB_Override", "Pace"): timedelta(milliseconds=200),
+    ("FB_SpeedOverride", "Percent"): 10,
+    ("FB_SpeedOverride", "Rise"): 10,
+    ("FB_SpeedOverride", "Pace"): timedelta(milliseconds=200),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -80,6 +80,7 @@ def _blocks() -> dict[str, dict[str, str]]:
 _BLOCKS = _blocks()
 #: Parts of other blocks, which give them all of their inputs.
 _PARTS = {
+    "FB_RcxCommandWhile",
     "FB_RcxDedicatedInputs",
     "FB_RcxHandshake",
     "FB_RcxMakeHead",

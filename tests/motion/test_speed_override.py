@@ -1,4 +1,4 @@
-"""FB_Override: the automatic movement speed in steps; the test plays the controller."""
+"""FB_SpeedOverride: the automatic movement speed in steps; the test plays the controller."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
     plc.power_up()
     plc.scan(3)
     for name, value in pins.items():
-        plc[f"Override.{name}"] = value
+        plc[f"SpeedOverride.{name}"] = value
     return plc
 
 
@@ -50,20 +50,20 @@ def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
     Source: remote command guide 4.7.8, AUTO mode speed in m + 4; 4.2.15
     """
     plc = _begun(engine, Percent=75)
-    assert plc["Override.Actual"] == 50
-    assert (plc["Override.Busy"], plc["Override.Valid"]) == (True, False)
+    assert plc["SpeedOverride.Actual"] == 50
+    assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Valid"]) == (True, False)
     assert _percents(plc, 3) == [60, 70, 75]
-    assert (plc["Override.Actual"], plc["Override.Valid"]) == (75, True)
+    assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (75, True)
     plc.scan(100)
     assert not any(plc.words)
-    assert (plc["Override.Busy"], plc["Override.Valid"]) == (False, True)
+    assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Valid"]) == (False, True)
 
 
 def test_the_robot_is_the_one_that_is_named() -> None:
     """Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12; sampled at the start."""
     plc = _plc(Enable=True, RobotNumber=2, Percent=20)
     assert _answer(plc, 0x250A, 0, 10) == 0
-    plc["Override.RobotNumber"] = 3
+    plc["SpeedOverride.RobotNumber"] = 3
     assert _percents(plc, 1, 0x2039) == [20]
 
 
@@ -72,10 +72,10 @@ def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
     plc = _begun(Percent=80, Pace="T#10s")
     assert _percents(plc, 1) == [60]
     plc.scan(10)
-    plc["Override.Percent"] = 5
+    plc["SpeedOverride.Percent"] = 5
     assert plc.scan_until(lambda: plc.words[0] == 0x0039) == 2
     assert _percents(plc, 1) == [5]
-    assert plc["Override.Valid"]
+    assert plc["SpeedOverride.Valid"]
 
 
 @pytest.mark.parametrize("pace", [None, 500])
@@ -93,7 +93,7 @@ def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
 def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
     plc = _begun(Percent=40, Pace="T#10s")
     assert _percents(plc, 1) == [40]
-    plc["Override.Percent"] = 45
+    plc["SpeedOverride.Percent"] = 45
     assert plc.scan_until(lambda: plc.words[0] == 0x0039, most=4) <= 4
     assert _percents(plc, 1) == [45]
 
@@ -120,7 +120,7 @@ def test_no_step_is_larger_than_rise_and_none_goes_beyond(
     """A robot without axes shows 0. Source: remote command guide 4.7.8."""
     plc = _begun(auto=auto, Percent=percent, Rise=rise, Pace="T#0s")
     assert _percents(plc, len(steps)) == steps
-    assert plc["Override.Valid"]
+    assert plc["SpeedOverride.Valid"]
     plc.scan(50)
     assert not any(plc.words)
 
@@ -149,12 +149,12 @@ def test_a_step_waits_for_the_end_of_a_command_and_a_command_for_one_step() -> N
 def test_what_changes_on_the_way_is_the_new_target() -> None:
     plc = _begun(Percent=100)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
-    plc["Override.Percent"] = 55
+    plc["SpeedOverride.Percent"] = 55
     assert _percents(plc, 2) == [60, 55]
-    assert plc["Override.Valid"]
-    plc["Override.Percent"] = 56
+    assert plc["SpeedOverride.Valid"]
+    plc["SpeedOverride.Percent"] = 56
     plc.scan()
-    assert (plc["Override.Valid"], plc["Override.Busy"]) == (False, True)
+    assert (plc["SpeedOverride.Valid"], plc["SpeedOverride.Busy"]) == (False, True)
 
 
 @pytest.mark.parametrize(
@@ -172,15 +172,15 @@ def test_what_the_manual_does_not_allow_is_refused(pin: str, value: int, error: 
     """Source: remote command guide 4.2.15: 1 to 100."""
     plc = _plc(Enable=True, **{pin: value})
     plc.scan(5)
-    assert (plc["Override.Error"], plc["Override.ErrorID"]) == (True, error)
+    assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (True, error)
     assert not any(plc.words)
-    plc[f"Override.{pin}"] = 1
+    plc[f"SpeedOverride.{pin}"] = 1
     plc.scan(5)
-    assert plc["Override.ErrorID"] == error, "until Enable falls"
-    plc["Override.Enable"] = False
+    assert plc["SpeedOverride.ErrorID"] == error, "until Enable falls"
+    plc["SpeedOverride.Enable"] = False
     plc.scan()
-    assert (plc["Override.Error"], plc["Override.ErrorID"]) == (False, 0)
-    plc["Override.Enable"] = True
+    assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (False, 0)
+    plc["SpeedOverride.Enable"] = True
     plc.scan_until(lambda: plc.words[0] != 0, most=3)
 
 
@@ -193,15 +193,15 @@ def test_an_abnormal_end_is_shown_with_its_alarm(step: str) -> None:
     plc.scan()
     plc.answer(0)
     for _ in range(50):
-        assert (plc["Override.ErrorID"], plc["Override.Error"]) == (0x8020, True)
-        assert (plc["Override.AlarmGroup"], plc["Override.AlarmCategory"]) == (14, 303)
-        assert plc["Override.Actual"] == (0 if step == "read" else 50)
+        assert (plc["SpeedOverride.ErrorID"], plc["SpeedOverride.Error"]) == (0x8020, True)
+        assert (plc["SpeedOverride.AlarmGroup"], plc["SpeedOverride.AlarmCategory"]) == (14, 303)
+        assert plc["SpeedOverride.Actual"] == (0 if step == "read" else 50)
         plc.scan()
         assert not any(plc.words)
-    plc["Override.Enable"] = False
+    plc["SpeedOverride.Enable"] = False
     plc.scan()
-    assert (plc["Override.AlarmGroup"], plc["Override.AlarmCategory"]) == (0, 0)
-    assert (plc["Override.Error"], plc["Override.Actual"]) == (False, 0)
+    assert (plc["SpeedOverride.AlarmGroup"], plc["SpeedOverride.AlarmCategory"]) == (0, 0)
+    assert (plc["SpeedOverride.Error"], plc["SpeedOverride.Actual"]) == (False, 0)
 
 
 @pytest.mark.parametrize("moment", [0, 1, 2, 4, 30])
@@ -214,12 +214,12 @@ def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
     plc["Connected"] = lost != "link"
     plc.outputs(SO01=lost == "link")
     plc.scan()
-    assert plc["Override.ErrorID"] == error
+    assert plc["SpeedOverride.ErrorID"] == error
     plc["Connected"] = True
     plc.outputs(SO01=True)
     plc.answer(0)
     plc.scan(100)
-    assert plc["Override.ErrorID"] == error
+    assert plc["SpeedOverride.ErrorID"] == error
     assert not any(plc.words)
 
 
@@ -228,25 +228,25 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
     """Sampled at the start. Source: docs/errors.md, 16#8011."""
     pins = {"Timeout": "T#100ms"}
     plc = _plc(Enable=True, **pins) if step == "read" else _begun(**pins)
-    plc["Override.Timeout"] = "T#0s" if step == "change" else "T#100ms"
-    plc.scan_until(lambda: bool(plc["Override.Error"]), most=14)
-    assert plc["Override.ErrorID"] == 0x8011
+    plc["SpeedOverride.Timeout"] = "T#0s" if step == "change" else "T#100ms"
+    plc.scan_until(lambda: bool(plc["SpeedOverride.Error"]), most=14)
+    assert plc["SpeedOverride.ErrorID"] == 0x8011
 
 
 def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
     """The speed is read anew behind it."""
     plc = _begun(Percent=100, Pace="T#0s")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
-    plc["Override.Enable"] = False
+    plc["SpeedOverride.Enable"] = False
     plc.scan()
-    shown = [plc[f"Override.{pin}"] for pin in ("Valid", "Busy", "Error", "Actual")]
+    shown = [plc[f"SpeedOverride.{pin}"] for pin in ("Valid", "Busy", "Error", "Actual")]
     assert shown == [False, False, False, 0]
-    plc["Override.Enable"] = True
+    plc["SpeedOverride.Enable"] = True
     plc.scan()
     _answer(plc, 0x0039)
-    assert (plc["Override.Busy"], plc["Override.Actual"]) == (True, 0)
+    assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Actual"]) == (True, 0)
     _answer(plc, 0x050A, 0, 65)
-    assert plc["Override.Actual"] == 65
+    assert plc["SpeedOverride.Actual"] == 65
     assert _percents(plc, 1) == [75]
 
 
@@ -255,9 +255,9 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
     plc = _begun(Percent=50)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(4)
-    plc["Override.Percent"] = 20
+    plc["SpeedOverride.Percent"] = 20
     plc.scan(5)
-    plc["Override.Enable"] = False
+    plc["SpeedOverride.Enable"] = False
     plc.scan()
     plc.answer(0x0200)
     plc.scan()
@@ -269,8 +269,8 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
 def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
     plc = _begun(Percent=100, Pace="T#10s")
     _percents(plc, 1)
-    plc["Override.Enable"] = False
+    plc["SpeedOverride.Enable"] = False
     plc.scan()
-    plc["Override.Enable"] = True
+    plc["SpeedOverride.Enable"] = True
     _answer(plc, 0x050A, 0, 60)
     assert plc.scan_until(lambda: plc.words[0] == 0x0039) <= 4
