@@ -275,9 +275,9 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
     ({"Arm1": 0.99}, True),
     ({"Arm1": 1.0}, False),
     ({"Arm1": _NAN}, True),
-    ({"Arm1": 8193.0}, True),
+    ({"Arm1": 8192.5}, True),
     ({"Arm2": -175.0}, True),
-    ({"Arm2": 8193.0}, True),
+    ({"Arm2": 8192.5}, True),
     ({"HandData2": -174.0}, False),
     ({"HandData2": -174.01}, True),
     ({"HandMount": "HAND_ON_R_AXIS", "HandData2": -174.01}, False),
@@ -289,13 +289,13 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
         ({"HandMount": "HAND_ON_R_AXIS", f"HandData{k}": sign * size}, wrong)
         for k in (1, 2, 3)
         for sign in (-1, 1)
-        for size, wrong in ((_LAST, False), (8193.0, True))
+        for size, wrong in ((_LAST, False), (8192.5, True))
     ],
     *[
         ({field: [0.0] * k + [value] + [0.0] * (3 - k)}, wrong)
         for field in ("Base", "Shift")
         for k in range(4)
-        for value, wrong in ((_LAST, field == "Base" and k == 3), (8193.0, True), (-8193.0, True))
+        for value, wrong in ((_LAST, field == "Base" and k == 3), (8192.5, True), (-8192.5, True))
     ],
     *[({"Base": [0.0, 0.0, 0.0, turn]}, abs(turn) > 180) for turn in (180.0, 180.1, -180.1)],
     *[
@@ -327,14 +327,14 @@ def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong:
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_pulses_beyond_8192_degrees_or_millimetres_are_too_many(k: int, sign: int) -> None:
-    for size, error in ((8191.0, 0), (8193.0, 0x8047)):
+    for size, error in ((8191.0, 0), (8192.5, 0x8047)):
         found = _forward([0.0] * k + [sign * size] + [0.0] * (3 - k))
         assert found[2] == error
         assert (found[0] == [0] * 6) is bool(error)
 
 
 @pytest.mark.parametrize("k", range(4))
-@pytest.mark.parametrize("value", [8193.0, -8193.0, _NAN, math.inf])
+@pytest.mark.parametrize("value", [8192.5, -8192.5, _NAN, math.inf])
 def test_a_position_that_is_none_is_refused(k: int, value: float) -> None:
     place = [0.0, 300.0, 0.0, 0.0]
     place[k] = value

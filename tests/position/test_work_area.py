@@ -169,7 +169,7 @@ _EDGE = 8191.9985
 @pytest.mark.parametrize("pin", ["Radius", "DeadBand"])
 @pytest.mark.parametrize(
     ("value", "wrong"),
-    [(0.0, False), (_EDGE, False), (-0.001, True), (8193.0, True), (math.nan, True)],
+    [(0.0, False), (_EDGE, False), (-0.001, True), (8192.5, True), (math.nan, True)],
 )
 def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
     area = _Area(**_TUBE)
@@ -183,7 +183,7 @@ def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize(
     ("value", "wrong"),
-    [(_EDGE, False), (-_EDGE, False), (8193.0, True), (-8193.0, True), (math.nan, True)],
+    [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
     """X, Y and Z; the others do not count."""
