@@ -14,7 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -75,20 +75,7 @@ class Pose:
 
     def frame(self, *, left: bool = False) -> Frame:
         """The controller's coordinates, as `rcx_harness.robot.arm` makes them."""
-        axes = _axes(self.model)
-        arm1, arm2 = (1000.0 * one for one in robot_models()[self.model].arms)
-        offset, tool = 0.0, self.hand
-        if not self.on_r:
-            offset = 1000 * self.hand[0] / axes[1]["pulses_per_mm"]
-            arm2, tool = arm2 + self.hand[1], (0, 0, self.hand[2])
-        return Frame(
-            tuple(axis["pulses_per_mm"] for axis in axes),
-            shift=self.shift,
-            hand=tool,
-            on_r=self.on_r,
-            zeros=tuple(axis["zero"] for axis in axes),
-            kinematics=Scara(arm1, arm2, offset, left=left),
-        )
+        return _frame(self.model, self.hand, self.on_r, self.shift, left)
 
     def arm(self) -> dict[str, Any]:
         """The fields of RCX_SCARA."""
@@ -132,6 +119,26 @@ class Worst:
 @cache
 def _axes(model: str) -> list[dict[str, Any]]:
     return axis_keys(model, 1)
+
+
+@lru_cache(maxsize=8)
+def _frame(
+    model: str, hand: tuple[int, int, int], on_r: bool, shift: tuple[int, int, int, int], left: bool
+) -> Frame:
+    axes = _axes(model)
+    arm1, arm2 = (1000.0 * one for one in robot_models()[model].arms)
+    offset, tool = 0.0, hand
+    if not on_r:
+        offset = 1000 * hand[0] / axes[1]["pulses_per_mm"]
+        arm2, tool = arm2 + hand[1], (0, 0, hand[2])
+    return Frame(
+        tuple(axis["pulses_per_mm"] for axis in axes),
+        shift=shift,
+        hand=tool,
+        on_r=on_r,
+        zeros=tuple(axis["zero"] for axis in axes),
+        kinematics=Scara(arm1, arm2, offset, left=left),
+    )
 
 
 def poses(chance: random.Random, each: int) -> Iterator[Pose]:
@@ -189,27 +196,30 @@ def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
         found, no_place, pulses, no_pulses, shown = look()
         if no_place or no_pulses or shown != hand:
             raise AssertionError(f"{pose}: {no_place:04X} {no_pulses:04X} {shown}")
-        _note(worst, pose, found, pulses, asked)
+        _note(worst, pose, bend, place, found, pulses)
     return worst
 
 
 def _note(
-    worst: Worst, pose: Pose, found: Sequence[float], pulses: Sequence[int], asked: Sequence[float]
+    worst: Worst,
+    pose: Pose,
+    bend: float,
+    place: Sequence[float],
+    found: Sequence[float],
+    pulses: Sequence[int],
 ) -> None:
-    frame = pose.frame()
-    place = frame.to_mm(pose.pulses)
-    bend = frame.bend(pose.pulses) or 0.0
+    """What differs: `place` is exact, of `found` and `pulses` each block made one."""
+    asked = [round(one) for one in place]
     worst.poses += 1
     apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
     worst.place = max(worst.place, apart)
     worst.turn = max(worst.turn, abs(found[3] - place[3] / 1000))
-    inverse = pose.frame(left=bend < 0)
     if _NEAR <= abs(bend) <= 180 - _NEAR:
-        exact = inverse.to_pulses([1000 * one for one in asked])
+        exact = pose.frame(left=bend < 0).to_pulses(asked)
         gap = max(abs(a - b) for a, b in zip(pulses[:4], exact, strict=True))
         worst.pulses = max(worst.pulses, gap)
-    there = frame.to_mm(pulses[:4])
-    way = max(abs(a / 1000 - b) for a, b in zip(there[:3], asked[:3], strict=True))
+    there = pose.frame().to_mm(pulses[:4])
+    way = max(abs(a - b) / 1000 for a, b in zip(there[:3], asked[:3], strict=True))
     worst.back = max(worst.back, way)
 
 
