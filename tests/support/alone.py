@@ -21,9 +21,10 @@ class Alone:
         block: Its type.
         in_outs: The type of each of its VAR_IN_OUT variables, which the program declares under
             the same name.
+        engine: What runs it.
     """
 
-    def __init__(self, block: str, in_outs: Mapping[str, str]) -> None:
+    def __init__(self, block: str, in_outs: Mapping[str, str], engine: str = "auto") -> None:
         declared = "".join(f"    {name} : {kind};\n" for name, kind in in_outs.items())
         given = ", ".join(f"{name} := {name}" for name in in_outs)
         counted = "  Block.Scan := Block.Scan + UINT#1;\n" if block == "FB_RcxJob" else ""
@@ -38,7 +39,7 @@ class Alone:
                 f"{counted}  Block({given});\nEND_PROGRAM\n",
                 encoding="utf-8",
             )
-            self._program = build([file, *needed([file], LIBRARY)]).program
+            self._program = build([file, *needed([file], LIBRARY)], engine).program
         self._start = self._program.snapshot()
 
     def __getitem__(self, path: str) -> Value:

@@ -75,6 +75,9 @@ _CAREFUL = ("FB_MoveTable",)
 #: These wait for a connection.
 _PATIENT = ("FB_PowerUp",)
 
+#: Commands of blocks that are built on others.
+_CODES = {"FB_SpeedOverride": {0x039, 0x50A}, "FB_ToolPosition": {0x506}}
+
 #: Every block with Robot and Execute or Enable, found by its pins.
 BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 

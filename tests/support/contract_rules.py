@@ -279,6 +279,6 @@ class Rules:
         code = _word(si, 0) & 0x0FFF
         if code in _JOG and not start and si[32] & 1 << 6:
             return "the jog goes on with SI(06) ON although Enable is FALSE"
-        if code in _CONTINUOUS and not start and status == 0x0100:
+        if code in _CONTINUOUS and si[2] & 1 and not start and status == 0x0100:
             return "the continuous output goes on although Enable is FALSE"
         return ""

@@ -42,10 +42,14 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_MoveTable", "Rows"): 50,
     ("FB_MoveTable", "Timeout"): timedelta(seconds=60),
     ("FB_MoveTable", "WorkPosition"): 1,
+    ("FB_SpeedOverride", "Percent"): 10,
+    ("FB_SpeedOverride", "Rise"): 10,
+    ("FB_SpeedOverride", "Pace"): timedelta(milliseconds=200),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
     ("FB_RealTimeValueInWords", "Size"): 256,
+    ("FB_ToolPosition", "Period"): timedelta(milliseconds=500),
     **{
         (f"FB_{verb}Bit{words}", "Port"): 20
         for verb in ("Read", "Write")
@@ -84,6 +88,7 @@ _BLOCKS = _blocks()
 #: Parts of other blocks, which give them all of their inputs.
 _PARTS = {
     "FB_RcxAwaitInput",
+    "FB_RcxCommandWhile",
     "FB_RcxDedicatedInputs",
     "FB_RcxGrip",
     "FB_RcxHandshake",

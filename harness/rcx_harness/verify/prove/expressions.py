@@ -297,6 +297,8 @@ class Expressions:
             below = reals.compare("<", arguments[0], reals.constant(0.0, "LREAL"))
             self._machine.oblige("argument", below)
             return reals.root(arguments[0], _name(kind))
+        if name in self._machine.summaries:
+            return self._machine.summaries[name](self._machine, arguments)
         raise UnsupportedError(f"the standard function {name}")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:

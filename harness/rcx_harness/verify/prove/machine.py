@@ -77,7 +77,8 @@ class Machine(Memory):
         project: The checked sources.
         summaries: What stands for a call of a function instead of its body: takes the machine and
             the arguments, gives the result. Each has to be proved of the body on its own. Of a
-            block without VAR_IN_OUT it takes the instance, and gives its variables values.
+            block without VAR_IN_OUT it takes the instance, and gives its variables values. Also of
+            a standard function that no term says.
 
     Attributes:
         now: The PLC's time in nanoseconds.

@@ -32,7 +32,7 @@ class Step:
     Attributes:
         instance: What it is called.
         block: Its type.
-        inputs: As ST writes them; a list fills an array.
+        inputs: As ST writes them; a list fills an array, a table a structure.
         end: Its output that starts the next one.
         after: It is called after FB_WriteArea.
     """
@@ -248,16 +248,23 @@ def _step(step: Step, start: str) -> Iterator[str]:
         raise InputError(f"{step.block} has no input {', '.join(sorted(unknown))}", file=_FILE)
     types = {pin.name: pin.type for pin in pou.pins}
     for name, value in given.items():
-        if isinstance(value, list):
-            element = kinds()[types[name]].element
-            for k, one in enumerate(value, 1):
-                if isinstance(one, Mapping):
-                    yield from (f"{name}[{k}].{part} := {to};" for part, to in one.items())
-                elif one not in (0, "WORD#16#0000"):
-                    yield f"{name}[{k}] := {_literal(one, element)};"
+        if isinstance(value, (list, Mapping)):
+            yield from _filled(name, value, types[name])
             given[name] = name
     texts = {name: _literal(value, types[name]) for name, value in given.items()}
     yield from _call(step.instance, texts)
+
+
+def _filled(name: str, value: Any, kind: str) -> Iterator[str]:
+    """Assignments that give a variable its value; what is 0 needs none."""
+    if isinstance(value, list):
+        for k, one in enumerate(value, 1):
+            yield from _filled(f"{name}[{k}]", one, kinds()[kind].element)
+    elif isinstance(value, Mapping):
+        for field, one in value.items():
+            yield from _filled(f"{name}.{field}", one, kinds()[kind].fields[field])
+    elif value not in (0, "WORD#16#0000"):
+        yield f"{name} := {_literal(value, kind)};"
 
 
 def _literal(value: Any, kind: str) -> str:
@@ -306,7 +313,7 @@ def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
         ]
         for name, value in step.inputs.items():
             pin = pous()[step.block].pin(name)
-            if isinstance(value, list) and pin:
+            if isinstance(value, (list, Mapping)) and pin:
                 rows.append((name, pin.type, ""))
     width = max(len(name) for name, _, _ in rows)
     column = max(len(kind) for _, kind, said in rows if said) + 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import timedelta
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -232,7 +233,7 @@ def _code(snippet: Snippet) -> str:
     text = program(snippet)
     names = {step.instance for step in snippet.steps}
     for step in snippet.steps:
-        names |= {name for name, one in step.inputs.items() if isinstance(one, list)}
+        names |= {name for name, one in step.inputs.items() if isinstance(one, (list, dict))}
     declared = text.partition("  VAR\n")[2].partition("  END_VAR")[0].splitlines()
     rows = [line[4:] for line in declared if line.split()[0] in names]
     body = text.partition("END_VAR\n\n")[2].partition("END_PROGRAM")[0]
@@ -256,6 +257,8 @@ def _value(value: Any, kind: str) -> str:
         return str(value).upper()
     if isinstance(value, float):
         return f"{value:.6g}"
+    if isinstance(value, timedelta):
+        return f"T#{value // timedelta(milliseconds=1)}ms"
     if kind in _DIGITS:
         return f"16#{value:0{_DIGITS[kind]}X}"
     return f"'{value}'" if kind == "STRING" else str(value)

@@ -15,6 +15,7 @@ from typing import Any
 import z3
 
 from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.prove.logic import both
@@ -95,9 +96,16 @@ def _char_code(machine: Machine, arguments: list[Any]) -> Any:
     return z3.BitVec(machine.fresh("code"), 16)
 
 
+def _any_real(machine: Machine, arguments: list[Any]) -> Any:
+    """Of a sine and the like any number is taken: more than there can be."""
+    del arguments
+    return anything(ElementaryType("REAL"), machine.fresh("real"))
+
+
 def _machine(library: Library, name: str) -> Machine:
     """A machine for one POU, at any moment of the PLC's life."""
-    summaries = {**SUMMARIES, "FC_RCXCHARCODE": _char_code}
+    waves = dict.fromkeys(("SIN", "COS", "ATAN"), _any_real)
+    summaries = {**SUMMARIES, **waves, "FC_RCXCHARCODE": _char_code}
     summaries.pop(name, None)
     machine = _Alone(library.project, summaries)
     machine.now = z3.BitVec("now", TIME_BITS)
@@ -126,6 +134,18 @@ def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
     )
 
 
+def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
+    """The clock has begun in the past, and shows a day at most; no age is above two days."""
+
+    def term(*path: Any) -> Any:
+        return machine.term((*BLOCK, *path), memory)
+
+    day = milliseconds(86_400_000)
+    ages = [z3.And(term(name) >= 0, term(name) <= 2 * day) for name in ("AGE", "OUT")]
+    shown, start = term("CLOCK", "ET"), term("CLOCK", "start")
+    return z3.And(*ages, shown >= 0, shown <= day, start >= 0, start <= machine.now)
+
+
 def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
     """As in `safety`; and entries are counted down only while there are some."""
 
@@ -145,7 +165,11 @@ def _span(name: str) -> Span:
     return (0 if name == "FB_RCXSCANTIME" else low), high
 
 
-_KEEPS = {"FB_RCXSCANTIME": _scan_time_keeps, "FB_EVENTLOG": _log_keeps}
+_KEEPS = {
+    "FB_RCXSCANTIME": _scan_time_keeps,
+    "FB_EVENTLOG": _log_keeps,
+    "FB_TOOLPOSITION": _tool_position_keeps,
+}
 
 
 # --- goals ---

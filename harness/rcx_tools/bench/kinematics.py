@@ -1,0 +1,250 @@
+"""`python -m rcx_tools.bench.kinematics`: the library's SCARA kinematics beside the model's.
+
+Random poses of every SCARA robot of spec/robots.toml within its soft limits, with hands on and
+beside the R axis, and shifts. FB_ScaraForward is compared with the virtual controller's own
+arithmetic in double precision; FB_ScaraInverse with it, too, and by where its pulses bring the
+tool. The largest differences are printed beside the bounds that the heads of the blocks state.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from rcx_harness.cell.build import default_lib
+from rcx_harness.engine import build
+from rcx_harness.engine.needed import needed
+from rcx_harness.robot.config.models import axis_keys
+from rcx_harness.robot.geometry import Frame
+from rcx_harness.robot.kinematics import Scara
+from rcx_harness.spec.robots import robot_models
+
+__all__ = ["LIMITS", "Pose", "Worst", "compare", "main", "poses"]
+
+#: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
+_NEAR = 20.0
+_SEED = 22
+_MOST_HAND, _MOST_SHIFT = 300, 500
+
+#: What the heads of the blocks say: mm, degrees, pulses; mm.
+LIMITS = {"place": 0.002, "turn": 0.001, "pulses": 2.0, "back": 0.02}
+
+_PROGRAM = """PROGRAM Kinematics
+  VAR
+    Arm     : RCX_SCARA;
+    Pulses  : RCX_PULSES;
+    Place   : RCX_POSITION;
+    Hand    : RCX_HAND_SYSTEM;
+    Forward : FB_ScaraForward;
+    Inverse : FB_ScaraInverse;
+  END_VAR
+  Forward(Arm := Arm, Pulses := Pulses);
+  Inverse(Arm := Arm, PositionMm := Place, HandSystem := Hand);
+END_PROGRAM
+"""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A robot, what it carries, and where its axes are.
+
+    Attributes:
+        model: Name in spec/robots.toml.
+        hand: Data 1 to 3 as on the wire.
+        on_r: The hand is on the R axis.
+        shift: X, Y, Z and R [0.001 mm, 0.001 degree].
+        pulses: Of axes 1 to 4.
+    """
+
+    model: str
+    hand: tuple[int, int, int]
+    on_r: bool
+    shift: tuple[int, int, int, int]
+    pulses: tuple[int, ...]
+
+    def frame(self, *, left: bool = False) -> Frame:
+        """The controller's coordinates, as `rcx_harness.robot.arm` makes them."""
+        return _frame(self.model, self.hand, self.on_r, self.shift, left)
+
+    def arm(self) -> dict[str, Any]:
+        """The fields of RCX_SCARA."""
+        axes = _axes(self.model)
+        arm1, arm2 = robot_models()[self.model].arms
+        data1, data2, data3 = self.hand
+        return {
+            "Arm1": float(arm1),
+            "Arm2": float(arm2),
+            "PulsesPerUnit": [*(axis["pulses_per_mm"] for axis in axes), 0.0, 0.0],
+            "Zero": [*(axis["zero"] for axis in axes), 0, 0],
+            "HandMount": "HAND_ON_R_AXIS" if self.on_r else "HAND_NOT_ON_R_AXIS",
+            "HandData1": data1 / 1000 if self.on_r else 0.0,
+            "HandData1Integer": 0 if self.on_r else data1,
+            "HandData2": data2 / 1000,
+            "HandData3": data3 / 1000,
+            "Shift": [one / 1000 for one in self.shift],
+        }
+
+
+@dataclass
+class Worst:
+    """The largest differences.
+
+    Attributes:
+        poses: How many there were.
+        place: Of the forward direction [mm].
+        turn: Of its R [degree].
+        pulses: Of the inverse direction from the model's, where the arm is not nearly straight.
+        back: From where the inverse's pulses bring the tool to the position asked for; half a
+            pulse of each axis is part of it [mm].
+    """
+
+    poses: int = 0
+    place: float = 0.0
+    turn: float = 0.0
+    pulses: float = 0.0
+    back: float = 0.0
+
+
+@cache
+def _axes(model: str) -> list[dict[str, Any]]:
+    return axis_keys(model, 1)
+
+
+@lru_cache(maxsize=8)
+def _frame(
+    model: str, hand: tuple[int, int, int], on_r: bool, shift: tuple[int, int, int, int], left: bool
+) -> Frame:
+    axes = _axes(model)
+    arm1, arm2 = (1000.0 * one for one in robot_models()[model].arms)
+    offset, tool = 0.0, hand
+    if not on_r:
+        offset = 1000 * hand[0] / axes[1]["pulses_per_mm"]
+        arm2, tool = arm2 + hand[1], (0, 0, hand[2])
+    return Frame(
+        tuple(axis["pulses_per_mm"] for axis in axes),
+        shift=shift,
+        hand=tool,
+        on_r=on_r,
+        zeros=tuple(axis["zero"] for axis in axes),
+        kinematics=Scara(arm1, arm2, offset, left=left),
+    )
+
+
+def poses(chance: random.Random, each: int) -> Iterator[Pose]:
+    """So many of each SCARA robot; with every tenth one come another hand and shift."""
+    for name, model in robot_models().items():
+        if not model.scara:
+            continue
+        axes = _axes(name)
+        hand, on_r, shift = (0, 0, 0), True, (0, 0, 0, 0)
+        for number in range(each):
+            if number % 10 == 9:
+                on_r = chance.random() < 0.5
+                lengths = [chance.randint(-1000 * _MOST_HAND, 1000 * _MOST_HAND) for _ in range(3)]
+                if not on_r:  # arm 2 gets longer by up to so much
+                    lengths = [chance.randint(-60_000, 60_000), abs(lengths[1]), lengths[2]]
+                hand = (lengths[0], lengths[1], lengths[2])
+                moved = [chance.randint(-1000 * _MOST_SHIFT, 1000 * _MOST_SHIFT) for _ in range(3)]
+                shift = (moved[0], moved[1], moved[2], chance.randint(-180_000, 180_000))
+            pulses = tuple(chance.randint(axis["soft_low"], axis["soft_high"]) for axis in axes)
+            yield Pose(name, hand, on_r, shift, pulses)
+
+
+def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
+    """The largest differences of these poses.
+
+    Args:
+        some: Poses; those of one robot with one hand should stand together.
+        engine: What runs the blocks.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Kinematics.st"
+        file.write_text(_PROGRAM, encoding="utf-8")
+        library = sorted(default_lib().rglob("*.st"))
+        program = build([file, *needed([file], library)], engine).program
+    worst = Worst()
+    equipment: tuple[object, ...] = ()
+    look = program.reader(
+        ["Main.Forward.PositionMm", "Main.Forward.ErrorID", "Main.Inverse.Pulses",
+         "Main.Inverse.ErrorID", "Main.Forward.HandSystem"]
+    )  # fmt: skip
+    for pose in some:
+        if equipment != (pose.model, pose.hand, pose.shift):
+            equipment = (pose.model, pose.hand, pose.shift)
+            for field, value in pose.arm().items():
+                program.write(f"Main.Arm.{field}", value)
+        frame = pose.frame()
+        bend = frame.bend(pose.pulses) or 0.0
+        place = frame.to_mm(pose.pulses)
+        asked = [round(one) / 1000 for one in place]
+        hand = "HAND_LEFT" if bend < 0 else "HAND_RIGHT"
+        program.write("Main.Pulses", [*pose.pulses, 0, 0])
+        program.write("Main.Place", [*asked, 0.0, 0.0])
+        program.write("Main.Hand", hand)
+        program.scan(0)
+        found, no_place, pulses, no_pulses, shown = look()
+        if no_place or no_pulses or shown != hand:
+            raise AssertionError(f"{pose}: {no_place:04X} {no_pulses:04X} {shown}")
+        _note(worst, pose, bend, place, found, pulses)
+    return worst
+
+
+def _note(
+    worst: Worst,
+    pose: Pose,
+    bend: float,
+    place: Sequence[float],
+    found: Sequence[float],
+    pulses: Sequence[int],
+) -> None:
+    """What differs: `place` is exact, of `found` and `pulses` each block made one."""
+    asked = [round(one) for one in place]
+    worst.poses += 1
+    apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
+    worst.place = max(worst.place, apart)
+    worst.turn = max(worst.turn, abs(found[3] - place[3] / 1000))
+    if _NEAR <= abs(bend) <= 180 - _NEAR:
+        exact = pose.frame(left=bend < 0).to_pulses(asked)
+        gap = max(abs(a - b) for a, b in zip(pulses[:4], exact, strict=True))
+        worst.pulses = max(worst.pulses, gap)
+    there = pose.frame().to_mm(pulses[:4])
+    way = max(abs(a - b) / 1000 for a, b in zip(there[:3], asked[:3], strict=True))
+    worst.back = max(worst.back, way)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compare and print; 0 where everything is within its bound."""
+    parser = argparse.ArgumentParser(prog="python -m rcx_tools.bench.kinematics")
+    parser.add_argument("--poses", type=int, default=1_000_000, help="about so many in all")
+    parser.add_argument("--engine", default="auto", help="what runs the blocks")
+    parser.add_argument("--seed", type=int, default=_SEED)
+    given = parser.parse_args(arguments)
+    arms = sum(model.scara for model in robot_models().values())
+    each = -(-given.poses // arms)
+    every = poses(random.Random(given.seed), each)
+    console = Console(highlight=False)
+    shown = track(every, "poses", each * arms, console=console, transient=True)
+    worst = compare(shown, given.engine)
+    table = Table("largest difference", "found", "bound", box=None)
+    for one in fields(worst):
+        value = getattr(worst, one.name)
+        if one.name in LIMITS:
+            table.add_row(one.name, f"{value:.6f}", f"{LIMITS[one.name]:g}")
+    console.print(f"{worst.poses:,} poses of {arms} robots, seed {given.seed}")
+    console.print(table)
+    return 0 if all(getattr(worst, name) <= limit for name, limit in LIMITS.items()) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

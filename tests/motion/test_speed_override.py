@@ -1,0 +1,276 @@
+"""FB_SpeedOverride: the automatic movement speed in steps; the test plays the controller."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import ROOT, PlcBench
+
+PROGRAM = ROOT / "tests/data/library/Watch.st"
+
+
+def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
+    plc = PlcBench(program=PROGRAM, engine=engine)
+    plc.power_up()
+    plc.scan(3)
+    for name, value in pins.items():
+        plc[f"SpeedOverride.{name}"] = value
+    return plc
+
+
+def _answer(plc: PlcBench, code: int, *response: int) -> int:
+    """Wait for a command with this code, answer it at once, reset; its data word n + 4."""
+    plc.scan_until(lambda: plc.words[0] == code)
+    data = plc.words[2]
+    plc.answer(0x0200, response)
+    plc.scan()
+    plc.answer(0)
+    return data
+
+
+def _begun(engine: str = "auto", auto: int = 50, **pins: Any) -> PlcBench:
+    """Enabled, and the controller has said that the automatic speed is `auto`."""
+    plc = _plc(engine, Enable=True, **pins)
+    _answer(plc, 0x050A, 0, auto, 70, 80)
+    return plc
+
+
+def _percents(plc: PlcBench, count: int, code: int = 0x0039) -> list[int]:
+    return [_answer(plc, code) for _ in range(count)]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
+    """From 50 to 75 % by at most 10 %; n + 4 is the speed, the code that of the automatic one.
+
+    Source: remote command guide 4.7.8, AUTO mode speed in m + 4; 4.2.15
+    """
+    plc = _begun(engine, Percent=75)
+    assert plc["SpeedOverride.Actual"] == 50
+    assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Valid"]) == (True, False)
+    assert _percents(plc, 3) == [60, 70, 75]
+    assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (75, True)
+    plc.scan(100)
+    assert not any(plc.words)
+    assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Valid"]) == (False, True)
+
+
+def test_the_robot_is_the_one_that_is_named() -> None:
+    """Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12; sampled at the start."""
+    plc = _plc(Enable=True, RobotNumber=2, Percent=20)
+    assert _answer(plc, 0x250A, 0, 10) == 0
+    plc["SpeedOverride.RobotNumber"] = 3
+    assert _percents(plc, 1, 0x2039) == [20]
+
+
+def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
+    """Also while a step up waits for its time."""
+    plc = _begun(Percent=80, Pace="T#10s")
+    assert _percents(plc, 1) == [60]
+    plc.scan(10)
+    plc["SpeedOverride.Percent"] = 5
+    assert plc.scan_until(lambda: plc.words[0] == 0x0039) == 2
+    assert _percents(plc, 1) == [5]
+    assert plc["SpeedOverride.Valid"]
+
+
+@pytest.mark.parametrize("pace", [None, 500])
+def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
+    """From the scan in which one is asked for; 200 ms unless given."""
+    plc = _begun(Percent=100, **({} if pace is None else {"Pace": f"T#{pace}ms"}))
+    moments = []
+    for _ in range(5):
+        plc.scan_until(lambda: plc.words[0] == 0x0039)
+        moments.append(plc.now_us // 1000)
+        _answer(plc, 0x0039)
+    assert {b - a for a, b in pairwise(moments)} == {(pace or 200) + 10}
+
+
+def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
+    plc = _begun(Percent=40, Pace="T#10s")
+    assert _percents(plc, 1) == [40]
+    plc["SpeedOverride.Percent"] = 45
+    assert plc.scan_until(lambda: plc.words[0] == 0x0039, most=4) <= 4
+    assert _percents(plc, 1) == [45]
+
+
+@pytest.mark.parametrize(
+    ("auto", "percent", "rise", "steps"),
+    [
+        (50, 50, 10, []),
+        (50, 51, 10, [51]),
+        (50, 60, 10, [60]),
+        (50, 61, 10, [60, 61]),
+        (85, 100, 10, [95, 100]),
+        (90, 100, 10, [100]),
+        (95, 100, 10, [100]),
+        (0, 30, 20, [20, 30]),
+        (1, 100, 100, [100]),
+        (1, 3, 1, [2, 3]),
+        (100, 1, 1, [1]),
+    ],
+)
+def test_no_step_is_larger_than_rise_and_none_goes_beyond(
+    auto: int, percent: int, rise: int, steps: list[int]
+) -> None:
+    """A robot without axes shows 0. Source: remote command guide 4.7.8."""
+    plc = _begun(auto=auto, Percent=percent, Rise=rise, Pace="T#0s")
+    assert _percents(plc, len(steps)) == steps
+    assert plc["SpeedOverride.Valid"]
+    plc.scan(50)
+    assert not any(plc.words)
+
+
+def test_the_defaults_go_to_10_percent() -> None:
+    plc = _begun(auto=100)
+    assert _percents(plc, 1) == [10]
+
+
+def test_a_step_waits_for_the_end_of_a_command_and_a_command_for_one_step() -> None:
+    plc = _begun(Percent=100, Pace="T#0s")
+    plc.scan_until(lambda: plc.words[0] == 0x0039)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan()
+    _answer(plc, 0x0039)
+    plc.scan_until(lambda: plc.words[0] != 0)
+    assert plc.words[0] == 0x0501
+    plc.scan(50)
+    assert plc.words[0] == 0x0501
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    assert _percents(plc, 1) == [70]
+
+
+def test_what_changes_on_the_way_is_the_new_target() -> None:
+    plc = _begun(Percent=100)
+    plc.scan_until(lambda: plc.words[0] == 0x0039)
+    plc["SpeedOverride.Percent"] = 55
+    assert _percents(plc, 2) == [60, 55]
+    assert plc["SpeedOverride.Valid"]
+    plc["SpeedOverride.Percent"] = 56
+    plc.scan()
+    assert (plc["SpeedOverride.Valid"], plc["SpeedOverride.Busy"]) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("pin", "value", "error"),
+    [
+        ("Percent", 0, 0x8042),
+        ("Percent", 101, 0x8042),
+        ("Percent", -1, 0x8042),
+        ("Rise", 0, 0x8045),
+        ("Rise", 101, 0x8045),
+        ("RobotNumber", 5, 0x8040),
+    ],
+)
+def test_what_the_manual_does_not_allow_is_refused(pin: str, value: int, error: int) -> None:
+    """Source: remote command guide 4.2.15: 1 to 100."""
+    plc = _plc(Enable=True, **{pin: value})
+    plc.scan(5)
+    assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (True, error)
+    assert not any(plc.words)
+    plc[f"SpeedOverride.{pin}"] = 1
+    plc.scan(5)
+    assert plc["SpeedOverride.ErrorID"] == error, "until Enable falls"
+    plc["SpeedOverride.Enable"] = False
+    plc.scan()
+    assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (False, 0)
+    plc["SpeedOverride.Enable"] = True
+    plc.scan_until(lambda: plc.words[0] != 0, most=3)
+
+
+@pytest.mark.parametrize("step", ["read", "change"])
+def test_an_abnormal_end_is_shown_with_its_alarm(step: str) -> None:
+    plc = _plc(Enable=True) if step == "read" else _begun()
+    code = {"read": 0x050A, "change": 0x0039}[step]
+    plc.scan_until(lambda: plc.words[0] == code)
+    plc.answer(0x4000, [14, 303])
+    plc.scan()
+    plc.answer(0)
+    for _ in range(50):
+        assert (plc["SpeedOverride.ErrorID"], plc["SpeedOverride.Error"]) == (0x8020, True)
+        assert (plc["SpeedOverride.AlarmGroup"], plc["SpeedOverride.AlarmCategory"]) == (14, 303)
+        assert plc["SpeedOverride.Actual"] == (0 if step == "read" else 50)
+        plc.scan()
+        assert not any(plc.words)
+    plc["SpeedOverride.Enable"] = False
+    plc.scan()
+    assert (plc["SpeedOverride.AlarmGroup"], plc["SpeedOverride.AlarmCategory"]) == (0, 0)
+    assert (plc["SpeedOverride.Error"], plc["SpeedOverride.Actual"]) == (False, 0)
+
+
+@pytest.mark.parametrize("moment", [0, 1, 2, 4, 30])
+@pytest.mark.parametrize(("lost", "error"), [("link", 0x8001), ("CPU_OK", 0x8002)])
+def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
+    moment: int, lost: str, error: int
+) -> None:
+    plc = _begun(Percent=50) if moment == 30 else _plc(Enable=True)
+    plc.scan(moment)
+    plc["Connected"] = lost != "link"
+    plc.outputs(SO01=lost == "link")
+    plc.scan()
+    assert plc["SpeedOverride.ErrorID"] == error
+    plc["Connected"] = True
+    plc.outputs(SO01=True)
+    plc.answer(0)
+    plc.scan(100)
+    assert plc["SpeedOverride.ErrorID"] == error
+    assert not any(plc.words)
+
+
+@pytest.mark.parametrize("step", ["read", "change"])
+def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
+    """Sampled at the start. Source: docs/errors.md, 16#8011."""
+    pins = {"Timeout": "T#100ms"}
+    plc = _plc(Enable=True, **pins) if step == "read" else _begun(**pins)
+    plc["SpeedOverride.Timeout"] = "T#0s" if step == "change" else "T#100ms"
+    plc.scan_until(lambda: bool(plc["SpeedOverride.Error"]), most=14)
+    assert plc["SpeedOverride.ErrorID"] == 0x8011
+
+
+def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
+    """The speed is read anew behind it."""
+    plc = _begun(Percent=100, Pace="T#0s")
+    plc.scan_until(lambda: plc.words[0] == 0x0039)
+    plc["SpeedOverride.Enable"] = False
+    plc.scan()
+    shown = [plc[f"SpeedOverride.{pin}"] for pin in ("Valid", "Busy", "Error", "Actual")]
+    assert shown == [False, False, False, 0]
+    plc["SpeedOverride.Enable"] = True
+    plc.scan()
+    _answer(plc, 0x0039)
+    assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Actual"]) == (True, 0)
+    _answer(plc, 0x050A, 0, 65)
+    assert plc["SpeedOverride.Actual"] == 65
+    assert _percents(plc, 1) == [75]
+
+
+def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
+    """It would change a speed that the program no longer leaves to this block."""
+    plc = _begun(Percent=50)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(4)
+    plc["SpeedOverride.Percent"] = 20
+    plc.scan(5)
+    plc["SpeedOverride.Enable"] = False
+    plc.scan()
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan(20)
+    assert not any(plc.words)
+
+
+def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
+    plc = _begun(Percent=100, Pace="T#10s")
+    _percents(plc, 1)
+    plc["SpeedOverride.Enable"] = False
+    plc.scan()
+    plc["SpeedOverride.Enable"] = True
+    _answer(plc, 0x050A, 0, 60)
+    assert plc.scan_until(lambda: plc.words[0] == 0x0039) <= 4

@@ -1,0 +1,373 @@
+"""FB_ScaraForward and FB_ScaraInverse: poses by hand, both arms, hands, shifts; and the model.
+
+The YK400XE has arms of 225 and 175 mm (its data sheet); here each axis has 1000 pulses per unit.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import pytest
+
+from alone import Alone
+from both_engines import ENGINES
+from rcx_tools.bench.kinematics import LIMITS, Pose, compare, poses
+
+_UNIT = 1000
+_ARM: dict[str, Any] = {"Arm1": 225.0, "Arm2": 175.0, "PulsesPerUnit": [float(_UNIT)] * 6}
+_NAN = math.nan
+
+_ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
+
+
+@cache
+def _block(name: str, engine: str) -> Alone:
+    return Alone(f"FB_Scara{name}", {}, engine)
+
+
+def _arm(block: Alone, arm: Mapping[str, Any]) -> None:
+    block.restart()
+    for field, value in {**_ARM, **arm}.items():
+        block[f"Block.Arm.{field}"] = value
+
+
+def _forward(
+    joints: Sequence[float], engine: str = "auto", **arm: Any
+) -> tuple[list[float], str, int]:
+    """Position, hand system and ErrorID."""
+    block = _block("Forward", engine)
+    _arm(block, arm)
+    pulses = [round(_UNIT * joint) for joint in joints]
+    block["Block.Pulses"] = [*pulses, *[0] * (6 - len(pulses))]
+    block.scan(0)
+    assert block["Block.Valid"] is (not block["Block.Error"])
+    assert block["Block.Error"] is (block["Block.ErrorID"] != 0)
+    return block["Block.PositionMm"], block["Block.HandSystem"], block["Block.ErrorID"]
+
+
+def _inverse(
+    position: Sequence[float], hand: str, engine: str = "auto", **arm: Any
+) -> tuple[list[float], int]:
+    """Joints in degrees and mm, and ErrorID."""
+    block = _block("Inverse", engine)
+    _arm(block, arm)
+    block["Block.PositionMm"] = [*position, *[0.0] * (6 - len(position))]
+    block["Block.HandSystem"] = hand
+    block.scan(0)
+    assert block["Block.Valid"] is (not block["Block.Error"])
+    assert block["Block.Error"] is (block["Block.ErrorID"] != 0)
+    return [one / _UNIT for one in block["Block.Pulses"]], block["Block.ErrorID"]
+
+
+@_ON_BOTH
+@pytest.mark.parametrize(
+    ("joints", "place", "hand"),
+    [
+        ((0, 0, 0, 0), (0, 400, 0, 90), "HAND_RIGHT"),
+        ((90, 0, 10, 0), (-400, 0, 10, 180), "HAND_RIGHT"),
+        ((-90, 0, 10, 90), (400, 0, 10, 90), "HAND_RIGHT"),
+        ((0, 90, 150, 0), (-175, 225, 150, 180), "HAND_RIGHT"),
+        ((0, -90, 0, 0), (175, 225, 0, 0), "HAND_LEFT"),
+        ((90, -90, 0, -90), (-225, 175, 0, 0), "HAND_LEFT"),
+        ((-60, 120, 0, 30), (194.856 - 151.554, 112.5 + 87.5, 0, 180), "HAND_RIGHT"),
+        ((0, 179, 0, -360), (-3.054, 50.027, 0, -91), "HAND_RIGHT"),
+    ],
+)
+def test_where_the_tool_is(
+    engine: str, joints: tuple[float, ...], place: tuple[float, ...], hand: str
+) -> None:
+    """At 0 degrees the arms lie along Y; positive angles turn to -X; R is the sum and 90.
+
+    With -60 and 120 degrees arm 1 points 30 degrees above X: 194.856, 112.5 mm; arm 2 at 150
+    degrees: -151.554, 87.5 mm. At 179 degrees: -175 sin 179 and 225 + 175 cos 179.
+
+    Rule: robot-coordinates, robot-arm.
+    Source: public driver of the YK400XE, joints.xacro and README
+    """
+    position, shown, error = _forward(joints, engine)
+    assert error == 0
+    assert position == pytest.approx([*place, 0, 0], abs=0.001)
+    assert shown == hand
+
+
+@_ON_BOTH
+@pytest.mark.parametrize(("hand", "sign"), [("HAND_RIGHT", 1), ("HAND_LEFT", -1)])
+def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> None:
+    """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
+
+    Axis 1 is -+atan(175 / 225) = 37.875 degrees: the elbow of the right arm is at the right.
+    R: 90 = 90 - 37.875 + 90 - 52.125, and for the other arm 90 + 37.875 - 90 + 52.125.
+
+    Rule: robot-arm.
+    """
+    joints, error = _inverse([0, 285.044, 5, 90], hand, engine)
+    assert error == 0
+    expected = [sign * -37.875, sign * 90, 5, sign * -52.125, 0, 0]
+    assert joints == pytest.approx(expected, abs=0.002)
+
+
+@_ON_BOTH
+@pytest.mark.parametrize(
+    ("place", "joints"),
+    [
+        ((0, 400, 0, 90), (0, 0, 0, 0)),
+        ((-400, 0, 10, 180), (90, 0, 10, 0)),
+        ((400, 0, 10, 90), (-90, 0, 10, 90)),
+        ((-175, 225, 150, 180), (0, 90, 150, 0)),
+        ((0, -400, 0, 90), (-180, 0, 0, 180)),
+        ((0, 50, 0, 0), (0, 180, 0, -270)),
+        ((0, -50, 0, 0), (-180, 180, 0, -90)),
+        ((0, 400.009, 0, 90), (0, 0, 0, 0)),
+        ((0, 49.991, 0, 0), (0, 180, 0, -270)),
+    ],
+)
+def test_the_joints_of_a_place_right_handed(
+    engine: str, place: tuple[float, ...], joints: tuple[float, ...]
+) -> None:
+    """Stretched, folded, at right angles; behind the base axis 1 is at -180 degrees.
+
+    What is 0.01 mm beyond the reach is what rounding made of it.
+
+    Rule: robot-arm.
+    """
+    found, error = _inverse(place, "HAND_RIGHT", engine)
+    assert error == 0
+    assert found == pytest.approx([*joints, 0, 0], abs=0.002)
+
+
+@pytest.mark.parametrize(
+    "place", [(0, 400.011), (0, 49.989), (0, 0), (-300, 300), (0, -49.989), (283, -283)]
+)
+@pytest.mark.parametrize("hand", ["HAND_RIGHT", "HAND_LEFT"])
+def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand: str) -> None:
+    """They reach from 225 - 175 to 225 + 175 mm; 283 and 283 mm are 400.2 mm.
+
+    Rule: robot-limits.
+    """
+    assert _inverse(place, hand) == ([0] * 6, 0x8060)
+
+
+@pytest.mark.parametrize("arms", [(200.0, 200.0), (150.0, 250.0)])
+def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
+    """At right angles: the elbow at arm 1 along Y, the hand arm 2 to the left.
+
+    With equal arms the hand would reach the base itself, where every direction is as good: that
+    is refused. Where arm 2 is the longer one it goes beyond the base when it is folded.
+    """
+    own = {"Arm1": arms[0], "Arm2": arms[1]}
+    joints, error = _inverse([-arms[1], arms[0], 0, 180], "HAND_RIGHT", **own)
+    assert error == 0
+    assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
+    beyond = arms[0] - arms[1]
+    joints, error = _inverse([0, beyond, 0, 270], "HAND_RIGHT", **own)
+    if beyond:
+        assert joints == pytest.approx([0, 180, 0, 0, 0, 0], abs=0.002)
+    else:
+        assert error == 0x8060
+
+
+@_ON_BOTH
+@pytest.mark.parametrize(
+    ("data", "place"),
+    [((100, 0, 20), (0, 500, 20, 90)), ((0, 100, 0), (-100, 400, 0, 90))],
+)
+def test_a_hand_on_the_r_axis_turns_with_it(
+    engine: str, data: tuple[float, ...], place: tuple[float, ...]
+) -> None:
+    """With all axes at 0, R is 90 degrees: X of the hand lies along Y, Y of the hand along -X.
+
+    Rule: robot-hand.
+    Source: remote command guide 4.3.5
+    """
+    hand = {f"HandData{k}": float(one) for k, one in enumerate(data, 1)}
+    hand |= {"HandMount": "HAND_ON_R_AXIS"}
+    assert _forward([0] * 4, engine, **hand)[0] == pytest.approx([*place, 0, 0], abs=0.001)
+    joints, _ = _inverse([place[0] - 175, place[1] - 175, place[2], 90], "HAND_RIGHT", **hand)
+    assert joints[:2] == pytest.approx([0, 90], abs=0.002), "the flange is 175 mm left and back"
+    assert joints[3] == pytest.approx(-90, abs=0.002)
+
+
+@_ON_BOTH
+def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
+    """10 degrees and 25 mm more: with all axes at 0 it is at -200 sin 10, 225 + 200 cos 10.
+
+    It is right-handed: the elbow is at the right of the line to the hand.
+
+    Rule: robot-hand.
+    Source: remote command guide 4.3.5: data 1 is an integer, data 2 and 3 are in 0.001 mm
+    """
+    hand = {"HandData1Integer": 10 * _UNIT, "HandData2": 25.0, "HandData3": 7.0}
+    position, shown, _ = _forward([0] * 4, engine, **hand)
+    assert position == pytest.approx([-34.730, 421.962, 7, 90, 0, 0], abs=0.001)
+    assert shown == "HAND_RIGHT"
+    joints, _ = _inverse(position, shown, engine, **hand)
+    assert joints == pytest.approx([0] * 6, abs=0.002)
+    assert _forward([0, -5, 0, 0], **hand)[1] == "HAND_RIGHT"
+    assert _forward([0, -11, 0, 0], **hand)[1] == "HAND_LEFT"
+
+
+@_ON_BOTH
+def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
+    """The flange is at (0, 400, 0, 90); seen from (10, 20, 5) turned by 90 degrees: (380, 10).
+
+    Rule: shift-and-hand.
+    Source: remote command guide 4.3.4
+    """
+    shift = {"Shift": [10.0, 20.0, 5.0, 90.0]}
+    position, _, _ = _forward([0] * 4, engine, **shift)
+    assert position == pytest.approx([380, 10, -5, 0, 0, 0], abs=0.001)
+    joints, _ = _inverse([380 - 175, 10 + 175, -5, 0], "HAND_RIGHT", engine, **shift)
+    assert joints == pytest.approx([0, 90, 0, -90, 0, 0], abs=0.002)
+
+
+@_ON_BOTH
+def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
+    """At (1000, 2000, 100), turned by 90 degrees, the stretched arms lie along -X."""
+    base = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
+    position, _, _ = _forward([0, 0, 3, 0], engine, **base)
+    assert position == pytest.approx([600, 2000, 103, 180, 0, 0], abs=0.001)
+    joints, _ = _inverse([775, 1825, 103, 0], "HAND_RIGHT", engine, **base)
+    assert joints == pytest.approx([0, 90, 3, -270, 0, 0], abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("base", "place", "axis1"),
+    [
+        (180.0, (0, -400), 0),
+        (180.0, (0, 400), -180),
+        (-180.0, (0, 400), -180),
+        (170.0, (200, 346.4102), 160),
+        (-170.0, (-200, 346.4102), -160),
+    ],
+)
+def test_axis_1_comes_within_half_a_turn(
+    base: float, place: tuple[float, float], axis1: float
+) -> None:
+    """The directions are 180, 0, 0, -30 and 30 degrees from Y; less the base, and a turn."""
+    joints, error = _inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
+    assert error == 0
+    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), "near to stretched: in degrees only"
+
+
+def test_the_zeros_are_what_the_axes_count_from() -> None:
+    zero = {"Zero": [-2476, 613, -1707, 40, 0, 0]}
+    position, _, _ = _forward([-2.476, 0.613, -1.707, 0.040], **zero)
+    assert position == pytest.approx([0, 400, 0, 90, 0, 0], abs=0.001)
+    joints, _ = _inverse([-175, 225, 10, 180], "HAND_RIGHT", **zero)
+    expected = [-2.476, 90.613, 8.293, 0.040, 0, 0]
+    assert joints == pytest.approx(expected, abs=0.002)
+
+
+def test_an_axis_may_count_the_other_way() -> None:
+    other = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
+    position, _, _ = _forward([-90, 0, -10, 0], **other)
+    assert position == pytest.approx([-400, 0, 10, 180, 0, 0], abs=0.001)
+    joints, _ = _inverse([-400, 0, 10, 180], "HAND_RIGHT", **other)
+    assert joints == pytest.approx([-90, 0, -10, 0, 0, 0], abs=0.002)
+
+
+_LAST = 8191.9985
+_WRONG: list[tuple[dict[str, Any], bool]] = [
+    ({"Arm1": 0.99}, True),
+    ({"Arm1": 1.0}, False),
+    ({"Arm1": _NAN}, True),
+    ({"Arm1": 8192.5}, True),
+    ({"Arm2": -175.0}, True),
+    ({"Arm2": 8192.5}, True),
+    ({"HandData2": -174.0}, False),
+    ({"HandData2": -174.01}, True),
+    ({"HandMount": "HAND_ON_R_AXIS", "HandData2": -174.01}, False),
+    ({"HandData1Integer": 360_000}, False),
+    ({"HandData1Integer": 360_001}, True),
+    ({"HandData1Integer": -360_001}, True),
+    ({"HandMount": "HAND_ON_R_AXIS", "HandData1Integer": 360_001}, False),
+    *[
+        ({"HandMount": "HAND_ON_R_AXIS", f"HandData{k}": sign * size}, wrong)
+        for k in (1, 2, 3)
+        for sign in (-1, 1)
+        for size, wrong in ((_LAST, False), (8192.5, True))
+    ],
+    *[
+        ({field: [0.0] * k + [value] + [0.0] * (3 - k)}, wrong)
+        for field in ("Base", "Shift")
+        for k in range(4)
+        for value, wrong in ((_LAST, field == "Base" and k == 3), (8192.5, True), (-8192.5, True))
+    ],
+    *[({"Base": [0.0, 0.0, 0.0, turn]}, abs(turn) > 180) for turn in (180.0, 180.1, -180.1)],
+    *[
+        ({"PulsesPerUnit": [1000.0] * k + [value] + [1000.0] * (5 - k)}, wrong)
+        for k in range(6)
+        for value, wrong in ((0.0, k < 4), (0.09, k < 4), (1e6 + 1, k < 4), (_NAN, k < 4))
+    ],
+]
+
+
+@pytest.mark.parametrize("name", ["Forward", "Inverse"])
+@pytest.mark.parametrize(("arm", "wrong"), _WRONG, ids=str)
+def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
+    """Axes 5 and 6 do not count.
+
+    Source: comments of RCX_SCARA; docs/position.md
+    """
+    if name == "Forward":
+        position, hand, error = _forward([0, 1, 0, 0], **arm)
+        if wrong:
+            assert (position, hand) == ([0] * 6, "HAND_NONE")
+    else:
+        joints, error = _inverse([0, 300, 0, 0], "HAND_RIGHT", **arm)
+        if wrong:
+            assert joints == [0] * 6
+    assert (error == 0x8061) is wrong
+
+
+@pytest.mark.parametrize("k", range(4))
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_pulses_beyond_8192_degrees_or_millimetres_are_too_many(k: int, sign: int) -> None:
+    for size, error in ((8191.0, 0), (8192.5, 0x8047)):
+        found = _forward([0.0] * k + [sign * size] + [0.0] * (3 - k))
+        assert found[2] == error
+        assert (found[0] == [0] * 6) is bool(error)
+
+
+@pytest.mark.parametrize("k", range(4))
+@pytest.mark.parametrize("value", [8192.5, -8192.5, _NAN, math.inf])
+def test_a_position_that_is_none_is_refused(k: int, value: float) -> None:
+    place = [0.0, 300.0, 0.0, 0.0]
+    place[k] = value
+    assert _inverse(place, "HAND_RIGHT") == ([0] * 6, 0x8047)
+
+
+@pytest.mark.parametrize("k", [0, 1, 2, 3])
+def test_pulses_beyond_a_double_word_are_refused(k: int) -> None:
+    """With 1,000,000 pulses per unit: 2500 of them are more than 2^31."""
+    per = [1000.0] * 6
+    per[k] = 1e6
+    zero = [0] * 6
+    zero[k] = -2_000_000_000 if k in (1, 3) else 2_000_000_000
+    assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per, Zero=zero) == ([0] * 6, 0x8047)
+    assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per)[1] == 0
+
+
+def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
+    assert _inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
+    assert _inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
+    assert _inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
+
+
+@_ON_BOTH
+def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
+    """A few hundred poses of all models, with hands and shifts, in the bounds of the heads.
+
+    `python -m rcx_tools.bench.kinematics` does it with a million.
+
+    Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
+    """
+    some: list[Pose] = list(poses(random.Random(22), 100))
+    worst = compare(some, engine)
+    assert worst.poses == len(some)
+    for name, limit in LIMITS.items():
+        assert 0 < getattr(worst, name) <= limit, name

@@ -1,0 +1,375 @@
+"""FB_ToolPosition: read between commands, or given directly; how old the position is."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from typing import Any
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import ROOT, PlcBench
+
+PROGRAM = ROOT / "tests/data/library/Watch.st"
+
+#: m+6 to m+22: right-handed; X 20.001, Y -12.345, Z 0.001 mm and R 90 degrees.
+_PLACE = [0x0002, 0x4E21, 0, 0xCFC7, 0xFFFF, 1, 0, 0x5F90, 0x0001]
+_SHOWN = [20.001, -12.345, 0.001, 90.0, 0.0, 0.0]
+
+
+def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
+    plc = PlcBench(program=PROGRAM, engine=engine)
+    plc.power_up()
+    plc.scan(3)
+    for name, value in pins.items():
+        plc[f"Position.{name}"] = value
+    return plc
+
+
+def _ms(plc: PlcBench) -> float:
+    """The age [ms]."""
+    age = plc["Position.Age"]
+    assert isinstance(age, timedelta)
+    return age / timedelta(milliseconds=1)
+
+
+def _read(plc: PlcBench, place: list[int] | None = None) -> None:
+    """Wait for the command, answer it at once, and reset the status."""
+    plc.scan_until(lambda: plc.words[0] & 0x0FFF == 0x0506)
+    plc.answer(0x0200, [0, 0, *(place or _PLACE)])
+    plc.scan()
+    plc.answer(0)
+
+
+def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
+    """The first position has just been read, and nobody has the channel."""
+    plc = _plc(engine, Enable=True, **pins)
+    _read(plc)
+    assert plc["Position.Valid"]
+    return plc
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_first_position_is_read_at_once(engine: str) -> None:
+    """Source: remote command guide 4.7.4, millimeter units."""
+    plc = _plc(engine, RobotNumber=3, Enable=True)
+    plc.scan()
+    assert (plc["Position.Busy"], plc["Position.Valid"]) == (True, False)
+    plc.scan()
+    assert plc.words == [0x3506, *[0] * 15]
+    plc.answer(0x0200, [0, 0, *_PLACE])
+    plc.scan()
+    assert (plc["Position.Busy"], plc["Position.Valid"]) == (False, True)
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
+    assert plc["Position.HandSystem"] == "HAND_RIGHT"
+    plc.answer(0)
+    plc.scan(20)
+    assert plc["Position.Valid"], "in every scan"
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
+    """The data go out in the first scan, the code in the second; the answer comes 50 ms later."""
+    plc = _plc(engine, Enable=True)
+    plc.scan(2)
+    assert plc.words[0] == 0x0506
+    plc.scan(5)
+    plc.answer(0x0200, [0, 0, *_PLACE])
+    plc.scan()
+    assert _ms(plc) == pytest.approx(70)
+    plc.answer(0)
+    plc.scan(3)
+    assert _ms(plc) == pytest.approx(100)
+
+
+def test_a_turn_that_comes_late_makes_no_age() -> None:
+    """What another command had the channel for is before the reading.
+
+    From the scan of its end on: reset, data, code, answer.
+    """
+    plc = _plc()
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(2)
+    plc["Position.Enable"] = True
+    plc.scan(30)
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    _read(plc)
+    assert _ms(plc) == pytest.approx(30)
+
+
+@pytest.mark.parametrize("period", [None, 100, 200])
+def test_it_is_read_again_after_the_period(period: int | None) -> None:
+    """From command to command, half a second unless given."""
+    plc = _watching(**({} if period is None else {"Period": f"T#{period}ms"}))
+    assert _ms(plc) == pytest.approx(20)
+    scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
+    assert scans == (period or 500) // 10 - 1, "data in the scan of the period, then the code"
+    assert _ms(plc) == pytest.approx((period or 500) + 10), "the last position until the answer"
+    plc.answer(0x0200, [0, 0, 4, 5])
+    plc.scan()
+    assert _ms(plc) == pytest.approx(20)
+    assert plc["Position.PositionMm"][0] == pytest.approx(0.005)
+    assert plc["Position.HandSystem"] == "HAND_LEFT"
+
+
+def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
+    plc = _watching(Period="T#100ms")
+    plc["First.Code"], plc["First.Execute"], plc["First.Timeout"] = 0x0501, True, "T#0s"
+    plc.scan(100)
+    assert plc.words[0] == 0x0501
+    assert plc["Position.Valid"]
+    assert _ms(plc) == pytest.approx(1020)
+    assert plc["Robot.Inner.Command.NextTicket"] - plc["Robot.Inner.Command.Serving"] == 1, (
+        "it takes no ticket behind a command that is out"
+    )
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    _read(plc)
+    assert _ms(plc) == pytest.approx(30)
+
+
+def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
+    """The next one takes its ticket in the scan in which the one before it ends."""
+    plc = _watching(Period="T#0ms")
+    _read(plc)
+    plc["First.Code"], plc["Last.Code"] = 0x0501, 0x0502
+    plc["First.Execute"] = True
+    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    for name, code in (("Last", 0x0502), ("First", 0x0501)):
+        plc[f"{name}.Execute"] = True
+        plc.scan()
+        plc.answer(0x0200)
+        plc.scan()
+        plc[f"{'First' if name == 'Last' else 'Last'}.Execute"] = False
+        plc.answer(0)
+        plc.scan_until(lambda code=code: plc.words[0] == code, most=3)  # type: ignore[misc]
+
+
+def test_another_command_waits_for_one_reading_at_most() -> None:
+    """With a period of 0 it reads all the time; a command that comes is the next one."""
+    plc = _watching(Period="T#0ms")
+    plc.scan_until(lambda: plc.words[0] == 0x0506)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan()
+    _read(plc)
+    plc.scan_until(lambda: plc.words[0] != 0, most=3)
+    assert plc.words[0] == 0x0501
+
+
+def test_what_is_given_directly_is_the_position_and_nothing_is_read() -> None:
+    plc = _plc(Enable=True, Direct=True, DirectMm=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    plc["Position.DirectHand"] = "HAND_LEFT"
+    for _ in range(100):
+        plc.scan()
+        assert plc["Position.Valid"]
+        assert plc["Position.PositionMm"] == [1, 2, 3, 4, 5, 6]
+        assert plc["Position.HandSystem"] == "HAND_LEFT"
+        assert _ms(plc) == 0
+        assert not any(plc.words)
+
+
+def test_when_nothing_is_given_directly_any_more_it_reads_after_the_period() -> None:
+    plc = _plc(Enable=True, Direct=True, DirectMm=[1.0] * 6, Period="T#100ms")
+    plc.scan(5)
+    plc["Position.Direct"] = False
+    scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
+    assert scans == 11
+    assert plc["Position.PositionMm"] == [1] * 6
+    _read(plc)
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
+
+
+def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
+    """It was asked for before the direct one came; or after it."""
+    plc = _plc(Enable=True, DirectMm=[1.0] * 6, Period="T#0ms")
+    plc.scan(2)
+    plc["Position.Direct"] = True
+    plc.scan()
+    plc["Position.Direct"] = False
+    _read(plc)
+    assert plc["Position.PositionMm"] == [1] * 6
+    assert _ms(plc) == pytest.approx(20)
+    _read(plc)
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
+    plc["Position.Direct"] = True
+    plc.scan()
+    plc["Position.Direct"] = False
+    plc.scan_until(lambda: plc.words[0] == 0x0506)
+    plc.answer(0x0200, [0, 0, 2, 7])
+    plc.scan()
+    assert plc["Position.PositionMm"][0] == pytest.approx(0.007), "asked for in the same scan"
+
+
+def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
+    plc = _plc(Enable=True)
+    plc.scan(2)
+    plc.answer(0x4000, [4, 2])
+    plc.scan()
+    plc.answer(0)
+    for _ in range(100):
+        assert (plc["Position.Error"], plc["Position.ErrorID"]) == (True, 0x8020)
+        assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
+        assert not plc["Position.Valid"]
+        plc.scan()
+        assert not any(plc.words), "it does not start again by itself"
+    plc["Position.Enable"] = False
+    plc.scan()
+    shown = [plc[f"Position.{pin}"] for pin in ("Error", "ErrorID", "AlarmGroup", "AlarmCategory")]
+    assert shown == [False, 0, 0, 0]
+    plc["Position.Enable"] = True
+    _read(plc)
+    assert plc["Position.Valid"]
+
+
+@pytest.mark.parametrize("moment", [0, 1, 2, 3, 30])
+@pytest.mark.parametrize(("lost", "error"), [("link", 0x8001), ("CPU_OK", 0x8002)])
+@pytest.mark.parametrize("direct", [False, True])
+def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
+    moment: int, lost: str, error: int, direct: bool
+) -> None:
+    """Before the reading, during it, and between two."""
+    plc = _plc(Enable=True, Direct=direct)
+    if moment < 4:
+        plc.scan(moment)
+    else:
+        _read(plc) if not direct else None
+        plc.scan(moment)
+    plc["Connected"] = lost != "link"
+    plc.outputs(SO01=lost == "link")
+    plc.scan()
+    assert (plc["Position.ErrorID"], plc["Position.Valid"]) == (error, False)
+    plc["Connected"] = True
+    plc.outputs(SO01=True)
+    plc.answer(0)
+    plc.scan(100)
+    assert plc["Position.ErrorID"] == error
+    assert not any(plc.words)
+
+
+@pytest.mark.parametrize(("number", "error"), [(-1, 0x8040), (5, 0x8040)])
+def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int, error: int) -> None:
+    plc = _plc(Enable=True, RobotNumber=number)
+    plc.scan(5)
+    assert plc["Position.ErrorID"] == error
+    assert not any(plc.words)
+
+
+def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
+    """Source: docs/errors.md, 16#8011."""
+    plc = _plc(Enable=True, Timeout="T#100ms")
+    plc.scan_until(lambda: bool(plc["Position.Error"]), most=12)
+    assert plc["Position.ErrorID"] == 0x8011
+
+
+def test_number_period_and_timeout_are_sampled_at_the_start() -> None:
+    plc = _watching(Period="T#100ms", RobotNumber=2, Timeout="T#0s")
+    plc["Position.RobotNumber"], plc["Position.Period"] = 4, "T#10s"
+    plc["Position.Timeout"] = "T#10ms"
+    plc.scan_until(lambda: plc.words[0] != 0, most=12)
+    assert plc.words[0] == 0x2506
+    plc.scan(20)
+    assert not plc["Position.Error"]
+
+
+def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
+    """It was of another robot; the next one is asked for as soon as it has ended."""
+    plc = _plc(Enable=True, RobotNumber=2)
+    plc.scan(2)
+    plc["Position.Enable"] = False
+    plc.scan()
+    shown = [plc[f"Position.{pin}"] for pin in ("Valid", "Busy", "Error")]
+    assert shown == [False] * 3
+    plc["Position.Enable"], plc["Position.RobotNumber"] = True, 3
+    plc.scan()
+    assert plc["Position.Busy"]
+    _read(plc)
+    assert not plc["Position.Valid"]
+    plc.scan_until(lambda: plc.words[0] != 0, most=4)
+    assert plc.words[0] == 0x3506
+    _read(plc)
+    assert plc["Position.Valid"]
+
+
+def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+    """Nobody waits for it any more: the next command goes out as if it had never been."""
+    plc = _plc(Enable=True)
+    plc.scan()
+    plc["Position.Enable"] = False
+    plc.scan()
+    assert not any(plc.words)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc["Position.Enable"] = True
+    plc.scan(5)
+    plc["Position.Enable"] = False
+    plc.scan()
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan(5)
+    assert not any(plc.words)
+    plc["Position.Enable"] = True
+    _read(plc)
+    assert plc["Position.Valid"]
+
+
+def test_an_error_of_an_earlier_enable_counts_for_nothing() -> None:
+    plc = _plc(Enable=True)
+    plc.scan(2)
+    plc["Position.Enable"] = False
+    plc.scan()
+    plc["Position.Enable"] = True
+    plc.scan()
+    plc.answer(0x4000, [4, 2])
+    plc.scan()
+    plc.answer(0)
+    assert not plc["Position.Error"]
+    _read(plc)
+    assert plc["Position.Valid"]
+
+
+def test_the_position_of_before_is_not_valid_in_the_next_enable() -> None:
+    plc = _watching()
+    plc["Position.Enable"] = False
+    plc.scan()
+    assert not plc["Position.Valid"]
+    plc["Position.Enable"] = True
+    plc.scan()
+    assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
+
+
+def test_the_age_counts_also_while_it_is_not_called() -> None:
+    """10 s; skipped during a reading it is lost, as any command.
+
+    Source: docs/scan-model.md, a block that is skipped.
+    """
+    plc = _watching()
+    plc["CallPosition"] = False
+    plc.scan(1000)
+    plc["CallPosition"] = True
+    plc.scan()
+    assert _ms(plc) == pytest.approx(10_030)
+    plc.scan()
+    assert plc.words[0] == 0x0506
+    plc["CallPosition"] = False
+    plc.scan()
+    plc["CallPosition"] = True
+    plc.scan()
+    assert plc["Position.ErrorID"] == 0x8013
+
+
+def test_the_age_stays_at_a_day() -> None:
+    """An age that is too large for a TIME of 32 bits is never shown."""
+    plc = _watching(Period="T#48h")
+    plc.scan_us = 3_600_000_000
+    plc.scan(30)
+    age = plc["Position.Age"]
+    assert isinstance(age, timedelta)
+    assert timedelta(hours=24) <= age <= timedelta(hours=25)
+    plc.scan(30)
+    assert plc["Position.Age"] == age
+    assert not any(plc.words)
