@@ -304,7 +304,16 @@ CHECKS: tuple[Check, ...] = (
         tuple(
             f"tests/{name}"
             for name in (
-                *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
+                *(
+                    "area",
+                    "sequence",
+                    "command",
+                    "points",
+                    "diagnosis",
+                    "chapters",
+                    "cell",
+                    "contract",
+                ),
                 "watch",
                 *("faults", "examples", "support", "data", "tools/evidence/conditions.toml"),
             )
@@ -333,7 +342,10 @@ CHECKS: tuple[Check, ...] = (
             ("run time of the last run, which keeps known outcomes [s]", _number("run_time_s")),
         ),
         (
-            *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "chapters")),
+            *(
+                f"tests/{name}"
+                for name in ("area", "sequence", "command", "points", "diagnosis", "chapters")
+            ),
             *(
                 f"tests/{name}"
                 for name in ("faults", "examples", "tools/library", "support", "data")

@@ -18,7 +18,17 @@ __all__ = ["FOLDERS", "Run", "run_tests"]
 
 #: Folders of tests in which blocks of the library run.
 FOLDERS = (
-    *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract", "faults"),
+    *(
+        "area",
+        "sequence",
+        "command",
+        "points",
+        "diagnosis",
+        "chapters",
+        "cell",
+        "contract",
+        "faults",
+    ),
     *("examples", "watch"),
 )
 #: What runs at the pace of the clock executes nothing that the others do not.
