@@ -116,19 +116,21 @@ def test_the_robot_of_hands_belongs_to_the_record(plc: PointsBench) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "error"),
+    ("change", "error", "row"),
     [
-        ({"Head.Count": 0}, 0x8044),
-        ({"Head.Count": 101}, 0x8044),
-        ({"Head.First": -1}, 0x8044),
-        ({"Head.First": 32_767}, 0x8044),
-        ({"Head.RobotNumber": 5}, 0x8040),
-        ({"Restore.FirstRow": 0}, 0x8044),
-        ({"Restore.FirstRow": 5}, 0x8044),
+        ({"Head.Count": 0}, 0x8044, 1),
+        ({"Head.Count": 101}, 0x8044, 1),
+        ({"Head.First": -1}, 0x8044, 1),
+        ({"Head.First": 32_767}, 0x8044, 1),
+        ({"Head.RobotNumber": 5, "Restore.FirstRow": 3}, 0x8040, 3),
+        ({"Restore.FirstRow": 0}, 0x8044, 1),
+        ({"Restore.FirstRow": 5}, 0x8044, 5),
+        ({"Restore.FirstRow": 100}, 0x8044, 100),
+        ({"Restore.FirstRow": 101}, 0x8044, 1),
     ],
 )
 def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
-    plc: PointsBench, change: dict[str, Any], error: int
+    plc: PointsBench, change: dict[str, Any], error: int, row: int
 ) -> None:
     """Row stays a row of the array: the program takes it as an index."""
     _record(plc)
@@ -136,7 +138,18 @@ def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
         plc[place] = value
     assert plc.run("Restore", most=1) == error
     assert plc.sent == []
-    assert plc["Restore.Row"] == 1
+    assert plc["Restore.Row"] == row
+
+
+def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: PointsBench) -> None:
+    """No row is left out, though it had looked at others already."""
+    _record(plc, count=9)
+    plc["Restore.FirstRow"] = 2
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: plc["Restore.Row"] == 7)
+    plc["Connected"] = False
+    plc.scan()
+    assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
 
 
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:

@@ -55,6 +55,10 @@ _HELD = {
     "FB_ServoOnFromEmergencyStop": "HoldEmergency",
     "FB_ProgramContinue": "HoldStop",
 }
+#: Commands of blocks that are built on FB_RemoteCommand; here each of them has one row.
+_CODES = {"FB_PointBackup": {0x101}, "FB_PointRestore": {0x100}}
+#: Scans in which they look at what they were given, before anything goes out.
+_AHEAD = {"FB_PointRestore": 2}
 #: These wait for a connection.
 _PATIENT = ("FB_PowerUp",)
 
@@ -310,6 +314,7 @@ def _subject(block: str) -> Subject:
     codes = {one.code for one in known}
     if block == "FB_RemoteCommand":
         codes = {SCENARIOS[block].inputs["Code"]}
+    codes |= _CODES.get(block, set())
     judged: dict[bytes, bool] = {}
 
     def legal(telegram: bytes) -> bool:
@@ -324,7 +329,8 @@ def _subject(block: str) -> Subject:
         mask |= bit(name)
         value |= bit(name) * on
     level = block in library().level
-    return Subject(frozenset(codes), level, block in _PATIENT, (mask, value), legal)
+    means, ahead = (mask, value), _AHEAD.get(block, 0)
+    return Subject(frozenset(codes), level, block in _PATIENT, means, legal, ahead)
 
 
 def cases(block: str) -> list[Case]:

@@ -57,6 +57,7 @@ class Subject(NamedTuple):
         patient: It waits for the connection, and does not end without it.
         means: Dedicated outputs that Done (Valid) stands for, as mask and value.
         legal: Is a telegram, given as its 16 words, legal?
+        ahead: Scans of work before its code goes out.
     """
 
     codes: frozenset[int]
@@ -64,6 +65,7 @@ class Subject(NamedTuple):
     patient: bool
     means: tuple[int, int]
     legal: Callable[[bytes], bool]
+    ahead: int = 0
 
 
 def _word(area: bytes, at: int) -> int:
@@ -234,7 +236,8 @@ class Rules:
             return "Busy without CPU_OK"
         if _word(self._si, 0) and status in _ENDS and self._sent:
             return "Busy although the end status is there"
-        if self._ready and self._begun == self._scan - 1 and not status and not _word(si, 0):
+        due = self._begun + 1 + self.subject.ahead
+        if self._ready and due == self._scan and not status and not _word(si, 0):
             return "the code is not out one scan after the edge"
         return ""
 
