@@ -20,7 +20,7 @@ from rcx_tools.evidence.prove.area import (
 from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, WRITERS
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
-from rcx_tools.evidence.prove.restart import jobs_of, shows
+from rcx_tools.evidence.prove.restart import CARRIERS, jobs_of, shows
 
 __all__ = ["PROPERTIES"]
 
@@ -226,7 +226,11 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 def _commands(library: Library) -> list[str]:
     """The blocks that run a remote command."""
-    return [name for name in jobs_of(library) if "ALARMGROUP" in library.pou(name).symbols]
+    return [
+        name
+        for name in jobs_of(library)
+        if "ALARMGROUP" in library.pou(name).symbols and name not in CARRIERS
+    ]
 
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:

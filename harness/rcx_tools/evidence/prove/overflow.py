@@ -161,7 +161,7 @@ def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
         *(row >= 1, row <= 100, start >= 1, start <= 100, first >= 0, first <= 29_999),
         *(count >= 0, count <= 100, different >= 0, different <= row),
         z3.Or(term("THROUGH"), different < row),
-        z3.Implies(term("CHECKS"), different == 0),
+        *(z3.Implies(term("CHECKS"), different == 0), term("BUSY") == term("JOB", "BUSY")),
     )
 
 
@@ -172,8 +172,10 @@ def _span(name: str) -> Span:
 
 
 _KEEPS = {
-    **{"FB_RCXSCANTIME": _scan_time_keeps, "FB_EVENTLOG": _log_keeps},
-    **{"FB_POINTBACKUP": _backup_keeps, "FB_POINTRESTORE": _restore_keeps},
+    "FB_RCXSCANTIME": _scan_time_keeps,
+    "FB_EVENTLOG": _log_keeps,
+    "FB_POINTBACKUP": _backup_keeps,
+    "FB_POINTRESTORE": _restore_keeps,
 }
 
 
@@ -253,7 +255,7 @@ def _parts(library: Library) -> list[str]:
     return [
         name
         for name, pou in library.project.pous.items()
-        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name != _INSIDE)
+        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name not in _INSIDE)
     ]
 
 
