@@ -134,14 +134,15 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
     yield sends == get("ONE", "COMMAND", "JOB", "WASEXECUTE")
     yield z3.Not(z3.Or(get("ONE", "COMMAND", "DONE"), get("ONE", "COMMAND", "ERROR")))
     yield z3.And(z3.Not(get("ONE", "DONE")), get("ONE", "ERRORID") == 0)
-    rows = get("HEAD", "COUNT") < get("WANTED")
     if name == "FB_POINTRESTORE":
         rows = z3.Not(z3.Or(get("CHECKS"), get("THROUGH")))
         yield z3.Implies(busy, z3.Not(get("THROUGH")))
+    else:
+        rows = get("HEAD", "COUNT") < get("WANTED")
     seen = get("ONE", "COMMAND", "JOB", "SEEN") == get("SEEN")
     yield z3.Implies(sends, z3.And(busy, rows, get("FAILURE") == 0, seen))
-    number = get("FAILURE")
-    yield z3.Or(number == 0, z3.Extract(15, 15, number) == 1)
+    for number in (get("FAILURE"), get("ONE", "COMMAND", "REFUSED")):
+        yield z3.Or(number == 0, z3.Extract(15, 15, number) == 1)
 
 
 def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
