@@ -35,6 +35,8 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
+    ("FB_PointBackup", "Count"): 100,
+    ("FB_PointRestore", "FirstRow"): 1,
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -79,6 +81,7 @@ _PARTS = {
     "FB_RcxDedicatedInputs",
     "FB_RcxHandshake",
     "FB_RcxMakeHead",
+    "FB_RcxPointRow",
     "FB_RcxTakeHead",
     "FB_RcxSharedWords",
 }
