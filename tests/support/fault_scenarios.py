@@ -138,7 +138,7 @@ SCENARIOS: dict[str, Scenario] = {
         _program_runs, ("SO00", "SO02"), {"SO00": True, "SO02": False}, waits=2, helpers=_EMERGENCY
     ),
     "FB_MovePtp": Scenario(_axes_at_zero, ("Status",), {}, {"Point": 19}),
-    "FB_PointBackup": Scenario(recover, ("Status",), {}, {"First": 50, "Count": 1}),
+    "FB_PointBackup": Scenario(recover, ("Status",), {}, {"First": 19, "Count": 1}),
     "FB_PointRestore": Scenario(
         recover, ("Status",), {}, {"Head": _HEAD_OF_50, "Point": _ROW_OF_50}
     ),
