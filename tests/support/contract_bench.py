@@ -67,16 +67,19 @@ _HELD = {
     "FB_ProgramContinue": "HoldStop",
 }
 #: Commands of blocks that are built on those of others; here each of them sends one.
-_CODES = {"FB_MoveTable": {0x0001}}
+_CODES = {
+    "FB_MoveTable": {0x0001},
+    "FB_PointBackup": {0x101},
+    "FB_PointRestore": {0x100},
+    "FB_SpeedOverride": {0x039, 0x50A},
+    "FB_ToolPosition": {0x506},
+}
 #: Scans in which they look at what they were given, before anything goes out.
-_AHEAD = {"FB_MoveTable": 1}
+_AHEAD = {"FB_MoveTable": 1, "FB_PointRestore": 2}
 #: These refuse to begin while servos are off or there is an alarm.
 _CAREFUL = ("FB_MoveTable",)
 #: These wait for a connection.
 _PATIENT = ("FB_PowerUp",)
-
-#: Commands of blocks that are built on others.
-_CODES = {"FB_SpeedOverride": {0x039, 0x50A}, "FB_ToolPosition": {0x506}}
 
 #: Every block with Robot and Execute or Enable, found by its pins.
 BLOCKS: tuple[str, ...] = (*library().edge, *library().level)

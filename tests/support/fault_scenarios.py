@@ -120,6 +120,16 @@ def _no_power(cell: FaultCell) -> None:
 
 _POINT_19 = [0x0004, 0, 0x0032, 0x0013, *[0] * 11]
 
+#: A record with point 50 of guide 4.3.1 in its only row; the checksum is that of zlib, inverted.
+_HEAD_OF_50 = {
+    **{"Kind": "DATA_POINTS", "RobotNumber": 0, "First": 50, "Count": 1},
+    "Checksum": 0x40947D21,
+}
+_ROW_OF_50 = {
+    **{"Defined": True, "Flag": 1},
+    "Values": [10_000, -20_000, 5_000, -18_000, 0, 0],
+}
+
 #: Every edge-triggered block of the library; of the generated ones, which are alike, two.
 SCENARIOS: dict[str, Scenario] = {
     "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
@@ -137,6 +147,10 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "FB_MoveTable": Scenario(
         _axes_at_zero, ("Status",), {}, {"Moves[1].Kind": "MOVE_PTP", "Moves[1].Point": 19}
+    ),
+    "FB_PointBackup": Scenario(recover, ("Status",), {}, {"First": 19, "Count": 1}),
+    "FB_PointRestore": Scenario(
+        recover, ("Status",), {}, {"Head": _HEAD_OF_50, "Point": _ROW_OF_50}
     ),
     "FB_PowerUp": Scenario(
         _no_power,

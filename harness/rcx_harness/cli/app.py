@@ -77,6 +77,10 @@ COMMANDS = {
         "new:new",
         "Write a repository for a cell of your own: program, tests, virtual robot, CI files.",
     ),
+    "points": (
+        "points:points",
+        "Back up, restore or compare points, comments, shifts, hands and pallets of a controller.",
+    ),
     "probe": (
         "probe:probe",
         "Ask a real controller what is assumed of it, step by step; you confirm each of them.",

@@ -11,6 +11,7 @@ import pytest
 import typer
 
 from rcx_harness.cli.compare import compare
+from rcx_harness.cli.points import points
 from rcx_harness.cli.probe import probe
 from rcx_harness.look.probe.catalogue import questions
 from rcx_harness.spec.rules import rules
@@ -20,7 +21,9 @@ from rcx_tools.docs.probes import probes_page
 _TWO_SCREENS = 100
 
 
-@pytest.mark.parametrize(("name", "command"), [("compare", compare), ("probe", probe)])
+@pytest.mark.parametrize(
+    ("name", "command"), [("compare", compare), ("points", points), ("probe", probe)]
+)
 def test_every_option_has_its_row_and_no_other(
     repository: Path, name: str, command: Callable[..., Any]
 ) -> None:
@@ -33,7 +36,7 @@ def test_every_option_has_its_row_and_no_other(
     assert {name for row in rows for name in re.findall(r"`(--[a-z-]+)`", row)} == options
 
 
-@pytest.mark.parametrize("name", ["compare", "probe", "real-controller"])
+@pytest.mark.parametrize("name", ["compare", "points", "probe", "real-controller"])
 def test_safety_comes_first_and_the_page_is_short(repository: Path, name: str) -> None:
     lines = (repository / f"docs/{name}.md").read_text(encoding="utf-8").splitlines()
     assert re.match(r"> \*\*Safety( first)?\.\*\*", lines[2])

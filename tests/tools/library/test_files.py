@@ -96,6 +96,8 @@ def test_edge_triggered_blocks_have_the_pins_of_the_contract_with_working_defaul
         "FB_EmergencyStop",
         "FB_PickPlace",
         "FB_MoveTable",
+        "FB_PointBackup",
+        "FB_PointRestore",
         "FB_PowerUp",
         "FB_ProgramContinue",
         "FB_ProgramReset",

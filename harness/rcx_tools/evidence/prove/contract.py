@@ -30,6 +30,7 @@ from rcx_tools.evidence.prove.invariants import (
 )
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.restart import CARRIERS
 
 __all__ = ["PROPERTIES", "kind_of"]
 
@@ -215,7 +216,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     if block == _TAKER:
         taken = z3.Or(now["AGAIN"], linked(machine, now.memory))
         yield Goal(f"{block}: says what the answer is", tuple(machine.assumptions), taken)
-    if kind == "edge" and "ALARMGROUP" in now:
+    if kind == "edge" and "ALARMGROUP" in now and block not in CARRIERS:
         data = _data(library, block, step, was, now)
         claim = without_floats(z3.And(list(data.values())))
         yield Goal(f"{block}: {'; '.join(data)}", given, claim, show)

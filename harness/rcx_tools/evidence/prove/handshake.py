@@ -20,7 +20,7 @@ from rcx_tools.evidence.prove.area import (
 from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, WRITERS
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
-from rcx_tools.evidence.prove.restart import jobs_of, shows
+from rcx_tools.evidence.prove.restart import CARRIERS, jobs_of, shows
 
 __all__ = ["PROPERTIES"]
 
@@ -226,7 +226,7 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 def _commands(library: Library) -> list[str]:
     """The blocks that run a remote command; not those that run others, on a channel of their own."""
-    pous = {name: library.pou(name) for name in jobs_of(library)}
+    pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
     return [
         name
         for name, pou in pous.items()

@@ -147,6 +147,8 @@ def _of_one(view: View) -> dict[str, Any]:
         guesses["Execute is answered"] = z3.Implies(view["WASEXECUTE"], view.shown)
     if "FAILURE" in view and "ERRORID" in view:
         guesses["Failure is ErrorID"] = view["FAILURE"] == view["ERRORID"]
+        abnormal = view["FAILURE"] == ABNORMAL
+        guesses["no abnormal end while Busy"] = z3.Not(z3.And(view["BUSY"], abnormal))
     if "BUSY" in view and "STAGE" in view:
         for stage in range(_stages(view)):
             guesses[f"not Busy in stage {stage}"] = z3.Implies(view["BUSY"], view["STAGE"] != stage)

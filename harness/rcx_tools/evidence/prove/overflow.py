@@ -36,8 +36,8 @@ WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
 _KEYS = ("file", "pou", "operation", "reason")
 #: What a TIME holds where it has 32 bits and counts milliseconds: the least of all PLCs.
 _LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
-#: What it gives says how far its callers count: it is run where it is called.
-_INSIDE = "FB_RCXSHAREDWORDS"
+#: What they give says how far their callers count: they are run where they are called.
+_INSIDE = ("FB_RCXSHAREDWORDS", "FB_RCXPOINTHEAD")
 #: Functions that are right for any arguments; their callers need not ask again.
 _ALONE = ("FC_RCXCHARCODE",)
 _CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
@@ -80,7 +80,7 @@ class _Alone(Machine):
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
         """Run a block, or let it do anything."""
-        if not self._frames or block in BLOCKS or block.upper() == _INSIDE:
+        if not self._frames or block in BLOCKS or block.upper() in _INSIDE:
             super().call_block(instance, block, in_outs)
             return
         pou = self.project.pous[block.upper()]
@@ -159,6 +159,32 @@ def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
     )
 
 
+def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
+    """The record that was begun is legal, and no more rows were taken than are wanted."""
+
+    def term(*path: str) -> Any:
+        return machine.term((*BLOCK, *path), memory)
+
+    wanted, taken, first = term("WANTED"), term("HEAD", "COUNT"), term("HEAD", "FIRST")
+    return z3.And(taken >= 0, taken <= wanted, wanted <= 100, first >= 0, first <= 29_999)
+
+
+def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
+    """Row is a row of the record that was legal at last; each row differs once at most."""
+
+    def term(*path: str) -> Any:
+        return machine.term((*BLOCK, *path), memory)
+
+    row, start, different = term("ROW"), term("STARTROW"), term("DIFFERENCES")
+    first, count = term("ROWS", "FIRST"), term("ROWS", "COUNT")
+    return z3.And(
+        *(row >= 1, row <= 100, start >= 1, start <= 100, first >= 0, first <= 29_999),
+        *(count >= 0, count <= 100, different >= 0, different <= row),
+        z3.Or(term("THROUGH"), different < row),
+        *(z3.Implies(term("CHECKS"), different == 0), term("BUSY") == term("JOB", "BUSY")),
+    )
+
+
 def _span(name: str) -> Span:
     """What a result of TIME has to be in."""
     low, high = _LEAST_TIME
@@ -169,6 +195,8 @@ _KEEPS = {
     "FB_RCXSCANTIME": _scan_time_keeps,
     "FB_EVENTLOG": _log_keeps,
     "FB_TOOLPOSITION": _tool_position_keeps,
+    "FB_POINTBACKUP": _backup_keeps,
+    "FB_POINTRESTORE": _restore_keeps,
 }
 
 
@@ -248,7 +276,7 @@ def _parts(library: Library) -> list[str]:
     return [
         name
         for name, pou in library.project.pous.items()
-        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name != _INSIDE)
+        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name not in _INSIDE)
     ]
 
 

@@ -14,7 +14,7 @@ from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 
-__all__ = ["PROPERTIES", "answers", "jobs_of", "shows"]
+__all__ = ["CARRIERS", "PROPERTIES", "answers", "jobs_of", "shows"]
 
 Memory = Mapping[Path, Value]
 
@@ -28,6 +28,8 @@ _PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
 _LEVELS = ("FB_SEQUENCECONTROL", "FB_JOG", "FB_CONTINUOUSPOSITION")
 #: FB_PowerUp waits for the link and for CPU_OK itself, before it has asked for anything.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
+#: They send one command after the other, by FB_RcxPointRow.
+CARRIERS = ("FB_POINTBACKUP", "FB_POINTRESTORE")
 _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
@@ -65,6 +67,8 @@ def _agrees(machine: Machine, memory: Memory, name: str) -> Any:
         claims.append(seen == machine.term((*job, "WASEXECUTE"), memory))
     if name in _COMPOSITES:
         claims += _nested(machine, memory, name, BLOCK)
+    if name in CARRIERS:
+        claims += _carried(machine, memory, name)
     return z3.And(*claims)
 
 
@@ -100,6 +104,47 @@ def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> 
     return z3.Or(*[stage == members.index(f"POWER_UP_{name}") for name in names])
 
 
+def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
+    """A block of blocks has a channel for itself, and its turn while it is busy."""
+
+    def get(*path: Any) -> Any:
+        return machine.term((*at, *path), memory)
+
+    yield get("SEEN") == get("JOB", "SEEN")
+    turn = z3.And(
+        get("JOB", "ACTIVE"),
+        get("JOB", "ARMED"),
+        get("JOB", "TICKET") == get("OWN", "SERVING"),
+        get("OWN", "NEXTTICKET") == get("OWN", "SERVING") + 1,
+    )
+    yield z3.Implies(get("BUSY"), turn)
+    yield z3.Not(get("OWN", "ORPHAN"))
+
+
+def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
+    """A command is busy only while there are rows, and between two calls none has ended."""
+
+    def get(*path: Any) -> Any:
+        return machine.term((*BLOCK, *path), memory)
+
+    yield from _has_own_turn(machine, memory, BLOCK)
+    command = (*BLOCK, "ONE", "COMMAND")
+    yield from shows(machine, memory, command, (*command, "JOB"))
+    sends, busy = get("ONE", "COMMAND", "BUSY"), get("BUSY")
+    yield sends == get("ONE", "COMMAND", "JOB", "WASEXECUTE")
+    yield z3.Not(z3.Or(get("ONE", "COMMAND", "DONE"), get("ONE", "COMMAND", "ERROR")))
+    yield z3.And(z3.Not(get("ONE", "DONE")), get("ONE", "ERRORID") == 0)
+    if name == "FB_POINTRESTORE":
+        rows = z3.Not(z3.Or(get("CHECKS"), get("THROUGH")))
+        yield z3.Implies(busy, z3.Not(get("THROUGH")))
+    else:
+        rows = get("HEAD", "COUNT") < get("WANTED")
+    seen = get("ONE", "COMMAND", "JOB", "SEEN") == get("SEEN")
+    yield z3.Implies(sends, z3.And(busy, rows, get("FAILURE") == 0, seen))
+    for number in (get("FAILURE"), get("ONE", "COMMAND", "REFUSED")):
+        yield z3.Or(number == 0, z3.Extract(15, 15, number) == 1)
+
+
 def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
     """In each stage the block that does its work is busy, and no other one is."""
 
@@ -107,17 +152,9 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
         return machine.term((*at, *path), memory)
 
     busy, chart = get("BUSY"), _CHARTS[name]
-    yield get("SEEN") == get("JOB", "SEEN")
+    yield from _has_own_turn(machine, memory, at)
     yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
     yield z3.Implies(busy, _stage(machine, memory, at, chart))
-    turn = z3.And(
-        get("JOB", "ACTIVE"),
-        get("JOB", "ARMED"),
-        get("JOB", "TICKET") == get("OWN", "SERVING"),
-        get("OWN", "NEXTTICKET") == get("OWN", "SERVING") + 1,
-    )
-    yield z3.Implies(busy, turn)
-    yield z3.Not(get("OWN", "ORPHAN"))
     for block in dict.fromkeys(filter(None, chart.values())):
         own = [stage for stage, worker in chart.items() if worker == block]
         stages = list(chart)

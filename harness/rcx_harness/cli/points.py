@@ -1,0 +1,246 @@
+"""`rcx points`: points and other stored data of a controller, to a file, back, and beside it."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cli.options import check_ipv4, check_port, interval_us
+from rcx_harness.cli.progress import progress_bar
+from rcx_harness.enip.errors import EnipError
+from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import InputError
+from rcx_harness.look.points.carry import UNDEFINED, Carrier, RefusedError
+from rcx_harness.look.points.stored import KINDS, Key, Stored, as_csv, as_toml, from_toml, shown
+from rcx_harness.look.probe.line import LostError, NetworkLine
+from rcx_harness.output.files import replace_files
+from rcx_harness.robot.stored import COUNTS, ROBOTS
+from rcx_harness.spec.wire import SIZE, check_size
+
+__all__ = ["points"]
+
+_SAFETY = """\
+SAFETY. This program becomes the master of a real robot: disconnect the PLC from it first. All
+dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop while it works."""
+
+
+class Action(str, Enum):
+    """What is done with the file."""
+
+    backup = "backup"
+    restore = "restore"
+    compare = "compare"
+
+
+def points(
+    action: Annotated[Action, typer.Argument(help="What to do.")],
+    host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
+    file: Annotated[Path, typer.Argument(help="TOML: written by backup, read by the others.")],
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Only this kind: {', '.join(KINDS)}; may be repeated."),
+    ] = None,
+    numbers: Annotated[
+        str,
+        typer.Option(
+            help="Points and comments, as 0-99 or 5. Of a backup, 0-999 by default; of a "
+            "comparison besides those of the file."
+        ),
+    ] = "",
+    robot: Annotated[
+        list[int] | None, typer.Option(help="Robot whose hands are backed up; may be repeated.")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write points and comments of a backup as CSV, too.")
+    ] = None,
+    write: Annotated[
+        bool, typer.Option("--write", help="Restore: yes, change what the controller stores.")
+    ] = False,
+    undefined: Annotated[
+        list[str] | None,
+        typer.Option(help="Alarm of a reference to what is not defined; may be repeated."),
+    ] = None,
+    size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
+    rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
+    port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
+    address: Annotated[
+        str, typer.Option("--from", help="Address of this machine to work from.")
+    ] = "",
+) -> None:
+    """Back up, restore or compare points, comments, shifts, hands and pallets of a controller.
+
+    The file has the tables of a robot file, which `rcx run --robot` and `rcx serve --robot` read.
+    A restore reads first, writes only what differs, and compares again: what was interrupted is
+    finished by the same command. It deletes nothing.
+
+    Exit code: 0, 1 where something differs, the controller refused a command or the connection
+    was lost, 130 after Ctrl-C, 2 on bad input.
+    """
+    check_size(size)
+    check_port("--port", port)
+    if address:
+        check_ipv4("--from", address)
+    rpi_us = interval_us("--rpi", rpi)
+    kinds = _kinds(kind or [])
+    alarms = _alarms(undefined or [])
+    given = Stored()
+    if action is Action.backup:
+        asked = _keys(kinds or KINDS, _range(numbers or "0-999"), _robots(robot or [1]))
+        _check_free([file, csv] if csv else [file])
+        if write:
+            raise InputError("--write goes with restore only")
+    else:
+        _check_options(action, csv, robot or (), numbers, write)
+        given = _only(from_toml(file), kinds, file)
+        if numbers:
+            here = [kind for kind in ("points", "comments") if not kinds or kind in kinds]
+            more = _keys(here, _range(numbers), ())
+            given.asked = sorted({*given.asked, *more}, key=lambda key: (KINDS.index(key[0]), key))
+        asked = given.asked
+    print(_SAFETY, flush=True)
+    with _connected(host, size, rpi_us, port, address) as line:
+        carrier = Carrier(line, alarms)
+        with progress_bar("reading", shown=True) as progress:
+            found = carrier.read(asked, progress)
+        if action is Action.backup:
+            _save(found, file, csv, [f"rcx points backup {host}", *line.identity])
+            return
+        different = _different(given, found)
+        if action is Action.restore and different:
+            wanted = [key for key in different if key in given.values or key[0] == "comments"]
+            with progress_bar("writing", shown=True) as progress:
+                carrier.write(given, wanted, progress)
+            with progress_bar("reading again", shown=True) as progress:
+                found = carrier.read(asked, progress)
+            print(f"{len(wanted)} written")
+            different = _different(given, found)
+    _tell(given, found, different)
+    if different:
+        raise typer.Exit(1)
+
+
+@contextmanager
+def _connected(host: str, size: int, rpi_us: int, port: int, address: str) -> Iterator[NetworkLine]:
+    """The way to the controller, closed in any case; what goes wrong on it ends the command."""
+    try:
+        line = NetworkLine(host, size, rpi_us, port, address)
+    except EnipError as error:
+        raise InputError(error.message, hint=error.hint) from None
+    code, reason = 0, ""
+    try:
+        yield line
+    except LostError as error:
+        code, reason = 1, f"the connection is lost: {error}"
+    except RefusedError as error:
+        code, reason = 1, str(error)
+    except KeyboardInterrupt:
+        code, reason = 130, "stopped by Ctrl-C; run it again to go on"
+    finally:
+        line.close()
+    if code:
+        print(f"rcx: {reason}", file=sys.stderr)
+        raise typer.Exit(code)
+
+
+def _check_options(
+    action: Action, csv: Path | None, robot: Sequence[int], numbers: str, write: bool
+) -> None:
+    """What only goes with another action."""
+    if csv or robot:
+        raise InputError(f"{'--csv' if csv else '--robot'} goes with backup only")
+    if action is Action.restore and numbers:
+        raise InputError("--numbers goes with backup and compare", hint="--kind goes with restore")
+    if action is Action.restore and not write:
+        hint = "compare shows what differs; --write says that you want it"
+        raise InputError("restore changes what the controller stores", hint=hint)
+    if action is Action.compare and write:
+        raise InputError("--write goes with restore only")
+
+
+def _kinds(names: Sequence[str]) -> list[str]:
+    for name in names:
+        if name not in KINDS:
+            raise InputError(f"--kind {name!r:.40} is none", hint=f"give {', '.join(KINDS)}")
+    return [kind for kind in KINDS if kind in names]
+
+
+def _alarms(given: Sequence[str]) -> Sequence[str]:
+    for alarm in given:
+        if not re.fullmatch(r"\d{1,5}\.\d{1,5}", alarm):
+            raise InputError(f"--undefined {alarm!r:.40} is no alarm", hint="write 6.204")
+    return given or UNDEFINED
+
+
+def _robots(given: Sequence[int]) -> list[int]:
+    for robot in given:
+        if not 1 <= robot <= ROBOTS:
+            raise InputError(f"--robot {robot} is none", hint=f"they are 1 to {ROBOTS}")
+    return sorted(set(given))
+
+
+def _range(text: str) -> range:
+    found = re.fullmatch(r"(\d{1,5})(?:-(\d{1,5}))?", text)
+    first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
+    if not first <= last < COUNTS["points"]:
+        hint = f"write 0-99 or 5; the last one is {COUNTS['points'] - 1}"
+        raise InputError(f"--numbers {text!r:.40} is no range of points", hint=hint)
+    return range(first, last + 1)
+
+
+def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[Key]:
+    """All that a backup asks for."""
+    keys: list[Key] = []
+    for kind in kinds:
+        which = numbers if kind in ("points", "comments") else range(COUNTS[kind])
+        for robot in robots if kind == "hands" else (0,):
+            keys += [(kind, robot, number) for number in which]
+    return keys
+
+
+def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
+    """The file without the kinds that are not wanted."""
+    asked = [key for key in stored.asked if not kinds or key[0] in kinds]
+    if not asked:
+        raise InputError("has nothing of what is asked for", file=file, hint="see --kind")
+    return Stored({key: stored.values[key] for key in asked if key in stored.values}, asked)
+
+
+def _check_free(files: Sequence[Path]) -> None:
+    for path in files:
+        if path.exists():
+            raise InputError("is there already", file=path, hint="name another one")
+    if len({path.resolve() for path in files}) < len(files):
+        raise InputError("both files are the same", file=files[0], hint="name another one")
+
+
+def _save(found: Stored, file: Path, csv: Path | None, head: Sequence[str]) -> None:
+    contents = {file: as_toml(found, head).encode()}
+    if csv:
+        contents[csv] = as_csv(found).encode()
+    replace_files(contents)
+    for kind in KINDS:
+        asked = sum(key[0] == kind for key in found.asked)
+        if asked:
+            print(f"{kind}: {len(found.of(kind))} of {asked} are defined")
+    print(f"written: {', '.join(map(str, contents))}")
+
+
+def _different(given: Stored, found: Stored) -> list[Key]:
+    return [key for key in given.asked if given.values.get(key) != found.values.get(key)]
+
+
+def _tell(given: Stored, found: Stored, different: Sequence[Key]) -> None:
+    for key in different:
+        kind, robot, number = key
+        owner = f" of robot {robot}" if robot else ""
+        print(f"{kind[:-1]} {number}{owner}")
+        print(f"  file        {shown(given.values.get(key))}")
+        print(f"  controller  {shown(found.values.get(key))}")
+    print(f"{len(different)} of {len(given.asked)} differ")

@@ -1,0 +1,137 @@
+"""Reads, compares and writes stored data over one connection, with remote commands (guide 4.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import Any
+
+from rcx_harness.look.points.stored import Key, Stored
+from rcx_harness.look.probe.asker import Answer, Asker
+from rcx_harness.look.probe.line import Line
+from rcx_harness.robot.stored import Hand, Pallet, Point
+from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY
+
+__all__ = ["UNDEFINED", "Carrier", "RefusedError"]
+
+#: "Point doesn't exist", "Undefined pallet": assumed, the manual names no alarm.
+UNDEFINED = ("6.204", "6.236")
+
+#: Name of the command behind Read and Write, and its field for the number.
+_COMMANDS = {
+    "points": ("Point", "point"),
+    "comments": ("PointComment", "point"),
+    "shifts": ("Shift", "shift"),
+    "hands": ("Hand", "hand_number"),
+    "pallets": ("Pallet", "pallet"),
+}
+_TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0
+
+#: Takes the share that is done, 0 to 1.
+Progress = Callable[[float], None]
+
+
+class RefusedError(Exception):
+    """The controller did not do what it was asked to; why, in words."""
+
+
+class Carrier:
+    """One connection to a controller, whose master this is while it is open.
+
+    All dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop.
+
+    Args:
+        line: The way to the controller.
+        undefined: Alarms of a reference that say "not defined".
+
+    Raises:
+        LostError: it does not answer.
+        RefusedError: it is busy with a command.
+    """
+
+    def __init__(self, line: Line, undefined: Collection[str] = UNDEFINED) -> None:
+        self._undefined = undefined
+        self._ask = Asker(line, lambda text, event: False)
+        self._ask.open()
+        if self._ask.status != READY:
+            status = f"16#{self._ask.status:04X}"
+            raise RefusedError(f"it shows the remote status {status} without a command")
+
+    def read(self, asked: Sequence[Key], progress: Progress) -> Stored:
+        """What the controller has of these; what is not defined is left out.
+
+        Raises:
+            LostError: the connection is gone.
+            RefusedError: a reference ended in an alarm that does not say "not defined".
+        """
+        stored = Stored(asked=list(asked))
+        for done, key in enumerate(asked):
+            value = self._read(key)
+            if value is not None:
+                stored.values[key] = value
+            progress((done + 1) / len(asked))
+        return stored
+
+    def write(self, stored: Stored, wanted: Sequence[Key], progress: Progress) -> None:
+        """Define these; a comment that is none becomes spaces.
+
+        Raises:
+            LostError: the connection is gone.
+            RefusedError: a definition ended in an alarm; those before it are done.
+        """
+        for done, key in enumerate(wanted):
+            self._run("Write", key, **_fields(key[0], stored.values.get(key, "")))
+            progress((done + 1) / len(wanted))
+
+    def _read(self, key: Key) -> Any:
+        answer = self._run("Read", key)
+        return _value(key[0], answer) if answer.status == NORMAL_END else None
+
+    def _run(self, verb: str, key: Key, **fields: Any) -> Answer:
+        kind, robot, number = key
+        name, place = _COMMANDS[kind]
+        answer = self._ask.command(f"{verb}{name}", robot, **{place: number}, **fields)
+        if answer.status == NORMAL_END:
+            return answer
+        if answer.status == ABNORMAL_END and verb == "Read" and answer.alarm in self._undefined:
+            return answer
+        what = f"{kind[:-1]} {number}"
+        if answer.status == ABNORMAL_END:
+            doing = "reading" if verb == "Read" else "writing"
+            raise RefusedError(f"{doing} {what} ended in the alarm {answer.alarm}")
+        raise RefusedError(f"{what}: no end within 3 s, status 16#{answer.status:04X}")
+
+
+def _value(kind: str, answer: Answer) -> Any:
+    """What a reference gave; None for what is no definition."""
+    got = answer.fields
+    if kind == "points":
+        turns = (_TURNS.get(got[name], 0) for name in ("arm1", "arm2"))
+        return Point(tuple(got["positions"]), bool(got["unit"]), got["hand"] % 3, *turns)
+    if kind == "comments":
+        return got["comment"].partition("\0")[0].rstrip() or None
+    if kind == "shifts":
+        return tuple(got["shift_data"])
+    if kind == "hands":
+        one, two, three, four = (got[f"data{k}"] for k in range(1, 5))
+        return Hand((one, two, three, four))
+    pallet = Pallet(got["nx"], got["ny"], got["nz"], got["first_point"])
+    return pallet if pallet.count else None
+
+
+def _fields(kind: str, value: Any) -> dict[str, Any]:
+    """The fields of a definition."""
+    if kind == "points":
+        return {
+            "unit": int(value.mm),
+            "hand": value.hand,
+            "arm1": value.arm1 & 0xF,
+            "arm2": value.arm2 & 0xF,
+            "positions": value.data,
+        }
+    if kind == "comments":
+        return {"comment": value.ljust(16)}
+    if kind == "shifts":
+        return {"shift_data": value}
+    if kind == "hands":
+        return {f"data{k}": part for k, part in enumerate(value.data, 1)}
+    return {"nx": value.nx, "ny": value.ny, "nz": value.nz, "first_point": value.first}

@@ -1,0 +1,154 @@
+"""Stored data as a file: the tables of a robot file that the virtual controller reads, and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rcx_harness.errors import InputError
+from rcx_harness.robot import RobotConfig
+from rcx_harness.robot.stored import Hand, Pallet, Point, Shift
+from rcx_harness.spec import load_toml
+
+__all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown"]
+
+#: The tables, in the order in which they are read and written: pallets need their points.
+KINDS = ("points", "comments", "shifts", "hands", "pallets")
+_COLUMNS = ("number", "unit", *(f"axis{k}" for k in range(1, 7)), "hand", "arm1", "arm2", "comment")
+
+#: A kind, the robot (of hands; else 0) and the number.
+Key = tuple[str, int, int]
+
+
+@dataclass
+class Stored:
+    """What a controller stores, or a file has of it.
+
+    Attributes:
+        values: By kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet. What is
+            not defined is not there; a comment that is empty is none.
+        asked: All that was asked for, whether it is defined or not.
+    """
+
+    values: dict[Key, Any] = field(default_factory=dict)
+    asked: list[Key] = field(default_factory=list)
+
+    def of(self, kind: str) -> dict[tuple[int, int], Any]:
+        """What there is of a kind, by robot and number."""
+        return {key[1:]: value for key, value in self.values.items() if key[0] == kind}
+
+
+def as_toml(stored: Stored, head: Iterable[str]) -> str:
+    """The tables of a robot file; mm to the thousandth, as the controller has them.
+
+    Args:
+        stored: What is written.
+        head: Lines of a comment at the beginning.
+    """
+    lines = [f"# {line}" for line in head]
+    for (_, number), point in sorted(stored.of("points").items()):
+        lines += ["", f"[points.{number}]", *_point_lines(point)]
+    lines += _table("comments", ((n, _quoted(text)) for (_, n), text in _in_order(stored)))
+    shifts = sorted(stored.of("shifts").items())
+    lines += _table("shifts", ((n, _list(map(_mm, shift))) for (_, n), shift in shifts))
+    hands = sorted(stored.of("hands").items())
+    for robot in sorted({key[0] for key, _ in hands}):
+        mine = ((n, _list(map(str, hand.data))) for (one, n), hand in hands if one == robot)
+        lines += _table(f"hands.{robot}", mine)
+    for (_, number), pallet in sorted(stored.of("pallets").items()):
+        sizes = _list(map(str, (pallet.nx, pallet.ny, pallet.nz)))
+        lines += ["", f"[pallets.{number}]", f"positions = {sizes}"]
+        lines.append(f"first_point = {pallet.first}")
+    return "\n".join(lines) + "\n"
+
+
+def as_csv(stored: Stored) -> str:
+    """One line for each point or comment, in the controller's units."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    points = {number: point for (_, number), point in stored.of("points").items()}
+    comments = {number: comment for (_, number), comment in stored.of("comments").items()}
+    for number in sorted(points.keys() | comments.keys()):
+        cells: list[object] = [""] * (len(_COLUMNS) - 2)
+        if point := points.get(number):
+            data = map(_mm, point.data) if point.mm else point.data
+            unit = "mm" if point.mm else "pulse"
+            cells = [unit, *data, point.hand, point.arm1, point.arm2]
+        writer.writerow([number, *cells, comments.get(number, "")])
+    return text.getvalue()
+
+
+def from_toml(file: Path) -> Stored:
+    """The stored data of a file of `rcx points`, or of a robot file that has some.
+
+    Raises:
+        InputError: it cannot be read, or has none.
+    """
+    there = [kind for kind in KINDS if kind in load_toml(file)]
+    if not there:
+        hint = "write one with rcx points backup"
+        raise InputError(f"has none of the tables {', '.join(KINDS)}", file=file, hint=hint)
+    config = RobotConfig.load(file)
+    stored = Stored()
+    for kind in there:
+        found: Mapping[Any, Any] = getattr(config, kind)
+        for key, value in sorted(found.items()):
+            robot, number = key if kind == "hands" else (0, key)
+            text = value.rstrip() if kind == "comments" else value
+            if text != "":
+                stored.values[kind, robot, number] = text
+            stored.asked.append((kind, robot, number))
+    return stored
+
+
+def shown(value: Any) -> str:
+    """A value in one line, for people."""
+    if value is None:
+        return "not defined"
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, Point):
+        return ", ".join(_point_lines(value))
+    if isinstance(value, Pallet):
+        return f"{value.nx} x {value.ny} x {value.nz} from point {value.first}"
+    if isinstance(value, Hand):
+        return f"{_list(map(str, value.data))} as on the wire"
+    shift: Shift = value
+    return f"{_list(map(_mm, shift))} mm"
+
+
+def _in_order(stored: Stored) -> list[tuple[tuple[int, int], str]]:
+    return sorted(stored.of("comments").items())
+
+
+def _point_lines(point: Point) -> Iterator[str]:
+    data = _list(map(_mm if point.mm else str, point.data))
+    yield f"{'mm' if point.mm else 'pulses'} = {data}"
+    for name in ("hand", "arm1", "arm2"):
+        if getattr(point, name):
+            yield f"{name} = {getattr(point, name)}"
+
+
+def _table(name: str, rows: Iterable[tuple[int, str]]) -> list[str]:
+    lines = [f"{number} = {value}" for number, value in rows]
+    return ["", f"[{name}]", *lines] if lines else []
+
+
+def _mm(value: int) -> str:
+    """An integer of thousandths as a decimal, exactly."""
+    size = abs(value)
+    return f"{'-' if value < 0 else ''}{size // 1000}.{size % 1000:03}"
+
+
+def _list(values: Iterable[str]) -> str:
+    return f"[{', '.join(values)}]"
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04X}" for c in escaped) + '"'

@@ -1,0 +1,232 @@
+"""`rcx points`: what it does to files and controllers, and its exit codes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from probed_robot import StationLine
+from rcx_harness.cli import points as cli
+from rcx_harness.cli.app import main
+from rcx_harness.robot import RobotConfig
+from rcx_harness.robot.stored import Point
+from serve_process import ServeProcess, own_addresses
+
+Captured = pytest.CaptureFixture[str]
+Robot = Callable[..., StationLine]
+
+
+@pytest.fixture
+def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
+    """A controller in place of the network, with these keys."""
+
+    def made(config: RobotConfig | None = None) -> StationLine:
+        line = StationLine(config or RobotConfig())
+        monkeypatch.setattr(cli, "NetworkLine", lambda *_: line)
+        return line
+
+    return made
+
+
+def _backup(file: Path, *more: str) -> list[str]:
+    return ["points", "backup", "h", str(file), "--kind", "points", "--numbers", "0-60", *more]
+
+
+def test_a_backup_is_a_file_that_compares_equal(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    line = robot()
+    file, table = tmp_path / "new" / "points.toml", tmp_path / "points.csv"
+    assert main(_backup(file, "--csv", str(table))) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("SAFETY. This program becomes the master of a real robot")
+    assert "points: 2 of 61 are defined\n" in out
+    assert out.endswith(f"written: {file}, {table}\n")
+    head, _, tables = file.read_text(encoding="utf-8").partition("\n\n")
+    assert head == "# rcx points backup h\n# a virtual controller"
+    assert tables == (
+        "[points.19]\npulses = [120000, -45000, 30000, 0, 0, 0]\n\n"
+        "[points.50]\nmm = [10.000, -20.000, 5.000, -18.000, 0.000, 0.000]\n"
+    )
+    assert table.read_text(encoding="utf-8").count("\n") == 3
+    assert line.closed
+    robot()
+    assert main(["points", "compare", "h", str(file)]) == 0
+    assert capsys.readouterr().out.endswith("0 of 2 differ\n")
+
+
+def test_a_file_that_is_there_is_never_written_over(
+    robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    file = tmp_path / "points.toml"
+    file.write_text("mine", encoding="utf-8")
+    assert main(_backup(file)) == 2
+    assert main(_backup(tmp_path / "other.toml", "--csv", str(file))) == 2
+    assert capsys.readouterr().err.count("is there already; name another one\n") == 2
+    assert main(_backup(tmp_path / "a", "--csv", str(tmp_path / "a"))) == 2
+    assert "both files are the same" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["points.toml"]
+    assert file.read_text(encoding="utf-8") == "mine"
+
+
+def test_compare_says_what_differs_and_ends_with_1(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    robot()
+    file = tmp_path / "points.toml"
+    assert main(_backup(file)) == 0
+    robot(RobotConfig(points={50: Point((1, 0, 0, 0, 0, 0)), 51: Point()}))
+    capsys.readouterr()
+    assert main(["points", "compare", "h", str(file)]) == 1
+    assert capsys.readouterr().out.partition("works.\n")[2] == (
+        "point 19\n  file        pulses = [120000, -45000, 30000, 0, 0, 0]\n"
+        "  controller  not defined\n"
+        "point 50\n  file        mm = [10.000, -20.000, 5.000, -18.000, 0.000, 0.000]\n"
+        "  controller  pulses = [1, 0, 0, 0, 0, 0]\n"
+        "2 of 2 differ\n"
+    )
+    robot(RobotConfig(points={50: Point((1, 0, 0, 0, 0, 0)), 51: Point()}))
+    options = ["--numbers", "51-52", "--kind", "points"]
+    assert main(["points", "compare", "h", str(file), *options]) == 1
+    assert "point 51\n  file        not defined\n" in (out := capsys.readouterr().out)
+    assert out.endswith("3 of 4 differ\n")
+
+
+def test_restore_writes_what_differs_and_nothing_without_the_option(
+    robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot()
+    file = tmp_path / "points.toml"
+    assert main(_backup(file)) == 0
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    assert main(["points", "restore", "h", str(file)]) == 2
+    assert "--write says that you want it" in capsys.readouterr().err
+
+    line = robot(RobotConfig(points={50: RobotConfig().points[50], 51: Point()}))
+    assert main(["points", "restore", "h", str(file), "--write"]) == 0
+    assert capsys.readouterr().out.endswith("1 written\n0 of 2 differ\n")
+    points = line.controller.machine.memory.points
+    assert points == {51: Point(), **{n: RobotConfig().points[n] for n in (19, 50)}}
+    assert line.closed
+
+
+def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "c.toml"
+    file.write_text("[comments]\n1 = ''\n2 = 'B'\n", encoding="utf-8")
+    line = robot(RobotConfig(comments={1: "A"}))
+    assert main(["points", "restore", "h", str(file), "--write"]) == 0
+    assert line.controller.machine.memory.comments == {1: "", 2: "B"}
+
+
+def test_a_refused_command_ends_with_1_and_no_file(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    line = robot(RobotConfig(undefined_point_alarm="4.209"))
+    assert main(_backup(tmp_path / "a.toml")) == 1
+    assert capsys.readouterr().err == "rcx: reading point 0 ended in the alarm 4.209\n"
+    assert list(tmp_path.iterdir()) == []
+    assert line.closed
+    robot(RobotConfig(undefined_point_alarm="4.209"))
+    assert main(_backup(tmp_path / "a.toml", "--undefined", "4.209")) == 0
+
+
+def test_a_lost_connection_ends_with_1_and_ctrl_c_with_130(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    line = robot()
+    line.lost_after_us = 2_000_000
+    assert main(_backup(tmp_path / "a.toml")) == 1
+    assert "rcx: the connection is lost: no packets" in capsys.readouterr().err
+    line = robot()
+
+    def interrupted() -> bytes:
+        if line.now_us > 2_000_000:
+            raise KeyboardInterrupt
+        return StationLine.read(line)
+
+    line.read = interrupted  # type: ignore[method-assign]
+    assert main(_backup(tmp_path / "a.toml")) == 130
+    assert "rcx: stopped by Ctrl-C" in capsys.readouterr().err
+    assert line.closed
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_hands_of_other_robots_are_backed_up_if_they_are_asked_for(
+    robot: Robot, tmp_path: Path
+) -> None:
+    robot()
+    file = tmp_path / "h.toml"
+    options = ["--kind", "hands", "--robot", "1"]
+    assert main(["points", "backup", "h", str(file), *options]) == 0
+    text = file.read_text(encoding="utf-8")
+    assert "[hands.1]\n0 = [0, 0, 0, 0]\n" in text
+    assert text.count("= [0, 0, 0, 0]") == 32
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["backup", "--kind", "axes"], "--kind 'axes' is none; give points, comments"),
+        (["backup", "--numbers", "9-3"], "--numbers '9-3' is no range of points; write 0-99"),
+        (["backup", "--numbers", "0-30000"], "the last one is 29999"),
+        (["backup", "--numbers", "a"], "--numbers 'a' is no range"),
+        (["backup", "--robot", "5"], "--robot 5 is none; they are 1 to 4"),
+        (["backup", "--undefined", "alarm"], "--undefined 'alarm' is no alarm; write 6.204"),
+        (["backup", "--size", "50"], "an area of 50 bytes does not exist"),
+        (["backup", "--write"], "--write goes with restore only"),
+        (["compare", "--write"], "--write goes with restore only"),
+        (["compare", "--csv", "a.csv"], "--csv goes with backup only"),
+        (["compare", "--robot", "1"], "--robot goes with backup only"),
+        (["restore", "--write", "--numbers", "1"], "--numbers goes with backup and compare"),
+        (["compare"], "points.toml"),
+        (["compare", "--kind", "hands"], "points.toml"),
+    ],
+)
+def test_bad_input_is_one_line(
+    arguments: list[str],
+    message: str,
+    capsys: Captured,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    action, *options = arguments
+    file = tmp_path / "points.toml"
+    if "hands" in options:
+        file.write_text("[comments]\n1 = 'A'\n", encoding="utf-8")
+    assert main(["points", action, "h", str(file), *options]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
+def test_over_the_network_a_backup_of_one_controller_is_restored_to_another(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    """Source: manual chapter 3, 2: commands travel in the cyclic areas."""
+    old, new = own_addresses(2)
+    empty = tmp_path / "robot.toml"
+    empty.write_text("[points.7]\nmm = [1.0]\n", encoding="utf-8")
+    file = tmp_path / "points.toml"
+    options = ["--rpi", "4ms", "--kind", "points"]
+    with ServeProcess("--address", old) as served:
+        served.wait_for("Ctrl-C ends it")
+        backup = ["points", "backup", old, str(file), "--numbers", "48-51", *options]
+        assert main(backup) == 0
+        served.interrupt()
+        served.end()
+    with ServeProcess("--address", new, "--robot", str(empty)) as served:
+        served.wait_for("Ctrl-C ends it")
+        assert main(["points", "compare", new, str(file), *options]) == 1
+        assert main(["points", "restore", new, str(file), "--write", *options]) == 0
+        served.interrupt()
+        served.end()
+    assert capsys.readouterr().out.endswith("1 written\n0 of 1 differ\n")
+
+
+def test_a_controller_that_is_not_there_is_one_line(tmp_path: Path, capsys: Captured) -> None:
+    assert main(["points", "backup", "127.0.0.1", str(tmp_path / "a"), "--port", "1"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

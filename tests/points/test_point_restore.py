@@ -1,0 +1,323 @@
+"""FB_PointRestore: what it writes and what not, what differs, where it stops and goes on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from both_engines import ENGINES
+from points_bench import PointsBench, points_bench
+
+#: Words n+2, n+6 to n+30 of the manual's point 100 in pulses: 10000, -20000, 5000, -18000.
+POINT_100 = [0, 0, 0x2710, 0, 0xB1E0, 0xFFFF, 0x1388, 0, 0xB9B0, 0xFFFF, 0, 0, 0, 0]
+WAIT_ORG = [0, 0, 0x4157, 0x5449, 0x4F20, 0x4752, *[0x2020] * 4, 0, 0, 0, 0]
+
+
+@pytest.fixture(params=ENGINES)
+def plc(request: pytest.FixtureRequest) -> PointsBench:
+    return points_bench(request.param)
+
+
+def _record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
+    """Points `first` on, whose axis 1 is their number, in the array; the controller forgets."""
+    for number in range(first, first + count):
+        if number != missing:
+            plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]
+    assert plc.run("Backup", First=first, Count=count) == 0
+    plc.stored.clear()
+    plc.sent.clear()
+
+
+@pytest.mark.parametrize(
+    ("kind", "robot", "code", "number", "words"),
+    [
+        ("POINTS", 0, 0x100, 100, POINT_100),
+        ("POINTS", 0, 0x100, 29_999, [0x0785, *[0x8000] * 13]),
+        ("COMMENTS", 0, 0x104, 100, WAIT_ORG),
+        ("SHIFTS", 0, 0x10C, 5, [*POINT_100[:10], 0, 0, 0, 0]),
+        ("HANDS", 0, 0x110, 1, [0, 0, 0x2710, 0, 0xF830, 0xFFFF, 0x1388, *[0] * 7]),
+        ("HANDS", 3, 0x3110, 1, [0, 0, 0x2710, 0, 0xF830, 0xFFFF, 0x1388, 0, 1, *[0] * 5]),
+        ("PALLETS", 0, 0x108, 10, [0, 10, 15, 1, 100, *[0] * 9]),
+    ],
+)
+def test_what_was_read_is_written_with_the_telegram_of_the_manual(
+    plc: PointsBench, kind: str, robot: int, code: int, number: int, words: list[int]
+) -> None:
+    """Source: guide 4.3.1 to 4.3.5, the examples of the definitions."""
+    words = [words[0], 0 if code != 0x108 else words[1], *words[2:]]
+    plc.stored[code, number] = words
+    inputs: dict[str, Any] = {
+        "Kind": f"DATA_{kind}",
+        "RobotNumber": robot,
+        "First": number,
+        "Count": 1,
+    }
+    assert plc.run("Backup", **inputs) == 0
+    plc.stored.clear()
+    plc.sent.clear()
+    assert plc.run("Restore") == 0
+    assert plc.sent == [[code, words[0], number, *words[1:]]]
+    assert plc.stored == {(code, number): words}
+    assert plc["Restore.Number"] == number
+
+
+def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
+    """Source: guide 4.3: there is no command that deletes."""
+    _record(plc, missing=12)
+    assert plc.run("Restore") == 0
+    assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
+
+
+def test_a_record_of_a_hundred_rows_is_carried_whole(plc: PointsBench) -> None:
+    _record(plc, first=29_900, count=100)
+    assert plc.run("Restore", most=1200) == 0
+    assert {number: words[2] for (_, number), words in plc.stored.items()} == {
+        number: number for number in range(29_900, 30_000)
+    }
+    plc.sent.clear()
+    assert plc.run("Restore", most=1200, CompareOnly=True) == 0
+    assert plc["Restore.Differences"] == 0
+    assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in range(29_900, 30_000)]
+
+
+_DAMAGE: list[tuple[str, Any]] = [
+    ("Rows[1].Defined", False),
+    ("Rows[2].Flag", 3),
+    ("Rows[4].Flag", 0x8001),
+    *((f"Rows[3].Values[{axis}]", 0x01000000) for axis in range(1, 7)),
+    ("Rows[1].Values[6]", -1),
+    ("Head.Checksum", 0),
+    ("Head.First", 11),
+    ("Head.Count", 3),
+    ("Head.Count", 5),
+    ("Head.Kind", "DATA_COMMENTS"),
+]
+
+
+@pytest.mark.parametrize(("place", "value"), _DAMAGE)
+def test_nothing_is_written_from_a_record_that_was_changed(
+    plc: PointsBench, place: str, value: Any
+) -> None:
+    _record(plc)
+    plc[place] = value
+    for compare_only in (False, True):
+        assert plc.run("Restore", CompareOnly=compare_only) == 0x8068
+        assert plc.sent == []
+        assert plc["Restore.Row"] == 1
+
+
+def test_the_robot_of_hands_belongs_to_the_record(plc: PointsBench) -> None:
+    plc.stored[0x1110, 0] = [0, 0, 5, *[0] * 11]
+    inputs: dict[str, Any] = {"Kind": "DATA_HANDS", "RobotNumber": 1, "First": 0, "Count": 1}
+    assert plc.run("Backup", **inputs) == 0
+    plc["Head.RobotNumber"] = 2
+    assert plc.run("Restore") == 0x8068
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "row"),
+    [
+        ({"Head.Count": 0}, 0x8044, 1),
+        ({"Head.Count": 101}, 0x8044, 1),
+        ({"Head.First": -1}, 0x8044, 1),
+        ({"Head.First": 32_767}, 0x8044, 1),
+        ({"Head.RobotNumber": 5, "Restore.FirstRow": 3}, 0x8040, 3),
+        ({"Restore.FirstRow": 0}, 0x8044, 1),
+        ({"Restore.FirstRow": 5}, 0x8044, 5),
+        ({"Restore.FirstRow": 100}, 0x8044, 100),
+        ({"Restore.FirstRow": 101}, 0x8044, 1),
+    ],
+)
+def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
+    plc: PointsBench, change: dict[str, Any], error: int, row: int
+) -> None:
+    """Row stays a row of the array: the program takes it as an index."""
+    _record(plc)
+    for place, value in change.items():
+        plc[place] = value
+    assert plc.run("Restore", most=1) == error
+    assert plc.sent == []
+    assert plc["Restore.Row"] == row
+
+
+def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: PointsBench) -> None:
+    """No row is left out, though it had looked at others already."""
+    _record(plc, count=9)
+    plc["Restore.FirstRow"] = 2
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: plc["Restore.Row"] == 7)
+    plc["Connected"] = False
+    plc.scan()
+    assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
+
+
+def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
+    assert plc.run("Restore", most=1) == 0x8044
+    assert plc["Restore.LastDifferent"] == -1
+
+
+_DIFFERENT: list[tuple[str, int]] = [("Flag", 2), *((f"Values[{k}]", 1000) for k in range(1, 7))]
+
+
+@pytest.mark.parametrize(("field", "value"), _DIFFERENT)
+def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: int) -> None:
+    """Source: guide 4.3.1: flag, and the data of six axes."""
+    _record(plc)
+    assert plc.run("Restore") == 0
+    place = 0 if field == "Flag" else 2 * int(field[7])
+    plc.stored[0x100, 12][place] = value
+    plc.sent.clear()
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 12)
+    assert plc.codes == [0x101] * 4
+
+
+def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
+    """Missing on one side, missing on the other, changed."""
+    _record(plc, missing=11)
+    assert plc.run("Restore") == 0
+    plc.stored[0x100, 11] = list(POINT_100)
+    del plc.stored[0x100, 12]
+    plc.stored[0x100, 13][3] = 1
+    plc["Restore.CompareOnly"] = True
+    plc["Restore.Execute"] = True
+    named = []
+    for _ in range(60):
+        plc.scan()
+        if plc["Restore.Different"]:
+            named.append((plc["Restore.LastDifferent"], plc["Restore.Differences"]))
+    assert named == [(11, 1), (12, 2), (13, 3)]
+    assert plc["Restore.Done"] is True
+    plc["Restore.Execute"] = False
+    plc.scan(3)
+    # and a comparison of what is equal again begins from nothing
+    assert plc.run("Restore", CompareOnly=False) == 0
+    assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (0, -1)
+    assert plc["Restore.Different"] is False
+
+
+def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) -> None:
+    """Zeros or spaces behind a comment are the same comment.
+
+    Source: guide 4.3.2
+    """
+    plc.stored[0x104, 3] = [0, 0, 0x4157, *[0x2020] * 7, 0, 0, 0, 0]
+    assert plc.run("Backup", Kind="DATA_COMMENTS", First=3, Count=1) == 0
+    plc.stored[0x104, 3] = [0, 0, 0x4157, *[0] * 11]
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert plc["Restore.Differences"] == 0
+
+
+def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBench) -> None:
+    """A pendant that has the authority: 12.76. Source: guide chapter 1, 1.2, code 0x4000."""
+    _record(plc)
+    plc.refuses[12] = (12, 76)
+    assert plc.run("Restore") == 0x8020
+    assert (plc["Restore.Row"], plc["Restore.Number"]) == (3, 12)
+    assert [words[2] for words in plc.sent] == [10, 11, 12]
+
+    plc.refuses.clear()
+    plc.sent.clear()
+    assert plc.run("Restore", FirstRow=plc["Restore.Row"]) == 0
+    assert [words[:3] for words in plc.sent] == [[0x100, 1, 12], [0x100, 1, 13]]
+
+
+def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBench) -> None:
+    _record(plc)
+    plc.refuses[10] = (6, 204)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    assert plc["Restore.ErrorID"] == 0x8020
+    plc.scan(2)
+    assert (plc["Restore.AlarmGroup"], plc["Restore.AlarmCategory"]) == (6, 204)
+
+
+def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
+    """Source: manual chapter 1, 5.2."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: len(plc.sent) == 2)
+    plc["Connected"] = False
+    plc.scan(3)
+    assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
+    plc["Connected"] = True
+    plc.scan(60)
+    assert len(plc.sent) == 2
+    plc["Restore.Execute"] = False
+    plc.scan(2)
+    assert plc.run("Restore", FirstRow=2) == 0
+    assert [words[2] for words in plc.sent] == [10, 11, 11, 12, 13]
+
+
+def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    _record(plc)
+    plc["Restore.FirstRow"] = 3
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = 1, True
+    plc["Head.Count"], plc["Head.First"], plc["Head.Checksum"] = 1, 90, 0
+    plc["Restore.Execute"] = False
+    plc.scan()
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: not plc["Restore.Busy"])
+    assert plc["Restore.Done"] is True
+    assert [words[:3] for words in plc.sent] == [[0x100, 1, 12], [0x100, 1, 13]]
+
+
+def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
+    """Source: guide chapter 2: data and code are held unchanged until the end."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc["Rows[1].Defined"] = False
+    plc["Rows[1].Values[1]"] = 7
+    plc.scan_until(lambda: plc["Restore.Row"] == 2)
+    assert plc.stored[0x100, 10] == [1, 0, 10, 0, *[0] * 10]
+
+
+def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:
+    _record(plc)
+    plc.silent = True
+    assert plc.run("Restore", Timeout="T#200ms", most=40) == 0x8011
+    assert plc["Restore.Number"] == 10
+
+
+@pytest.mark.parametrize("when", ["Row", "Active", "Number"])
+def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
+    """While it checks, while a command is out, and between two of them.
+
+    Source: docs/scan-model.md, one scan
+    """
+    _record(plc)
+    plc["Restore.Execute"] = True
+    wanted = {"Row": 3, "Active": True, "Number": 11}[when]
+    if when == "Number":
+        plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
+    plc["CallBackup"] = False
+    plc.scan()
+    plc["CallBackup"] = True
+    asked = len(plc.sent)
+    plc.scan(10)
+    assert plc["Restore.ErrorID"] == 0x8013
+    assert len(plc.sent) <= asked + 1
+
+
+@pytest.mark.parametrize("when", ["Row", "Active", "Number"])
+def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
+    """Source: docs/scan-model.md, one scan."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    wanted = {"Row": 3, "Active": True, "Number": 11}[when]
+    if when == "Number":
+        plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
+    plc["CallTwice"] = True
+    plc.scan()
+    plc["CallTwice"] = False
+    asked = len(plc.sent)
+    plc.scan(10)
+    assert plc["Restore.ErrorID"] == 0x8016
+    assert len(plc.sent) <= asked + 1

@@ -1,0 +1,118 @@
+"""FB_PointBackup and FB_PointRestore with an array; the test's controller holds the data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+from plc_bench import ROOT, PlcBench
+
+__all__ = ["ABSENT", "PointsBench", "points_bench"]
+
+#: "Point doesn't exist", "Undefined pallet" of the public list of alarms.
+ABSENT = {0x101: (6, 204), 0x105: (6, 204), 0x109: (6, 236)}
+_READY, _RUN, _NORMAL, _ABNORMAL = 0x0000, 0x0100, 0x0200, 0x4000
+#: Codes of the definitions; the reference is one more (guide 4.3).
+_DEFINITIONS = (0x100, 0x104, 0x108, 0x10C, 0x110)
+
+
+class PointsBench(PlcBench):
+    """The controller's side, one status per scan: run, then the end until the code is taken away.
+
+    Attributes:
+        stored: By code of the definition (robot number in bits 15 to 12) and number: words n+2, n+6
+            to n+30 of it, the number left out.
+        sent: The telegrams that came, 16 words each.
+        refuses: By number: the alarm in which its command ends.
+    """
+
+    def __init__(self, engine: str) -> None:
+        super().__init__(program=ROOT / "tests/data/library/Points.st", engine=engine)
+        self.stored: dict[tuple[int, int], list[int]] = {}
+        self.sent: list[list[int]] = []
+        self.refuses: dict[int, tuple[int, int]] = {}
+        self.silent = False
+        self.power_up()
+        assert self._monitor is not None
+        self._judge = self._monitor
+        self._start = self.program.snapshot(), self.now_us, bytes(self.so), self._judge.snapshot()
+
+    def restart(self) -> None:
+        """Go back to the start; the controller has nothing."""
+        snapshot, self.now_us, so, judged = self._start
+        self.program.restore(snapshot)
+        self._judge.restore(judged)  # type: ignore[arg-type]
+        self.so[:] = so
+        self.stored, self.sent, self.refuses, self.silent = {}, [], {}, False
+
+    def scan(self, count: int = 1) -> None:
+        """Scans with the controller's answers."""
+        for _ in range(count):
+            super().scan()
+            self._step()
+
+    def _step(self) -> None:
+        words, status = self.words, int.from_bytes(self.so[0:2], "little")
+        if words[0] == 0:
+            self.answer(_READY)
+        elif status == _READY and not self.silent:
+            self.sent.append(words)
+            self.answer(_RUN)
+        elif status == _RUN and not self.silent:
+            self.answer(*self._end(words))
+
+    def _end(self, words: Sequence[int]) -> tuple[int, Sequence[int]]:
+        code, number = words[0], words[2]
+        definition = code & ~1 if code & 0xFFE in _DEFINITIONS else code
+        if number in self.refuses:
+            return _ABNORMAL, self.refuses[number]
+        if code == definition:
+            self.stored[code, number] = [words[1], *words[3:]]
+            return _NORMAL, ()
+        if (definition, number) not in self.stored:
+            return _ABNORMAL, ABSENT.get(code & 0xFFF, (6, 255))
+        flag, *rest = self.stored[definition, number]
+        if code & 0xFFF == 0x101:
+            rest[0] = flag  # the point flag stands at m+6, not at n+2
+        elif code & 0xFFF == 0x111:
+            rest[0] = code >> 12 or 1
+        return _NORMAL, (0, number, *rest)
+
+    def run(self, block: str, most: int = 800, **inputs: Any) -> int:
+        """A rising edge with these inputs, to the end; the ErrorID. Execute falls."""
+        for name, value in inputs.items():
+            self[f"{block}.{name}"] = value
+        self[f"{block}.Execute"] = True
+        self.scan()
+        self.scan_until(lambda: not self[f"{block}.Busy"], most=most)
+        error = self[f"{block}.ErrorID"]
+        assert self[f"{block}.Error"] is (error != 0)
+        assert self[f"{block}.Done"] is (error == 0)
+        self[f"{block}.Execute"] = False
+        self.scan(2)
+        assert isinstance(error, int)
+        return error
+
+    def row(self, number: int) -> tuple[bool, int, list[int]]:
+        """Row of the array: Defined, Flag, Values."""
+        point = self[f"Rows[{number}]"]
+        assert isinstance(point, dict)
+        return point["Defined"], point["Flag"], list(point["Values"])
+
+    @property
+    def codes(self) -> list[int]:
+        """Codes of the telegrams that came."""
+        return [words[0] for words in self.sent]
+
+
+@cache
+def _made(engine: str) -> PointsBench:
+    return PointsBench(engine)
+
+
+def points_bench(engine: str) -> PointsBench:
+    """The bench at its start."""
+    made = _made(engine)
+    made.restart()
+    return made
