@@ -271,9 +271,14 @@ def test_reset_in_an_emergency_stop_says_that_it_has_to_be_released_first() -> N
     plc = OperatorBench()
     plc.outputs(SO00=True, SO03=True, SO02=False)
     plc.scan(20)
+    assert plc["Panel.Following"] == "PANEL_NEXT_SERVO_ON"
     plc.press("Reset")
     plc.scan(3)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8003, True)
+    plc["EmergencyStopOk"] = False
+    plc.outputs(SO00=False)
+    plc.scan(2)
+    assert plc["Panel.Following"] == "PANEL_NEXT_NONE", "the cell is not safe"
 
 
 def test_the_program_is_reset() -> None:

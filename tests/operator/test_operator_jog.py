@@ -285,3 +285,53 @@ def test_a_step_that_takes_long_is_not_too_late() -> None:
     plc.scan(10)
     assert plc.codes == [_SPEED, _AMOUNT, _STEP, _POSITION]
     assert not plc["Operator.Error"]
+
+
+def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis() -> None:
+    """Two presses at once are none, and the key that moved the axis is released.
+
+    Source: FB_RcxPanelJog: hold to run.
+    """
+    for first, second in (("JogPlus", "JogMinus"), ("JogMinus", "JogPlus")):
+        plc = OperatorBench()
+        _jogging(plc, first)
+        plc.key(first, False)
+        plc.key(second)
+        plc.key("Teach")
+        plc.scan()
+        assert "SI06" not in plc.inputs
+        plc.scan(60)
+        assert plc.codes == [_SPEED, 0x0020, _POSITION]
+
+
+@pytest.mark.parametrize("again", [True, False])
+@pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
+def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bool) -> None:
+    """The press is given up; its command is still out, and is held to its end.
+
+    Source: guide chapter 1: the command stays until its end.
+    """
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = hold
+    plc.press("JogPlus")
+    plc.scan_until(lambda: hold in plc.codes)
+    plc.scan(5)
+    plc.outputs(SO13=True)
+    plc.scan(2)
+    assert plc["Operator.Busy"]
+    plc.outputs(SO13=False)
+    plc.scan(2)
+    if not again:
+        plc.hold = 0
+        plc.scan(40)
+        assert plc.codes[plc.codes.index(hold) + 1 :] == [_POSITION]
+        return
+    plc.set(Stepwise=False, Axis=2)
+    plc.key("JogMinus")
+    plc.scan(20)
+    assert plc.codes[-1] == hold
+    plc.hold = 0
+    plc.scan(20)
+    assert [words[:3] for words in plc.sent[-2:]] == [[_SPEED, 0, 10], [0x0020, 0, 0x0082]]
+    assert plc.codes.count(_STEP) == (hold == _STEP)
