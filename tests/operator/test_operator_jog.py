@@ -238,8 +238,12 @@ def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise:
 
 @pytest.mark.parametrize(
     ("selection", "error"),
-    [({"Axis": 7}, 0x8041), ({"Axis": -1}, 0x8041), ({"Percent": 101}, 0x8042)]
-    + [({"RobotNumber": 5}, 0x8040)],
+    [
+        ({"Axis": 7}, 0x8041),
+        ({"Axis": -1}, 0x8041),
+        ({"Percent": 101}, 0x8042),
+        ({"RobotNumber": 5}, 0x8040),
+    ],
 )
 def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error: int) -> None:
     """Source: guide 4.2.6, 4.2.14."""

@@ -104,7 +104,7 @@ def _blocks() -> Iterator[str]:
                 yield f"| {' | '.join((*cells, _charts(head.name)))} |"
 
 
-_FOLDERS = ("area", "sequence", "command", "diagnosis", "core")
+_FOLDERS = ("area", "sequence", "command", "operator", "diagnosis", "core")
 
 
 def _place(folder: str) -> tuple[int, str]:

@@ -304,8 +304,8 @@ CHECKS: tuple[Check, ...] = (
         tuple(
             f"tests/{name}"
             for name in (
-                *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract"),
-                "watch",
+                *("area", "sequence", "command", "diagnosis", "operator", "chapters", "cell"),
+                *("contract", "watch"),
                 *("faults", "examples", "support", "data", "tools/evidence/conditions.toml"),
             )
         ),
@@ -333,7 +333,8 @@ CHECKS: tuple[Check, ...] = (
             ("run time of the last run, which keeps known outcomes [s]", _number("run_time_s")),
         ),
         (
-            *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "chapters")),
+            *(f"tests/{name}" for name in ("area", "sequence", "command", "diagnosis", "operator")),
+            "tests/chapters",
             *(
                 f"tests/{name}"
                 for name in ("faults", "examples", "tools/library", "support", "data")

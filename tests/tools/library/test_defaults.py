@@ -35,6 +35,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
+    ("FB_Operator", "Timeout"): timedelta(seconds=10),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
@@ -79,6 +80,9 @@ _PARTS = {
     "FB_RcxDedicatedInputs",
     "FB_RcxHandshake",
     "FB_RcxMakeHead",
+    "FB_RcxPanelJog",
+    "FB_RcxPanelLamps",
+    "FB_RcxPanelReasons",
     "FB_RcxTakeHead",
     "FB_RcxSharedWords",
 }

@@ -18,8 +18,8 @@ __all__ = ["FOLDERS", "Run", "run_tests"]
 
 #: Folders of tests in which blocks of the library run.
 FOLDERS = (
-    *("area", "sequence", "command", "diagnosis", "chapters", "cell", "contract", "faults"),
-    *("examples", "watch"),
+    *("area", "sequence", "command", "diagnosis", "operator", "chapters", "cell", "contract"),
+    *("faults", "examples", "watch"),
 )
 #: What runs at the pace of the clock executes nothing that the others do not.
 _LEFT_OUT = ("tests/cell/test_live.py",)

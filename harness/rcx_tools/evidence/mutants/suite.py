@@ -30,7 +30,8 @@ __all__ = [
 
 #: Folders whose tests run blocks of the library.
 FOLDERS = (
-    *("area", "sequence", "command", "diagnosis", "faults", "chapters", "examples"),
+    *("area", "sequence", "command", "diagnosis", "operator"),
+    *("faults", "chapters", "examples"),
     "tools/library",
 )
 #: Tests of these names are of something else: the network, other engines, or how the tests work.
