@@ -173,7 +173,7 @@ def test_the_position_is_read_once_the_servos_are_on() -> None:
     assert plc.codes == [0x0506]
     plc.answer(0x0200, [0, 0, 0, 1500, 0])
     plc.scan_once()
-    assert plc["Panel.Position"][0] == 1.5  # type: ignore[index]
+    assert plc["Panel.Position"][0] == 1.5
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -70,7 +70,7 @@ class OperatorBench(PlcBench):
     def set(self, **members: object) -> None:
         """Write members of the panel."""
         for name, value in members.items():
-            self[f"Panel.{name}"] = value  # type: ignore[assignment]
+            self[f"Panel.{name}"] = value
 
     def key(self, name: str, down: bool = True) -> None:
         """Press or release a key; it is seen in the next scan."""

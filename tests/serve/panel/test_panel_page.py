@@ -75,7 +75,8 @@ def panel(browser: WebDriver) -> Iterator[_Panel]:
         one.until(lambda: one.shows("[data-key=Start]") == "Start", "the page shows its keys")
         yield one
         browser.get("about:blank")
-    assert [row for row in browser.get_log("browser") if row["level"] == "SEVERE"] == []
+    log = browser.get_log("browser")  # type: ignore[no-untyped-call]
+    assert [row for row in log if row["level"] == "SEVERE"] == []
 
 
 def test_a_key_is_held_as_long_as_the_mouse_button(panel: _Panel) -> None:
