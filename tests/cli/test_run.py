@@ -182,6 +182,9 @@ def test_the_robot_takes_the_size_of_the_plc_if_its_file_says_none(
         (["--trace", "/dev/null/t.jsonl"], "cannot be written"),
         (["--chart", "/dev/null/c.svg"], "cannot be written"),
         (["--vcd", "/dev/null/w.vcd"], "cannot be written"),
+        (["--panel", "0"], "--panel needs the pace of the clock; add --link enip --realtime"),
+        (["--panel", "70000", "--realtime"], "--panel 70000 is no port"),
+        (["--panel", "0", "--connect", "127.0.0.1"], "--panel is for a virtual controller"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(
@@ -308,7 +311,7 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
     of_run = {"files", "duration", "realtime", "stimulus", "chart", "vcd", "scale", "show"}
     of_run |= {"view", "properties"}
     of_run |= {"yes", "input_instance", "output_instance", "config_instance", "config_data"}
-    of_run |= {"address"}
+    of_run |= {"address", "panel"}
     of_run |= {"coverage", "coverage_out", "coverage_library", "cover_fail_under"}
     assert {one.name for one in fields(RunOptions)} == of_cell | of_run
     given = RunOptions([Path("a.st")], m=[4], n=[], phases="scan=3ms, cycle=1ms", watch=["Main.X"])

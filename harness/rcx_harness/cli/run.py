@@ -6,8 +6,8 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
@@ -26,6 +26,7 @@ from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm
 from rcx_harness.cli.options import (
     check_ipv4,
+    check_port,
     config_data,
     config_instance,
     counted,
@@ -39,6 +40,7 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
+from rcx_harness.serve.panel.plate import plates_of
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
@@ -82,6 +84,13 @@ class RunOptions(CellOptions):
     realtime: Annotated[
         bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
     ] = False
+    panel: Annotated[
+        int | None,
+        typer.Option(
+            help="With --realtime: TCP port on 127.0.0.1 of a page for the program's RCX_PANEL "
+            "variables; 0: any free one. Ctrl-C ends the run."
+        ),
+    ] = None
     connect: Annotated[
         str | None,
         typer.Option(help="Drive a controller that runs elsewhere, in real time: HOST[:PORT]."),
@@ -251,6 +260,7 @@ def run(options: RunOptions) -> None:
     Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input.
     """
     collector = _collector(options)
+    _check_panel(options)
     if (where := options.where()) is not None:
         confirm(where, yes=options.yes)
     with _Progress() as progress, counting(collector) if collector else nullcontext():
@@ -329,7 +339,7 @@ def _run(
             if wave is not None:
                 cell.trace.listen(wave.take)
             reported = 0.0
-            with ended_by_sigterm() if options.connect else nullcontext():
+            with ended_by_sigterm() if options.connect else nullcontext(), _panel(options, cell):
                 for number in range(1, _SLICES + 1):
                     cell.run(end_us * number // _SLICES - cell.now_us)
                     connected = connected or cell.connected
@@ -337,7 +347,7 @@ def _run(
                         reported = time.monotonic()
                         progress(cell.now_us, end_us)
         except KeyboardInterrupt:
-            if options.connect is None:
+            if options.connect is None and options.panel is None:
                 raise
             end_us = cell.now_us  # seen enough; the connection is closed, and all is written
         finally:
@@ -355,6 +365,49 @@ def _run(
     notice = "\n".join(filter(None, (cell.notice, late)))
     coverage = _concluded(options, collector) if collector is not None else None
     return _Outcome(cell, end_us, notice, timeline, connected, coverage)
+
+
+def _check_panel(options: RunOptions) -> None:
+    """Can there be a page for the program's panels?
+
+    Raises:
+        InputError: no; with what to do.
+    """
+    if options.panel is None:
+        return
+    check_port("--panel", options.panel or 1)
+    if options.connect is not None:
+        hint = "leave --connect out: a page in a browser is no panel of a robot that may be real"
+        raise InputError("--panel is for a virtual controller", hint=hint)
+    if not options.realtime:
+        raise InputError(
+            "--panel needs the pace of the clock", hint="add --link enip --realtime, and --for 10m"
+        )
+
+
+@contextmanager
+def _panel(options: RunOptions, cell: Cell) -> Iterator[None]:
+    """The page of `--panel`, as long as the program runs."""
+    if options.panel is None:
+        yield
+        return
+    try:
+        from rcx_harness.serve.panel.server import PanelServer
+    except ModuleNotFoundError:
+        hint = "pip install aiohttp"
+        raise InputError("the page needs the library aiohttp", hint=hint) from None
+    plates = plates_of(cell.program)
+
+    def exchange() -> None:
+        for plate in plates:
+            plate.exchange()
+        cell.at(cell.now_us + cell.timing.scan_us, exchange)
+
+    cell.at(cell.now_us, exchange)
+    with PanelServer(plates, options.panel) as server:
+        print(f"panel: {server.address}")
+        print("Ctrl-C ends it. This is a simulation: no robot moves.", flush=True)
+        yield
 
 
 def _title(options: RunOptions, cell: Cell) -> str:

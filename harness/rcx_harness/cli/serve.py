@@ -25,7 +25,7 @@ from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["eds", "serve"]
 
-#: Where the web page is (serve/web.py).
+#: Where the web page is (serve/guard.py).
 _WEB_HOST = "127.0.0.1"
 
 

@@ -105,7 +105,10 @@ def _blocks() -> Iterator[str]:
                 yield f"| {' | '.join((*cells, _charts(head.name)))} |"
 
 
-_FOLDERS = ("area", "sequence", "command", "motion", "position", "diagnosis", "core")
+_FOLDERS = (
+    *("area", "sequence", "command", "motion", "position", "points", "operator"),
+    *("diagnosis", "core"),
+)
 
 
 def _place(folder: str) -> tuple[int, str]:

@@ -304,7 +304,8 @@ CHECKS: tuple[Check, ...] = (
         tuple(
             f"tests/{name}"
             for name in (
-                *("area", "sequence", "command", "motion", "diagnosis", "chapters", "cell"),
+                *("area", "sequence", "command", "motion", "position", "points", "operator"),
+                *("diagnosis", "chapters", "cell"),
                 *("contract", "watch"),
                 *("faults", "examples", "support", "data", "tools/evidence/conditions.toml"),
             )
@@ -333,7 +334,8 @@ CHECKS: tuple[Check, ...] = (
             ("run time of the last run, which keeps known outcomes [s]", _number("run_time_s")),
         ),
         (
-            *(f"tests/{name}" for name in ("area", "sequence", "command", "motion", "diagnosis")),
+            *(f"tests/{name}" for name in ("area", "sequence", "command", "motion", "position")),
+            *(f"tests/{name}" for name in ("points", "operator", "diagnosis")),
             *(
                 f"tests/{name}"
                 for name in (

@@ -11,10 +11,11 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
-from rcx_tools.docs.blocks.source import ROOT, Pou, kinds, pous
+from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
 from rcx_tools.library import library
 
-__all__ = ["FOLDER", "START_US", "Snippet", "Step", "program", "snippets", "stimulus", "without"]
+__all__ = ["FOLDER", "START_US", "Snippet", "Step", "own_pins", "program", "snippets", "stimulus"]
+__all__ += ["without"]
 
 FOLDER = ROOT / "docs/blocks"
 _FILE = FOLDER / "snippets.toml"
@@ -78,6 +79,17 @@ class Snippet:
     def steps(self) -> list[Step]:
         """All blocks that it adds to the frame, in the order of their calls."""
         return [*self.before, *([self.call] if self.call else [])]
+
+    @property
+    def started(self) -> bool:
+        """Its `Start` is used."""
+        pins = self.call.inputs.values() if self.call else ()
+        return (
+            self.call is None
+            or bool(self.before)
+            or any(self.pou.pin(name) for name in ("Execute", "Enable"))
+            or "Start" in [*pins, *(one for given in self.frame.values() for one in given.values())]
+        )
 
     @property
     def path(self) -> Path:
@@ -186,8 +198,10 @@ def program(snippet: Snippet) -> str:
 
 def stimulus(snippet: Snippet) -> str:
     """The stimulus file of an example that needs one of its own, else that of all."""
-    at = [{"time": f"{START_US // 1000}ms", "set": {"Main.Start": True}}]
-    if snippet.stop:
+    at = []
+    if snippet.started:
+        at.append({"time": f"{START_US // 1000}ms", "set": {"Main.Start": True}})
+    if snippet.stop and snippet.started:
         at.append({"time": snippet.stop, "set": {"Main.Start": False}})
     lines = ["# Generated from docs/blocks/snippets.toml by `make docs`."]
     for entry in [*snippet.events, *at]:
@@ -289,32 +303,34 @@ def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
     yield line.rstrip()
 
 
+def own_pins(block: str) -> list[Pin]:
+    """In-out pins that are neither the robot nor an image: a variable of the program each."""
+    pins = pous()[block].of("VAR_IN_OUT")
+    return [pin for pin in pins if pin.name not in ("Robot", "Image")]
+
+
 def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
     words = "_WORDS" if snippet.words else ""
     kind = "Words" if snippet.words else ""
+    buttons = [*(["Start"] if snippet.started else []), *snippet.buttons]
     rows = [
         ("InputArea", f"RCX_IMAGE{words}", "robot to PLC, filled by your scanner"),
         ("OutputArea", f"RCX_IMAGE{words}", "PLC to robot, sent by your scanner"),
         ("Connected", "BOOL", "your scanner's status"),
         ("CellSafe", "BOOL := TRUE", "wire it to your safety circuit's answer"),
-        *((name, "BOOL", "push button") for name in ("Start", *snippet.buttons)),
+        *((name, "BOOL", "push button") for name in buttons),
         ("Robot", "RCX_REF", ""),
         (f"ReadArea{kind}", f"FB_ReadArea{kind}", ""),
         (f"WriteArea{kind}", f"FB_WriteArea{kind}", ""),
     ]
     for step in steps:
         rows.append((step.instance, step.block, ""))
-        rows += [
-            (pin.name, pin.type, "")
-            for pin in pous()[step.block].pins
-            if pin.section == "VAR_IN_OUT"
-            and pin.name not in ("Robot", "Image")
-            and not any(pin.name == name for name, _, _ in rows)
-        ]
-        for name, value in step.inputs.items():
-            pin = pous()[step.block].pin(name)
-            if isinstance(value, (list, Mapping)) and pin:
-                rows.append((name, pin.type, ""))
+        filled = {name for name, one in step.inputs.items() if isinstance(one, (list, Mapping))}
+        own = [pin.name for pin in own_pins(step.block) if pin.name not in step.inputs]
+        for pin in pous()[step.block].pins:
+            known = any(pin.name == name for name, _, _ in rows)
+            if not known and pin.name in (*own, *filled):
+                rows.append((pin.name, pin.type, ""))
     width = max(len(name) for name, _, _ in rows)
     column = max(len(kind) for _, kind, said in rows if said) + 2
     yield "  VAR"

@@ -11,7 +11,7 @@ from typing import Any
 
 from rcx_harness import spec
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_tools.docs.blocks.examples import Snippet, program, snippets, without
+from rcx_tools.docs.blocks.examples import Snippet, own_pins, program, snippets, without
 from rcx_tools.docs.blocks.ranges import range_of
 from rcx_tools.docs.blocks.runs import Run, run_of
 from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
@@ -234,6 +234,7 @@ def _code(snippet: Snippet) -> str:
     names = {step.instance for step in snippet.steps}
     for step in snippet.steps:
         names |= {name for name, one in step.inputs.items() if isinstance(one, (list, dict))}
+        names |= {pin.name for pin in own_pins(step.block)}
     declared = text.partition("  VAR\n")[2].partition("  END_VAR")[0].splitlines()
     rows = [line[4:] for line in declared if line.split()[0] in names]
     body = text.partition("END_VAR\n\n")[2].partition("END_PROGRAM")[0]

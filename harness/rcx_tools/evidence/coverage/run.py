@@ -18,7 +18,8 @@ __all__ = ["FOLDERS", "Run", "run_tests"]
 
 #: Folders of tests in which blocks of the library run.
 FOLDERS = (
-    *("area", "sequence", "command", "motion", "diagnosis", "chapters", "cell", "contract"),
+    *("area", "sequence", "command", "motion", "position", "points", "operator", "diagnosis"),
+    *("chapters", "cell", "contract"),
     *("faults", "examples", "watch"),
 )
 #: What runs at the pace of the clock executes nothing that the others do not.

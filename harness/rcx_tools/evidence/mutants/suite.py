@@ -30,7 +30,8 @@ __all__ = [
 
 #: Folders whose tests run blocks of the library.
 FOLDERS = (
-    *("area", "sequence", "command", "motion", "diagnosis", "faults", "chapters", "examples"),
+    *("area", "sequence", "command", "motion", "position", "points", "operator", "diagnosis"),
+    *("faults", "chapters", "examples"),
     "tools/library",
 )
 #: Tests of these names are of something else: the network, other engines, or how the tests work.

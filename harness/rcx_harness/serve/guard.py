@@ -1,0 +1,188 @@
+"""What each page of this program is behind: loopback, a token nobody can guess, its own origin."""
+
+from __future__ import annotations
+
+import hmac
+import json
+import logging
+import secrets
+from collections.abc import Awaitable, Callable, Mapping
+from importlib.resources import files
+from typing import Any
+
+from aiohttp import web
+from aiohttp.http_exceptions import HttpProcessingError
+
+from rcx_harness.errors import InputError
+
+__all__ = ["WEB_HOST", "TokenServer", "add_files", "guarded", "read_message"]
+
+WEB_HOST = "127.0.0.1"
+"""A page is for this machine only."""
+
+_TOKEN_BYTES = 16
+_OWN_NAMES = ("127.0.0.1", "localhost")
+_CHARSETS = ("utf-8", "utf8", "us-ascii")
+_LARGEST_REQUEST = 4096
+_HEADERS = {
+    "Cache-Control": "no-store",
+    # The charts carry their style sheet in themselves; nothing comes from elsewhere.
+    "Content-Security-Policy": (
+        "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
+        "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
+_TOKEN: web.AppKey[str] = web.AppKey("token", str)
+_COMMAND: web.AppKey[str] = web.AppKey("command", str)
+_FILES: web.AppKey[Mapping[str, tuple[str, str, str]]] = web.AppKey("files", Mapping)
+#: What a sender does wrong is answered; only mistakes of this program belong in the log.
+_SENDERS_FAULTS = (HttpProcessingError, web.RequestPayloadError, ConnectionError)
+_LOG = logging.getLogger(__name__)
+_LOG.addFilter(lambda record: not isinstance((record.exc_info or (0, 0))[1], _SENDERS_FAULTS))
+_Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def guarded(token: str, command: str) -> web.Application:
+    """An application whose paths begin with the token; `command` has printed its address."""
+    app = web.Application(middlewares=[_guard], client_max_size=_LARGEST_REQUEST)
+    app[_TOKEN], app[_COMMAND] = token, command
+    app.router.add_get(f"/{token}", _to_page)
+    return app
+
+
+def add_files(app: web.Application, served: Mapping[str, tuple[str, str, str]]) -> None:
+    """Serve files: path, package and file of its folder `page`, its type."""
+    app[_FILES] = served
+    for path in served:
+        app.router.add_get(f"/{app[_TOKEN]}{path}", _file)
+
+
+class TokenServer:
+    """Serves a page on the loopback interface.
+
+    Args:
+        application: What makes it for a token.
+        port: TCP port, 0 for any free one.
+        option: The option that has the port.
+        token: What the paths begin with; another one each time where it is not given.
+    """
+
+    def __init__(
+        self,
+        application: Callable[[str], web.Application],
+        port: int,
+        option: str,
+        token: str = "",
+    ) -> None:
+        self._token = token or secrets.token_urlsafe(_TOKEN_BYTES)
+        self._option = option
+        self._runner = web.AppRunner(
+            application(self._token), access_log=None, logger=_LOG, auto_decompress=False
+        )
+        self.port = port
+
+    @property
+    def address(self) -> str:
+        """Where to find the page, with its token."""
+        return f"http://{WEB_HOST}:{self.port}/{self._token}/"
+
+    async def start(self) -> None:
+        """Listen.
+
+        Raises:
+            InputError: the port is taken.
+        """
+        await self._runner.setup()
+        try:
+            await web.TCPSite(self._runner, WEB_HOST, self.port).start()
+        except (OSError, OverflowError) as error:
+            await self.close()
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(
+                f"the web page cannot be served on {WEB_HOST}:{self.port}: {reason}",
+                hint=f"choose a free port with {self._option}",
+            ) from None
+        self.port = self._runner.addresses[0][1]
+
+    async def close(self) -> None:
+        """Stop it."""
+        await self._runner.cleanup()
+
+
+@web.middleware
+async def _guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
+    """Only who knows the token may ask; each answer says what a page may do."""
+    host, _, _port = request.host.rpartition(":")
+    if (host or request.host) not in _OWN_NAMES:
+        # Another name that leads here is another site's (DNS rebinding).
+        response: web.StreamResponse = _error(403, "this page is for this machine only")
+    elif not _has_token(request):
+        response = _error(403, _without_token(request))
+    elif request.headers.get("Origin", _own_origin(request)) != _own_origin(request):
+        response = _error(403, "only the page itself may do this: the origin is another")
+    else:
+        try:
+            response = await handler(request)
+        except InputError as error:
+            response = _error(400, str(error))
+        except web.RequestPayloadError:
+            response = _error(400, "the request does not come whole, or not as it says")
+        except web.HTTPRequestEntityTooLarge:
+            response = _error(400, f"the request is longer than {_LARGEST_REQUEST} bytes")
+        except web.HTTPException as error:
+            response = _error(error.status, error.reason)
+    response.headers.update(_HEADERS)
+    return response
+
+
+def _without_token(request: web.Request) -> str:
+    command = request.app[_COMMAND]
+    return f"the address lacks its token: open the one that {command} printed at its start"
+
+
+def _has_token(request: web.Request) -> bool:
+    given = request.path.split("/")[1] if request.path.startswith("/") else ""
+    return hmac.compare_digest(given.encode("utf-8", "replace"), request.app[_TOKEN].encode())
+
+
+def _own_origin(request: web.Request) -> str:
+    return f"http://{request.host}"
+
+
+def _error(status: int, text: str) -> web.Response:
+    return web.json_response({"error": text}, status=status)
+
+
+async def _to_page(request: web.Request) -> web.Response:
+    """The address without the slash at its end, which all others are relative to."""
+    return web.Response(status=308, headers={"Location": f"/{request.app[_TOKEN]}/"})
+
+
+async def _file(request: web.Request) -> web.Response:
+    package, name, kind = request.app[_FILES]["/" + request.path.split("/", 2)[2]]
+    body = files(package).joinpath("page").joinpath(name).read_bytes()
+    return web.Response(body=body, content_type=kind, charset="utf-8")
+
+
+async def read_message(
+    request: web.Request, example: str, what: str, **needed: type[Any]
+) -> dict[str, Any]:
+    """The JSON object that was sent, whose entries `needed` have these types."""
+    charset = request.charset or "utf-8"
+    if charset.lower() not in _CHARSETS:
+        raise InputError(f"the charset {charset[:20]!r} is not taken", hint="send UTF-8")
+    if request.headers.get("Content-Encoding", "identity") != "identity":
+        raise InputError("a packed request is not taken", hint="send it as it is")
+    try:
+        message: Any = json.loads(await request.read())
+    except (ValueError, RecursionError):
+        message = None
+    fits = isinstance(message, dict) and all(
+        type(message.get(name)) is kind for name, kind in needed.items()
+    )
+    if not fits:
+        raise InputError(f"{what} is expected: {example}")
+    found: dict[str, Any] = message
+    return found

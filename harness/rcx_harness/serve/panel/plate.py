@@ -1,0 +1,215 @@
+"""One RCX_PANEL variable: what a page presses and chooses there, and what it shows.
+
+The cell's thread calls `exchange` once per scan; everything else is for the page's thread.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from threading import Lock
+from typing import Any
+
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.types import BlockType, EnumType, StructType
+from rcx_harness.errors import InputError
+from rcx_harness.spec.telegram import did_you_mean
+
+__all__ = ["HOLD_S", "Plate", "plates_of"]
+
+HOLD_S = 0.5
+"""A key is released when its page has been silent for so long [s]."""
+
+_TYPE = "RCX_PANEL"
+#: So many changes of keys wait for their scan; a page that sends more has gone wrong.
+_MOST_WAITING = 64
+_MOST_PAGES = 16
+#: Numbers that a page may choose: lowest and highest.
+_RANGES = {
+    "RobotNumber": (0, 4),
+    "Axis": (0, 6),
+    "Percent": (0, 100),
+    "Amount": (0, 10_000),
+    "Point": (0, 29_999),
+    "ProgramNumber": (0, 100),
+}
+_SWITCHES = ("Automatic", "Stepwise")
+_ENUMS = ("Frame", "Units", "Language")
+_CHOICES = (*_SWITCHES, *_ENUMS, *_RANGES)
+
+
+@dataclass
+class _Page:
+    """What one page holds pressed, by its last message."""
+
+    beat: int = -1
+    heard: float = 0.0
+    keys: frozenset[str] = field(default_factory=frozenset)
+
+
+class Plate:
+    """What is pressed and shown of one variable.
+
+    Args:
+        program: The program; `exchange` alone touches it.
+        path: The variable.
+        now: Seconds that only grow.
+    """
+
+    def __init__(
+        self, program: Program, path: str, now: Callable[[], float] = time.monotonic
+    ) -> None:
+        kind = program.type_of(path)
+        assert isinstance(kind, StructType)
+        fields = dict(kind.fields)
+        keys = fields["Key"]
+        assert isinstance(keys, StructType)
+        self.path = path
+        self.keys = tuple(name for name, _ in keys.fields)
+        self._enums = {name: one for name, one in fields.items() if isinstance(one, EnumType)}
+        self._program, self._now = program, now
+        self._read = program.reader([path])
+        self._lock = Lock()
+        self._pages: dict[str, _Page] = {}
+        self._waiting: deque[frozenset[str]] = deque()
+        self._written: frozenset[str] = frozenset()
+        self._choices: dict[str, Any] = {}
+        self._shown: dict[str, Any] = {}
+
+    def press(self, page: str, beat: int, keys: Collection[str]) -> None:
+        """A page says which keys it holds; again and again as long as there are any.
+
+        Args:
+            page: Which page.
+            beat: Grows with each message; one that comes too late does not count.
+            keys: Their names.
+
+        Raises:
+            InputError: no such key, or too many pages or changes.
+        """
+        for key in keys:
+            if key not in self.keys:
+                raise InputError(f"there is no key {key!r:.20}", hint=did_you_mean([*self.keys]))
+        with self._lock:
+            self._expire()
+            if page not in self._pages and len(self._pages) >= _MOST_PAGES:
+                raise InputError("too many pages hold keys", hint="close some of them")
+            one = self._pages.setdefault(page, _Page())
+            if beat > one.beat:
+                one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)
+                self._queue()
+
+    def choose(self, name: str, value: object) -> None:
+        """Write a selection.
+
+        Raises:
+            InputError: no such selection, or a value that it does not take.
+        """
+        if name not in _CHOICES:
+            raise InputError(f"there is no selection {name!r:.20}", hint=", ".join(_CHOICES))
+        if name in _SWITCHES:
+            fits, takes = isinstance(value, bool), "true or false"
+        elif name in _ENUMS:
+            members = self._enums[name].members
+            fits, takes = value in members, ", ".join(members)
+        else:
+            low, high = _RANGES[name]
+            fits, takes = type(value) is int and low <= value <= high, f"{low} to {high}"
+        if not fits:
+            raise InputError(f"{name} cannot be {value!r:.20}", hint=f"it takes {takes}")
+        with self._lock:
+            self._choices[name] = value
+
+    def exchange(self) -> None:
+        """Write what is pressed and chosen, and read what is shown; at most one change of keys.
+
+        So each press and each release is there for at least one scan.
+        """
+        with self._lock:
+            self._expire()
+            choices, self._choices = self._choices, {}
+            keys = self._waiting.popleft() if self._waiting else self._written
+            changed, self._written = keys ^ self._written, keys
+        written: dict[str, Any] = dict(choices)
+        if changed:
+            written["Key"] = {name: name in keys for name in self.keys if name in changed}
+        if written:
+            self._program.write(self.path, written)
+        shown = _readable(self._read()[0])
+        with self._lock:
+            self._shown = shown
+
+    def shown(self) -> dict[str, Any]:
+        """The variable as it was read last, texts as people read them."""
+        with self._lock:
+            return {"name": self.path, **self._shown}
+
+    @property
+    def silent_s(self) -> float:
+        """For how long no page that holds keys has been heard."""
+        with self._lock:
+            return self._now() - max((one.heard for one in self._pages.values()), default=0.0)
+
+    def _expire(self) -> None:
+        """Pages that are silent hold nothing any more, whatever still waits of them."""
+        last = self._now() - HOLD_S
+        silent = [name for name, one in self._pages.items() if one.heard < last]
+        if silent:
+            for name in silent:
+                del self._pages[name]
+            self._waiting.clear()
+            self._queue()
+
+    def _queue(self) -> None:
+        held = frozenset[str]().union(*(one.keys for one in self._pages.values()))
+        if held != (self._waiting[-1] if self._waiting else self._written):
+            if len(self._waiting) >= _MOST_WAITING:
+                self._waiting.clear()
+            self._waiting.append(held)
+
+
+def plates_of(program: Program, now: Callable[[], float] = time.monotonic) -> list[Plate]:
+    """The panels of a program, in the order of their declaration.
+
+    Raises:
+        InputError: it has none.
+    """
+    found = [Plate(program, path, now) for path in _paths(program)]
+    if not found:
+        raise InputError(
+            "--panel: the program has no variable of the type RCX_PANEL",
+            hint="declare Panel : RCX_PANEL and give it to FB_Operator, as example 15_panel does",
+        )
+    return found
+
+
+def _paths(program: Program) -> Iterator[str]:
+    for path, kind in program.walk():
+        if isinstance(kind, StructType) and kind.name.upper() == _TYPE:
+            owner, _, name = path.rpartition(".")
+            above = program.type_of(owner) if owner else None
+            if not (isinstance(above, BlockType) and _passed(above, name)):
+                yield path
+
+
+def _passed(block: BlockType, name: str) -> bool:
+    """Is it an in-out pin: somebody else's variable?"""
+    return any(
+        one.section == "VAR_IN_OUT" and one.name.upper() == name.upper() for one in block.variables
+    )
+
+
+def _readable(value: Any) -> Any:
+    """Texts of a PLC are bytes; those of the library are UTF-8."""
+    if isinstance(value, dict):
+        return {name: _readable(one) for name, one in value.items()}
+    if isinstance(value, str):
+        try:
+            return value.encode("latin-1").decode("utf-8")
+        except UnicodeError:
+            return value
+    if isinstance(value, Sequence):
+        return [_readable(one) for one in value]
+    return value

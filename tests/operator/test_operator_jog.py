@@ -1,0 +1,341 @@
+"""FB_Operator: the jog keys; the test is the robot."""
+
+from __future__ import annotations
+
+import pytest
+
+from both_engines import ENGINES
+from operator_bench import OperatorBench
+
+_SPEED, _AMOUNT, _STEP, _POSITION = 0x0038, 0x0027, 0x0024, 0x0506
+
+
+def _jogging(plc: OperatorBench, key: str = "JogPlus") -> None:
+    """Press a jog key and wait until the axis moves."""
+    plc.key(key)
+    plc.scan_until(lambda: "Moving" in plc.lamps(), most=20)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
+    """The manual movement speed first, then the jog; SI(06) OFF in the scan of the release.
+
+    Source: guide 4.2.14 (16#0038, speed in the third word), 4.2.6 (16#0020, axis bits, bit 7 = -).
+    """
+    plc = OperatorBench(engine)
+    plc.key("JogPlus")
+    plc.scan(10)
+    assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0001]]
+    assert "Moving" in plc.lamps()
+    plc.scan(50)
+    assert "SI06" in plc.inputs
+    plc.key("JogPlus", False)
+    plc.scan()
+    assert "SI06" not in plc.inputs
+    assert "Moving" not in plc.lamps()
+    assert plc["Operator.Busy"]
+    assert plc.message == 0, "a jog that stops is no problem"
+    plc.scan(40)
+    assert "SI06" in plc.inputs
+    assert (plc["Operator.Busy"], plc["Operator.Error"]) == (False, False)
+    assert plc.codes == [_SPEED, 0x0020, _POSITION]
+
+
+@pytest.mark.parametrize(
+    ("selections", "code", "data"),
+    [
+        ({"Frame": "JOG_CARTESIAN", "Axis": 3, "Percent": 55}, 0x0021, 0x0084),
+        ({"Frame": "JOG_TOOL", "RobotNumber": 2, "Axis": 6, "Percent": 100}, 0x2022, 0x00A0),
+        ({"Axis": 1, "Percent": 1}, 0x0020, 0x0081),
+    ],
+)
+def test_axis_frame_robot_and_speed_are_selected(
+    selections: dict[str, object], code: int, data: int
+) -> None:
+    """Source: guide 4.2.6: 16#0020 pulses, 16#0021 Cartesian, 16#0022 tool; robot in bits 12 up."""
+    plc = OperatorBench()
+    plc.set(**selections)
+    plc.key("JogMinus")
+    plc.scan(10)
+    speed, jog = plc.sent
+    assert speed[:3] == [_SPEED | code & 0xF000, 0, selections["Percent"]]
+    assert (jog[0], jog[2]) == (code, data)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("amount", "sent"), [(0, 100), (2500, 2500)])
+def test_stepwise_one_press_is_one_step_however_long_it_is_held(
+    engine: str, amount: int, sent: int
+) -> None:
+    """Source: guide 4.2.8 (16#0027, amount in the third word), 4.2.7 (16#0024)."""
+    plc = OperatorBench(engine)
+    plc.set(Stepwise=True, Axis=2, Amount=amount)
+    plc.key("JogMinus")
+    plc.scan(60)
+    assert [words[:3] for words in plc.sent[:3]] == [
+        [_SPEED, 0, 10],
+        [_AMOUNT, 0, sent],
+        [_STEP, 0, 0x0082],
+    ]
+    assert plc.codes[3:] == [_POSITION]
+    plc.key("JogMinus", False)
+    plc.scan()
+    plc.press("JogMinus")
+    plc.scan(60)
+    assert plc.codes[4:] == [_SPEED, _AMOUNT, _STEP, _POSITION], "a short press, too"
+    assert not plc["Operator.Error"]
+
+
+def test_the_selections_count_as_they_stood_at_the_press() -> None:
+    """Source: FB_RcxPanelJog."""
+    plc = OperatorBench()
+    plc.set(Axis=2)
+    plc.key("JogPlus")
+    plc.scan()
+    plc.set(Axis=3, Percent=90, Stepwise=True, Frame="JOG_TOOL", RobotNumber=2)
+    plc.scan(10)
+    assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0002]]
+
+
+@pytest.mark.parametrize("scans", range(1, 9))
+def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(scans: int) -> None:
+    """Wherever the release falls, the jog does not go out, or it is stopped at once.
+
+    Source: FB_Jog; hold to run.
+    """
+    plc = OperatorBench()
+    plc.press("JogPlus", scans=scans)
+    plc.scan()
+    assert 0x0020 not in plc.codes or "SI06" not in plc.inputs
+    plc.scan(60)
+    assert not plc["Operator.Busy"]
+    assert plc.codes.count(0x0020) <= 1
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
+    """Source: FB_RcxPanelKeys: both jog keys are none."""
+    plc = OperatorBench()
+    _jogging(plc)
+    plc.key("JogMinus")
+    plc.scan()
+    assert "SI06" not in plc.inputs
+    assert plc.message == 0x8073
+    plc.key("JogPlus", False)
+    plc.scan(80)
+    assert plc.codes == [_SPEED, 0x0020, _POSITION], "the key that is left was pressed too early"
+    plc.key("JogPlus")
+    plc.scan(2)
+    assert plc.message == 0x8073
+    plc.scan(40)
+    plc.key("JogMinus", False)
+    plc.scan(80)
+    assert plc.codes == [_SPEED, 0x0020, _POSITION]
+
+
+def test_one_key_after_the_other_within_a_scan_turns_the_axis_round_after_its_stop() -> None:
+    """Source: FB_RcxPanelJog; guide 4.2.6."""
+    plc = OperatorBench()
+    _jogging(plc)
+    plc.key("JogPlus", False)
+    plc.key("JogMinus")
+    plc.scan()
+    assert "SI06" not in plc.inputs
+    assert "Moving" not in plc.lamps()
+    plc.scan(60)
+    jogs = [words[:3] for words in plc.sent if words[0] == 0x0020]
+    assert jogs == [[0x0020, 0, 0x0001], [0x0020, 0, 0x0081]]
+    assert "Moving" in plc.lamps()
+
+
+def test_a_key_pressed_while_the_axis_comes_to_rest_moves_it_afterwards_if_still_held() -> None:
+    """Source: FB_RcxPanelJog."""
+    plc = OperatorBench()
+    _jogging(plc)
+    plc.key("JogPlus", False)
+    plc.scan(3)
+    plc.key("JogMinus")
+    plc.scan(60)
+    assert [words[2] for words in plc.sent if words[0] == 0x0020] == [0x0001, 0x0081]
+    plc.key("JogMinus", False)
+    plc.scan(3)
+    plc.press("JogPlus", scans=3)
+    plc.scan(60)
+    assert plc.codes.count(0x0020) == 2
+    assert not plc["Operator.Busy"]
+
+
+@pytest.mark.parametrize("hindrance", ["emergency", "safe", "alarm", "stop", "program", "link"])
+def test_what_stops_a_jog_needs_a_new_press_afterwards(hindrance: str) -> None:
+    """Source: nothing restarts by itself."""
+    plc = OperatorBench()
+    _jogging(plc)
+
+    def happen(on: bool) -> None:
+        if hindrance == "emergency":
+            plc.outputs(SO00=on)
+        elif hindrance == "safe":
+            plc["EmergencyStopOk"] = not on
+        elif hindrance == "alarm":
+            plc.outputs(SO03=on)
+        elif hindrance == "stop":
+            plc["StopOk"] = not on
+        elif hindrance == "program":
+            plc.outputs(SO13=on)
+        else:
+            plc["Connected"] = not on
+
+    happen(True)
+    plc.scan(40)
+    assert "Moving" not in plc.lamps()
+    assert plc.message or hindrance == "program", "a running program is shown by its lamp"
+    happen(False)
+    plc.scan(80)
+    assert plc.codes.count(0x0020) == 1
+    plc.press("Reset")
+    plc.scan(5)
+    assert plc.message == 0
+    plc.key("JogPlus", False)
+    plc.scan(2)
+    _jogging(plc)
+    assert plc.codes.count(0x0020) == 2
+
+
+def test_stop_stops_a_jog() -> None:
+    """Source: manual chapter 5, 2, SI(06)."""
+    plc = OperatorBench()
+    _jogging(plc)
+    plc.key("Stop")
+    plc.scan()
+    assert "SI06" not in plc.inputs
+    plc.scan(10)
+    plc.key("Stop", False)
+    plc.scan(40)
+    assert "Moving" not in plc.lamps()
+    plc.press("Reset")
+    plc.scan(60)
+    assert plc.codes.count(0x0020) == 1, "the key is still held"
+
+
+@pytest.mark.parametrize(
+    ("code", "stepwise"), [(_SPEED, False), (_AMOUNT, True), (_STEP, True), (0x0020, False)]
+)
+def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise: bool) -> None:
+    """Source: guide chapter 2, abnormal end."""
+    plc = OperatorBench()
+    plc.set(Stepwise=stepwise)
+    plc.refuse = code
+    plc.key("JogPlus")
+    plc.scan(40)
+    assert plc.message == 0x8020
+    assert (plc["Panel.AlarmGroup"], plc["Panel.AlarmCategory"]) == (2, 334)
+    assert plc.codes.count(code) == 1, "the key is still held"
+    plc.refuse = 0
+    plc.scan(40)
+    assert plc.codes.count(code) == 1
+    assert not plc["Operator.Busy"]
+
+
+@pytest.mark.parametrize(
+    ("selection", "error"),
+    [
+        ({"Axis": 7}, 0x8041),
+        ({"Axis": -1}, 0x8041),
+        ({"Percent": 101}, 0x8042),
+        ({"RobotNumber": 5}, 0x8040),
+    ],
+)
+def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error: int) -> None:
+    """Source: guide 4.2.6, 4.2.14."""
+    plc = OperatorBench()
+    plc.set(**selection)
+    plc.key("JogPlus")
+    plc.scan(20)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
+    assert 0x0020 not in plc.codes
+
+
+@pytest.mark.parametrize("scans", [96, 106])
+def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
+    """The channel is taken for 0.96 s and 1.06 s: a step is not to surprise.
+
+    Source: FB_RcxPanelJog.
+    """
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = _AMOUNT
+    plc.press("JogPlus")
+    plc.scan(scans - 2)
+    plc.hold = 0
+    plc.scan(20)
+    if scans < 100:
+        assert plc.codes[:3] == [_SPEED, _AMOUNT, _STEP]
+        assert plc.message == 0
+    else:
+        assert _STEP not in plc.codes
+        assert plc.message == 0x8076
+
+
+def test_a_step_that_takes_long_is_not_too_late() -> None:
+    """Source: FB_RcxPanelJog: the second ends as the step begins."""
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = _STEP
+    plc.press("JogPlus")
+    plc.scan(300)
+    assert "Moving" in plc.lamps()
+    assert plc.message == 0
+    plc.hold = 0
+    plc.scan(10)
+    assert plc.codes == [_SPEED, _AMOUNT, _STEP, _POSITION]
+    assert not plc["Operator.Error"]
+
+
+def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis() -> None:
+    """Two presses at once are none, and the key that moved the axis is released.
+
+    Source: FB_RcxPanelJog: hold to run.
+    """
+    for first, second in (("JogPlus", "JogMinus"), ("JogMinus", "JogPlus")):
+        plc = OperatorBench()
+        _jogging(plc, first)
+        plc.key(first, False)
+        plc.key(second)
+        plc.key("Teach")
+        plc.scan()
+        assert "SI06" not in plc.inputs
+        plc.scan(60)
+        assert plc.codes == [_SPEED, 0x0020, _POSITION]
+
+
+@pytest.mark.parametrize("again", [True, False])
+@pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
+def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bool) -> None:
+    """The press is given up; its command is still out, and is held to its end.
+
+    Source: guide chapter 1: the command stays until its end.
+    """
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = hold
+    plc.press("JogPlus")
+    plc.scan_until(lambda: hold in plc.codes)
+    plc.scan(5)
+    plc.outputs(SO13=True)
+    plc.scan(2)
+    assert plc["Operator.Busy"]
+    plc.outputs(SO13=False)
+    plc.scan(2)
+    if not again:
+        plc.hold = 0
+        plc.scan(40)
+        assert plc.codes[plc.codes.index(hold) + 1 :] == [_POSITION]
+        return
+    plc.set(Stepwise=False, Axis=2)
+    plc.key("JogMinus")
+    plc.scan(20)
+    assert plc.codes[-1] == hold
+    plc.hold = 0
+    plc.scan(20)
+    assert [words[:3] for words in plc.sent[-2:]] == [[_SPEED, 0, 10], [0x0020, 0, 0x0082]]
+    assert plc.codes.count(_STEP) == (hold == _STEP)

@@ -1,0 +1,280 @@
+"""FB_PackMl: every command in every state, what is done, and what aborts; the test is the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import ROOT, PlcBench
+
+#: PackTags' numbers. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
+_NUMBERS = {
+    "CLEARING": 1,
+    "STOPPED": 2,
+    "STARTING": 3,
+    "IDLE": 4,
+    "SUSPENDED": 5,
+    "EXECUTE": 6,
+    "STOPPING": 7,
+    "ABORTING": 8,
+    "ABORTED": 9,
+    "HOLDING": 10,
+    "HELD": 11,
+    "UNHOLDING": 12,
+    "SUSPENDING": 13,
+    "UNSUSPENDING": 14,
+    "RESETTING": 15,
+    "COMPLETING": 16,
+    "COMPLETE": 17,
+}
+#: What follows an acting state that is done. Source: ROS-Industrial packml, transition table.
+_DONE = {
+    "CLEARING": "STOPPED",
+    "STARTING": "EXECUTE",
+    "EXECUTE": "COMPLETING",
+    "STOPPING": "STOPPED",
+    "ABORTING": "ABORTED",
+    "HOLDING": "HELD",
+    "UNHOLDING": "EXECUTE",
+    "SUSPENDING": "SUSPENDED",
+    "UNSUSPENDING": "EXECUTE",
+    "RESETTING": "IDLE",
+    "COMPLETING": "COMPLETE",
+}
+#: Command, from, to; Stop and Abort are below. Source: as `_DONE`; OPC 30050: SuspendedToHolding.
+_COMMANDS = {
+    ("RESET", "STOPPED"): "RESETTING",
+    ("RESET", "COMPLETE"): "RESETTING",
+    ("START", "IDLE"): "STARTING",
+    ("HOLD", "EXECUTE"): "HOLDING",
+    ("HOLD", "SUSPENDED"): "HOLDING",
+    ("UNHOLD", "HELD"): "UNHOLDING",
+    ("SUSPEND", "EXECUTE"): "SUSPENDING",
+    ("UNSUSPEND", "SUSPENDED"): "UNSUSPENDING",
+    ("CLEAR", "ABORTED"): "CLEARING",
+    ("COMPLETE", "EXECUTE"): "COMPLETING",
+}
+_NO_STOP = {"CLEARING", "STOPPED", "STOPPING", "ABORTING", "ABORTED"}
+_NO_ABORT = {"ABORTING", "ABORTED"}
+_ALL: tuple[str, ...] = ("NONE", "RESET", "START", "STOP", "HOLD", "UNHOLD", "SUSPEND", "UNSUSPEND", "ABORT")
+_ALL += ("CLEAR", "COMPLETE")
+
+
+def _expected(command: str, state: str) -> str:
+    if command == "STOP" and state not in _NO_STOP:
+        return "STOPPING"
+    if command == "ABORT" and state not in _NO_ABORT:
+        return "ABORTING"
+    return _COMMANDS.get((command, state), state)
+
+
+class _Bench(PlcBench):
+    """A robot without a fault; the block may be put into any state."""
+
+    def __init__(self, engine: str = "auto") -> None:
+        super().__init__(program=ROOT / "tests/data/library/PackMl.st", engine=engine)
+        self.power_up()
+
+    def put(self, state: str) -> None:
+        """Be in this state, nothing asked for."""
+        self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
+        self["PackMl.UnitModeChangeRequest"] = False
+        self["PackMl.State"] = f"PACKML_{state}"
+        self.scan()
+        assert self.state == state
+
+    def command(self, command: str) -> None:
+        """Ask once, as an HMI does."""
+        self["PackMl.CntrlCmd"] = f"PACKML_CMD_{command}"
+        self["PackMl.CmdChangeRequest"] = True
+        self.scan()
+
+    @property
+    def state(self) -> str:
+        """Where it is."""
+        return str(self["PackMl.State"]).removeprefix("PACKML_")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(
+    engine: str,
+) -> None:
+    """Source: the tables above."""
+    plc = _Bench(engine)
+    for state in _NUMBERS:
+        for command in _ALL:
+            plc.put(state)
+            plc.command(command)
+            expected = _expected(command, state)
+            assert plc.state == expected, (command, state)
+            refused = 0x8077 if expected == state else 0
+            assert plc["PackMl.ErrorID"] == refused, (command, state)
+            assert plc["PackMl.Error"] == bool(refused)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_state_that_is_done_leads_on_and_a_waiting_state_waits(engine: str) -> None:
+    """Source: the tables above."""
+    plc = _Bench(engine)
+    for state, number in _NUMBERS.items():
+        plc.put(state)
+        assert plc["PackMl.StateCurrent"] == number
+        assert plc["PackMl.Acting"] is (state in _DONE)
+        plc["PackMl.StateComplete"] = True
+        plc.scan()
+        assert plc.state == _DONE.get(state, state)
+        assert plc["PackMl.StateCurrent"] == _NUMBERS[plc.state]
+
+
+def test_a_command_comes_before_what_is_done_and_what_is_done_before_a_refused_one() -> None:
+    plc = _Bench()
+    plc.put("EXECUTE")
+    plc["PackMl.StateComplete"] = True
+    plc.command("HOLD")
+    assert plc.state == "HOLDING"
+    plc.put("STARTING")
+    plc["PackMl.StateComplete"] = True
+    plc.command("UNHOLD")
+    assert (plc.state, plc["PackMl.ErrorID"]) == ("EXECUTE", 0x8077)
+
+
+def test_a_request_counts_at_its_rising_edge_and_clears_the_last_refusal() -> None:
+    plc = _Bench()
+    plc.put("STOPPED")
+    plc.command("START")
+    assert plc["PackMl.ErrorID"] == 0x8077
+    plc["PackMl.CntrlCmd"] = "PACKML_CMD_RESET"
+    plc.scan(3)
+    assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "no edge"
+    plc["PackMl.CmdChangeRequest"] = False
+    plc.scan()
+    plc.command("RESET")
+    assert (plc.state, plc["PackMl.ErrorID"]) == ("RESETTING", 0)
+
+
+def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
+    """Source: nothing starts by itself; OPC 30050: Aborted is a usual initial state."""
+    plc = PlcBench(program=ROOT / "tests/data/library/PackMl.st")
+    plc["PackMl.StateComplete"] = True
+    for _ in range(40):
+        plc.scan()
+        assert plc["PackMl.State"] == "PACKML_ABORTED"
+    assert (plc["PackMl.StateCurrent"], plc["PackMl.UnitModeCurrent"]) == (9, 1)
+    assert plc["PackMl.Mode"] == "PACKML_MODE_PRODUCTION"
+
+
+def _link(plc: PlcBench, on: bool) -> None:
+    plc["Connected"] = not on
+
+
+def _cpu(plc: PlcBench, on: bool) -> None:
+    plc.outputs(SO01=not on)
+
+
+def _emergency(plc: PlcBench, on: bool) -> None:
+    plc.outputs(SO00=on)
+
+
+def _cell(plc: PlcBench, on: bool) -> None:
+    plc["EmergencyStopOk"] = not on
+    plc.scan()  # FB_WriteArea tells the blocks, at the end of the scan
+
+
+def _alarm(plc: PlcBench, on: bool) -> None:
+    plc.outputs(SO03=on)
+
+
+_TROUBLES = [(_link, 0x8001), (_cpu, 0x8002), (_emergency, 0x8003), (_cell, 0x8003)]
+_TROUBLES += [(_alarm, 0x8004)]
+
+
+@pytest.mark.parametrize(("trouble", "error"), _TROUBLES)
+def test_what_takes_the_robot_away_aborts_in_every_state(
+    trouble: Callable[[PlcBench, bool], None], error: int
+) -> None:
+    """Source: manual chapter 5, 2; PackML: aborting is entered on a machine fault."""
+    plc = _Bench()
+    for state in _NUMBERS:
+        plc.put(state)
+        trouble(plc, True)
+        plc.scan()
+        expected = {"CLEARING": "CLEARING", "ABORTED": "ABORTED"}.get(state, "ABORTING")
+        assert plc.state == expected, state
+        if expected == "ABORTING" and state != "ABORTING":
+            assert plc["PackMl.AbortID"] == error
+        trouble(plc, False)
+        plc.scan(15)
+
+
+def test_clearing_ends_stopped_only_once_the_fault_has_gone() -> None:
+    """Source: PackML: the faults are cleared in Clearing."""
+    plc = _Bench()
+    plc.put("EXECUTE")
+    plc.outputs(SO03=True)
+    plc.scan()
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
+    plc.outputs(SO00=True)
+    plc["PackMl.StateComplete"] = True
+    plc.scan()
+    assert plc.state == "ABORTED"
+    plc["PackMl.StateComplete"] = False
+    plc.command("CLEAR")
+    plc.scan(5)
+    assert (plc.state, plc["PackMl.AbortID"]) == ("CLEARING", 0x8004)
+    plc["PackMl.StateComplete"] = True
+    plc.scan()
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "still there"
+    plc.scan()
+    assert plc.state == "ABORTED"
+    plc["PackMl.CmdChangeRequest"] = plc["PackMl.StateComplete"] = False
+    plc.outputs(SO00=False, SO03=False)
+    plc.scan()
+    plc.command("CLEAR")
+    plc["PackMl.StateComplete"] = True
+    plc.scan()
+    assert (plc.state, plc["PackMl.AbortID"]) == ("STOPPED", 0)
+
+
+def test_an_abort_by_command_has_no_error_behind_it() -> None:
+    plc = _Bench()
+    plc.put("IDLE")
+    plc.command("ABORT")
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0)
+
+
+@pytest.mark.parametrize("state", _NUMBERS)
+def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
+    """Source: PackML leaves it to the machine where: here in Stopped, Idle and Aborted."""
+    plc = _Bench()
+    for mode, number in (("MAINTENANCE", 2), ("MANUAL", 3), ("PRODUCTION", 1)):
+        before = plc["PackMl.Mode"]
+        plc.put(state)
+        plc["PackMl.UnitMode"] = f"PACKML_MODE_{mode}"
+        plc.scan()
+        assert plc["PackMl.Mode"] == before, "not asked for"
+        plc["PackMl.UnitModeChangeRequest"] = True
+        plc.scan()
+        if state in ("STOPPED", "IDLE", "ABORTED"):
+            assert plc["PackMl.Mode"] == f"PACKML_MODE_{mode}"
+            assert (plc["PackMl.UnitModeCurrent"], plc["PackMl.ErrorID"]) == (number, 0)
+        else:
+            assert (plc["PackMl.Mode"], plc["PackMl.ErrorID"]) == (before, 0x8077)
+
+
+def test_an_invalid_unit_mode_is_refused() -> None:
+    plc = _Bench()
+    plc.put("IDLE")
+    plc["PackMl.UnitModeChangeRequest"] = True
+    plc.scan()
+    assert (plc["PackMl.Mode"], plc["PackMl.ErrorID"]) == ("PACKML_MODE_PRODUCTION", 0x8077)
+
+
+def test_a_mode_that_is_refused_is_told_although_the_command_beside_it_is_taken() -> None:
+    plc = _Bench()
+    plc.put("HELD")
+    plc["PackMl.UnitMode"] = "PACKML_MODE_MANUAL"
+    plc["PackMl.UnitModeChangeRequest"] = True
+    plc.command("UNHOLD")
+    assert (plc.state, plc["PackMl.ErrorID"]) == ("UNHOLDING", 0x8077)

@@ -1,0 +1,263 @@
+"""The faceplate's logic: keys that are held, and released when their page is silent."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import LIBRARY, ROOT
+from rcx_harness.engine import build
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.needed import needed
+from rcx_harness.errors import InputError
+from rcx_harness.serve.panel.plate import HOLD_S, Plate, plates_of
+
+_BENCH = ROOT / "tests/data/library/Operator.st"
+
+
+class _Clock:
+    """Seconds as the test says."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def _program(source: Path = _BENCH, engine: str = "builtin") -> Program:
+    return build([source, *needed([source], LIBRARY)], engine).program
+
+
+@pytest.fixture
+def clock() -> _Clock:
+    """A clock that stands still."""
+    return _Clock()
+
+
+@pytest.fixture
+def program() -> Program:
+    """A program with one panel."""
+    return _program()
+
+
+@pytest.fixture
+def plate(program: Program, clock: _Clock) -> Plate:
+    """Its panel."""
+    (one,) = plates_of(program, clock)
+    return one
+
+
+def _down(program: Program) -> list[str]:
+    return [name for name, on in program.read("Main.Panel.Key").items() if on]
+
+
+def test_a_key_is_pressed_and_released_in_the_program(program: Program, plate: Plate) -> None:
+    plate.press("p", 1, ["JogPlus"])
+    assert _down(program) == [], "only the cell's thread touches the program"
+    plate.exchange()
+    assert _down(program) == ["JogPlus"]
+    plate.exchange()
+    assert _down(program) == ["JogPlus"]
+    plate.press("p", 2, [])
+    plate.exchange()
+    assert _down(program) == []
+
+
+def test_a_click_that_is_shorter_than_a_scan_is_there_for_one(
+    program: Program, plate: Plate
+) -> None:
+    plate.press("p", 1, ["Start"])
+    plate.press("p", 2, [])
+    plate.press("p", 3, ["Start"])
+    seen = []
+    for _ in range(4):
+        plate.exchange()
+        seen.append(_down(program))
+    assert seen == [["Start"], [], ["Start"], ["Start"]]
+
+
+def test_a_page_that_falls_silent_releases_its_keys(
+    program: Program, plate: Plate, clock: _Clock
+) -> None:
+    """Hold to run: a lost browser moves nothing any more."""
+    plate.press("p", 1, ["JogPlus"])
+    plate.exchange()
+    clock.now += HOLD_S
+    plate.exchange()
+    assert _down(program) == ["JogPlus"]
+    plate.press("p", 2, ["JogPlus"])
+    clock.now += HOLD_S
+    plate.exchange()
+    assert _down(program) == ["JogPlus"], "it was heard again"
+    clock.now += 0.01
+    plate.exchange()
+    assert _down(program) == []
+
+
+def test_what_still_waits_of_a_silent_page_is_not_pressed_later(
+    program: Program, plate: Plate, clock: _Clock
+) -> None:
+    plate.press("p", 1, ["JogPlus"])
+    plate.press("p", 2, [])
+    plate.press("p", 3, ["JogPlus"])
+    clock.now += HOLD_S + 0.01
+    for _ in range(5):
+        plate.exchange()
+        assert _down(program) == []
+
+
+def test_a_message_that_comes_too_late_does_not_press_again(program: Program, plate: Plate) -> None:
+    plate.press("p", 2, [])
+    plate.press("p", 1, ["JogPlus"])
+    plate.exchange()
+    assert _down(program) == []
+
+
+def test_two_pages_hold_their_own_keys(program: Program, plate: Plate, clock: _Clock) -> None:
+    plate.press("a", 1, ["JogPlus"])
+    plate.exchange()
+    clock.now += 0.3
+    plate.press("b", 1, ["Stop"])
+    plate.exchange()
+    assert _down(program) == ["Stop", "JogPlus"]
+    clock.now += 0.3
+    plate.exchange()
+    assert _down(program) == ["Stop"], "page a is silent"
+
+
+def test_a_key_that_a_stimulus_holds_is_left_alone(program: Program, plate: Plate) -> None:
+    program.write("Main.Panel.Key.Teach", True)
+    plate.press("p", 1, ["Start"])
+    plate.exchange()
+    assert _down(program) == ["Start", "Teach"]
+
+
+def test_a_page_that_sends_too_much_ends_with_its_last_word(program: Program, plate: Plate) -> None:
+    for beat in range(200):
+        plate.press("p", beat, ["Start"] if beat % 2 else [])
+    for _ in range(100):
+        plate.exchange()
+    assert _down(program) == ["Start"]
+
+
+def test_only_so_many_pages_hold_keys(plate: Plate, clock: _Clock) -> None:
+    for number in range(16):
+        plate.press(f"p{number}", 1, ["Stop"])
+    with pytest.raises(InputError, match="too many pages hold keys"):
+        plate.press("one more", 1, ["Stop"])
+    clock.now += HOLD_S + 0.01
+    plate.press("one more", 1, ["Stop"])
+
+
+def test_a_key_that_is_none_is_refused(plate: Plate) -> None:
+    with pytest.raises(InputError, match="there is no key 'Begin'"):
+        plate.press("p", 1, ["Begin"])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("Automatic", True),
+        ("Stepwise", True),
+        ("Frame", "JOG_TOOL"),
+        ("Units", "UNIT_MM"),
+        ("Language", "LANGUAGE_JAPANESE"),
+        ("RobotNumber", 4),
+        ("Axis", 6),
+        ("Percent", 100),
+        ("Amount", 10_000),
+        ("Point", 29_999),
+        ("ProgramNumber", 100),
+    ],
+)
+def test_a_selection_is_written_and_shown(
+    program: Program, plate: Plate, name: str, value: object
+) -> None:
+    """Source: RCX_PANEL."""
+    plate.choose(name, value)
+    plate.exchange()
+    assert program.read(f"Main.Panel.{name}") == value
+    assert plate.shown()[name] == value
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "takes"),
+    [
+        ("Automatic", 1, "true or false"),
+        ("Frame", "JOG_UP", "JOG_PULSES, JOG_CARTESIAN, JOG_TOOL"),
+        ("Frame", ["JOG_TOOL"], "JOG_PULSES"),
+        ("Axis", 7, "0 to 6"),
+        ("Axis", True, "0 to 6"),
+        ("Percent", -1, "0 to 100"),
+        ("Percent", None, "0 to 100"),
+    ],
+)
+def test_a_value_that_a_selection_does_not_take_is_refused(
+    plate: Plate, name: str, value: object, takes: str
+) -> None:
+    with pytest.raises(InputError, match=f"{name} cannot be .*it takes {takes}"):
+        plate.choose(name, value)
+
+
+def test_what_fb_operator_writes_is_no_selection(plate: Plate) -> None:
+    for name in ("Lamp", "Key", "MessageID", "Nothing"):
+        with pytest.raises(InputError, match=f"there is no selection '{name}'"):
+            plate.choose(name, True)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_message_is_shown_as_people_read_it(engine: str, clock: _Clock) -> None:
+    """Source: spec/errors.toml, 16#8001 in Japanese; STRING carries UTF-8."""
+    program = _program(engine=engine)
+    (plate,) = plates_of(program, clock)
+    program.write("Main.Connected", False)
+    plate.choose("Language", "LANGUAGE_JAPANESE")
+    plate.exchange()
+    program.scan(0)
+    program.scan(10_000)
+    plate.exchange()
+    shown = plate.shown()
+    assert (shown["name"], shown["Message"]["Name"]) == ("Main.Panel", "未接続")
+    assert shown["Lamp"]["Connected"] is False
+    assert shown["Position"] == [0.0] * 6
+
+
+def _several(tmp_path: Path) -> Program:
+    file = tmp_path / "Several.st"
+    file.write_text(
+        """FUNCTION_BLOCK FB_Side
+  VAR_IN_OUT
+    Given : RCX_PANEL;
+  END_VAR
+  VAR
+    Own : RCX_PANEL;
+  END_VAR
+  Own.Axis := Given.Axis;
+END_FUNCTION_BLOCK
+PROGRAM Several
+  VAR
+    Left  : RCX_PANEL;
+    Side  : FB_Side;
+    Right : RCX_PANEL;
+  END_VAR
+  Side(Given := Left);
+END_PROGRAM
+""",
+        encoding="utf-8",
+    )
+    return _program(file)
+
+
+def test_every_panel_of_a_program_is_found_by_its_type(tmp_path: Path) -> None:
+    """That of a block, too; but not the pins through which one is passed."""
+    found = [plate.path for plate in plates_of(_several(tmp_path))]
+    assert sorted(found) == ["Main.Left", "Main.Right", "Main.Side.Own"]
+
+
+def test_a_program_without_a_panel_is_told_what_to_declare() -> None:
+    program = _program(ROOT / "tests/data/library/Bench.st")
+    with pytest.raises(InputError, match=r"--panel: the program has no variable .*RCX_PANEL"):
+        plates_of(program)

@@ -1,0 +1,105 @@
+"""A panel and a PLC without a robot: the test presses keys and plays the controller."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from plc_bench import ROOT, PlcBench
+
+__all__ = ["OperatorBench"]
+
+_JOGS = (0x0020, 0x0021, 0x0022)
+
+
+class OperatorBench(PlcBench):
+    """FB_Operator with the servos on, in AUTO mode, manual at the panel, at rest.
+
+    Args:
+        engine: As of PlcBench.
+        up: False: right after the PLC's start.
+        contract: As of PlcBench; not where it is put back to an earlier state.
+
+    Attributes:
+        refuse: Code of a command that ends with `alarm`, 0 for none; `hold` one that gets no
+            answer.
+        alarm: Group and category.
+        sent: The words of each command that went out, in their order.
+    """
+
+    def __init__(self, engine: str = "auto", *, up: bool = True, contract: bool = True) -> None:
+        program = ROOT / "tests/data/library/Operator.st"
+        super().__init__(program=program, engine=engine, contract=contract)
+        self.refuse = self.hold = 0
+        self.alarm = (2, 334)
+        self.sent: list[list[int]] = []
+        self._out = 0
+        if up:
+            self.power_up()
+            self.outputs(SO02=True)
+            self.scan(2)
+
+    def scan(self, count: int = 1) -> None:
+        """Run scans; each command is answered in the scan after it."""
+        for _ in range(count):
+            self.scan_once()
+            self._play()
+
+    def scan_once(self) -> None:
+        """One scan in which the test itself answers."""
+        super().scan()
+
+    def _play(self) -> None:
+        words = self.words
+        if words[0] and words[0] != self._out:
+            self.sent.append(words)
+        self._out = words[0]
+        if not words[0]:
+            self.answer(0)
+        elif words[0] == self.refuse:
+            self.answer(0x4000, self.alarm)
+        elif words[0] & 0x0FFF in _JOGS:
+            self.answer(*((0x0100,) if "SI06" in self.inputs else (0x4000, (12, 400))))
+        elif words[0] != self.hold:
+            self.answer(0x0200)
+
+    @property
+    def codes(self) -> list[int]:
+        """The codes of `sent`."""
+        return [words[0] for words in self.sent]
+
+    def set(self, **members: object) -> None:
+        """Write members of the panel."""
+        for name, value in members.items():
+            self[f"Panel.{name}"] = value
+
+    def key(self, name: str, down: bool = True) -> None:
+        """Press or release a key; it is seen in the next scan."""
+        self[f"Panel.Key.{name}"] = down
+
+    def press(self, *names: str, scans: int = 1) -> None:
+        """Press keys at once, for so many scans; the last of them has seen them released."""
+        for name in names:
+            self.key(name)
+        self.scan(scans)
+        for name in names:
+            self.key(name, False)
+        self.scan()
+
+    def can(self, *names: str) -> list[bool]:
+        """What the panel shows as possible."""
+        return [bool(self[f"Panel.Can.{name}"]) for name in names]
+
+    def lamps(self) -> list[str]:
+        """The lamps that are ON."""
+        names: Sequence[str] = (
+            *("Connected", "EmergencyStop", "Alarm", "Warning", "ServoOn", "AutoMode", "Origin"),
+            *("Running", "Stopped", "Moving", "Busy", "Taught", "Fault"),
+        )
+        return [name for name in names if self[f"Panel.Lamp.{name}"]]
+
+    @property
+    def message(self) -> int:
+        """The number of the message."""
+        number = self["Panel.MessageID"]
+        assert isinstance(number, int)
+        return number
