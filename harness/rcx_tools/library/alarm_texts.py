@@ -27,8 +27,12 @@ LANGUAGES = {"English": "", "Japanese": "_ja"}
 _WIDTH, _LINES = 80, 2
 #: What may stand alone on a line: ASCII without spaces, or a character with what closes it.
 _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
-#: From this number on the errors are in the second block: what is wrong with inputs.
-_INPUTS = 0x8021
+#: What the errors of each block are about, and their numbers.
+_ERROR_BLOCKS = {
+    "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
+    "InputErrorText": ("errors of inputs", range(0x8021, 0x8050)),
+    "WorkErrorText": ("errors of movements, positions, points and panels", range(0x8050, 0x8100)),
+}
 
 _HEXADECIMAL = "0123456789ABCDEFabcdef"
 _KEYS = ("name", "cause", "remedy")
@@ -44,13 +48,10 @@ def text_files() -> dict[str, Callable[[], str]]:
     folder = "plc/lib/diagnosis"
     written: dict[str, Callable[[], str]] = {}
     for language in LANGUAGES:
-        for kind, make in (
-            ("AlarmText", _alarm_block),
-            ("ErrorText", _error_block),
-            ("InputErrorText", _error_block),
-        ):
-            name = f"FB_Rcx{kind}{language}"
-            written[f"plc/lib/core/{name}.st"] = partial(make, name, language)
+        name = f"FB_RcxAlarmText{language}"
+        written[f"plc/lib/core/{name}.st"] = partial(_alarm_block, name, language)
+        for kind in _ERROR_BLOCKS:
+            written[f"plc/lib/core/FB_Rcx{kind}{language}.st"] = partial(_error_block, kind, language)
     written[f"{folder}/FC_CommandName.st"] = _command_names
     written[f"{folder}/FC_SignalName.st"] = _signal_names
     written["docs/texts.csv"] = _table
@@ -125,16 +126,16 @@ def _alarm_block(name: str, language: str) -> str:
     return _block(name, head, ["Group    : WORD;", "Category : WORD;"], [*body, "END_CASE;"])
 
 
-def _error_block(name: str, language: str) -> str:
-    of_inputs = "Input" in name
-    what = "errors of inputs" if of_inputs else "errors of states and answers"
+def _error_block(kind: str, language: str) -> str:
+    name = f"FB_Rcx{kind}{language}"
+    what, numbers = _ERROR_BLOCKS[kind]
     head = [
         f"{name}: {what}, in {language} (docs/errors.md).",
         *("", f"Part of FB_ErrorText. Generated from {_ERRORS} by `make docs`."),
     ]
     body = ["CASE Number OF"]
     for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
-        if (row["id"] >= _INPUTS) == of_inputs:
+        if row["id"] in numbers:
             body.append(f"  {row['id'] & 0xFF}:  (* 16#{row['id']:04X} *)")
             body += [f"    {line}" for line in _assigned(row, LANGUAGES[language])]
     inputs = ["Number : INT;  (* lower byte of the ErrorID *)"]

@@ -82,10 +82,11 @@ class Snippet:
 
     @property
     def started(self) -> bool:
-        """Its `Start` is used."""
+        """It has `Start`, as all that share one stimulus, and of the others those that use it."""
         pins = self.call.inputs.values() if self.call else ()
         return (
-            self.call is None
+            not self.events
+            or self.call is None
             or bool(self.before)
             or any(self.pou.pin(name) for name in ("Execute", "Enable"))
             or "Start" in [*pins, *(one for given in self.frame.values() for one in given.values())]
