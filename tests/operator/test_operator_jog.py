@@ -201,6 +201,19 @@ def test_what_stops_a_jog_needs_a_new_press_afterwards(hindrance: str) -> None:
     assert plc.codes.count(0x0020) == 2
 
 
+def test_the_mode_selector_waits_for_the_end_of_a_jog() -> None:
+    """Source: RCX_PANEL.Automatic: it counts while nothing is at work."""
+    plc = OperatorBench()
+    _jogging(plc)
+    plc.set(Automatic=True)
+    plc.scan(10)
+    assert "Moving" in plc.lamps()
+    assert plc["Panel.Mode"] == "PANEL_MANUAL"
+    plc.key("JogPlus", False)
+    plc.scan(60)
+    assert plc["Panel.Mode"] == "PANEL_AUTOMATIC"
+
+
 def test_stop_stops_a_jog() -> None:
     """Source: manual chapter 5, 2, SI(06)."""
     plc = OperatorBench()

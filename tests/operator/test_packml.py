@@ -58,8 +58,8 @@ _COMMANDS = {
 }
 _NO_STOP = {"CLEARING", "STOPPED", "STOPPING", "ABORTING", "ABORTED"}
 _NO_ABORT = {"ABORTING", "ABORTED"}
-_ALL: tuple[str, ...] = ("NONE", "RESET", "START", "STOP", "HOLD", "UNHOLD", "SUSPEND", "UNSUSPEND", "ABORT")
-_ALL += ("CLEAR", "COMPLETE")
+_ALL: tuple[str, ...] = ("NONE", "RESET", "START", "STOP", "HOLD", "UNHOLD", "SUSPEND")
+_ALL += ("UNSUSPEND", "ABORT", "CLEAR", "COMPLETE")
 
 
 def _expected(command: str, state: str) -> str:
