@@ -351,3 +351,18 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> Non
     plc.scan(10)
     assert len(plc.sent) <= asked + 1
     assert plc["Backup.ErrorID"] == 0x8016
+
+
+def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> None:
+    plc["Backup.First"], plc["Backup.Count"] = 7, 1
+    plc["Backup.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Backup.Done"]))
+    assert plc["Backup.Number"] == 8
+
+
+def test_a_short_comment_does_not_cut_the_next_one(plc: PointsBench) -> None:
+    """Source: guide 4.3.2."""
+    plc.stored[0x104, 7] = _wide([0, 0, 0x0041])
+    plc.stored[0x104, 8] = _wide([0, 0, *[0x4241] * 8])
+    assert plc.run("Backup", Kind="DATA_COMMENTS", First=7, Count=2) == 0
+    assert plc.row(2) == (True, 0, [*[0x42414241] * 4, 0, 0])

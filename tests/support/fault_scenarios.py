@@ -122,11 +122,15 @@ _POINT_19 = [0x0004, 0, 0x0032, 0x0013, *[0] * 11]
 
 #: A record with point 50 of guide 4.3.1 in its only row; the checksum is that of zlib, inverted.
 _HEAD_OF_50 = {
-    **{"Kind": "DATA_POINTS", "RobotNumber": 0, "First": 50, "Count": 1},
+    "Kind": "DATA_POINTS",
+    "RobotNumber": 0,
+    "First": 50,
+    "Count": 1,
     "Checksum": 0x40947D21,
 }
 _ROW_OF_50 = {
-    **{"Defined": True, "Flag": 1},
+    "Defined": True,
+    "Flag": 1,
     "Values": [10_000, -20_000, 5_000, -18_000, 0, 0],
 }
 
