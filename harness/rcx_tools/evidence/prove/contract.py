@@ -40,6 +40,8 @@ _SHARED = ("WORD", "WORDINWORDS")
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
 #: Blocks without an Error pin whose outputs depend on their pins alone.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
+#: Neither Valid nor Error where the data are old; they remember on which side they were.
+_WATCHING = ("FB_ATPOINT", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
 #: It alone says what the link and the controller's answer are.
 _TAKER = "FB_RCXTAKEHEAD"
@@ -54,7 +56,7 @@ def kind_of(library: Library, block: str) -> str:
         return "edge"
     if "ENABLE" in inputs and {"VALID", "ERROR", "ERRORID"} <= outputs:
         return "level"
-    if {"VALID", "ERROR", "ERRORID"} <= outputs:
+    if {"VALID", "ERROR", "ERRORID"} <= outputs and block not in _WATCHING:
         return "reader"
     if {"ERROR", "ERRORID"} <= outputs:
         return "error"
