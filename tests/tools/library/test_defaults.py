@@ -35,6 +35,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_CommandRecorder", "LogSize"): 32,
     ("FB_ChannelStatus", "CommandLimit"): 60_000,
     ("FB_ChannelStatus", "SequenceLimit"): 60_000,
+    ("FB_Interlock", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
