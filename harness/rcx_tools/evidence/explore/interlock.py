@@ -388,7 +388,7 @@ SEEDED = (
     _bug("those who have gone are waited for",
          " OR (Area.First = WasFirst AND Area.Beat = WasBeat)", "", "gone", "wait"),
     _bug("a place is kept for one that is not called", " OR Seen <> Robot.Inner.Scan", "",
-         "gone", "wait"),
+         "gone", "turn"),
     _bug("it asks again by itself", "IF NOT Enable THEN",
          "IF NOT Enable OR Loss = WORD#16#0000 THEN", "loss", "restart"),
     _bug("goes on without Acknowledge", "ELSIF Kept THEN", "ELSIF FALSE THEN", "loss", "kept"),
