@@ -91,7 +91,7 @@ def test_the_areas_of_both_lie_one_behind_the_other() -> None:
 def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
     """Also around an emergency stop of the second robot, which has a part in its hand."""
     with _build("14_one_table") as cell:
-        kept, there = False, []
+        kept, there = False, list[bool]()
         while cell.now_us < 12_000_000:
             cell.scan()
             out = [k for k in (0, 1) if _away(cell)[k] != _PART[k]]

@@ -226,6 +226,9 @@ def test_a_robot_that_is_lost_in_the_area_keeps_it_until_that_is_acknowledged(
     table[f"Robot1.{signal}"] = False
     assert table.scan() == "E* B -"
     assert (table.error(1), table["Lock1.Kept"]) == (number, True)
+    table.ready(1)
+    table.scan(2)
+    assert table.error(1) == number, "the first error stays"
     table.leave(1)
     table.ready(1)
     assert table.scan(9) == "-* B -"
