@@ -14,7 +14,7 @@ __all__ = ["FAULTY", "Faulty", "changed_example"]
 
 _Changes = tuple[tuple[str, str], ...]
 
-#: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on demand.
+#: A cycle written by hand. It knows whether a part is in the hand, and is slower on demand.
 _PICKER: _Changes = (
     (
         "    Stopping   : BOOL;\n",
