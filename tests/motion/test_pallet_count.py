@@ -49,7 +49,7 @@ class _Pallet:
 
     @property
     def place(self) -> int:
-        return int(self.program.read("Main.Place"))  # type: ignore[call-overload]
+        return int(self.program.read("Main.Place"))
 
     @place.setter
     def place(self, value: int) -> None:
@@ -60,7 +60,7 @@ class _Pallet:
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
         """Full, Error or neither; ErrorID, WorkPosition, X Y Z, Remaining."""
         pins = ("ErrorID", "WorkPosition", "X", "Y", "Z", "Remaining")
-        values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]  # type: ignore[call-overload]
+        values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]
         return " ".join(on), values[0], values[1], tuple(values[2:5]), values[5]
 
@@ -139,7 +139,7 @@ def test_the_largest_pallet_is_counted_to_its_end(
     pallet.place = 32767
     assert pallet.shown == ("", 0, 32767, size, 1)
     pallet.press("Next")
-    assert pallet.shown[0] == "Full"
+    assert (pallet.place, pallet.shown[0]) == (0, "Full")
 
 
 def test_a_product_beyond_the_range_of_three_sizes_is_refused(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def _running(block: str = "Bare") -> PlcBench:
 
 def _shown(plc: PlcBench, block: str = "Bare") -> tuple[str, bool, bool, int]:
     """State, Run, Busy, ErrorID; Error is TRUE exactly where there is one."""
-    error_id = int(plc[f"{block}.ErrorID"])  # type: ignore[call-overload]
+    error_id = int(plc[f"{block}.ErrorID"])
     assert plc[f"{block}.Error"] is (error_id != 0)
     state = str(plc[f"{block}.State"]).removeprefix("WORK_")
     return state, bool(plc[f"{block}.Run"]), bool(plc[f"{block}.Busy"]), error_id
