@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from both_engines import ENGINES
 from pick_bench import PickBench
 
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
-_SENSOR = {"Gripper__PartInput": 21}
-_SHIFTS = {"Shifts__SourceAbove": 1, "Shifts__Target": 2, "Shifts__TargetAbove": 3}
+_SENSOR: dict[str, Any] = {"Gripper__PartInput": 21}
+_SHIFTS: dict[str, Any] = {"Shifts__SourceAbove": 1, "Shifts__Target": 2, "Shifts__TargetAbove": 3}
 _APPROACH = [
     *("DO(20) OFF", "shift 1", "PTP 10 at 50", "shift 0", "PTP 10 at 5", "DO(20) ON"),
     *("shift 1", "PTP 10 at 5", "shift 3", "PTP 20 at 50", "shift 2", "PTP 20 at 5", "DO(20) OFF"),
@@ -17,18 +19,18 @@ _APPROACH = [
 ]
 
 
-def _bench(engine: str = "auto", **pins: object) -> PickBench:
+def _bench(engine: str = "auto", **pins: Any) -> PickBench:
     return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
 
 
-def _with_sensor(**pins: object) -> PickBench:
+def _with_sensor(**pins: Any) -> PickBench:
     """DI(21) is ON while the hand is closed: there are parts at the source."""
     plc = _bench(**_SENSOR, **pins)
     plc.follows = {21: 20}
     return plc
 
 
-def _approaching(**pins: object) -> PickBench:
+def _approaching(**pins: Any) -> PickBench:
     return _bench(**_SHIFTS, Shifts__ApproachSpeed=5.0, **pins)
 
 
@@ -49,7 +51,7 @@ def test_the_stages_show_what_it_does() -> None:
     """Source: this library's own."""
     plc = _bench()
     plc.start()
-    seen = []
+    seen: list[tuple[str, bool]] = []
     while plc["Pick.Busy"]:
         if not seen or seen[-1] != plc.end[2:]:
             seen.append(plc.end[2:])
@@ -113,7 +115,8 @@ def test_on_pallets_it_comes_from_above_too() -> None:
 @pytest.mark.parametrize("shift", ["Source", "Target"])
 def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
     """Otherwise the other place would be taken under it. Source: guide 4.2.17."""
-    plc = _bench(**{f"Shifts__{shift}": 4})
+    place: dict[str, Any] = {f"Shifts__{shift}": 4}
+    plc = _bench(**place)
     source, target = (4, 0) if shift == "Source" else (0, 4)
     told = plc.work()
     assert told[1:3] == [f"shift {source}", "PTP 10 at 50"]
@@ -275,7 +278,7 @@ def test_an_illegal_input_ends_it_before_the_telegram_that_it_is_for(
 ) -> None:
     """Source: guide 4.2.1, 4.2.5, 4.2.17, 4.5.1: the ranges."""
     plc = _bench()
-    plc[f"Pick.{pin}"] = value  # type: ignore[assignment]
+    plc[f"Pick.{pin}"] = value
     told = plc.work()
     assert plc.end[:2] == ("Error", error_id)
     assert told == _PLAIN[: len(told)], "what came before it is as always"

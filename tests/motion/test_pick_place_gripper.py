@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from pick_bench import PickBench
 
 
-def _bench(**pins: object) -> PickBench:
+def _bench(**pins: Any) -> PickBench:
     return PickBench(SourcePoint=10, TargetPoint=20, **pins)
 
 

@@ -36,7 +36,7 @@ def _running(block: str = "Bare") -> PlcBench:
 
 def _shown(plc: PlcBench, block: str = "Bare") -> tuple[str, bool, bool, int]:
     """State, Run, Busy, ErrorID; Error is TRUE exactly where there is one."""
-    error_id = int(plc[f"{block}.ErrorID"])  # type: ignore[call-overload]
+    error_id = int(plc[f"{block}.ErrorID"])
     assert plc[f"{block}.Error"] is (error_id != 0)
     state = str(plc[f"{block}.State"]).removeprefix("WORK_")
     return state, bool(plc[f"{block}.Run"]), bool(plc[f"{block}.Busy"]), error_id
@@ -171,10 +171,10 @@ def test_the_first_fault_is_kept_until_reset_and_then_it_takes_start() -> None:
 def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> None:
     """Source: this library's own."""
     plc = _running()
-    for error_id, group in ((0x8058, 1), (0x8059, 2), (0, 3)):
+    for error_id, group in ((0x8020, 1), (0x8059, 2), (0x8020, 3), (0, 4)):
         plc["Bare.WorkErrorID"], plc["Bare.WorkAlarmGroup"] = error_id, group
         plc.scan()
-        assert _shown(plc) == _fault(0x8058)
+        assert _shown(plc) == _fault(0x8020)
         assert plc["Bare.AlarmGroup"] == 1
 
 

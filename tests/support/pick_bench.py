@@ -6,6 +6,7 @@ The words are those of guide 4.2.1, 4.2.5, 4.2.17 and 4.5.1.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
@@ -25,7 +26,7 @@ class PickBench(PlcBench):
         silent: A command that never ends.
     """
 
-    def __init__(self, engine: str = "auto", **pins: object) -> None:
+    def __init__(self, engine: str = "auto", **pins: Any) -> None:
         super().__init__(program=ROOT / "tests/data/library/PickPlace.st", engine=engine)
         self.told: list[str] = []
         self.inputs_on: set[int] = set()
@@ -37,7 +38,7 @@ class PickBench(PlcBench):
         self.outputs(SO02=True)
         super().scan()
         for name, value in pins.items():
-            self[f"Pick.{name.replace('__', '.')}"] = value  # type: ignore[assignment]
+            self[f"Pick.{name.replace('__', '.')}"] = value
 
     def scan(self, count: int = 1) -> None:
         """Run scans; what has come is answered in the next one."""
@@ -93,7 +94,7 @@ class PickBench(PlcBench):
         """Done or Error, ErrorID, Stage, Holds."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         stage = str(self["Pick.Stage"])
-        return shown, int(self["Pick.ErrorID"]), stage, bool(self["Pick.Holds"])  # type: ignore[call-overload]
+        return shown, int(self["Pick.ErrorID"]), stage, bool(self["Pick.Holds"])
 
 
 def _port(word: int) -> int:

@@ -169,7 +169,7 @@ def _of_two(inner: View, outer: View) -> dict[str, Any]:
     guesses = {
         f"equal {pin}": inner[pin] == outer[pin] for pin in PINS if pin in inner and pin in outer
     }
-    if "BUSY" not in inner or "ERROR" not in outer:
+    if "BUSY" not in inner or "ERROR" not in inner or "ERROR" not in outer:
         return guesses
     busy = inner["BUSY"]
     own = View(outer.machine, outer.memory, (*outer.path, "OWN"))
