@@ -225,7 +225,7 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """The blocks that run a remote command; not those that run others, on a channel of their own."""
+    """The blocks that run a remote command themselves: they have no channel of their own."""
     pous = {name: library.pou(name) for name in jobs_of(library)}
     return [
         name
