@@ -66,7 +66,7 @@ def _end(plc: PlcBench, status: int = 0x0200, response: tuple[int, ...] = ()) ->
 
 def _runs(plc: PlcBench) -> list[int]:
     """Let the controller end each command with 16#0200; the points in their order, to the end."""
-    points = []
+    points: list[int] = []
     for _ in range(200):
         if plc["Table.Busy"] is False:
             return points

@@ -25,7 +25,7 @@ _TABLE: list[dict[str, Any]] = [
     {"Kind": "MOVE_PTP", "Point": 4, "AtArrival": "ARRIVE_SET", "Number": 20},
 ]
 #: Code, and the words that tell these rows apart, by row and whether it has arrived.
-_ROWS = {
+_ROWS: dict[tuple[int, ...], tuple[int, bool]] = {
     (0x0001, 1): (1, False),
     (0x0301, 0x1020, 1): (1, True),
     (0x0003, 2): (2, False),
@@ -114,8 +114,15 @@ def _row(words: list[int]) -> tuple[int, bool]:
     port and bit at n + 4, value at n + 6.
     """
     code = words[0]
-    at = {0x0001: (4,), 0x0003: (4,), 0x0018: (4, 5), 0x0301: (2, 3)}[code]
-    return _ROWS[(code, *(words[k] for k in at))]
+    places: dict[int, tuple[int, ...]] = {
+        0x0001: (4,),
+        0x0003: (4,),
+        0x0018: (4, 5),
+        0x0301: (2, 3),
+    }
+    at = places[code]
+    key = (code, *(words[k] for k in at))
+    return _ROWS[key]
 
 
 @contextmanager
