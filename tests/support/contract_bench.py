@@ -71,7 +71,7 @@ _CODES = {
     "FB_MoveTable": {0x0001},
     "FB_PointBackup": {0x101},
     "FB_PointRestore": {0x100},
-    "FB_SpeedOverride": {0x039, 0x50A},
+    "FB_Override": {0x039, 0x50A},
     "FB_ToolPosition": {0x506},
 }
 #: Scans in which they look at what they were given, before anything goes out.

@@ -195,7 +195,7 @@ LEVELS: dict[str, Scenario] = {
     "FB_Interlock": Scenario(recover, ("SO02",), {"SO02": True}),
     "FB_Jog": Scenario(_axes_at_zero, ("Status",), {}),
     "FB_SequenceControl": Scenario(recover, ("SO12",), {"SO12": True}),
-    "FB_SpeedOverride": Scenario(recover, ("Status",), {}),
+    "FB_Override": Scenario(recover, ("Status",), {}),
     "FB_Status": Scenario(recover, ("SO01",), {}),
     "FB_ToolPosition": Scenario(recover, ("Status",), {}),
 }

@@ -163,9 +163,10 @@ def _snippet(
     show: Sequence[str] = (),
     buttons: Sequence[str] = (),
     after: bool = False,
+    instance: str = "",
     **rest: Any,
 ) -> Snippet:
-    name = pou.name.removeprefix("FB_")
+    name = instance or pou.name.removeprefix("FB_")
     areas = ("ReadArea", "WriteArea", "ReadAreaWords", "WriteAreaWords")
     call = None if name in areas else Step(name, pou.name, inputs or {}, after=after)
     first = tuple(Step(**{"inputs": {}, **steps[one]}) for one in before)

@@ -107,7 +107,7 @@ def _has(file: Path, text: str) -> bool:
 
 def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
     pins = [pin for pin in snippet.pou.pins if pin.section != "VAR_IN_OUT"]
-    instance = snippet.pou.name.removeprefix("FB_")
+    instance = snippet.call.instance if snippet.call else snippet.pou.name.removeprefix("FB_")
     shown = [pin for pin in pins if pin.type in DRAWN and pin.name not in _NUMBERS]
     shown.sort(key=lambda pin: _ORDER.get(pin.name, 1 if pin.section == "VAR_OUTPUT" else 0))
     flags = [f"Main.{instance}.{pin.name}" for pin in shown]

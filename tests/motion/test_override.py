@@ -1,4 +1,4 @@
-"""FB_SpeedOverride: the automatic movement speed in steps; the test plays the controller."""
+"""FB_Override: the automatic movement speed in steps; the test plays the controller."""
 
 from __future__ import annotations
 
