@@ -185,5 +185,8 @@ def test_a_run_writes_the_page_that_its_trace_gives(
     assert ran.table.pop("title").endswith("scan 10 ms, RPI 10 ms")
     assert read.table.pop("title") == "t.jsonl"
     assert ran.table == read.table
-    assert [text for _, text in read.changes("Main.Carry.Stage")][:2] == ["PICK_START", "PICK_EMPTY"]
+    assert [text for _, text in read.changes("Main.Carry.Stage")][:2] == [
+        "PICK_START",
+        "PICK_EMPTY",
+    ]
     assert {"Block Main.Carry", "Positions", "Speeds"} <= set(read.groups())

@@ -42,7 +42,9 @@ _CALLED = {
     "RCX_REF": "RCX_REF",
 }
 _WORDS = {"UINT": "WORD", "UDINT": "DWORD", "BYTE": "WORD"}
-_RENAMED = {"m": "m_X", "n": "n_X", "k": "k_X", "Out": "Out_X"}
+_RENAMED = {"m": "m_X", "n": "n_X", "k": "k_X"} | {
+    name: f"{name}_X" for name in ("Out", "Read", "Stop", "Sum")
+}
 _TITLES = ["Label Name", "Data Type", "Class", "Initial Value", "Constant", "Comment"]
 
 

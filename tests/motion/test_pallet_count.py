@@ -58,8 +58,8 @@ class _Pallet:
 
     @property
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
-        """Full, Error or neither; ErrorID, WorkPosition, X Y Z, Remaining."""
-        pins = ("ErrorID", "WorkPosition", "X", "Y", "Z", "Remaining")
+        """Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
+        pins = ("ErrorID", "WorkPosition", "IndexX", "IndexY", "IndexZ", "Remaining")
         values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]
         return " ".join(on), values[0], values[1], tuple(values[2:5]), values[5]

@@ -283,7 +283,7 @@ def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
     plc["Connected"] = back
     plc.scan(100 if back else 6100)
     assert _shown(plc) == _fault(0x8001)
-    assert not plc["Bare.PowerUp.Busy"]
+    assert not plc["Bare.Powering.Busy"]
 
 
 @pytest.mark.parametrize(("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002)])

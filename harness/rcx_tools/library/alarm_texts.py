@@ -31,7 +31,7 @@ _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs", range(0x8021, 0x8050)),
-    "WorkErrorText": ("errors of movements, positions, points and panels", range(0x8050, 0x8100)),
+    "WorkErrorText": ("errors of movements, points and panels", range(0x8050, 0x8100)),
 }
 
 _HEXADECIMAL = "0123456789ABCDEFabcdef"
@@ -51,7 +51,9 @@ def text_files() -> dict[str, Callable[[], str]]:
         name = f"FB_RcxAlarmText{language}"
         written[f"plc/lib/core/{name}.st"] = partial(_alarm_block, name, language)
         for kind in _ERROR_BLOCKS:
-            written[f"plc/lib/core/FB_Rcx{kind}{language}.st"] = partial(_error_block, kind, language)
+            written[f"plc/lib/core/FB_Rcx{kind}{language}.st"] = partial(
+                _error_block, kind, language
+            )
     written[f"{folder}/FC_CommandName.st"] = _command_names
     written[f"{folder}/FC_SignalName.st"] = _signal_names
     written["docs/texts.csv"] = _table
