@@ -53,6 +53,18 @@ def test_a_file_is_known_by_what_it_declares_not_by_its_name(tmp_path: Path) -> 
     assert needed([program], list(library.values())) == [library["many"]]
 
 
+def test_a_field_of_a_structure_is_no_name(tmp_path: Path) -> None:
+    """A button called Start does not bring every structure that has such a field."""
+    main = "PROGRAM Main VAR Start : BOOL; p : OUTER; END_VAR END_PROGRAM"
+    program = _files(tmp_path, main=main)["main"]
+    library = _files(
+        tmp_path,
+        panel="TYPE PANEL : STRUCT Start : BOOL; Kind : INT; END_STRUCT; END_TYPE",
+        both="TYPE BITS : UNION Start : BOOL; END_UNION; OUTER : INT; END_TYPE",
+    )
+    assert needed([program], list(library.values())) == [library["both"]]
+
+
 def test_a_configuration_and_a_file_without_names_are_always_needed(tmp_path: Path) -> None:
     program = _files(tmp_path, main="PROGRAM Main END_PROGRAM")["main"]
     library = _files(

@@ -24,6 +24,8 @@ _TYPES = {
 }
 _ARRAY = re.compile(r"ARRAY\[(\d[\d., ]+)\] OF (.+)")
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "In/Out": "VAR_IN_OUT"}
+#: Names that are instructions of the tool.
+_RENAMED = {name: f"{name}_X" for name in ("Clear", "Next", "Out", "Reset")}
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +149,7 @@ def test_every_variable_is_in_its_table_with_type_default_and_comment(
             for line in _lines(files.get(f"{path}.internals.txt", ""))
         }
         for name, _, one, note in declared(part):
-            kind, initial, said = rows.pop({"Reset": "Reset_X", "Out": "Out_X"}.get(name, name))
+            kind, initial, said = rows.pop(_RENAMED.get(name, name))
             assert said == note, (part.name, name)
             default = "" if one.initial is None else untyped(init_text(one.initial))
             assert initial.rpartition("#")[2] == default.rpartition("#")[2], (part.name, name)

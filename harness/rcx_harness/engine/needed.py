@@ -19,6 +19,7 @@ __all__ = ["declared_names", "needed"]
 _SAID = re.compile(r"\(\*.*?\*\)|//[^\n]*|/\*.*?\*/|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Z_]\w*")
 _TYPES = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL)
+_FIELDS = re.compile(r"\b(STRUCT|UNION)\b.*?\bEND_\1\b", re.DOTALL)
 _POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE")
 _OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 
@@ -51,7 +52,7 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
 
 
 def declared_names(file: Path) -> frozenset[str]:
-    """The names that a file declares, in upper case; of types also those of their fields."""
+    """The names that a file declares, in upper case."""
     return _look(file).declared
 
 
@@ -59,8 +60,7 @@ def declared_names(file: Path) -> frozenset[str]:
 class _File:
     """The names in a file, in upper case, without those in comments and texts.
 
-    `declared` is empty where nothing is, or where a configuration is among it; of types it has
-    the names of the fields, too.
+    `declared` is empty where nothing is, or where a configuration is among it.
     """
 
     mentioned: frozenset[str] = frozenset()
@@ -84,5 +84,5 @@ def _read(file: Path, stamp: int) -> _File:
     names = [name for word, name in pairwise(plain) if word in _POUS]
     if "TYPE" in mentioned:
         for types in _TYPES.findall(code):
-            names += re.findall(r"(\w+)\s*:", types)
+            names += re.findall(r"(\w+)\s*:", _FIELDS.sub(" ", types))
     return _File(mentioned, frozenset() if mentioned & _OTHERS else frozenset(names))

@@ -31,7 +31,7 @@ _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs", range(0x8021, 0x8050)),
-    "WorkErrorText": ("errors of movements, points and panels", range(0x8050, 0x8100)),
+    "WorkErrorText": ("errors of work, points and panels", range(0x8050, 0x8100)),
 }
 
 _HEXADECIMAL = "0123456789ABCDEFabcdef"
