@@ -84,6 +84,8 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block("    a : INT;\n    t : STRING[8];\n"), 4, "STRING with a length"),
         (block("    a : RCX_A := [1, 2];\n"), 3, "an initial value for a whole array"),
         (block("    a AT %MW0 : INT;\n"), 3, "a located variable in a block"),
+        (block("    a, b, c : FB_Y;\n"), 3, "three blocks in one declaration"),
+        (block("    a, b, c : TON;\n"), 3, "three blocks in one declaration"),
         (block(body="  if a = 1 THEN\n    a := 2;\n  END_IF;\n"), 5, "if: write keywords in upper"),
         (block(body="\ta := 1;\n"), 5, "a tab"),
         (block(body="  a := 1;" + " " * 90 + "(* *)\n"), 5, "longer than 100 characters"),

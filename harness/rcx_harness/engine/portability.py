@@ -67,6 +67,8 @@ _RESERVED_SINCE_2013 = frozenset(
         "WCHAR",
     ]
 )
+#: So many blocks in one declaration are no trouble.
+_MOST_BLOCKS = 2
 
 
 @dataclass(frozen=True)
@@ -223,6 +225,9 @@ def _section(section: s.Section, pou: s.Pou) -> _Found:
         yield section.at, "RETAIN in a block"
     for variable in section.variables:
         yield from _variable(variable, "")
+        several = len(variable.names) > _MOST_BLOCKS
+        if several and isinstance(variable.spec, s.NamedSpec) and _is_block(variable.spec):
+            yield variable.at, "three blocks in one declaration: matiec crashes; declare each alone"
         if inside and variable.address is not None:
             yield variable.at, "a located variable in a block"
 
