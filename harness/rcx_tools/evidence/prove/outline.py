@@ -6,15 +6,18 @@ proved of that block: its instance and its telegram may then hold anything.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import z3
 
+from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.verify.prove.logic import both
+from rcx_harness.verify.prove.logic import Bool, both
 from rcx_harness.verify.prove.machine import Alternatives, Call, Machine, Path
 from rcx_harness.verify.prove.memory import Leaf
+from rcx_harness.verify.prove.values import Value
 
 __all__ = [
     "ANY",
@@ -23,6 +26,7 @@ __all__ = [
     "RELEASES",
     "REQUESTS",
     "Outline",
+    "Outlined",
     "is_outside",
     "law_of",
 ]
@@ -80,8 +84,31 @@ def is_outside(project: Project, block: str) -> bool:
     return "ROBOT" in [symbol.name.upper() for symbol in pou.section("VAR_IN_OUT")]
 
 
+@dataclass(frozen=True)
+class Outlined:
+    """A call that may have done anything that is proved: with the memory before and after it."""
+
+    instance: Path
+    block: str
+    when: Bool
+    before: dict[Path, Value]
+    after: dict[Path, Value]
+
+
 class Outline(Machine):
-    """Runs a block; what it calls that users call, too, does what is proved of that one."""
+    """Runs a block; what it calls that users call, too, does what is proved of that one.
+
+    Attributes:
+        outlined: The calls of such blocks, of all that was run.
+    """
+
+    def __init__(
+        self,
+        project: Project,
+        summaries: Mapping[str, Callable[[Machine, list[Value]], Value]] | None = None,
+    ) -> None:
+        super().__init__(project, summaries)
+        self.outlined: list[Outlined] = []
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
@@ -90,10 +117,11 @@ class Outline(Machine):
         if not self._frames or not is_outside(self.project, block):
             super().call_block(instance, block, in_outs)
             return
-        self.calls.append(Call(instance, block, both(*self._guards)))
+        when = both(*self._guards)
+        self.calls.append(Call(instance, block, when))
+        before = self.snapshot()
         pou = self.project.pous[block.upper()]
-        assert pou.block is not None
-        self.havoc(instance, pou.block)
+        self._become_anything(instance, pou)
         for symbol in pou.section("VAR_IN_OUT"):
             places = in_outs[symbol.name.upper()]
             for _, path in places if isinstance(places, list) else [(True, places)]:
@@ -102,6 +130,20 @@ class Outline(Machine):
                     continue
                 for leaf in self.leaves(symbol.type):
                     self._do(block.upper(), path, leaf)
+        self.outlined.append(Outlined(instance, block.upper(), when, before, self.snapshot()))
+
+    def _become_anything(self, instance: Path, pou: t.Pou) -> None:
+        """All of a block but its inputs."""
+        assert pou.block is not None
+        given = {
+            path: self[path]
+            for symbol in pou.section("VAR_INPUT")
+            for leaf in self.leaves(symbol.type)
+            for path in [(*instance, symbol.name.upper(), *leaf.suffix)]
+        }
+        self.havoc(instance, pou.block)
+        for path, value in given.items():
+            self[path] = value
 
     def _do(self, block: str, robot: Path, leaf: Leaf) -> None:
         """What a call may do to a scalar of RCX_REF."""
