@@ -82,8 +82,10 @@ def _agrees(library: Library, machine: Machine, memory: Memory, name: str) -> An
 def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
     """What is true of a block of one command, between two calls."""
     yield from shows(machine, memory, path, (*path, "JOB"))
-    active, busy = (machine.term((*path, pin), memory) for pin in ("ACTIVE", "BUSY"))
-    yield z3.Implies(active, busy)
+    active, busy, done, error = (
+        machine.term((*path, pin), memory) for pin in ("ACTIVE", "BUSY", "DONE", "ERROR")
+    )
+    yield z3.And(z3.Implies(active, busy), z3.Not(z3.And(done, error)))
 
 
 def _known(machine: Machine) -> Iterator[Any]:
