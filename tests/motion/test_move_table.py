@@ -681,6 +681,50 @@ def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> No
     assert (plc["Table.ErrorID"], plc["Table.Row"], plc.words[0]) == (0x8011, 1, 1)
 
 
+def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() -> None:
+    """It ends while its command waits behind another one's; called again it does not take it up.
+
+    Source: no section (this library's own).
+    """
+    plc = _bench(*_points(1, 2))
+    plc["Other.Execute"] = True
+    date = _sent(plc)[0]
+    _start(plc)
+    plc.scan(3)
+    plc["Table.Abort"] = plc["CallTwice"] = True
+    plc.scan()
+    assert (_shown(plc), plc["Table.ErrorID"], plc.words[0]) == ("Error", 0x8050, date)
+    plc["Table.Abort"] = plc["CallTwice"] = False
+    _end(plc)
+    for _ in range(8):
+        plc.scan()
+        assert plc.words[0] == 0
+
+
+def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
+    """It would run with pins of the start before, beside the command that still waits.
+
+    Source: no section (this library's own).
+    """
+    plc = _bench(*_points(1, 2))
+    plc["Other.Execute"] = True
+    _sent(plc)
+    _start(plc)
+    plc["Table.Execute"] = False
+    plc.scan(3)
+    plc["Table.Abort"] = plc["StartAgain"] = True
+    plc.scan()
+    plc["Table.Abort"] = plc["StartAgain"] = False
+    plc.scan()
+    assert (_shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8013)
+    _end(plc)
+    for _ in range(8):
+        plc.scan()
+        assert plc.words[0] == 0
+    _restart(plc)
+    assert _runs(plc) == [1, 2]
+
+
 def test_a_call_that_is_left_out_ends_it_and_the_row_is_kept() -> None:
     plc = _bench(*_points(1, 2))
     _start(plc)

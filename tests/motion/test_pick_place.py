@@ -291,6 +291,15 @@ def test_an_illegal_shift_is_refused_where_it_is_to_be_selected() -> None:
     assert plc.end == ("Error", 0x8044, "PICK_TO_TARGET", True)
 
 
+def test_an_illegal_arch_selects_no_shift() -> None:
+    """Nothing goes out after the error. Source: this library's own."""
+    plc = _bench(Shifts__Source=1, ArchAxis=3, ArchPosition=8_388_608.0)
+    assert plc.work() == ["DO(20) OFF"]
+    assert plc.end == ("Error", 0x8047, "PICK_TO_SOURCE", False)
+    plc.scan(8)
+    assert plc.told == ["DO(20) OFF"]
+
+
 @pytest.mark.parametrize("pin", ["ArchPosition", "ArchDistance"])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_pulses_that_a_real_does_not_hold_exactly_are_refused(pin: str, sign: int) -> None:

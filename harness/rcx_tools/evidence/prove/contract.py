@@ -29,6 +29,7 @@ from rcx_tools.evidence.prove.invariants import (
     without_floats,
 )
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.outline import OUTLINED
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.restart import CARRIERS
 
@@ -43,6 +44,8 @@ _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "F
 #: Neither Valid nor Error where the data are old; they remember on which side they were.
 _WATCHING = ("FB_ATPOINT", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
+#: Its alarm is that of the one of its commands that has ended abnormally.
+_COLLECTS = "FB_PICKPLACE"
 #: It alone says what the link and the controller's answer are.
 _TAKER = "FB_RCXTAKEHEAD"
 
@@ -156,7 +159,7 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
             z3.And([now[pin] == machine.term(word, step.before) for pin, word in words]),
         )
     }
-    if not kept:
+    if not kept or block in OUTLINED:
         return claims
     without = now["ERROR"]
     if block == "FB_REMOTECOMMAND":
@@ -218,7 +221,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     if block == _TAKER:
         taken = z3.Or(now["AGAIN"], linked(machine, now.memory))
         yield Goal(f"{block}: says what the answer is", tuple(machine.assumptions), taken)
-    if kind == "edge" and "ALARMGROUP" in now and block not in CARRIERS:
+    if kind == "edge" and "ALARMGROUP" in now and block not in (*CARRIERS, _COLLECTS):
         data = _data(library, block, step, was, now)
         claim = without_floats(z3.And(list(data.values())))
         yield Goal(f"{block}: {'; '.join(data)}", given, claim, show)
@@ -246,11 +249,13 @@ PROPERTIES = (
         " Error (or Valid, Busy and Error), Error exactly with ErrorID, Active only with Busy; an"
         " edge of Execute gives Busy in its call and an end after it, which stays while Execute"
         " does and goes after it; what the last command brought is shown until the next one ends,"
-        " and cleared by an end without an answer.",
+        " and cleared by an end without an answer; not so of blocks that send several, whose"
+        " outputs show how far they are.",
         "docs/blocks.md",
         ("inner", "area"),
         _goals,
         _parts,
         lambda part: (part,),
+        ("guarantee",),
     ),
 )

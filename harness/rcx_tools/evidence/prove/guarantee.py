@@ -14,6 +14,7 @@ import z3
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.outline import ANY, COMMAND_RUN, RELEASES, REQUESTS, law_of
 from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = [
@@ -31,33 +32,9 @@ __all__ = [
 INNER: Path = (*ROBOT, "INNER")
 READERS = ("FB_READAREA", "FB_READAREAWORDS")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
-#: Place of PHASE_COMMAND_RUN in RCX_PHASE.
-COMMAND_RUN = 3
-#: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
-#: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
-_SERVO_ON, _SEQUENCE, _START, _INCREMENTAL = 1 << 1, 1 << 8, 1 << 10, 1 << 12
-_PROGRAM_RESET, _ALARM_RESET, _ABSOLUTE = 1 << 13, 1 << 14, 1 << 15
-REQUESTS = {
-    "FB_SERVOON": _SERVO_ON,
-    "FB_SERVOONFROMEMERGENCYSTOP": _SERVO_ON | _ALARM_RESET,
-    "FB_POWERUP": _SERVO_ON | _ALARM_RESET | _PROGRAM_RESET | _START,
-    "FB_ALARMRESET": _ALARM_RESET,
-    "FB_AUTOSTART": _START,
-    "FB_PROGRAMCONTINUE": _START,
-    "FB_PROGRAMRESET": _PROGRAM_RESET,
-    "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
-    "FB_SEQUENCECONTROL": _SEQUENCE,
-}
-_ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
-#: What blocks write freely: the turns (a property of their own) and the holds (see below).
-_FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP")
-#: Flags of a scan: they come, and only FB_WriteArea takes them away.
-_RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
 #: What FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
-#: Blocks that end a hold, on a rising edge.
-_RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
 
 Memory = Mapping[Path, Value]
 
@@ -65,16 +42,16 @@ Memory = Mapping[Path, Value]
 def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: int) -> Any:
     """What holds of one scalar of RCX_REF before and after; None: anything."""
     was, now = machine.term(path, before), machine.term(path, after)
-    name = path[2] if path[1] == "INNER" else ""
-    if name in _FREE or (name == "GENERAL" and path[3] > 0):
+    law = law_of(path[1:])
+    if law == "free":
         return None
-    if name in _RISING:
+    if law == "rising":
         return z3.Implies(was, now)
-    if name == "REQUEST":
+    if law == "request":
         return z3.And(was & ~now == 0, now & ~was & ~z3.BitVecVal(request, 16) == 0)
     if was.eq(now):
         return None
-    if name in ("CODE", "DATA"):
+    if law == "telegram":
         runs = machine.term((*INNER, "PHASE"), before) == COMMAND_RUN
         return z3.Implies(runs, z3.Not(written(was, now)))
     return was == now
@@ -93,7 +70,7 @@ def written(was: Any, now: Any) -> Any:
     return was != now if z3.is_const(now) else z3.BoolVal(True)
 
 
-def guarantee(machine: Machine, before: Memory, after: Memory, request: int = _ANY) -> Any:
+def guarantee(machine: Machine, before: Memory, after: Memory, request: int = ANY) -> Any:
     """The relation: blocks leave alone what FB_ReadArea and FB_WriteArea own.
 
     Code and Data are theirs to write, but never while a command is out; requests and the flags of
@@ -156,7 +133,7 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
             _servo_started(step.machine, step.machine.snapshot()),
         )
         assumed.append(at_work)
-    for hold, owner in _RELEASES.items():
+    for hold, owner in RELEASES.items():
         was, now = step.was((*INNER, hold)), step.now((*INNER, hold))
         kept = z3.Implies(was, now)
         if name == owner:
@@ -195,7 +172,7 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
     if part == "any number of calls":
         yield from _lemmas(library)
         return
-    step = library.step(part)
+    step = library.step(part, library.outline(part))
     machine, after = step.machine, step.machine.snapshot()
     if part in READERS:
         claim = reading(machine, step.before, after)

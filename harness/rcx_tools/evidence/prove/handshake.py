@@ -225,7 +225,7 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """The blocks that run a remote command; not those that run others, on a channel of their own."""
+    """The blocks that run a remote command; not those that run others on an own channel."""
     pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
     return [
         name

@@ -18,6 +18,7 @@ from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value, concrete
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.outline import OUTLINED, is_outside
 
 __all__ = [
     "ABNORMAL",
@@ -76,21 +77,30 @@ def exclusive(view: View, pins: Iterable[str]) -> Any:
     return z3.And([z3.Not(z3.And(one, other)) for one, other in combinations(there, 2)])
 
 
-def _instances(kind: BlockType, path: Path = BLOCK) -> Iterator[tuple[Path, BlockType]]:
-    """The block and all that are inside of it."""
+def _instances(library: Library, block: str) -> Iterator[tuple[Path, BlockType]]:
+    """The block and all that are inside of it, but for those that may do anything."""
+    kind = library.pou(block).block
+    assert kind is not None
+    yield from _inside(kind, BLOCK, library if block in OUTLINED else None)
+
+
+def _inside(
+    kind: BlockType, path: Path, outlined: Library | None
+) -> Iterator[tuple[Path, BlockType]]:
     yield path, kind
     for variable in kind.variables:
-        if variable.section == "VAR" and isinstance(variable.type, BlockType):
-            yield from _instances(variable.type, (*path, variable.name.upper()))
+        inner = variable.type
+        if variable.section != "VAR" or not isinstance(inner, BlockType):
+            continue
+        if outlined is None or not is_outside(outlined.project, inner.name):
+            yield from _inside(inner, (*path, variable.name.upper()), outlined)
 
 
 def _guesses(
     library: Library, block: str, machine: Machine, memory: Memory, saw: Any
 ) -> dict[str, Any]:
     """By name: what may hold in this state; `saw` is the Execute of the last call."""
-    kind = library.pou(block).block
-    assert kind is not None
-    views = {path: View(machine, memory, path) for path, _ in _instances(kind)}
+    views = {path: View(machine, memory, path) for path, _ in _instances(library, block)}
     whole = views[BLOCK]
     guesses: dict[str, Any] = {}
     for path, view in views.items():
@@ -145,7 +155,7 @@ def _of_one(view: View) -> dict[str, Any]:
         guesses["never Remote"] = z3.Not(view["REMOTE"])
     if "WASEXECUTE" in view:
         guesses["Execute is answered"] = z3.Implies(view["WASEXECUTE"], view.shown)
-    if "FAILURE" in view and "ERRORID" in view:
+    if all(pin in view for pin in ("FAILURE", "ERRORID", "BUSY")):
         guesses["Failure is ErrorID"] = view["FAILURE"] == view["ERRORID"]
         abnormal = view["FAILURE"] == ABNORMAL
         guesses["no abnormal end while Busy"] = z3.Not(z3.And(view["BUSY"], abnormal))
@@ -269,9 +279,7 @@ def linked(machine: Machine, memory: Memory) -> Any:
 
 def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:
     """Scalars of the block and those inside of it that no call writes, by the looks of it."""
-    kind = library.pou(block).block
-    assert kind is not None
-    for path, inner in _instances(kind):
+    for path, inner in _instances(library, block):
         if inner.name in BLOCKS:
             continue
         pou = library.pou(inner.name.upper())
@@ -301,7 +309,7 @@ def call(
         machine: A machine that goes on.
         like: Another state, whose inputs and connected variables are those of this one, too.
     """
-    machine = machine or library.machine()
+    machine = machine or library.outline(block)
     pou = library.pou(block)
     assert pou.block is not None
     _, initial = at_start(library, block)

@@ -20,6 +20,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.verify.kept import digest
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, Value
+from rcx_tools.evidence.prove.outline import OUTLINED, Outline
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
@@ -162,7 +163,13 @@ class Library:
 
     def machine(self, *, summaries: bool = True) -> Machine:
         """A machine at any moment of the PLC's life: `now` is a variable of the solver."""
-        machine = Machine(self.project, SUMMARIES if summaries else None)
+        return self._timed(Machine(self.project, SUMMARIES if summaries else None))
+
+    def outline(self, name: str) -> Machine:
+        """The same, for a block that works through others by what is proved of those."""
+        return self._timed(Outline(self.project, SUMMARIES)) if name in OUTLINED else self.machine()
+
+    def _timed(self, machine: Machine) -> Machine:
         machine.now = z3.BitVec("now", TIME_BITS)
         machine.assume(z3.And(machine.now >= 0, machine.now < 1 << 62))
         return machine

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import z3
@@ -10,8 +10,10 @@ import z3
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
+from rcx_tools.evidence.prove.composites import inside, keeps
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS, between
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
+from rcx_tools.evidence.prove.outline import OUTLINED, Outline, Outlined
 from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = ["CARRIERS", "PROPERTIES", "answers", "jobs_of", "shows"]
@@ -58,7 +60,7 @@ def _job(name: str) -> Path:
     return (*BLOCK, *_PLACES.get(name, ("JOB",)))
 
 
-def _agrees(machine: Machine, memory: Memory, name: str) -> Any:
+def _agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any:
     """What is true of a block between two calls."""
     job = _job(name)
     claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
@@ -69,7 +71,58 @@ def _agrees(machine: Machine, memory: Memory, name: str) -> Any:
         claims += _nested(machine, memory, name, BLOCK)
     if name in CARRIERS:
         claims += _carried(machine, memory, name)
+    if name in OUTLINED:
+        claims += _has_own_turn(machine, memory, BLOCK)
+        claims += keeps(library, machine, memory, name)
+        for path, _ in inside(library, name):
+            claims += _alone(machine, memory, path)
     return z3.And(*claims)
+
+
+def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
+    """What is true of a block of one command, between two calls."""
+    yield from shows(machine, memory, path, (*path, "JOB"))
+    active, busy, done, error = (
+        machine.term((*path, pin), memory) for pin in ("ACTIVE", "BUSY", "DONE", "ERROR")
+    )
+    yield z3.And(z3.Implies(active, busy), z3.Not(z3.And(done, error)))
+
+
+def _known(machine: Machine) -> Iterator[Any]:
+    """What is proved of the calls of the blocks inside."""
+    for call in machine.outlined if isinstance(machine, Outline) else ():
+        if {"EXECUTE", "BUSY"} <= {path[-1] for path in call.after if path[:-1] == call.instance}:
+            holds = z3.And(*_alone(machine, call.before, call.instance))
+            yield z3.Implies(z3.And(call.when, holds), z3.And(*_promises(machine, call)))
+
+
+def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
+    """Of a call of a block of one command: the goals below, and those of the contract."""
+    path, job = call.instance, (*call.instance, "JOB")
+
+    def was(*place: Any) -> Any:
+        return machine.term(place, call.before)
+
+    def now(*place: Any) -> Any:
+        return machine.term(place, call.after)
+
+    yield from _alone(machine, call.after, path)
+    asks, busy, began = _asks_of(was, now), now(*path, "BUSY"), was(*path, "BUSY")
+    execute, seen = now(*path, "EXECUTE"), was(*job, "WASEXECUTE")
+    yield now(*job, "WASEXECUTE") == execute
+    yield z3.Implies(busy, now(*job, "SEEN") == now(*INNER, "SCAN"))
+    yield z3.Implies(z3.And(busy, z3.Not(began)), z3.And(execute, z3.Not(seen)))
+    yield z3.Implies(asks, busy)
+    ready = was(*ROBOT, "SO", "SO01_CPUOK")
+    connected = was(*ROBOT, "CONNECTED")
+    skipped = was(*INNER, "SCAN") != was(*job, "SEEN") + 1
+    ends = z3.And(z3.Not(busy), now(*path, "ERROR"), z3.Not(asks))
+    lost = z3.Or(z3.Not(connected), z3.Not(ready), skipped)
+    yield z3.Implies(z3.And(began, lost), ends)
+    yield z3.Implies(z3.Not(connected), z3.Not(asks))
+    shown = z3.Or(busy, now(*path, "DONE"), now(*path, "ERROR"))
+    yield z3.Implies(z3.And(z3.Not(began), z3.Not(execute)), z3.Not(shown))
+    yield z3.Implies(began, shown)
 
 
 #: Stages of the blocks that work through others, in their order, with the block that does the work.
@@ -110,7 +163,7 @@ def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
 
-    yield get("SEEN") == get("JOB", "SEEN")
+    yield z3.Implies(get("BUSY"), get("SEEN") == get("JOB", "SEEN"))
     turn = z3.And(
         get("JOB", "ACTIVE"),
         get("JOB", "ARMED"),
@@ -128,6 +181,7 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
         return machine.term((*BLOCK, *path), memory)
 
     yield from _has_own_turn(machine, memory, BLOCK)
+    yield get("SEEN") == get("JOB", "SEEN")
     command = (*BLOCK, "ONE", "COMMAND")
     yield from shows(machine, memory, command, (*command, "JOB"))
     sends, busy = get("ONE", "COMMAND", "BUSY"), get("BUSY")
@@ -153,6 +207,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 
     busy, chart = get("BUSY"), _CHARTS[name]
     yield from _has_own_turn(machine, memory, at)
+    yield get("SEEN") == get("JOB", "SEEN")
     yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
     yield z3.Implies(busy, _stage(machine, memory, at, chart))
     for block in dict.fromkeys(filter(None, chart.values())):
@@ -185,28 +240,43 @@ def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[
 
 def _asks(step: Step) -> Any:
     """A request is made in this call."""
-    inputs = step.now((*INNER, "REQUEST")) & ~step.was((*INNER, "REQUEST"))
-    command = z3.And(step.now((*INNER, "CODEREQUEST")), z3.Not(step.was((*INNER, "CODEREQUEST"))))
+    return _asks_of(lambda *path: step.was(path), lambda *path: step.now(path))
+
+
+def _asks_of(was: Callable[..., Any], now: Callable[..., Any]) -> Any:
+    inputs = now(*INNER, "REQUEST") & ~was(*INNER, "REQUEST")
+    command = z3.And(now(*INNER, "CODEREQUEST"), z3.Not(was(*INNER, "CODEREQUEST")))
     return z3.Or(inputs != 0, command)
 
 
 def _jobs(library: Library, name: str) -> Iterator[Goal]:
     start = at_the_start(library, name)
-    yield Goal(f"{name}: it holds at the start", (), _agrees(start, start.snapshot(), name))
-    step = library.step(name)
+    yield Goal(
+        f"{name}: it holds at the start", (), _agrees(library, start, start.snapshot(), name)
+    )
+    step = library.step(name, library.outline(name))
     machine, after = step.machine, step.machine.snapshot()
-    assumed = (*machine.assumptions, answers(machine), _agrees(machine, step.before, name))
+    assumed = (
+        *machine.assumptions,
+        *_known(machine),
+        answers(machine),
+        _agrees(library, machine, step.before, name),
+    )
     was, now = step.was((*BLOCK, "BUSY")), step.now((*BLOCK, "BUSY"))
     job = _job(name)
     execute, seen = step.now((*BLOCK, "EXECUTE")), step.was((*job, "WASEXECUTE"))
-    yield Goal(f"{name}: what holds is kept", assumed, _agrees(machine, after, name))
+    yield Goal(f"{name}: what holds is kept", assumed, _agrees(library, machine, after, name))
     yield Goal(f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute)
     begins = z3.And(now, z3.Not(was))
     edge = z3.And(execute, z3.Not(seen))
+    scan = z3.Implies(now, step.now((*job, "SEEN")) == step.now((*INNER, "SCAN")))
+    yield Goal(f"{name}: it remembers the scan", assumed, scan)
     yield Goal(f"{name}: busy from an edge only", assumed, z3.Implies(begins, edge))
     asks = _asks(step)
     yield Goal(f"{name}: requests while busy only", assumed, z3.Implies(asks, now))
     ends = z3.And(z3.Not(now), step.now((*BLOCK, "ERROR")), z3.Not(asks))
+    if name in OUTLINED:  # one that has nothing left to do may be Done
+        ends = z3.And(z3.Not(now), z3.Not(asks))
     connected = step.was((*ROBOT, "CONNECTED"))
     waits = z3.BoolVal(False)
     if name == "FB_POWERUP":
@@ -420,5 +490,6 @@ PROPERTIES = (
         _goals,
         lambda library: (*WRITERS, *READERS, *_LEVELS, *jobs_of(library)),
         lambda part: (part,),
+        ("contract", "guarantee"),
     ),
 )

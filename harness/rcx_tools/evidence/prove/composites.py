@@ -1,0 +1,196 @@
+"""What holds between two calls of the blocks that are proved by what is proved of others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import z3
+
+from rcx_harness.engine.types import BlockType, EnumType
+from rcx_harness.verify.prove import reals
+from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.library import BLOCK, Library
+from rcx_tools.evidence.prove.outline import is_outside
+
+__all__ = ["inside", "keeps"]
+
+Memory = Mapping[Path, Value]
+
+#: The kinds of rows by the block of FB_RcxMove that does them, and those that only go forwards.
+_KINDS = {
+    "PTP": "PTP",
+    "STRAIGHT": "LINEAR",
+    "ARCH": "ARCH",
+    "CIRCULAR": "CIRCULAR",
+    "DIRECT": "MM",
+    "BYPTP": "BY_PTP",
+    "BYLINEAR": "BY_LINEAR",
+    "BYDIRECT": "BY_MM",
+    "PALLETPTP": "PALLET",
+    "PALLETARCH": "PALLET_ARCH",
+}
+_FORWARDS = ("CIRCULAR", "BY_PTP", "BY_LINEAR", "BY_MM")
+
+
+def inside(library: Library, name: str, path: Path = BLOCK) -> Iterator[tuple[Path, str]]:
+    """The blocks that it works through, that users call, too, with their types."""
+    for symbol in library.pou(name).section("VAR"):
+        kind = symbol.type
+        if not isinstance(kind, BlockType) or kind.name.upper() not in library.project.pous:
+            continue
+        at = (*path, symbol.name.upper())
+        if is_outside(library.project, kind.name):
+            yield at, kind.name.upper()
+        else:
+            yield from inside(library, kind.name.upper(), at)
+
+
+class _State:
+    """The scalars of a block in one state of the memory."""
+
+    def __init__(self, machine: Machine, memory: Memory) -> None:
+        self._machine, self._memory = machine, memory
+
+    def get(self, *path: Any) -> Any:
+        """A scalar by its path inside of the block."""
+        return self._machine.term((*BLOCK, *path), self._memory)
+
+    def among(self, path: tuple[str, ...], *members: str) -> Any:
+        """An enumeration is one of these."""
+        kind = self._machine.type_of((*BLOCK, *path))
+        assert isinstance(kind, EnumType)
+        places = [member.upper() for member in kind.members]
+        return z3.Or([self.get(*path) == places.index(member) for member in members])
+
+    def stage(self, *names: str) -> Any:
+        """FB_PickPlace is in one of these stages."""
+        return self.among(("STAGE",), *(f"PICK_{name}" for name in names))
+
+    def illegal(self) -> Any:
+        """The arch of FB_PickPlace is not one of pulses."""
+        unit = self.among(("CARRY", "ARCHUNIT"), "UNIT_PULSES")
+        limits = [reals.Real(-8388607.0), reals.Real(8388607.0)]
+        outside = [
+            self._machine.call_function(
+                "FC_RCXOUTSIDE", [self._memory[(*BLOCK, "CARRY", name)], *limits]
+            )
+            for name in ("ARCHPOSITION", "ARCHDISTANCE")
+        ]
+        return z3.And(self.get("CARRY", "ARCHAXIS") != 0, unit, z3.Or(outside))
+
+
+def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
+    """What holds of the blocks inside, beside what each of them shows."""
+    state = _State(machine, memory)
+    if name == "FB_MOVETABLE":
+        yield from _table(library, state)
+    if name == "FB_PICKPLACE":
+        yield from _pick(library, state)
+
+
+def _table(library: Library, state: _State) -> Iterator[Any]:
+    """At most the block of the row that runs is busy, unless it was withdrawn in the last call."""
+    get = state.get
+    yield get("STARTEDGE", "seen") == get("JOB", "WASEXECUTE")
+    busy, withdrawn = get("BUSY"), get("WITHDRAWN")
+    moving = state.among(("STAGE",), "TABLE_MOVE", "TABLE_ARRIVAL")
+    paths = [path[1:] for path, _ in inside(library, "FB_MOVETABLE")]
+    yield z3.Implies(get("RUN", "ACTIVE"), z3.Or([get(*path, "BUSY") for path in paths]))
+    yield z3.Implies(z3.And(busy, withdrawn), z3.And(get("FAILURE") != 0, z3.Not(moving)))
+    for path in paths:
+        seen = get(*path, "JOB", "SEEN")
+        runs = (busy, z3.Not(withdrawn), seen == get("SEEN"), get(*path, "JOB", "WASEXECUTE"))
+        lost = z3.And(withdrawn, seen + 1 == get("SEEN"))
+        works = z3.And(*runs, moving, _row(state, path[-1]))
+        yield z3.Implies(get(*path, "BUSY"), z3.Or(lost, works))
+
+
+def _row(state: _State, block: str) -> Any:
+    """The row that runs is one for this block."""
+    get = state.get
+    kind = ("PRESENT", "KIND")
+    if block == "PORT":
+        there = z3.Or(get("ARRIVED"), state.among(kind, "MOVE_STAY", "MOVE_END"))
+        sets = state.among(("PRESENT", "ATARRIVAL"), "ARRIVE_SET")
+        return z3.And(there, sets, z3.Not(get("BACK")))
+    own = _KINDS[block]
+    forwards = z3.Not(get("BACK")) if own in _FORWARDS else z3.BoolVal(True)
+    return z3.And(z3.Not(get("ARRIVED")), state.among(kind, f"MOVE_{own}"), forwards)
+
+
+#: The stages of FB_PickPlace in which its parts are at work; near the places.
+_MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE")
+_NEAR = ("TO_PART", "LIFT", "LOWER", "LEAVE")
+_AT_TARGET = ("TO_TARGET", "LOWER", "LEAVE")
+_GRIPS = ("OPEN", "CLOSE", "RELEASE")
+_LOOKS = ("EMPTY", "CHECK", "STILL")
+
+
+def _pick(library: Library, state: _State) -> Iterator[Any]:
+    """At most the block of what the stage does is busy, and the pins say again that it is that."""
+    get = state.get
+    yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
+    yield get("STAGE") == get("STAGES", "STAGE")
+    paths = [path[1:] for path, _ in inside(library, "FB_PICKPLACE")]
+    parts = {path[:-1] for path in paths}
+    for part in parts:
+        within = z3.Or([get(*path, "BUSY") for path in paths if path[: len(part)] == part])
+        yield get(*part, "BUSY") == within
+    yield get("CARRY", "WITHSHIFT") == _shifts(state)
+    grips = z3.And(state.stage(*_GRIPS), get("GRIP", "CLOSE") == state.stage("CLOSE"))
+    works = {
+        ("CARRY",): z3.And(state.stage(*_MOVES), get("CARRY", "STAGE") == get("STAGE")),
+        ("GRIP",): grips,
+        ("GRIP", "AWAIT"): grips,
+        ("LOOK",): state.stage(*_LOOKS),
+    }
+    for path in paths:
+        now = get(*path, "JOB", "SEEN") == get("SEEN")
+        alone = z3.And(get("BUSY"), now, works[path[:-1]], _task(state, path))
+        yield z3.Implies(get(*path, "BUSY"), alone)
+
+
+def _shifts(state: _State) -> Any:
+    names = ("SOURCE", "SOURCEABOVE", "TARGET", "TARGETABOVE")
+    return z3.Or([state.get("CARRY", "SHIFTS", name) != 0 for name in names])
+
+
+def _task(state: _State, path: Path) -> Any:
+    """The pins of a part of FB_PickPlace say that this block does its work."""
+    get = state.get
+    if path[0] == "CARRY":
+        return z3.And(z3.Not(state.illegal()), _movement(state, path[-1]))
+    if path == ("GRIP", "SWITCH"):
+        switches = state.among(("GRIP", "STAGE"), "GRIP_OFF", "GRIP_SWITCH")
+        return z3.And(switches, get("GRIP", "STAGE") == get("GRIP", "LAST"))
+    if path[0] == "LOOK":
+        unread = z3.And(get("STAGES", "RELEASES"), z3.Not(state.stage("EMPTY")))
+        return z3.And(_legal(get("PARTINPUT")), z3.Not(unread))
+    fingers = z3.If(
+        get("GRIP", "CLOSE"),
+        get("GRIP", "GRIPPER", "CLOSEDINPUT"),
+        get("GRIP", "GRIPPER", "OPENEDINPUT"),
+    )
+    confirms = state.among(("GRIP", "STAGE"), "GRIP_CONFIRM")
+    number = z3.If(confirms, fingers, get("GRIP", "GRIPPER", "PARTINPUT"))
+    return z3.And(state.among(("GRIP", "STAGE"), "GRIP_CONFIRM", "GRIP_PART"), _legal(number))
+
+
+def _legal(number: Any) -> Any:
+    """An input that there is: 20 is DI(20)."""
+    return z3.And(number > 0, z3.SRem(number, z3.BitVecVal(10, number.size())) <= 7)
+
+
+def _movement(state: _State, block: str) -> Any:
+    get = state.get
+    selects, selected = get("CARRY", "WITHSHIFT"), get("CARRY", "SELECTED")
+    if block == "SELECT":
+        return z3.And(selects, z3.Not(selected))
+    pallet = z3.If(
+        state.stage(*_AT_TARGET), get("CARRY", "TARGETPALLET"), get("CARRY", "SOURCEPALLET")
+    )
+    arch = z3.And(get("CARRY", "ARCHAXIS") != 0, z3.Not(state.stage(*_NEAR)))
+    there = z3.Or(selected, z3.Not(selects))
+    return z3.And(there, (pallet != -1) == ("PALLET" in block), arch == ("ARCH" in block))

@@ -1,0 +1,164 @@
+"""Blocks that work through others: what those are called for may be anything that is proved of it.
+
+Of a call of a block that users call, too, nothing is taken for granted but the `guarantee` that is
+proved of that block: its instance and its telegram may then hold anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import z3
+
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.standard import BLOCKS
+from rcx_harness.verify.prove.logic import Bool, both
+from rcx_harness.verify.prove.machine import Alternatives, Call, Machine, Path
+from rcx_harness.verify.prove.memory import Leaf
+from rcx_harness.verify.prove.values import Value
+
+__all__ = [
+    "ANY",
+    "COMMAND_RUN",
+    "OUTLINED",
+    "RELEASES",
+    "REQUESTS",
+    "Outline",
+    "Outlined",
+    "is_outside",
+    "law_of",
+]
+
+#: Blocks with so many others inside that they are proved by what is proved of those.
+OUTLINED = ("FB_MOVETABLE", "FB_PICKPLACE", "FB_WORKCYCLE")
+#: Place of PHASE_COMMAND_RUN in RCX_PHASE.
+COMMAND_RUN = 3
+#: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
+#: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
+_SERVO_ON, _SEQUENCE, _START, _INCREMENTAL = 1 << 1, 1 << 8, 1 << 10, 1 << 12
+_PROGRAM_RESET, _ALARM_RESET, _ABSOLUTE = 1 << 13, 1 << 14, 1 << 15
+REQUESTS = {
+    "FB_SERVOON": _SERVO_ON,
+    "FB_SERVOONFROMEMERGENCYSTOP": _SERVO_ON | _ALARM_RESET,
+    "FB_POWERUP": _SERVO_ON | _ALARM_RESET | _PROGRAM_RESET | _START,
+    "FB_WORKCYCLE": _SERVO_ON | _ALARM_RESET | _PROGRAM_RESET | _START,
+    "FB_ALARMRESET": _ALARM_RESET,
+    "FB_AUTOSTART": _START,
+    "FB_PROGRAMCONTINUE": _START,
+    "FB_PROGRAMRESET": _PROGRAM_RESET,
+    "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
+    "FB_SEQUENCECONTROL": _SEQUENCE,
+}
+ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
+#: What blocks write freely: the turns (a property of their own) and the holds (see RELEASES).
+_FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP")
+#: Flags of a scan: they come, and only FB_WriteArea takes them away.
+_RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
+#: Blocks that end a hold, on a rising edge.
+RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
+
+
+def law_of(path: Path) -> str:
+    """What a block may do to a scalar of RCX_REF, by its path in there.
+
+    "free", "rising", "request"; "telegram": nothing while a command is out; "kept": never anything.
+    """
+    name = path[1] if path[0] == "INNER" else ""
+    if name in _FREE or (name == "GENERAL" and path[2] > 0):
+        return "free"
+    if name in _RISING:
+        return "rising"
+    if name == "REQUEST":
+        return "request"
+    return "telegram" if name in ("CODE", "DATA") else "kept"
+
+
+def is_outside(project: Project, block: str) -> bool:
+    """A block that users call between FB_ReadArea and FB_WriteArea: its guarantee is proved."""
+    name = block.upper()
+    if name.startswith("FB_RCX") or block in BLOCKS:
+        return False
+    pou = project.pous[name]
+    return "ROBOT" in [symbol.name.upper() for symbol in pou.section("VAR_IN_OUT")]
+
+
+@dataclass(frozen=True)
+class Outlined:
+    """A call that may have done anything that is proved: with the memory before and after it."""
+
+    instance: Path
+    block: str
+    when: Bool
+    before: dict[Path, Value]
+    after: dict[Path, Value]
+
+
+class Outline(Machine):
+    """Runs a block; what it calls that users call, too, does what is proved of that one.
+
+    Attributes:
+        outlined: The calls of such blocks, of all that was run.
+    """
+
+    def __init__(
+        self,
+        project: Project,
+        summaries: Mapping[str, Callable[[Machine, list[Value]], Value]] | None = None,
+    ) -> None:
+        super().__init__(project, summaries)
+        self.outlined: list[Outlined] = []
+
+    def call_block(
+        self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
+    ) -> None:
+        """Run a block, or let it do anything that it may."""
+        if not self._frames or not is_outside(self.project, block):
+            super().call_block(instance, block, in_outs)
+            return
+        when = both(*self._guards)
+        self.calls.append(Call(instance, block, when))
+        before = self.snapshot()
+        pou = self.project.pous[block.upper()]
+        self._become_anything(instance, pou)
+        for symbol in pou.section("VAR_IN_OUT"):
+            places = in_outs[symbol.name.upper()]
+            for _, path in places if isinstance(places, list) else [(True, places)]:
+                if symbol.name.upper() != "ROBOT":
+                    self.havoc(path, symbol.type)
+                    continue
+                for leaf in self.leaves(symbol.type):
+                    self._do(block.upper(), path, leaf)
+        self.outlined.append(Outlined(instance, block.upper(), when, before, self.snapshot()))
+
+    def _become_anything(self, instance: Path, pou: t.Pou) -> None:
+        """All of a block but its inputs."""
+        assert pou.block is not None
+        given = {
+            path: self[path]
+            for symbol in pou.section("VAR_INPUT")
+            for leaf in self.leaves(symbol.type)
+            for path in [(*instance, symbol.name.upper(), *leaf.suffix)]
+        }
+        self.havoc(instance, pou.block)
+        for path, value in given.items():
+            self[path] = value
+
+    def _do(self, block: str, robot: Path, leaf: Leaf) -> None:
+        """What a call may do to a scalar of RCX_REF."""
+        path, law = robot + leaf.suffix, law_of(leaf.suffix)
+        if law == "kept":
+            return
+        was = self.term(path)
+        self.havoc(path, leaf.type)
+        new = self.term(path)
+        if leaf.suffix[1] in RELEASES and RELEASES[leaf.suffix[1]] != block:
+            law = "rising"
+        if law == "rising":
+            self[path] = z3.Or(was, new)
+        elif law == "request":
+            self[path] = was | new & z3.BitVecVal(REQUESTS.get(block, 0), was.size())
+        elif law == "telegram":
+            runs = self.term((*robot, "INNER", "PHASE")) == COMMAND_RUN
+            self[path] = z3.If(runs, was, new)
