@@ -201,7 +201,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     saw = z3.Bool("Execute of the last call")
     given = assumed(step)
     claims: dict[str, Any] = {}
-    if kind in ("edge", "level"):
+    if kind in ("edge", "level", "error"):
         before, after = invariant(library, block, step, saw)
         given = (*given, *before)
         yield Goal(f"{block}: what holds between the calls is kept", given, z3.And(after))
