@@ -187,7 +187,8 @@ def _key_pressed(step: Step) -> Any:
     """FB_Operator: the key Reset while its own Stop holds SI(06), or the key Start."""
     keys = (*BLOCK, "KEYS", "PRESSED")
     own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
-    return z3.Or(own, z3.And(step.now((*keys, "START")), z3.Not(step.was((*BLOCK, "START", "BUSY")))))
+    starts = z3.And(step.now((*keys, "START")), z3.Not(step.was((*BLOCK, "START", "BUSY"))))
+    return z3.Or(own, starts)
 
 
 def _servo_started(machine: Machine, memory: Memory, at: Path) -> Any:
@@ -235,8 +236,8 @@ PROPERTIES = (
         "guarantee",
         "Between FB_ReadArea and FB_WriteArea no block changes what those two own, touches a"
         " command that is out, requests an input that is not its own, or ends a hold of another"
-        " block (FB_Operator that of its own Stop, at its key Reset); any number of calls in any"
-        " order neither.",
+        " block (FB_Operator that of its own Stop, at its key Reset or Start); any number of"
+        " calls in any order neither.",
         "chapter 5, 1 and 3; guide chapter 2",
         ("inner", "calls"),
         _goals,
