@@ -41,6 +41,9 @@ _SHARED = ("WORD", "WORDINWORDS")
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
 #: Blocks without an Error pin whose outputs depend on their pins alone.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
+#: What they show goes through arithmetic, of which a proof takes any result: a second instance
+#: gives another one.
+_COMPUTING = ("FB_SCARAFORWARD", "FB_SCARAINVERSE")
 #: Neither Valid nor Error where the data are old; they remember on which side they were.
 _WATCHING = ("FB_ATPOINT", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
@@ -187,12 +190,14 @@ def _memoryless(library: Library, block: str, step: Step) -> Goal:
     return Goal(f"{block}: nothing of an earlier call shows", tuple(machine.assumptions), claim)
 
 
-def _empty(library: Library, block: str, machine: Machine, now: View) -> dict[str, Any]:
-    """What a reading block shows while it is not Valid."""
+def _empty(library: Library, block: str, step: Step, now: View) -> dict[str, Any]:
+    """What a reading block shows while it is not Valid; what no call writes is as at the start."""
+    machine = step.machine
     _, initial = at_start(library, block)
     cleared = [
         _equal(machine, path, now.memory[path], initial[path])
         for path in _answers(library, block, machine)
+        if now.memory[path] is not step.before[path]
     ]
     return {"nothing unless Valid": z3.Or(now["VALID"], z3.And(cleared))}
 
@@ -204,19 +209,21 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     saw = z3.Bool("Execute of the last call")
     given = assumed(step)
     claims: dict[str, Any] = {}
-    if kind in ("edge", "level"):
+    if kind in ("edge", "level") or (kind and (*BLOCK, "JOB", "BUSY") in step.before):
         before, after = invariant(library, block, step, saw)
         given = (*given, *before)
         yield Goal(f"{block}: what holds between the calls is kept", given, z3.And(after))
     if kind:
         claims = _CLAIMS[kind](block, was, now, saw) | alarms(now)
     if kind == "reader":
-        claims |= _empty(library, block, machine, now)
+        claims |= _empty(library, block, step, now)
     if (*ROBOT, "CONNECTED") in step.before:
         claims["the answer fits CPU_OK"] = linked(machine, now.memory)
     show = {pin: now[pin] for pin in ("EXECUTE", "ENABLE", *PINS) if pin in now}
     if claims:
         claim = z3.And(list(claims.values()))
+        if block in _COMPUTING:
+            claim = without_floats(claim)
         yield Goal(f"{block}: {'; '.join(claims)}", given, claim, show)
     if block == _TAKER:
         taken = z3.Or(now["AGAIN"], linked(machine, now.memory))
@@ -225,7 +232,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
         data = _data(library, block, step, was, now)
         claim = without_floats(z3.And(list(data.values())))
         yield Goal(f"{block}: {'; '.join(data)}", given, claim, show)
-    if kind == "reader" or block in _TEXTS:
+    if (kind == "reader" or block in _TEXTS) and block not in _COMPUTING:
         yield _memoryless(library, block, step)
 
 

@@ -35,6 +35,8 @@ WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 #: What FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
+#: Blocks that are, or have, an FB_PowerUp, and where it is.
+_POWER_UPS: dict[str, Path] = {"FB_POWERUP": BLOCK, "FB_OPERATOR": (*BLOCK, "POWERING")}
 
 Memory = Mapping[Path, Value]
 
@@ -62,12 +64,22 @@ def written(was: Any, now: Any) -> Any:
 
     It saves the solver the arithmetic, of REAL most of all.
     """
-    if now.eq(was):
-        return z3.BoolVal(False)
-    if z3.is_app_of(now, z3.Z3_OP_ITE):
-        condition, yes, no = now.children()
-        return z3.If(condition, written(was, yes), written(was, no))
-    return was != now if z3.is_const(now) else z3.BoolVal(True)
+    return _written(was, now, {})
+
+
+def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
+    """The same; `known` are terms that were looked at: calls share most of theirs."""
+    number = now.get_id()
+    if number not in known:
+        if now.eq(was):
+            known[number] = z3.BoolVal(False)
+        elif z3.is_app_of(now, z3.Z3_OP_ITE):
+            condition, *ways = now.children()
+            yes, no = (_written(was, way, known) for way in ways)
+            known[number] = z3.If(condition, yes, no)
+        else:
+            known[number] = was != now if z3.is_const(now) else z3.BoolVal(True)
+    return known[number]
 
 
 def guarantee(machine: Machine, before: Memory, after: Memory, request: int = ANY) -> Any:
@@ -124,13 +136,14 @@ def _lemmas(library: Library) -> Iterator[Goal]:
 def _releases(step: Step, name: str) -> Iterator[Goal]:
     """A hold ends only in the block that is meant to end it, on a rising edge."""
     assumed = list(step.machine.assumptions)
-    if name == "FB_POWERUP":
+    if name in _POWER_UPS:
         # It starts FB_ServoOnFromEmergencyStop only where there is no hold; kept, see below.
-        at_work = _servo_started(step.machine, step.before)
+        place = _POWER_UPS[name]
+        at_work = _servo_started(step.machine, step.before, place)
         yield Goal(
             f"{name}: what it says of the block inside is kept",
             (*assumed, at_work),
-            _servo_started(step.machine, step.machine.snapshot()),
+            _servo_started(step.machine, step.machine.snapshot(), place),
         )
         assumed.append(at_work)
     for hold, owner in RELEASES.items():
@@ -139,21 +152,31 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
         if name == owner:
             starts = z3.And(step.now((*BLOCK, "EXECUTE")), z3.Not(step.was((*BLOCK, "BUSY"))))
             kept = z3.Or(starts, kept)
+        if name == "FB_OPERATOR" and hold == "HOLDSTOP":
+            kept = z3.Or(_key_pressed(step), kept)
         if not was.eq(now):
             yield Goal(f"{name}: {hold} is not released", tuple(assumed), kept)
 
 
-def _servo_started(machine: Machine, memory: Memory) -> Any:
+def _key_pressed(step: Step) -> Any:
+    """FB_Operator: the key Reset while its own Stop holds SI(06), or the key Start."""
+    keys = (*BLOCK, "KEYS", "PRESSED")
+    own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
+    starts = z3.And(step.now((*keys, "START")), z3.Not(step.was((*BLOCK, "START", "BUSY"))))
+    return z3.Or(own, starts)
+
+
+def _servo_started(machine: Machine, memory: Memory, at: Path) -> Any:
     """FB_PowerUp in a stage of FB_ServoOnFromEmergencyStop: that one has seen its edge."""
-    stage = machine.term((*BLOCK, "STAGE"), memory)
-    members = machine.type_of((*BLOCK, "STAGE")).members  # type: ignore[union-attr]
+    stage = machine.term((*at, "STAGE"), memory)
+    members = machine.type_of((*at, "STAGE")).members  # type: ignore[union-attr]
     places = {member.upper(): place for place, member in enumerate(members)}
     inside = [
         stage == places[f"POWER_UP_{name}"]
         for name in ("EMERGENCY_RELEASE", "ALARM_RESET", "MP_READY", "SERVO_ON")
     ]
     busy, same, scan, last, edge, execute, seen = (
-        machine.term((*BLOCK, *path), memory)
+        machine.term((*at, *path), memory)
         for path in (
             ("BUSY",),
             ("JOB", "BUSY"),
@@ -188,7 +211,8 @@ PROPERTIES = (
         "guarantee",
         "Between FB_ReadArea and FB_WriteArea no block changes what those two own, touches a"
         " command that is out, requests an input that is not its own, or ends a hold of another"
-        " block; any number of calls in any order neither.",
+        " block (FB_Operator that of its own Stop, at its key Reset or Start); any number of"
+        " calls in any order neither.",
         "chapter 5, 1 and 3; guide chapter 2",
         ("inner", "calls"),
         _goals,

@@ -225,7 +225,7 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """The blocks that run a remote command; not those that run others on an own channel."""
+    """The blocks that run a remote command; not those that run others on their own channel."""
     pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
     return [
         name
@@ -253,7 +253,8 @@ PROPERTIES = (
     Property(
         "response",
         "FB_ReadArea takes status and response of one scan together, and a command block takes its"
-        " response in the scan of the end status.",
+        " response in the scan of the end status (not asked of FB_PointBackup and FB_PointRestore,"
+        " which send a command for each row).",
         "guide chapters 1 and 2",
         ("inner", "calls", "area"),
         lambda library, part: (_read_area if part in READERS else _taken)(library, part),

@@ -121,6 +121,8 @@ def _guesses(
                 flag = whole[symbol.name.upper()]
                 guesses[f"Error with {symbol.name}"] = z3.Implies(whole["ERROR"], flag)
                 guesses[f"Error without {symbol.name}"] = z3.Not(z3.And(whole["ERROR"], flag))
+                abnormal = whole["ERRORID"] == ABNORMAL
+                guesses[f"abnormal end without {symbol.name}"] = z3.Not(z3.And(abnormal, flag))
                 for path, view in views.items():
                     if path != BLOCK and "ACTIVE" in view and "BUSY" in view:
                         told = f"{symbol.name}, {'.'.join(path)}"

@@ -51,6 +51,8 @@ REQUESTS = {
     "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
     "FB_SEQUENCECONTROL": _SEQUENCE,
 }
+#: It has blocks for all of these.
+REQUESTS["FB_OPERATOR"] = REQUESTS["FB_POWERUP"]
 ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
 #: What blocks write freely: the turns (a property of their own) and the holds (see RELEASES).
 _FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP")

@@ -15,7 +15,6 @@ from typing import Any
 import z3
 
 from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.prove.logic import both
@@ -96,16 +95,9 @@ def _char_code(machine: Machine, arguments: list[Any]) -> Any:
     return z3.BitVec(machine.fresh("code"), 16)
 
 
-def _any_real(machine: Machine, arguments: list[Any]) -> Any:
-    """Of a sine and the like any number is taken: more than there can be."""
-    del arguments
-    return anything(ElementaryType("REAL"), machine.fresh("real"))
-
-
 def _machine(library: Library, name: str) -> Machine:
     """A machine for one POU, at any moment of the PLC's life."""
-    waves = dict.fromkeys(("SIN", "COS", "ATAN"), _any_real)
-    summaries = {**SUMMARIES, **waves, "FC_RCXCHARCODE": _char_code}
+    summaries = {**SUMMARIES, "FC_RCXCHARCODE": _char_code}
     summaries.pop(name, None)
     machine = _Alone(library.project, summaries)
     machine.now = z3.BitVec("now", TIME_BITS)
@@ -213,7 +205,7 @@ def _goals(library: Library, name: str) -> Iterator[Goal]:
         step = library.step(name, machine)
         keeps = _KEEPS.get(name)
         known = (keeps(machine, step.before),) if keeps else ()
-        if _REST in step.before:
+        if name == "FB_RCXSCANTIME":
             known = (*known, step.was(_REST) >= 0)
         if keeps:
             kept = keeps(machine, machine.snapshot())

@@ -12,6 +12,7 @@ from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
 from rcx_tools.evidence.prove.composites import inside, keeps
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS, between
+from rcx_tools.evidence.prove.invariants import View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, Outline, Outlined
 from rcx_tools.evidence.prove.property import Goal, Property
@@ -188,6 +189,7 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
     yield sends == get("ONE", "COMMAND", "JOB", "WASEXECUTE")
     yield z3.Not(z3.Or(get("ONE", "COMMAND", "DONE"), get("ONE", "COMMAND", "ERROR")))
     yield z3.And(z3.Not(get("ONE", "DONE")), get("ONE", "ERRORID") == 0)
+    yield from alarms(View(machine, memory, command)).values()
     if name == "FB_POINTRESTORE":
         rows = z3.Not(z3.Or(get("CHECKS"), get("THROUGH")))
         yield z3.Implies(busy, z3.Not(get("THROUGH")))

@@ -19,6 +19,7 @@ from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.invariants import Memory, assumed, call, without_floats
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.signs import by_sign
 
 __all__ = ["PROPERTIES", "exactly", "log_keeps"]
 
@@ -196,7 +197,8 @@ def _impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator
     for one in machine.obligations:
         told = f"{File(one.file).name}:{one.line}"
         group = f"{one.kind} {told}" if one.kind == "conversion" else one.kind
-        places.setdefault(group, []).append((told, without_floats(exactly(one.when))))
+        made = by_sign if one.kind == "argument" else exactly
+        places.setdefault(group, []).append((told, without_floats(made(one.when))))
     if not places:
         yield Goal(f"{name}: nothing that could leave a range", known, z3.BoolVal(True))
     for group, found in places.items():

@@ -1,4 +1,4 @@
-"""What stands for a function or block with long loops: any result that it can give.
+"""What stands for a function or block with long loops, and for a sine: any result it can give.
 
 `functions.py` proves those of FC_RcxMilliseconds and FC_RcxRealBits of their bodies, for every
 argument; the others take any value for granted.
@@ -88,9 +88,26 @@ def _scan_time(machine: Machine, arguments: list[Any]) -> None:
     machine.havoc(arguments[0], kind)
 
 
+def _wave(name: str) -> Callable[[Machine, list[Any]], Any]:
+    """A sine or the like: any REAL, the same one for the same argument. It is more than there is.
+
+    How far a PLC's own is right is no matter of proof.
+    """
+    word = z3.BitVecSort(32)
+    function = z3.Function(name, word, word)
+
+    def result(machine: Machine, arguments: list[Any]) -> Any:
+        del machine
+        (number,) = arguments
+        return reals.Real(function(pattern_of(reals.settled(number, "REAL"))))
+
+    return result
+
+
 SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
     "FC_RCXREALBITS": _real_bits,
     "FC_RCXBITSREAL": _bits_real,
     "FB_RCXSCANTIME": _scan_time,
+    **{name: _wave(name) for name in ("SIN", "COS", "ATAN")},
 }
