@@ -80,6 +80,35 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
         assert emergency == [True, True]
 
 
+@pytest.mark.parametrize(
+    ("name", "waits"), [("12_two_robots", "Main.Carry1"), ("14_one_table", "Main.Placer")]
+)
+def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
+    name: str, waits: str
+) -> None:
+    """The pendant of the second robot, whose place is not known yet, is plugged in.
+
+    Source: head of TwoRobots.st: a fault of one is no fault of the other.
+    """
+    folder = ROOT / "plc/examples" / name
+    with Cell.build(
+        sorted(folder.glob("*.st")),
+        scan="100ms",
+        robot=[folder / "robot1.toml", folder / "robot2.toml"],
+        m=(0, 48),
+        n=(0, 48),
+        engine="builtin",
+    ) as cell:
+        cell.inject("pendant_on", controller=2)
+        cell["Main.CellSafe"] = True
+        cell.run("1s")
+        start = "Main.Key1.Start" if name.startswith("12") else "Main.Start"
+        cell[start] = True
+        cell.run("75s")
+        assert cell[f"{waits}.Lock.Busy"] is True
+        assert cell[f"{waits}.Cycle.ErrorID"] == 0
+
+
 def test_the_areas_of_both_lie_one_behind_the_other() -> None:
     """Source: manual chapter 1, 4.1: 48 bytes each."""
     cell = finished("12_two_robots").cell
