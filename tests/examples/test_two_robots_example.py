@@ -10,7 +10,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.cli.app import main
 from rcx_tools.docs.examples import examples
 
-_PART = (150_000, 0), (-120_000, 30_000)
+_PLACE = (150_000, 0), (-120_000, 30_000)
 _TRAY = (-50_000, 100_000), (60_000, 90_000)
 _SERVOS_OFF = 0x800C
 
@@ -28,33 +28,36 @@ def _away(cell: Cell) -> list[tuple[int, ...]]:
 
 
 def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
-    """A robot without its parts' point is at the tray, or somewhere between.
+    """A robot that is not at its point 10 is at the tray, or somewhere between.
 
     Source: points 10 and 20 of robot1.toml and robot2.toml.
     """
     with _build() as cell:
-        cell.run_until(lambda: all(_away(cell)[k] == _PART[k] for k in (0, 1)), within="2s")
+        cell.run_until(lambda: all(_away(cell)[k] == _PLACE[k] for k in (0, 1)), within="2s")
         visits: list[int] = []
-        while cell.now_us < 8_500_000:
+        while cell.now_us < 9_000_000:
             cell.scan()
             away = _away(cell)
-            out = [k for k in (0, 1) if away[k] != _PART[k]]
+            out = [k for k in (0, 1) if away[k] != _PLACE[k]]
             assert len(out) < 2, f"both robots are at the tray: {away}"
             visits += [k for k in (0, 1) if away[k] == _TRAY[k] and visits[-1:] != [k]]
         assert visits == [1, 0, 1, 0, 1], "the second robot is faster at first, and lost its link"
-        assert _placed(cell) == (5, 3)
+        assert _placed(cell) == (4, 3)
         assert not cell.violations
 
 
 def test_the_first_robot_works_on_while_the_second_has_lost_its_link() -> None:
     """Source: manual chapter 1, 5.2 (link loss), for each controller by itself."""
     with _build() as cell:
-        cell.run("3950ms")
+        cell.run("2400ms")
+        before = _placed(cell)
+        cell.run("1550ms")
         assert cell["Main.Connected"] is cell["Main.Connected2"] is True, "plugged in again"
         assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT"
         assert cell["Main.Carry2.Cycle.ErrorID"] == 0x8001
         assert cell["Main.Carry1.Cycle.ErrorID"] == 0
-        assert _placed(cell)[0] > _placed(cell)[1]
+        assert before == (0, 1)
+        assert _placed(cell) == (1, 1)
         servo = [cell[f"Main.Robot{k}.SO.SO02_ServoOn"] for k in (1, 2)]
         assert servo == [True, False]
 
@@ -62,7 +65,7 @@ def test_the_first_robot_works_on_while_the_second_has_lost_its_link() -> None:
 def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
     """Source: manual chapter 5, 3.1; the shared circuit, CellSafe, stops both."""
     with _build() as cell:
-        cell.run_until(lambda: cell["Main.Carry2.ToTray.Busy"], within="3s")
+        cell.run_until(lambda: cell["Main.Carry2.Fetch.Busy"], within="3s")
         cell.run("100ms")
         cell.inject("emergency_stop", controller=2)
         cell.run("100ms")
@@ -75,6 +78,35 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
         cell.run("100ms")
         emergency = [cell[f"Main.Robot{k}.SO.SO00_EmergencyStop"] for k in (1, 2)]
         assert emergency == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("name", "waits"), [("12_two_robots", "Main.Carry1"), ("14_one_table", "Main.Placer")]
+)
+def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
+    name: str, waits: str
+) -> None:
+    """The pendant of the second robot, whose place is not known yet, is plugged in.
+
+    Source: head of TwoRobots.st: a fault of one is no fault of the other.
+    """
+    folder = ROOT / "plc/examples" / name
+    with Cell.build(
+        sorted(folder.glob("*.st")),
+        scan="100ms",
+        robot=[folder / "robot1.toml", folder / "robot2.toml"],
+        m=(0, 48),
+        n=(0, 48),
+        engine="builtin",
+    ) as cell:
+        cell.inject("pendant_on", controller=2)
+        cell["Main.CellSafe"] = True
+        cell.run("1s")
+        start = "Main.Key1.Start" if name.startswith("12") else "Main.Start"
+        cell[start] = True
+        cell.run("75s")
+        assert cell[f"{waits}.Lock.Busy"] is True
+        assert cell[f"{waits}.Cycle.ErrorID"] == 0
 
 
 def test_the_areas_of_both_lie_one_behind_the_other() -> None:
@@ -94,7 +126,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
         kept, there = False, list[bool]()
         while cell.now_us < 12_000_000:
             cell.scan()
-            out = [k for k in (0, 1) if _away(cell)[k] != _PART[k]]
+            out = [k for k in (0, 1) if _away(cell)[k] != _PLACE[k]]
             if cell.now_us > 1_500_000:
                 assert len(out) < 2, f"both robots are at the table: {_away(cell)}"
             kept = kept or cell["Main.Taker.Lock.Kept"]
