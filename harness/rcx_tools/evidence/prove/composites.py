@@ -72,12 +72,11 @@ class _State:
         """The arch of FB_PickPlace is not one of pulses."""
         unit = self.among(("CARRY", "ARCHUNIT"), "UNIT_PULSES")
         limits = [reals.Real(-8388607.0), reals.Real(8388607.0)]
-        outside = [
-            self._machine.call_function(
-                "FC_RCXOUTSIDE", [self._memory[(*BLOCK, "CARRY", name)], *limits]
-            )
-            for name in ("ARCHPOSITION", "ARCHDISTANCE")
-        ]
+        outside = []
+        for name in ("ARCHPOSITION", "ARCHDISTANCE"):
+            path = (*BLOCK, "CARRY", name)
+            arguments = [self._memory[path], *limits]
+            outside.append(self._machine.call_function("FC_RCXOUTSIDE", arguments))
         return z3.And(self.get("CARRY", "ARCHAXIS") != 0, unit, z3.Or(outside))
 
 
