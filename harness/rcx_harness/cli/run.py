@@ -40,7 +40,6 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
-from rcx_harness.serve.panel.plate import plates_of
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
@@ -392,6 +391,7 @@ def _panel(options: RunOptions, cell: Cell) -> Iterator[None]:
         yield
         return
     try:
+        from rcx_harness.serve.panel.plate import plates_of
         from rcx_harness.serve.panel.server import PanelServer
     except ModuleNotFoundError:
         hint = "pip install aiohttp"

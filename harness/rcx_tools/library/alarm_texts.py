@@ -51,7 +51,9 @@ def text_files() -> dict[str, Callable[[], str]]:
         name = f"FB_RcxAlarmText{language}"
         written[f"plc/lib/core/{name}.st"] = partial(_alarm_block, name, language)
         for kind in _ERROR_BLOCKS:
-            written[f"plc/lib/core/FB_Rcx{kind}{language}.st"] = partial(_error_block, kind, language)
+            written[f"plc/lib/core/FB_Rcx{kind}{language}.st"] = partial(
+                _error_block, kind, language
+            )
     written[f"{folder}/FC_CommandName.st"] = _command_names
     written[f"{folder}/FC_SignalName.st"] = _signal_names
     written["docs/texts.csv"] = _table
