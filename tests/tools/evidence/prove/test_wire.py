@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.engine.needed import needed
 from rcx_harness.spec.tables import load_toml
 from rcx_harness.verify.prove.solve import PROVED, REFUTED, ask
 from rcx_tools.evidence.prove.jobs import PROPERTIES
@@ -34,11 +35,13 @@ _CASES = [
 
 def _copy(folder: Path) -> Path:
     """What the cases need of plc/lib: it is read in less time than all of it."""
-    for name in ("types", "core", "area"):
-        shutil.copytree(_LIBRARY / name, folder / name)
-    for file in (*_SEQUENCES, "command/FB_RemoteCommand.st"):
-        (folder / file).parent.mkdir(exist_ok=True)
-        shutil.copy(_LIBRARY / file, folder / file)
+    shutil.copytree(_LIBRARY / "types", folder / "types")
+    own = [*(_LIBRARY / "area").glob("*.st")]
+    own += [_LIBRARY / file for file in (*_SEQUENCES, "command/FB_RemoteCommand.st")]
+    for file in {*own, *needed(own, sorted(_LIBRARY.rglob("*.st")))}:
+        copy = folder / file.relative_to(_LIBRARY)
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copy(file, copy)
     return folder
 
 
