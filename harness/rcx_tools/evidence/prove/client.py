@@ -87,6 +87,9 @@ class Client:
     def _variables(self, library: Library, more: str) -> Iterator[str]:
         for number, block in enumerate(self.blocks, 1):
             yield f"    B{number} : {block};"
+            for pin in library.pou(block.upper()).section("VAR_IN_OUT"):
+                if pin.name not in ("Robot", "Image"):
+                    yield f"    B{number}{pin.name} : {pin.type.name};"
             for pin in _durations(library, block):
                 yield f"    {less(number, pin)} : TIME;"
             if not self.steady:
@@ -104,7 +107,8 @@ class Client:
         for number, block in enumerate(self.blocks, 1):
             area = "OutputArea" if block.startswith("FB_Write") else "InputArea"
             names = (one.name for one in library.pou(block.upper()).section("VAR_IN_OUT"))
-            arguments = (f"{name} := {'Robot' if name == 'Robot' else area}" for name in names)
+            known = {"Robot": "Robot", "Image": area}
+            arguments = (f"{name} := {known.get(name, f'B{number}{name}')}" for name in names)
             if when == "Call":
                 for pin in _durations(library, block):
                     taken = less(number, pin)
