@@ -81,7 +81,8 @@ def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
 @pytest.mark.parametrize("pace", [None, 500])
 def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
     """From the scan in which one is asked for; 200 ms unless given."""
-    plc = _begun(Percent=100, **({} if pace is None else {"Pace": f"T#{pace}ms"}))
+    pins: dict[str, Any] = {} if pace is None else {"Pace": f"T#{pace}ms"}
+    plc = _begun(Percent=100, **pins)
     moments = []
     for _ in range(5):
         plc.scan_until(lambda: plc.words[0] == 0x0039)
@@ -170,7 +171,8 @@ def test_what_changes_on_the_way_is_the_new_target() -> None:
 )
 def test_what_the_manual_does_not_allow_is_refused(pin: str, value: int, error: int) -> None:
     """Source: remote command guide 4.2.15: 1 to 100."""
-    plc = _plc(Enable=True, **{pin: value})
+    pins: dict[str, Any] = {pin: value}
+    plc = _plc(Enable=True, **pins)
     plc.scan(5)
     assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (True, error)
     assert not any(plc.words)
@@ -226,7 +228,7 @@ def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
 @pytest.mark.parametrize("step", ["read", "change"])
 def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
     """Sampled at the start. Source: docs/errors.md, 16#8011."""
-    pins = {"Timeout": "T#100ms"}
+    pins: dict[str, Any] = {"Timeout": "T#100ms"}
     plc = _plc(Enable=True, **pins) if step == "read" else _begun(**pins)
     plc["SpeedOverride.Timeout"] = "T#0s" if step == "change" else "T#100ms"
     plc.scan_until(lambda: bool(plc["SpeedOverride.Error"]), most=14)

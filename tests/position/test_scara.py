@@ -158,7 +158,7 @@ def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
     With equal arms the hand would reach the base itself, where every direction is as good: that
     is refused. Where arm 2 is the longer one it goes beyond the base when it is folded.
     """
-    own = {"Arm1": arms[0], "Arm2": arms[1]}
+    own: dict[str, Any] = {"Arm1": arms[0], "Arm2": arms[1]}
     joints, error = _inverse([-arms[1], arms[0], 0, 180], "HAND_RIGHT", **own)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
@@ -183,7 +183,7 @@ def test_a_hand_on_the_r_axis_turns_with_it(
     Rule: robot-hand.
     Source: remote command guide 4.3.5
     """
-    hand = {f"HandData{k}": float(one) for k, one in enumerate(data, 1)}
+    hand: dict[str, Any] = {f"HandData{k}": float(one) for k, one in enumerate(data, 1)}
     hand |= {"HandMount": "HAND_ON_R_AXIS"}
     assert _forward([0] * 4, engine, **hand)[0] == pytest.approx([*place, 0, 0], abs=0.001)
     joints, _ = _inverse([place[0] - 175, place[1] - 175, place[2], 90], "HAND_RIGHT", **hand)
@@ -200,7 +200,7 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer, data 2 and 3 are in 0.001 mm
     """
-    hand = {"HandData1Integer": 10 * _UNIT, "HandData2": 25.0, "HandData3": 7.0}
+    hand: dict[str, Any] = {"HandData1Integer": 10 * _UNIT, "HandData2": 25.0, "HandData3": 7.0}
     position, shown, _ = _forward([0] * 4, engine, **hand)
     assert position == pytest.approx([-34.730, 421.962, 7, 90, 0, 0], abs=0.001)
     assert shown == "HAND_RIGHT"
@@ -254,7 +254,7 @@ def test_axis_1_comes_within_half_a_turn(
 
 
 def test_the_zeros_are_what_the_axes_count_from() -> None:
-    zero = {"Zero": [-2476, 613, -1707, 40, 0, 0]}
+    zero: dict[str, Any] = {"Zero": [-2476, 613, -1707, 40, 0, 0]}
     position, _, _ = _forward([-2.476, 0.613, -1.707, 0.040], **zero)
     assert position == pytest.approx([0, 400, 0, 90, 0, 0], abs=0.001)
     joints, _ = _inverse([-175, 225, 10, 180], "HAND_RIGHT", **zero)
@@ -263,7 +263,7 @@ def test_the_zeros_are_what_the_axes_count_from() -> None:
 
 
 def test_an_axis_may_count_the_other_way() -> None:
-    other = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
+    other: dict[str, Any] = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
     position, _, _ = _forward([-90, 0, -10, 0], **other)
     assert position == pytest.approx([-400, 0, 10, 180, 0, 0], abs=0.001)
     joints, _ = _inverse([-400, 0, 10, 180], "HAND_RIGHT", **other)

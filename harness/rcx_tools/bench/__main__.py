@@ -27,8 +27,9 @@ _FILE_WIDTH = 140
 #: What can be measured: a module of this package with `measure(options)`, and a line of help.
 POINTS: dict[str, str] = {
     "handshake": "scans of commands and sequences beside the theoretical minimum (docs/timing.md)",
-    "sizes": "bytes per instance on matiec",
+    "sizes": "bytes per instance on matiec and STruC++",
     "cost": "a scan of matiec's C beside C written by hand",
+    "scan": "what areas, idle blocks and handshakes take on matiec and STruC++",
     "simulation": "simulated seconds a second, growth, memory, compile times",
     "debug": "a step back after 10 minutes under the debugger, and what its past weighs",
     "explicit": "explicit messages beside stock cpppo, scans in lock-step",

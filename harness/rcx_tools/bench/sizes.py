@@ -1,13 +1,15 @@
-"""Bytes that a robot and a block take on a PLC: matiec's C, laid out by the C compiler.
+"""Bytes that a robot and a block take on a PLC, on each compiler that is found.
 
-No figure is assumed: iec2c translates the whole library, and a C program that includes its headers
-prints `sizeof` of every block.
+No figure is assumed: matiec or STruC++ translates the whole library, and what it made, laid out by
+the C or C++ compiler, tells `sizeof` of every block.
 """
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 import tempfile
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,12 +18,21 @@ from rich.table import Table
 
 from rcx_harness.cell.build import default_lib
 from rcx_harness.engine.frontend import load
-from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
+from rcx_harness.engine.load import (
+    MISSING,
+    Matiec,
+    find_c_compiler,
+    find_cxx_compiler,
+    find_matiec,
+    find_strucpp,
+)
 from rcx_harness.engine.matiec.source import join_sources
+from rcx_harness.engine.strucpp.build import Strucpp, compile_project
+from rcx_harness.engine.strucpp.memory import NAMESPACE
 from rcx_harness.errors import InputError
 from rcx_tools.bench.figure import Figure, Options, at_most, missing
 
-__all__ = ["LARGEST_COMMAND", "LARGEST_REF", "Size", "measure", "sizes", "table"]
+__all__ = ["LARGEST_COMMAND", "LARGEST_REF", "Size", "measure", "sizes", "strucpp_sizes", "table"]
 
 #: Targets [byte].
 LARGEST_REF, LARGEST_COMMAND = 160, 500
@@ -77,26 +88,21 @@ class Size:
 
 
 def sizes(matiec: Matiec, compiler: str) -> list[Size]:
-    """What every block of the library and RCX_REF take, by folder and name.
+    """What every block of the library and RCX_REF take on matiec, by folder and name.
 
     Raises:
         InputError: the library has an error, or the C compiler fails.
         TranslationError: iec2c refuses the library.
     """
-    home = default_lib()
-    library = sorted(home.rglob("*.st"))
-    blocks = [path for path in library if path.stem.startswith("FB_")]
+    places = _places()
     with tempfile.TemporaryDirectory(prefix="rcx-") as name:
         folder = Path(name)
         source, target = folder / "all.st", folder / "c"
         target.mkdir()
-        main = folder / "main.st"
-        main.write_text(_MAIN, encoding="utf-8")
-        text = join_sources(load([main, *library])).text
+        text = join_sources(load(_sources(folder))).text
         source.write_text(text, encoding="utf-8")
         matiec.translate(source, target)
-        names = ["RCX_REF", *(path.stem for path in blocks)]
-        rows = [f'  printf("%zu\\n", sizeof({one.upper()}));' for one in names]
+        rows = [f'  printf("%zu\\n", sizeof({one.upper()}));' for one in places]
         printing = target / "rcx_sizes.c"
         printing.write_text(_PRINT % "\n".join(rows), encoding="utf-8")
         program = folder / "sizes"
@@ -105,9 +111,42 @@ def sizes(matiec: Matiec, compiler: str) -> list[Size]:
         if done.returncode:
             raise InputError(f"{compiler} refuses matiec's C: {done.stderr.strip()[:200]}")
         printed = subprocess.run([str(program)], capture_output=True, text=True, check=True)
-    found = dict(zip(names, map(int, printed.stdout.split()), strict=True))
-    every = [Size("RCX_REF", "types", found["RCX_REF"])]
-    every += [Size(path.stem, path.relative_to(home).parts[0], found[path.stem]) for path in blocks]
+    return _sorted(places, map(int, printed.stdout.split()))
+
+
+def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
+    """What every block of the library and RCX_REF take on STruC++, as `sizes`.
+
+    Raises:
+        InputError: the library has an error, or one of the compilers refuses it.
+    """
+    places = _places()
+    wanted = [f"sizeof({NAMESPACE}::{one.upper()})" for one in places]
+    with tempfile.TemporaryDirectory(prefix="rcx-") as name:
+        folder = Path(name)
+        project = load(_sources(folder))
+        shared = folder / "sizes.so"
+        shared.write_bytes(compile_project(project, wanted, strucpp, compiler))
+        found = (ctypes.c_size_t * len(wanted)).in_dll(ctypes.CDLL(str(shared)), "rcx_layout")
+        return _sorted(places, found)
+
+
+def _sources(folder: Path) -> list[Path]:
+    """The library, and a program beside it that hardly does a thing."""
+    main = folder / "main.st"
+    main.write_text(_MAIN, encoding="utf-8")
+    return [main, *sorted(default_lib().rglob("*.st"))]
+
+
+def _places() -> dict[str, str]:
+    """RCX_REF and the blocks, each with its folder."""
+    home = default_lib()
+    blocks = sorted(home.rglob("FB_*.st"))
+    return {"RCX_REF": "types"} | {one.stem: one.relative_to(home).parts[0] for one in blocks}
+
+
+def _sorted(places: Mapping[str, str], found: Iterable[int]) -> list[Size]:
+    every = [Size(name, places[name], size) for name, size in zip(places, found, strict=True)]
     return sorted(every, key=lambda size: (size.folder, size.name))
 
 
@@ -118,6 +157,8 @@ def measure(options: Options) -> dict[str, Figure]:
         options: Nothing of it matters here.
     """
     del options
+    strucpp, beside = find_strucpp(), find_cxx_compiler()
+    other = strucpp_sizes(strucpp, beside) if strucpp and beside else []
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         why = MISSING if matiec is None else "no C compiler found"
@@ -126,7 +167,7 @@ def measure(options: Options) -> dict[str, Figure]:
             "size largest command block": missing("byte", f"<= {LARGEST_COMMAND}", why),
         }
     every = sizes(matiec, compiler)
-    Console().print(table(every))
+    Console().print(table(every, other))
     commands = [size for size in every if size.folder == "command"]
     large = max(commands, key=lambda size: size.bytes)
     ref = next(size for size in every if size.name == "RCX_REF")
@@ -136,12 +177,18 @@ def measure(options: Options) -> dict[str, Figure]:
     }
 
 
-def table(every: list[Size]) -> Table:
-    """All sizes, for people."""
-    drawn = Table(title="Bytes per instance on matiec")
-    for heading in ("folder", "block", "bytes", "target"):
-        drawn.add_column(heading, justify="right" if heading in ("bytes", "target") else "left")
+def table(every: Sequence[Size], other: Sequence[Size] = ()) -> Table:
+    """All sizes, for people.
+
+    Args:
+        every: On matiec.
+        other: On STruC++; empty where it is not found.
+    """
+    drawn = Table(title="Bytes per instance")
+    for heading in ("folder", "block", "matiec", "target", "STruC++"):
+        drawn.add_column(heading, justify="left" if heading in ("folder", "block") else "right")
+    beside = {size.name: str(size.bytes) for size in other}
     for size in every:
         limit = "" if size.limit is None else f"<= {size.limit}"
-        drawn.add_row(size.folder, size.name, str(size.bytes), limit)
+        drawn.add_row(size.folder, size.name, str(size.bytes), limit, beside.get(size.name, ""))
     return drawn

@@ -1,10 +1,17 @@
-"""What `make bench` says of the blocks on matiec: bytes per instance and cost per scan."""
+"""What `make bench` says of the blocks: bytes per instance and, on matiec, cost per scan."""
 
 from __future__ import annotations
 
 import pytest
 
-from rcx_harness.engine.load import MISSING, find_c_compiler, find_matiec
+from rcx_harness.engine.load import (
+    MISSING,
+    find_c_compiler,
+    find_cxx_compiler,
+    find_matiec,
+    find_strucpp,
+)
+from rcx_harness.engine.strucpp.build import MISSING_STRUCPP
 from rcx_tools.bench import cost, sizes
 from rcx_tools.bench.figure import Options
 
@@ -32,3 +39,14 @@ def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes() -> None:
     limits = {size.name: size.limit for size in every if size.limit}
     assert (limits["RCX_REF"], limits["FB_ReadProgramInfo"]) == (160, 500)
     assert [size.name for size in every if size.limit and size.bytes > size.limit] == []
+
+
+@pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
+def test_strucpp_tells_the_size_of_every_block_and_keeps_more_of_each_value() -> None:
+    """Beside each value it keeps whether it is forced, and to what: a BOOL takes three bytes."""
+    strucpp, compiler = find_strucpp(), find_cxx_compiler()
+    assert strucpp is not None
+    assert compiler is not None
+    found = {size.name: size.bytes for size in sizes.strucpp_sizes(strucpp, compiler)}
+    assert {"RCX_REF", "FB_ReadArea", "FB_MovePtp", "FB_Operator"} <= set(found)
+    assert found["RCX_REF"] > sizes.LARGEST_REF

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from itertools import pairwise
 from typing import Any, Protocol
@@ -51,6 +51,9 @@ class _Machine(Protocol):
     """What expressions need of a `machine.Machine`; see there."""
 
     project: Project
+
+    @property
+    def summaries(self) -> Mapping[str, Callable[[Any, list[Value]], Value]]: ...
 
     def leaves(self, kind: Type) -> tuple[Leaf, ...]: ...
 

@@ -90,8 +90,8 @@ class Client:
             for pin in library.pou(block.upper()).section("VAR_IN_OUT"):
                 if pin.name not in ("Robot", "Image"):
                     yield f"    B{number}{pin.name} : {pin.type.name};"
-            for pin in _durations(library, block):
-                yield f"    {less(number, pin)} : TIME;"
+            for duration in _durations(library, block):
+                yield f"    {less(number, duration)} : TIME;"
             if not self.steady:
                 yield f"    Call{number}, Late{number} : BOOL;"
         for number, name in enumerate(self.functions, 1):

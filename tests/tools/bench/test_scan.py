@@ -1,0 +1,35 @@
+"""What `make bench ONLY=scan` measures: areas, idle blocks and handshakes."""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.errors import InputError
+from rcx_tools.bench import scan
+from rcx_tools.bench.figure import Options
+
+
+def test_without_a_compiler_its_figures_are_said_to_be_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(scan, "why_not", lambda engine: f"{engine} not found")
+    measured = scan.measure(Options(quick=True))
+    assert len(measured) == len(scan.ENGINES) * len(scan.ROWS)
+    assert {(figure.value, figure.met) for figure in measured.values()} == {(None, False)}
+    assert {figure.peer for figure in measured.values()} == {
+        "matiec not found",
+        "strucpp not found",
+    }
+
+
+def test_each_program_runs_and_its_handshakes_too() -> None:
+    """On the built-in engine: what takes part there takes part on the compilers."""
+    assert scan.paid("builtin", rounds=1, scans=200).area > 0
+
+
+def test_a_handshake_that_does_not_run_gives_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its commands are counted: ten robots, 200 scans, at most eight for each command."""
+    stands = scan.RUNNING.replace("NOT Move{k}.Done", "FALSE")
+    monkeypatch.setattr(scan, "RUNNING", stands)
+    with pytest.raises(InputError, match="builtin: 0 commands in 200 scans are too few"):
+        scan.paid("builtin", rounds=1, scans=200)
