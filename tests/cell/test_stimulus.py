@@ -28,6 +28,30 @@ def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, tmp_path: Pa
     assert [one.si[32] for one in cell.trace.scans()] == [0, 0, 1]
 
 
+def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
+    """Fields that are not named, and rows that are not given, stay as they are."""
+    program = tmp_path / "Timed.st"
+    program.write_text(
+        "TYPE\n  PART : STRUCT\n    Settle : TIME;\n    Name : STRING[8];\n  END_STRUCT;\n"
+        "END_TYPE\n"
+        "TYPE\n  PARTS : ARRAY [1..2] OF PART;\nEND_TYPE\n"
+        "TYPE\n  WAITS : ARRAY [0..1, 0..1] OF TIME;\nEND_TYPE\n"
+        "PROGRAM Timed\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n    Parts : PARTS;\n"
+        "    Waits : WAITS;\n    Robot : RCX_REF;\n  END_VAR\n"
+        "  Robot.Connected := FALSE;\nEND_PROGRAM\n"
+    )
+    with Cell.build(program, scan="10ms", engine="builtin") as cell:
+        load(
+            tmp_path,
+            '[[at]]\ntime = "0ms"\nset = { "Main.Parts" = [{ settle = "50ms" }, { Name = "5ms" }],'
+            ' "Main.Waits" = [["1s", "2ms"], ["3us", "4s"]] }\n',
+        ).schedule(cell)
+        cell.scan(1)
+        settle, name = cell["Main.Parts[1].Settle"], cell["Main.Parts[2].Name"]
+        waits = [cell[f"Main.Waits[{place}]"].total_seconds() for place in ("0,0", "0,1", "1,0")]
+    assert (settle.total_seconds(), name, waits) == (0.05, "5ms", [1, 0.002, 0.000003])
+
+
 def test_entries_may_stand_in_any_order(cell: Cell, tmp_path: Path) -> None:
     load(
         tmp_path,

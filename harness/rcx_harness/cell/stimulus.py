@@ -18,7 +18,7 @@ from rcx_harness.cell.cell import EVENTS, Cell
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import check, opposite
 from rcx_harness.engine.conditions import Condition, conditions
-from rcx_harness.engine.types import ElementaryType
+from rcx_harness.engine.types import ArrayType, ElementaryType, StructType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
 from rcx_harness.spec import load_toml
@@ -384,12 +384,27 @@ def _try(entry: Entry, cell: Cell) -> None:
 
 
 def typed(cell: Cell, path: str, value: Any) -> Any:
-    """TOML has no durations: a TIME or LTIME is given as a text."""
-    if not isinstance(value, str):
+    """TOML has no durations: a TIME or LTIME is given as a text, also in arrays and structures."""
+    if not isinstance(value, (str, list, Mapping)):
         return value
-    kind = cell.program.type_of(path)
-    if kind == ElementaryType("TIME") or (kind == ElementaryType("LTIME") and "#" not in value):
+    return _typed(cell.program.type_of(path), value)
+
+
+def _typed(kind: Type, value: Any) -> Any:
+    if isinstance(value, str):
+        is_text = kind != ElementaryType("TIME")
+        if is_text and (kind != ElementaryType("LTIME") or "#" in value):
+            return value
         return timedelta(microseconds=parse_us(value))
+    if isinstance(value, Mapping) and isinstance(kind, StructType):
+        fields = {name.upper(): part for name, part in kind.fields}
+        return {
+            name: _typed(fields[name.upper()], part) if name.upper() in fields else part
+            for name, part in value.items()
+        }
+    if isinstance(value, list) and isinstance(kind, ArrayType):
+        # Of several dimensions in rows.
+        return [_typed(kind if isinstance(part, list) else kind.element, part) for part in value]
     return value
 
 
