@@ -268,6 +268,42 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
     assert not any(plc.words)
 
 
+@pytest.mark.parametrize(("pin", "value", "error"), [("Percent", 0, 0x8042), ("Rise", 101, 0x8045)])
+def test_a_step_that_still_waits_is_withdrawn_at_a_refused_input(
+    pin: str, value: int, error: int
+) -> None:
+    """Nothing goes out after the Error, which stays as it is; nor does what is out count less."""
+    plc = _begun(Percent=50)
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(4)
+    plc["SpeedOverride.Percent"] = 20
+    plc.scan(5)
+    plc[f"SpeedOverride.{pin}"] = value
+    plc.scan()
+    assert plc["SpeedOverride.ErrorID"] == error
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc.scan(20)
+    assert not any(plc.words)
+    shown = [plc[f"SpeedOverride.{name}"] for name in ("ErrorID", "Error", "Busy", "Actual")]
+    assert shown == [error, True, False, 50]
+
+
+def test_a_step_that_is_out_at_a_refused_input_is_held_to_its_end() -> None:
+    """The controller takes it, and Actual says so.
+
+    Source: remote command guide chapter 2: the code stays until the end status.
+    """
+    plc = _begun(Percent=40)
+    plc.scan_until(lambda: plc.words[0] == 0x0039)
+    plc["SpeedOverride.Percent"] = 0
+    plc.scan(5)
+    assert (plc.words[0], plc["SpeedOverride.ErrorID"]) == (0x0039, 0x8042)
+    _answer(plc, 0x0039)
+    assert (plc["SpeedOverride.ErrorID"], plc["SpeedOverride.Actual"]) == (0x8042, 40)
+
+
 def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
     plc = _begun(Percent=100, Pace="T#10s")
     _percents(plc, 1)
