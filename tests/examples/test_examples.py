@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from both_engines import ENGINES
@@ -74,8 +76,8 @@ def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
         cell.run("2s")
         enip = list(changes(cell.trace.lines()))
     recorded = recorded_trace(example).read_text(encoding="utf-8").splitlines()
-    assert enip == recorded[1 : len(enip) + 1]
-    assert len(enip) > len(recorded) // 3
+    assert enip == [line for line in recorded[1:] if json.loads(line)["t_us"] < 2_000_000]
+    assert len(enip) > 15
 
 
 def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back() -> None:

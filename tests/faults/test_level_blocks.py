@@ -9,7 +9,7 @@ import pytest
 
 from fault_cell import TIMEOUT_SCANS, CaseFailure, FaultCell, library
 from fault_run import FAULTS, Fault
-from fault_scenarios import LEVELS, recover
+from fault_scenarios import LEVELS
 
 #: Scans from Enable on in which a fault comes, and in which Enable falls.
 _MOMENTS = (*range(7), 14)
@@ -56,7 +56,7 @@ class _Level:
         cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, there)
         cell.until(lambda: not cell.requests, _STEADY, "the requests are withdrawn")
         cell.quiet = False
-        recover(cell)
+        self.scenario.prepare(cell)
         cell.start(True)
         cell.until(lambda: cell.pins.done, _STEADY, "Valid, after recovery")
         for name, on in self.scenario.means.items():

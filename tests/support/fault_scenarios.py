@@ -103,6 +103,15 @@ def _axes_at_zero(cell: FaultCell) -> None:
     cell.cell.robot.positions[:] = [0] * len(cell.cell.robot.positions)
 
 
+def _acknowledged(cell: FaultCell) -> None:
+    """Recovered, and somebody has seen where the robot stands: only then it may ask again."""
+    recover(cell)
+    cell["Block.Acknowledge"] = True
+    cell.scan()
+    cell["Block.Acknowledge"] = False
+    cell.scan()
+
+
 def _emergency_stop(cell: FaultCell) -> None:
     recover(cell)
     cell.help("FB_EmergencyStop")
@@ -192,7 +201,7 @@ SCENARIOS: dict[str, Scenario] = {
 LEVELS: dict[str, Scenario] = {
     "FB_AutoMode": Scenario(recover, ("SO10",), {"SO10": True}),
     "FB_ContinuousPosition": Scenario(recover, ("Status",), {}),
-    "FB_Interlock": Scenario(recover, ("SO02",), {"SO02": True}),
+    "FB_Interlock": Scenario(_acknowledged, ("SO02",), {"SO02": True}),
     "FB_Jog": Scenario(_axes_at_zero, ("Status",), {}),
     "FB_SequenceControl": Scenario(recover, ("SO12",), {"SO12": True}),
     "FB_Override": Scenario(recover, ("Status",), {}),
