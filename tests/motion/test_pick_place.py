@@ -451,3 +451,18 @@ def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> Non
     assert plc.end == ("Error", 0x8013 if how == "skipped" else 0x8016, "PICK_EMPTY", False)
     plc.scan(20)
     assert plc.told == []
+
+
+@pytest.mark.parametrize("refused", ["", "PTP 20 at 50"])
+def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str) -> None:
+    """Source: design of the library, 3."""
+    plc = _bench()
+    plc.refuses = refused
+    plc.start()
+    plc["Pick.Execute"] = False
+    plc.scan_until(lambda: plc.told[-1:] == ["PTP 20 at 50"], most=300)
+    assert (plc["Pick.Active"], plc["Pick.Holds"]) == (True, True)
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert plc.end[0] == ("Error" if refused else "Done")
+    plc.scan()
+    assert plc.end[0] == ""
