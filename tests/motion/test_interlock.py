@@ -242,6 +242,23 @@ def test_a_robot_that_is_lost_in_the_area_keeps_it_until_that_is_acknowledged(
     assert table.shown == "- V* -"
 
 
+def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
+    """It holds the area until it is outside, and is lost meanwhile."""
+    table = _table()
+    table.want(1)
+    table["Lock1.Outside"] = False
+    table.leave(1)
+    assert table.shown == "-* - -"
+    table["Robot1.Connected"] = False
+    table.scan()
+    table.ready(1)
+    table["Lock1.Outside"] = True
+    assert table.scan(3) == "-* - -"
+    assert table["Lock1.Kept"] is True
+    table.acknowledge(1)
+    assert table.shown == "- - -"
+
+
 def test_acknowledge_does_not_release_a_robot_that_is_not_outside() -> None:
     table = _table()
     table.want(1, 2)
@@ -341,6 +358,23 @@ def test_a_wait_has_a_limit() -> None:
     assert table.shown == "- - V*"
 
 
+@pytest.mark.parametrize(("limit", "scans"), [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31)])
+def test_a_limit_counts_from_the_scan_in_which_the_wait_begins(limit: str, scans: int) -> None:
+    """The scan of 10 ms in which it is reached ends the wait."""
+    table = _table()
+    table["Lock2.Timeout"] = limit
+    table.want(1, 2)
+    assert table.scan(scans - 1) == "V* B -"
+    assert table.scan() == "V* E -"
+
+
+def test_without_a_timeout_of_the_user_a_wait_lasts_a_minute() -> None:
+    table = _table()
+    table.want(1, 2)
+    assert table.scan(5999) == "V* B -"
+    assert table.scan() == "V* E -"
+
+
 def test_a_limit_counts_anew_for_each_wait() -> None:
     table = _table()
     table["Lock1.Timeout"] = "T#100ms"
@@ -372,8 +406,11 @@ def test_who_is_not_called_any_more_is_passed_over() -> None:
     assert table.scan() == "- B V*", "2 shows what it did when it was called last"
 
 
-def test_who_was_not_called_while_it_waited_is_the_last() -> None:
+@pytest.mark.parametrize("number", [100, 65_531])
+def test_who_was_not_called_while_it_waited_is_the_last(number: int) -> None:
+    """Also where the scan numbers begin again at 0 with the call after that."""
     table = _table()
+    table["Robot2.Inner.Scan"] = number
     table.want(1, 2, 3)
     table["Skip2"] = True
     table.scan()
@@ -401,6 +438,54 @@ def test_a_request_that_is_given_up_costs_the_next_one_nothing() -> None:
     table.leave(2)
     table.leave(1)
     assert table.scan(2) == "- - V*"
+
+
+def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
+    table = _table()
+    table.want(1, 2, 3)
+    for k in _ROBOTS:
+        table[f"Lock{k}.Enable"] = False
+    assert table.scan() == "- - -"
+    table.want(1)
+    assert table.shown == "V* - -"
+
+
+@pytest.mark.parametrize("pause", [1, 2])
+def test_who_waits_again_does_not_hold_up_the_first(pause: int) -> None:
+    """What it saw in its last wait is not of now: the area passes on within the scan."""
+    table = _table()
+    table.want(2, 3, 1)
+    table["Lock1.Enable"] = False
+    table.scan(pause)
+    table["Lock1.Enable"], table["Lock2.Enable"] = True, False
+    assert table.scan() == "B - V*"
+
+
+def _with_a_fourth_robot() -> Table:
+    """A robot that is called elsewhere has the area; 1, 3 and 2 wait, in this order."""
+    table = _table()
+    table["Area.Holders"] = 1
+    table.want(1, 3, 2)
+    assert table.shown == "B B B"
+    return table
+
+
+def test_if_the_first_is_not_called_any_more_the_others_keep_their_order() -> None:
+    table = _with_a_fourth_robot()
+    table["Skip1"] = True
+    table.scan(3)
+    table["Area.Holders"] = 0
+    assert table.scan() == "B B V*"
+    table.leave(3)
+    assert table.scan() == "B V* -"
+
+
+def test_the_next_one_has_its_turn_in_the_scan_in_which_the_first_gives_up() -> None:
+    """And the area becomes free: nobody steps in between."""
+    table = _with_a_fourth_robot()
+    table["Area.Holders"] = 0
+    table.leave(1)
+    assert table.shown == "- B V*"
 
 
 @pytest.mark.parametrize("skipped", [False, True])

@@ -748,6 +748,67 @@ def test_a_call_that_is_left_out_ends_it_and_the_row_is_kept() -> None:
     assert _runs(plc) == [1, 2]
 
 
+def test_a_start_in_the_scan_after_an_error_runs() -> None:
+    """The command that waited is withdrawn with it. Source: no section (this library's own)."""
+    plc = _bench(*_points(1, 2))
+    plc["Other.Execute"] = True
+    _sent(plc)
+    _start(plc)
+    plc["Table.Execute"] = False
+    plc.scan(3)
+    plc["Table.Abort"] = True
+    plc.scan()
+    plc["Table.Abort"] = False
+    assert (_shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8050)
+    _start(plc)
+    assert _shown(plc) == "Busy"
+    _end(plc)
+    assert _runs(plc) == [1, 2]
+    assert _shown(plc) == "Done"
+
+
+def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
+    """The call before had nothing to do. Source: no section (this library's own)."""
+    plc = _bench(*_points(1, 2))
+    plc["StartAgain"] = True
+    plc.scan()
+    plc["StartAgain"] = False
+    assert _runs(plc) == [1, 2]
+    assert _shown(plc) == "Done"
+
+
+@pytest.mark.parametrize("hold", [True, False])
+def test_a_call_that_is_left_out_before_a_command_lets_none_out(hold: bool) -> None:
+    """Nor does it go on by itself where Hold falls afterwards. Source: docs/scan-model.md."""
+    plc = _bench(*_points(1, 2), Hold=hold)
+    _start(plc)
+    plc["CallTable"] = False
+    plc.scan()
+    plc["CallTable"] = True
+    plc.scan()
+    assert (_shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8013, 1)
+    plc["Table.Hold"] = False
+    for _ in range(8):
+        plc.scan()
+        assert plc.words == [0] * 16
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_an_edge_of_execute_while_it_is_under_way_takes_nothing_over(active: bool) -> None:
+    """Source: design of the library, 3."""
+    plc = _bench(*_points(1, 2, 3), Hold=not active)
+    _start(plc)
+    if active:
+        _sent(plc)
+    plc["Table.Execute"] = False
+    plc.scan()
+    plc["Table.StartRow"], plc["Table.Rows"], plc["Table.Hold"] = 3, 1, False
+    plc["Table.Execute"] = True
+    plc.scan()
+    assert _runs(plc) == [1, 2, 3]
+    assert _shown(plc) == "Done"
+
+
 def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
     plc = _bench(*_points(1))
     _start(plc)

@@ -25,12 +25,17 @@ END_PROGRAM
 
 
 class _Pallet:
-    def __init__(self, folder: Path, size: tuple[int, int, int], engine: str = "auto") -> None:
+    """A size of () leaves the pins as they are without one."""
+
+    def __init__(self, folder: Path, size: tuple[int, ...], engine: str = "auto") -> None:
         file = folder / "Counting.st"
         file.write_text(_PROGRAM, encoding="utf-8")
         self.program: Program = build([file, *needed([file], LIBRARY)], engine).program
         self._now_us = 0
-        for pin, value in zip(("Nx", "Ny", "Nz"), size, strict=True):
+        self.resize(size)
+
+    def resize(self, size: tuple[int, ...]) -> None:
+        for pin, value in zip(("Nx", "Ny", "Nz"), size, strict=False):
             self.put(pin, value)
         self.scan()
 
@@ -117,7 +122,13 @@ def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "size", [(0, 1, 1), (1, 0, 1), (1, 1, 0), (-3, -2, 1), (182, 181, 1), (32767, 32767, 32767)]
+    "size",
+    [
+        *((0, 1, 1), (1, 0, 1), (1, 1, 0), (-3, -2, 1), (182, 181, 1), (16384, 2, 1)),
+        (32767, 32767, 32767),
+        (26217, 32765, 5),  # 2**32 + 32729, which 32 bits hold as 32729
+        *((-5, 29308, 29309), (29308, -5, 29309)),  # 26436 - 2**32
+    ],
 )
 def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int, int]) -> None:
     """Source: guide 4.3.3: the product is 1 to 32767."""
@@ -128,6 +139,26 @@ def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int
     assert (pallet.place, pallet.shown[:2]) == (1, ("Error", 0x8045))
     pallet.place = 0
     assert pallet.shown[0] == "Error"
+
+
+@pytest.mark.parametrize("size", [(), (1, 1, 1)])
+def test_a_pallet_may_have_one_position_and_has_one_without_sizes(
+    tmp_path: Path, size: tuple[int, ...]
+) -> None:
+    """Source: guide 4.3.3: each size is at least 1."""
+    pallet = _Pallet(tmp_path, size)
+    assert pallet.shown == ("", 0, 1, (1, 1, 1), 1)
+    pallet.press("Next")
+    assert pallet.shown == ("Full", 0, 0, (0, 0, 0), 0)
+
+
+def test_a_size_that_becomes_illegal_is_refused_at_once(tmp_path: Path) -> None:
+    """Nothing is left of the sizes before. Source: guide 4.3.3."""
+    pallet = _Pallet(tmp_path, (3, 2, 1))
+    pallet.resize((0, 2, 1))
+    assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
+    pallet.resize((3, 2, 1))
+    assert pallet.shown == ("", 0, 1, (1, 1, 1), 6)
 
 
 @pytest.mark.parametrize("size", [(32767, 1, 1), (1, 217, 151), (7, 31, 151)])

@@ -139,6 +139,25 @@ def test_inputs_are_sampled_at_the_rising_edge() -> None:
     assert plc.told.count("DI2?") == 6, "empty, open, closed, lifted, at the target, open"
 
 
+def test_an_edge_while_it_works_takes_nothing_over() -> None:
+    """Nor where it waits without a command. Source: design of the library, 3."""
+    plc = _bench(Gripper__Settle="T#1s")
+    plc.until("DO(20) ON")
+    plc.scan(20)
+    assert (plc.end[0], plc["Pick.Active"]) == ("Busy", False)
+    plc["Pick.Execute"] = False
+    plc.scan()
+    plc["Pick.TargetPoint"], plc["Pick.HandEmpty"], plc["Pick.Execute"] = 30, True, True
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=600)
+    assert plc.told == _PLAIN
+
+
+def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
+    """Source: guide 4.2.5: work positions from 1."""
+    told = _bench(SourcePallet=3, TargetPallet=4).work()
+    assert told[1::2] == ["PTP 3/1 at 50", "PTP 4/1 at 50"]
+
+
 @pytest.mark.parametrize(
     ("broken", "again"),
     [
@@ -300,6 +319,17 @@ def test_an_illegal_arch_selects_no_shift() -> None:
     assert plc.told == ["DO(20) OFF"]
 
 
+def test_an_illegal_shift_above_the_source_is_refused_with_the_part_in_the_hand() -> None:
+    """It does not go on without lifting. Source: guide 4.2.17: 0 to 39."""
+    plc = _bench(Shifts__SourceAbove=1)
+    plc.refuses = "DO(20) ON"
+    plc.work()
+    assert plc.end == ("Error", 0x8020, "PICK_CLOSE", False)
+    plc["Pick.Shifts.SourceAbove"] = -1
+    assert plc.work() == ["DO(20) ON"]
+    assert plc.end == ("Error", 0x8044, "PICK_LIFT", True)
+
+
 @pytest.mark.parametrize("pin", ["ArchPosition", "ArchDistance"])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_pulses_that_a_real_does_not_hold_exactly_are_refused(pin: str, sign: int) -> None:
@@ -345,6 +375,30 @@ def test_servos_that_go_off_between_two_commands_end_it() -> None:
     assert plc.work() == _PLAIN[2:]
 
 
+@pytest.mark.parametrize("out", ["DI2?", "DO(20) OFF", "PTP 10 at 50"])
+def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> None:
+    """It ends with the alarm, which says more. Source: guide 1.2; manual chapter 5, 3.1."""
+    plc = _bench(**_SENSOR)
+    plc.silent = out
+    plc.until(out)
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    assert (plc.end[0], plc["Pick.Active"]) == ("Busy", True)
+    plc.answer(0x4000, [12, 600])
+    plc.scan_until(lambda: not plc["Pick.Busy"])
+    assert (plc.end[:2], plc["Pick.Active"]) == (("Error", 0x8020), False)
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
+
+
+def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
+    """6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
+    plc = _bench()
+    plc.silent = "PTP 10 at 50"
+    plc.until("PTP 10 at 50")
+    assert 5990 <= plc.scan_until(lambda: not plc["Pick.Busy"], most=6100) <= 6000
+    assert plc.end[:2] == ("Error", 0x8011)
+
+
 def test_a_movement_that_lasts_longer_than_timeout_ends_it() -> None:
     """Source: design of the library, 2: every wait has a limit."""
     plc = _bench(Timeout="T#100ms")
@@ -380,3 +434,35 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
     plc["Twice"] = False
     plc.scan(20)
     assert plc.work() == _PLAIN[3:]
+
+
+@pytest.mark.parametrize("how", ["skipped", "twice"])
+def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
+    """Where none is under way that would see it itself. Source: docs/scan-model.md, one scan."""
+    plc = _bench(**_SENSOR)
+    plc["Twice"] = how == "twice"
+    plc.start()
+    if how == "skipped":
+        plc["Call"] = False
+        plc.scan()
+        plc["Call"] = True
+        plc.scan()
+    plc["Twice"] = False
+    assert plc.end == ("Error", 0x8013 if how == "skipped" else 0x8016, "PICK_EMPTY", False)
+    plc.scan(20)
+    assert plc.told == []
+
+
+@pytest.mark.parametrize("refused", ["", "PTP 20 at 50"])
+def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str) -> None:
+    """Source: design of the library, 3."""
+    plc = _bench()
+    plc.refuses = refused
+    plc.start()
+    plc["Pick.Execute"] = False
+    plc.scan_until(lambda: plc.told[-1:] == ["PTP 20 at 50"], most=300)
+    assert (plc["Pick.Active"], plc["Pick.Holds"]) == (True, True)
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert plc.end[0] == ("Error" if refused else "Done")
+    plc.scan()
+    assert plc.end[0] == ""

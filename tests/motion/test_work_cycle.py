@@ -121,6 +121,15 @@ def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
     assert _shown(plc) == _STOP
 
 
+def test_after_stop_it_is_idle_in_the_scan_in_which_the_work_is_done() -> None:
+    """Source: this library's own."""
+    plc = _running()
+    _press(plc, "Bare.Stop")
+    plc["Bare.WorkDone"] = True
+    plc.scan()
+    assert _shown(plc) == _IDLE
+
+
 def test_stop_between_two_works_begins_no_other() -> None:
     """Source: this library's own."""
     plc = _running()
@@ -202,6 +211,22 @@ def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
     assert _shown(plc) == _IDLE, "Start is a button of its own"
 
 
+@pytest.mark.parametrize("state", ["POWER_UP", "RUN", "STOP"])
+def test_reset_without_a_fault_does_nothing(state: str) -> None:
+    """Source: this library's own."""
+    plc = _bench() if state == "POWER_UP" else _running()
+    if state == "POWER_UP":
+        plc.outputs(SO02=False)
+        plc.scan(20)
+        _press(plc, "Bare.Start")
+    elif state == "STOP":
+        _press(plc, "Bare.Stop")
+    before = _shown(plc)
+    assert before[0] == state
+    _press(plc, "Bare.Reset")
+    assert _shown(plc) == before
+
+
 def test_what_the_work_shows_with_reset_is_the_fault_that_is_acknowledged() -> None:
     """Of a work that is called after the cycle it sees the end a scan later.
 
@@ -250,6 +275,7 @@ def test_what_is_missing_for_a_start_is_a_fault_at_once(
         plc["Bare.Start"] = True
     plc.scan()
     assert _shown(plc) == _fault(error_id)
+    assert when == "meanwhile" or not plc["Bare.Powering.Busy"], "nor does that wait"
     plc.outputs(SO01=True)
     plc["Connected"] = plc["EmergencyStopOk"] = True
     plc.scan(100)
@@ -284,6 +310,30 @@ def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
     plc.scan(100 if back else 6100)
     assert _shown(plc) == _fault(0x8001)
     assert not plc["Bare.Powering.Busy"]
+
+
+def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault() -> None:
+    """Source: this library's own."""
+    plc = _bench()
+    plc.outputs(SO02=False, SO04=False)
+    plc.scan(20)
+    _press(plc, "Bare.Start")
+    plc["Bare.WorkErrorID"] = 0x8058
+    plc.scan(6100)
+    assert plc["Bare.Powering.Busy"] is False
+    assert _shown(plc) == _fault(0x8058)
+
+
+@pytest.mark.parametrize("cause", ["link", "SO01", "SO02"])
+def test_what_is_lost_while_it_is_idle_is_no_fault(cause: str) -> None:
+    """Only its own work needs it. Source: this library's own."""
+    plc = _bench()
+    if cause == "link":
+        plc["Connected"] = False
+    else:
+        plc.outputs(**{cause: False})
+    plc.scan(200)
+    assert _shown(plc) == _IDLE
 
 
 @pytest.mark.parametrize(("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002)])
