@@ -9,12 +9,16 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from alone import Alone
 from both_engines import ENGINES
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.needed import needed
 from rcx_tools.bench.kinematics import LIMITS, Pose, compare, poses
 
 _UNIT = 1000
@@ -356,6 +360,50 @@ def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
     assert _inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
     assert _inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
     assert _inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
+
+
+_ANGLE = """PROGRAM Angles
+  VAR
+    Along, Across, Angle : REAL;
+  END_VAR
+  Angle := FC_RcxAngle(Along := Along, Across := Across);
+END_PROGRAM
+"""
+
+
+@_ON_BOTH
+def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(
+    engine: str, tmp_path: Path
+) -> None:
+    """tan 30 degrees is 0.57735; a vector without a length has the angle 0.
+
+    Source: head of FC_RcxAngle
+    """
+    file = tmp_path / "Angles.st"
+    file.write_text(_ANGLE, encoding="utf-8")
+    program = build([file, *needed([file], LIBRARY)], engine).program
+    for along, across, angle in (
+        (0.0, 0.0, 0.0),
+        (2.0, 0.0, 0.0),
+        (0.0, 2.0, 90.0),
+        (-2.0, 0.0, 180.0),
+        (0.0, -2.0, -90.0),
+        (1.0, 0.57735, 30.0),
+        (0.57735, 1.0, 60.0),
+        (-0.57735, 1.0, 120.0),
+        (-1.0, 0.57735, 150.0),
+        (-1.0, -0.57735, -150.0),
+        (-0.57735, -1.0, -120.0),
+        (0.57735, -1.0, -60.0),
+        (1.0, -0.57735, -30.0),
+        (3.0, 3.0, 45.0),
+        (-3.0, 3.0, 135.0),
+        (-3.0, -3.0, -135.0),
+    ):
+        program.write("Main.Along", along)
+        program.write("Main.Across", across)
+        program.scan(0)
+        assert program.read("Main.Angle") == pytest.approx(angle, abs=1e-4), (along, across)
 
 
 @_ON_BOTH

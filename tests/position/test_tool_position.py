@@ -68,6 +68,22 @@ def test_the_first_position_is_read_at_once(engine: str) -> None:
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
+@pytest.mark.parametrize(
+    ("word", "hand"),
+    [(0, "HAND_NONE"), (2, "HAND_RIGHT"), (4, "HAND_LEFT"), (6, "HAND_NONE"), (0x8, "HAND_NONE")],
+)
+def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
+    """Bits 2 and 1 of m+6: 01 is right-handed, 10 left-handed; nothing stays of the last one.
+
+    Source: remote command guide 4.7.4.
+    """
+    plc = _plc(Enable=True, Period="T#100ms")
+    plc["Position.HandSystem"] = "HAND_RIGHT" if hand != "HAND_RIGHT" else "HAND_LEFT"
+    _read(plc, [word, *_PLACE[1:]])
+    assert plc["Position.HandSystem"] == hand
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
     """The data go out in the first scan, the code in the second; the answer comes 50 ms later."""
@@ -373,3 +389,19 @@ def test_the_age_stays_at_a_day() -> None:
     plc.scan(30)
     assert plc["Position.Age"] == age
     assert not any(plc.words)
+
+
+def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
+    """Without a time limit the answer may come after 60 hours: by then Age stays at a day, too."""
+    plc = _plc(Enable=True, Timeout="T#0s")
+    plc.scan_until(lambda: plc.words[0] == 0x0506)
+    plc.scan_us = 3_600_000_000
+    plc.scan(60)
+    assert plc["Position.Busy"]
+    plc.answer(0x0200, [0, 0, *_PLACE])
+    plc.scan_us = 10_000
+    plc.scan()
+    assert plc["Position.Valid"]
+    age = plc["Position.Age"]
+    assert isinstance(age, timedelta)
+    assert timedelta(hours=24) <= age <= timedelta(hours=25)
