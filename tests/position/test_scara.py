@@ -274,6 +274,40 @@ def test_an_axis_may_count_the_other_way() -> None:
     assert joints == pytest.approx([-90, 0, -10, 0, 0, 0], abs=0.002)
 
 
+@pytest.mark.parametrize(
+    ("axis2", "hand"),
+    [
+        (20, "HAND_RIGHT"),
+        (170, "HAND_RIGHT"),
+        (200, "HAND_LEFT"),
+        (350, "HAND_LEFT"),
+        (-170, "HAND_LEFT"),
+        (-200, "HAND_RIGHT"),
+    ],
+)
+def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str) -> None:
+    """At 200 degrees the arm stands as at -160.
+
+    Rule: robot-arm.
+    """
+    assert _forward([0, axis2, 0, 0])[1] == hand
+
+
+def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_cause() -> None:
+    """Source: comments of the outputs; docs/errors.md, 16#8047"""
+    assert _forward([30, 40, 50, 60])[2] == 0
+    block = _block("Forward", "auto")
+    good = block["Block.Pulses"]
+    shown = ("ErrorID", "Valid", "PositionMm", "HandSystem")
+    place = [block[f"Block.{pin}"] for pin in shown]
+    block["Block.Pulses"] = [8_192_500, 0, 0, 0, 0, 0]
+    block.scan(0)
+    assert [block[f"Block.{pin}"] for pin in shown] == [0x8047, False, [0] * 6, "HAND_NONE"]
+    block["Block.Pulses"] = good
+    block.scan(0)
+    assert [block[f"Block.{pin}"] for pin in shown] == place
+
+
 _LAST = 8191.9985
 _WRONG: list[tuple[dict[str, Any], bool]] = [
     ({"Arm1": 0.99}, True),
@@ -396,6 +430,7 @@ def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(
         (-0.57735, -1.0, -120.0),
         (0.57735, -1.0, -60.0),
         (1.0, -0.57735, -30.0),
+        (0.0, 0.5, 90.0),
         (3.0, 3.0, 45.0),
         (-3.0, 3.0, 135.0),
         (-3.0, -3.0, -135.0),
