@@ -282,7 +282,7 @@ def test_a_mode_that_is_refused_is_told_although_the_command_beside_it_is_taken(
 
 
 def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
-    """Source: comment of Error: until the next request"""
+    """Source: comment of Error: until the next request."""
     plc = _Bench()
     plc.put("IDLE")
     plc.command("HOLD")
@@ -298,7 +298,7 @@ def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
 
 
 def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
-    """Source: comment of AbortID: what has aborted"""
+    """Source: comment of AbortID: what has aborted."""
     plc = _Bench()
     plc.put("EXECUTE")
     _alarm(plc, True)

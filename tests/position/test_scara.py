@@ -309,7 +309,7 @@ def test_an_axis_may_count_the_other_way() -> None:
 
 
 def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() -> None:
-    """Source: comments of the outputs; docs/errors.md, 16#8060 and 16#8061"""
+    """Source: comments of the outputs; docs/errors.md, 16#8060 and 16#8061."""
     assert _inverse([-175, 225, 10, 180], "HAND_RIGHT", Zero=[500] * 4 + [0] * 2)[1] == 0
     block = _block("Inverse", "auto")
     shown = ("ErrorID", "Valid", "Pulses")
@@ -377,7 +377,7 @@ def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str
 
 
 def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_cause() -> None:
-    """Source: comments of the outputs; docs/errors.md, 16#8047"""
+    """Source: comments of the outputs; docs/errors.md, 16#8047."""
     assert _forward([30, 40, 50, 60])[2] == 0
     block = _block("Forward", "auto")
     good = block["Block.Pulses"]
@@ -494,7 +494,7 @@ END_PROGRAM
 
 @_ON_BOTH
 def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str, tmp_path: Path) -> None:
-    """tan 30 degrees is 0.57735; a vector without a length has the angle 0.
+    """The tangent of 30 degrees is 0.57735; a vector without a length has the angle 0.
 
     Source: head of FC_RcxAngle
     """
