@@ -83,6 +83,9 @@ def test_each_kind_of_data_has_its_command_and_its_values(
         ([0x4241, 0x4400], [0x20204241, _SPACES]),  # ends before a lower byte
         ([0x2020, 0x4241], [0x42412020, _SPACES]),
         ([0x0000, 0x4241], [_SPACES, _SPACES]),
+        ([0x4100, 0x4242], [_SPACES, _SPACES]),
+        ([0x4241, 0x0043, 0x4444], [0x20434241, _SPACES]),  # ends in a later word
+        ([0x00B1, 0x4242], [0x202020B1, _SPACES]),  # a character above 16#7F
     ],
 )
 def test_a_comment_ends_before_its_first_zero(
@@ -92,6 +95,34 @@ def test_a_comment_ends_before_its_first_zero(
     plc.stored[0x104, 7] = _wide([0, 0, *words])
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=7, Count=1) == 0
     assert plc.row(1) == (True, 0, [*values, _SPACES, _SPACES, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [("SHIFTS", 0x10C), ("HANDS", 0x110), ("PALLETS", 0x108)]
+)
+def test_words_behind_the_data_are_no_values(plc: PointsBench, kind: str, code: int) -> None:
+    """Source: guide 4.3.3 to 4.3.5: four values each."""
+    plc.stored[code, 5] = [0, *range(1, 14)]
+    assert plc.run("Backup", Kind=f"DATA_{kind}", First=5, Count=1) == 0
+    assert plc.row(1)[2][4:] == [0, 0]
+    assert all(plc.row(1)[2][:3])
+
+
+def test_an_alarm_that_means_missing_points_means_nothing_for_shifts_after_them(
+    plc: PointsBench,
+) -> None:
+    """6.204, "Point doesn't exist"."""
+    assert plc.run("Backup", First=5, Count=1) == 0
+    assert plc.row(1) == EMPTY
+    plc.refuses[5] = (6, 204)
+    assert plc.run("Backup", Kind="DATA_SHIFTS", First=5, Count=1) == 0x8020
+
+
+def test_after_a_range_that_was_refused_another_one_is_taken(plc: PointsBench) -> None:
+    assert plc.run("Backup", most=1, First=-1) == 0x8044
+    assert plc.run("Backup", most=1, RobotNumber=5, First=0) == 0x8040
+    assert plc.run("Backup", RobotNumber=0, First=0, Count=2) == 0
+    assert [words[2] for words in plc.sent] == [0, 1]
 
 
 @pytest.mark.parametrize("sizes", [(0, 1, 1), (1, 0, 1), (1, 1, 0)])

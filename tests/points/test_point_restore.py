@@ -273,8 +273,58 @@ def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: Poi
     plc.scan_until(lambda: len(plc.sent) == 1)
     plc["Rows[1].Defined"] = False
     plc["Rows[1].Values[1]"] = 7
+    plc.silent = True
+    plc.scan(5)
+    assert plc["Restore.Row"] == 1, "the command is still out"
+    plc.silent = False
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
     assert plc.stored[0x100, 10] == [1, 0, 10, 0, *[0] * 10]
+
+
+def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
+    plc: PointsBench,
+) -> None:
+    """The backup's command is out meanwhile: it holds the command words."""
+    _record(plc)
+    plc.silent = True
+    plc.refuses[500] = (12, 76)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Backup.First"], plc["Backup.Count"], plc["Backup.Execute"] = 500, 1, True
+    plc.scan(10)
+    assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, False)
+    assert (plc["Backup.Busy"], plc["Backup.Active"]) == (True, True)
+    plc["Rows[1].Defined"] = False
+    plc["Rows[1].Values[1]"] = 7
+    plc.scan(5)
+    assert (plc["Restore.Row"], plc["Restore.Number"]) == (1, 10)
+    plc.silent = False
+    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    plc.scan_until(lambda: plc["Restore.Row"] == 2)
+    assert plc.stored == {(0x100, 10): [1, 0, 10, 0, *[0] * 10]}
+
+
+def test_the_flag_of_a_refused_write_is_not_in_the_command_that_compares(plc: PointsBench) -> None:
+    """Source: guide 4.3.1, the reference: word n+2 is not used, 16#0000."""
+    _record(plc)
+    plc.refuses[10] = (12, 76)
+    assert plc.run("Restore") == 0x8020
+    assert plc.sent == [[0x100, 1, 10, 0, 10, *[0] * 11]]
+    plc.sent.clear()
+    plc.refuses.clear()
+    plc.stored[0x100, 10] = [1, 0, 10, 0, *[0] * 10]
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert plc.sent == [[0x101, 0, n, *[0] * 13] for n in (10, 11, 12, 13)]
+    assert plc["Restore.Differences"] == 3
+
+
+def test_after_a_head_that_was_refused_another_one_is_taken(plc: PointsBench) -> None:
+    _record(plc)
+    plc["Head.Count"] = 0
+    assert plc.run("Restore", most=1) == 0x8044
+    plc["Head.Count"] = 4
+    assert plc.run("Restore") == 0
+    assert len(plc.sent) == 4
 
 
 def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:
