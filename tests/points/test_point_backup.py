@@ -315,6 +315,26 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     assert [words[:3] for words in plc.sent] == [[0x101, 0, 20], [0x101, 0, 21]]
 
 
+def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
+    plc: PointsBench,
+) -> None:
+    """Its data in the scan of the edge, its code in the next one.
+
+    Source: PLCopen, edge-triggered blocks; guide chapter 2
+    """
+    plc["Backup.Count"] = 3
+    plc["Backup.Execute"] = True
+    plc.scan()
+    plc["Backup.Execute"] = False
+    plc.scan()
+    assert plc.sent == [[0x101, *[0] * 15]]
+    plc.scan_until(lambda: bool(plc["Backup.Done"]))
+    plc.scan(3)
+    assert (plc["Backup.Done"], plc["Backup.Busy"]) == (False, False)
+    assert (plc["Backup.Head"]["Count"], plc["Backup.Number"]) == (3, 3)
+    assert len(plc.sent) == 3
+
+
 def test_a_row_is_taken_in_one_scan_only(plc: PointsBench) -> None:
     plc["Backup.Count"] = 2
     plc["Backup.Execute"] = True
@@ -367,6 +387,9 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
     plc.scan(10)
     assert plc["Backup.ErrorID"] == 0x8013
     assert len(plc.sent) <= asked + (not between)
+    plc["Backup.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Backup", Count=2) == 0
 
 
 @pytest.mark.parametrize("between", [False, True])
@@ -382,6 +405,9 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> Non
     plc.scan(10)
     assert len(plc.sent) <= asked + 1
     assert plc["Backup.ErrorID"] == 0x8016
+    plc["Backup.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Backup", Count=2) == 0
 
 
 def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> None:

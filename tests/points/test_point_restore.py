@@ -266,6 +266,18 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
     assert [words[:3] for words in plc.sent] == [[0x100, 1, 12], [0x100, 1, 13]]
 
 
+def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Restore.Done"]))
+    plc.scan(10)
+    assert (plc["Restore.Done"], plc["Restore.Busy"], plc["Restore.Row"]) == (False, False, 4)
+    assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 12, 13)]
+
+
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
     _record(plc)
@@ -353,6 +365,9 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     plc.scan(10)
     assert plc["Restore.ErrorID"] == 0x8013
     assert len(plc.sent) <= asked + 1
+    plc["Restore.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Restore") == 0
 
 
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
@@ -371,3 +386,6 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
     plc.scan(10)
     assert plc["Restore.ErrorID"] == 0x8016
     assert len(plc.sent) <= asked + 1
+    plc["Restore.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Restore") == 0
