@@ -65,8 +65,10 @@ def test_what_was_read_is_written_with_the_telegram_of_the_manual(
 def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
     """Source: guide 4.3: there is no command that deletes."""
     _record(plc, missing=12)
+    tickets = plc["Robot.Inner.Command.NextTicket"]
     assert plc.run("Restore") == 0
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
+    assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, "nor does it wait for a turn"
 
 
 def test_a_record_of_a_hundred_rows_is_carried_whole(plc: PointsBench) -> None:

@@ -191,7 +191,7 @@ def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
     With equal arms the hand would reach the base itself, where every direction is as good: that
     is refused. Where arm 2 is the longer one it goes beyond the base when it is folded.
     """
-    own = {"Arm1": arms[0], "Arm2": arms[1]}
+    own: dict[str, Any] = {"Arm1": arms[0], "Arm2": arms[1]}
     joints, error = _inverse([-arms[1], arms[0], 0, 180], "HAND_RIGHT", **own)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
@@ -216,7 +216,7 @@ def test_a_hand_on_the_r_axis_turns_with_it(
     Rule: robot-hand.
     Source: remote command guide 4.3.5
     """
-    hand = {f"HandData{k}": float(one) for k, one in enumerate(data, 1)}
+    hand: dict[str, Any] = {f"HandData{k}": float(one) for k, one in enumerate(data, 1)}
     hand |= {"HandMount": "HAND_ON_R_AXIS"}
     assert _forward([0] * 4, engine, **hand)[0] == pytest.approx([*place, 0, 0], abs=0.001)
     joints, _ = _inverse([place[0] - 175, place[1] - 175, place[2], 90], "HAND_RIGHT", **hand)
@@ -233,7 +233,7 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer, data 2 and 3 are in 0.001 mm
     """
-    hand = {"HandData1Integer": 10 * _UNIT, "HandData2": 25.0, "HandData3": 7.0}
+    hand: dict[str, Any] = {"HandData1Integer": 10 * _UNIT, "HandData2": 25.0, "HandData3": 7.0}
     position, shown, _ = _forward([0] * 4, engine, **hand)
     assert position == pytest.approx([-34.730, 421.962, 7, 90, 0, 0], abs=0.001)
     assert shown == "HAND_RIGHT"
@@ -250,7 +250,7 @@ def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
     Rule: shift-and-hand.
     Source: remote command guide 4.3.4
     """
-    shift = {"Shift": [10.0, 20.0, 5.0, 90.0]}
+    shift: dict[str, Any] = {"Shift": [10.0, 20.0, 5.0, 90.0]}
     position, _, _ = _forward([0] * 4, engine, **shift)
     assert position == pytest.approx([380, 10, -5, 0, 0, 0], abs=0.001)
     joints, _ = _inverse([380 - 175, 10 + 175, -5, 0], "HAND_RIGHT", engine, **shift)
@@ -260,7 +260,7 @@ def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
 @_ON_BOTH
 def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
     """At (1000, 2000, 100), turned by 90 degrees, the stretched arms lie along -X."""
-    base = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
+    base: dict[str, Any] = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
     position, _, _ = _forward([0, 0, 3, 0], engine, **base)
     assert position == pytest.approx([600, 2000, 103, 180, 0, 0], abs=0.001)
     joints, _ = _inverse([775, 1825, 103, 0], "HAND_RIGHT", engine, **base)
@@ -292,7 +292,7 @@ def test_axis_1_comes_within_half_a_turn(
 
 
 def test_the_zeros_are_what_the_axes_count_from() -> None:
-    zero = {"Zero": [-2476, 613, -1707, 40, 0, 0]}
+    zero: dict[str, Any] = {"Zero": [-2476, 613, -1707, 40, 0, 0]}
     position, _, _ = _forward([-2.476, 0.613, -1.707, 0.040], **zero)
     assert position == pytest.approx([0, 400, 0, 90, 0, 0], abs=0.001)
     joints, _ = _inverse([-175, 225, 10, 180], "HAND_RIGHT", **zero)
@@ -301,7 +301,7 @@ def test_the_zeros_are_what_the_axes_count_from() -> None:
 
 
 def test_an_axis_may_count_the_other_way() -> None:
-    other = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
+    other: dict[str, Any] = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
     position, _, _ = _forward([-90, 0, -10, 0], **other)
     assert position == pytest.approx([-400, 0, 10, 180, 0, 0], abs=0.001)
     joints, _ = _inverse([-400, 0, 10, 180], "HAND_RIGHT", **other)

@@ -13,8 +13,8 @@ from alone import Alone
 from both_engines import ENGINES
 
 _ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
-_BOX = {"Corner1": [100.0, 200.0, 300.0], "Corner2": [200.0, 400.0, 600.0]}
-_TUBE = {
+_BOX: dict[str, Any] = {"Corner1": [100.0, 200.0, 300.0], "Corner2": [200.0, 400.0, 600.0]}
+_TUBE: dict[str, Any] = {
     "Shape": "AREA_CYLINDER",
     "Corner1": [100.0, 200.0, 50.0],
     "Corner2": [999.0, 999.0, 150.0],
