@@ -328,7 +328,12 @@ def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
     plc["Backup.Execute"] = False
     plc.scan()
     assert plc.sent == [[0x101, *[0] * 15]]
-    plc.scan_until(lambda: bool(plc["Backup.Done"]))
+    assert plc["Backup.Active"] is True
+    taken = 0
+    while plc["Backup.Busy"]:
+        plc.scan()
+        taken += bool(plc["Backup.Taken"])
+    assert (taken, plc["Backup.Done"]) == (3, True)
     plc.scan(3)
     assert (plc["Backup.Done"], plc["Backup.Busy"]) == (False, False)
     assert (plc["Backup.Head"]["Count"], plc["Backup.Number"]) == (3, 3)
@@ -363,6 +368,16 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     plc.scan(2)
     assert plc.run("Backup", Resume=True) == 0
     assert [words[2] for words in plc.sent[asked:]] == list(range(3, 100))
+
+
+@pytest.mark.parametrize("between", [False, True])
+def test_a_controller_that_is_not_ready_any_more_ends_it(plc: PointsBench, between: bool) -> None:
+    """While a command is out, and between two of them. Source: docs/errors.md, 16#8002."""
+    plc["Backup.Execute"] = True
+    plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
+    plc.outputs(SO01=False)
+    plc.scan()
+    assert plc["Backup.ErrorID"] == 0x8002
 
 
 def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:

@@ -154,7 +154,21 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
 
 
+@pytest.mark.parametrize("row", [3, 7])
+def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
+    plc: PointsBench, row: int
+) -> None:
+    """Source: docs/errors.md, 16#8002."""
+    _record(plc, count=9)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: plc["Restore.Row"] == row)
+    plc.outputs(SO01=False)
+    plc.scan()
+    assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
+
+
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
+    assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), "a row of the array from the start"
     assert plc.run("Restore", most=1) == 0x8044
     assert plc["Restore.LastDifferent"] == -1
 
