@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from alone import Alone
 from both_engines import ENGINES
 from plc_bench import ROOT, PlcBench
 
@@ -278,3 +279,48 @@ def test_a_mode_that_is_refused_is_told_although_the_command_beside_it_is_taken(
     plc["PackMl.UnitModeChangeRequest"] = True
     plc.command("UNHOLD")
     assert (plc.state, plc["PackMl.ErrorID"]) == ("UNHOLDING", 0x8077)
+
+
+def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
+    """Source: comment of Error: until the next request."""
+    plc = _Bench()
+    plc.put("IDLE")
+    plc.command("HOLD")
+    assert plc["PackMl.ErrorID"] == 0x8077
+    plc["PackMl.CmdChangeRequest"] = False
+    plc["PackMl.UnitMode"] = "PACKML_MODE_MANUAL"
+    plc.scan()
+    assert plc["PackMl.ErrorID"] == 0x8077, "nothing was asked for"
+    plc["PackMl.UnitModeChangeRequest"] = True
+    plc.scan()
+    assert (plc["PackMl.ErrorID"], plc["PackMl.Error"]) == (0, False)
+    assert (plc["PackMl.Mode"], plc["PackMl.UnitModeCurrent"]) == ("PACKML_MODE_MANUAL", 3)
+
+
+def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
+    """Source: comment of AbortID: what has aborted."""
+    plc = _Bench()
+    plc.put("EXECUTE")
+    _alarm(plc, True)
+    plc.scan()
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
+    for trouble, on in ((_cpu, True), (_cpu, False), (_alarm, False)):
+        trouble(plc, on)
+        plc.scan(2)
+        assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
+    plc.put("EXECUTE")
+    plc.command("ABORT")
+    _alarm(plc, True)
+    plc.scan()
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command was first"
+
+
+def test_before_the_first_call_the_outputs_say_what_the_first_call_says() -> None:
+    """An HMI that reads them earlier sees Aborted, 9, in Production, 1."""
+    block = Alone("FB_PackMl", {"Robot": "RCX_REF"})
+    for _ in range(2):
+        shown = [block[f"Block.{pin}"] for pin in ("State", "Mode")]
+        assert shown == ["PACKML_ABORTED", "PACKML_MODE_PRODUCTION"]
+        shown = [block[f"Block.{pin}"] for pin in ("StateCurrent", "UnitModeCurrent", "Acting")]
+        assert shown == [9, 1, False]
+        block.scan(0)

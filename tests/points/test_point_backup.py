@@ -83,6 +83,9 @@ def test_each_kind_of_data_has_its_command_and_its_values(
         ([0x4241, 0x4400], [0x20204241, _SPACES]),  # ends before a lower byte
         ([0x2020, 0x4241], [0x42412020, _SPACES]),
         ([0x0000, 0x4241], [_SPACES, _SPACES]),
+        ([0x4100, 0x4242], [_SPACES, _SPACES]),
+        ([0x4241, 0x0043, 0x4444], [0x20434241, _SPACES]),  # ends in a later word
+        ([0x00B1, 0x4242], [0x202020B1, _SPACES]),  # a character above 16#7F
     ],
 )
 def test_a_comment_ends_before_its_first_zero(
@@ -92,6 +95,34 @@ def test_a_comment_ends_before_its_first_zero(
     plc.stored[0x104, 7] = _wide([0, 0, *words])
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=7, Count=1) == 0
     assert plc.row(1) == (True, 0, [*values, _SPACES, _SPACES, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [("SHIFTS", 0x10C), ("HANDS", 0x110), ("PALLETS", 0x108)]
+)
+def test_words_behind_the_data_are_no_values(plc: PointsBench, kind: str, code: int) -> None:
+    """Source: guide 4.3.3 to 4.3.5: four values each."""
+    plc.stored[code, 5] = [0, *range(1, 14)]
+    assert plc.run("Backup", Kind=f"DATA_{kind}", First=5, Count=1) == 0
+    assert plc.row(1)[2][4:] == [0, 0]
+    assert all(plc.row(1)[2][:3])
+
+
+def test_an_alarm_that_means_missing_points_means_nothing_for_shifts_after_them(
+    plc: PointsBench,
+) -> None:
+    """6.204, "Point doesn't exist"."""
+    assert plc.run("Backup", First=5, Count=1) == 0
+    assert plc.row(1) == EMPTY
+    plc.refuses[5] = (6, 204)
+    assert plc.run("Backup", Kind="DATA_SHIFTS", First=5, Count=1) == 0x8020
+
+
+def test_after_a_range_that_was_refused_another_one_is_taken(plc: PointsBench) -> None:
+    assert plc.run("Backup", most=1, First=-1) == 0x8044
+    assert plc.run("Backup", most=1, RobotNumber=5, First=0) == 0x8040
+    assert plc.run("Backup", RobotNumber=0, First=0, Count=2) == 0
+    assert [words[2] for words in plc.sent] == [0, 1]
 
 
 @pytest.mark.parametrize("sizes", [(0, 1, 1), (1, 0, 1), (1, 1, 0)])
@@ -284,6 +315,31 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     assert [words[:3] for words in plc.sent] == [[0x101, 0, 20], [0x101, 0, 21]]
 
 
+def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
+    plc: PointsBench,
+) -> None:
+    """Its data in the scan of the edge, its code in the next one.
+
+    Source: PLCopen, edge-triggered blocks; guide chapter 2
+    """
+    plc["Backup.Count"] = 3
+    plc["Backup.Execute"] = True
+    plc.scan()
+    plc["Backup.Execute"] = False
+    plc.scan()
+    assert plc.sent == [[0x101, *[0] * 15]]
+    assert plc["Backup.Active"] is True
+    taken = 0
+    while plc["Backup.Busy"]:
+        plc.scan()
+        taken += bool(plc["Backup.Taken"])
+    assert (taken, plc["Backup.Done"]) == (3, True)
+    plc.scan(3)
+    assert (plc["Backup.Done"], plc["Backup.Busy"]) == (False, False)
+    assert (plc["Backup.Head"]["Count"], plc["Backup.Number"]) == (3, 3)
+    assert len(plc.sent) == 3
+
+
 def test_a_row_is_taken_in_one_scan_only(plc: PointsBench) -> None:
     plc["Backup.Count"] = 2
     plc["Backup.Execute"] = True
@@ -314,6 +370,16 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     assert [words[2] for words in plc.sent[asked:]] == list(range(3, 100))
 
 
+@pytest.mark.parametrize("between", [False, True])
+def test_a_controller_that_is_not_ready_any_more_ends_it(plc: PointsBench, between: bool) -> None:
+    """While a command is out, and between two of them. Source: docs/errors.md, 16#8002."""
+    plc["Backup.Execute"] = True
+    plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
+    plc.outputs(SO01=False)
+    plc.scan()
+    assert plc["Backup.ErrorID"] == 0x8002
+
+
 def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:
     plc.silent = True
     assert plc.run("Backup", Timeout="T#200ms", most=30) == 0x8011
@@ -336,6 +402,9 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
     plc.scan(10)
     assert plc["Backup.ErrorID"] == 0x8013
     assert len(plc.sent) <= asked + (not between)
+    plc["Backup.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Backup", Count=2) == 0
 
 
 @pytest.mark.parametrize("between", [False, True])
@@ -351,6 +420,9 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> Non
     plc.scan(10)
     assert len(plc.sent) <= asked + 1
     assert plc["Backup.ErrorID"] == 0x8016
+    plc["Backup.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Backup", Count=2) == 0
 
 
 def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> None:

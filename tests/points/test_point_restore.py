@@ -65,8 +65,10 @@ def test_what_was_read_is_written_with_the_telegram_of_the_manual(
 def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
     """Source: guide 4.3: there is no command that deletes."""
     _record(plc, missing=12)
+    tickets = plc["Robot.Inner.Command.NextTicket"]
     assert plc.run("Restore") == 0
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
+    assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, "nor does it wait for a turn"
 
 
 def test_a_record_of_a_hundred_rows_is_carried_whole(plc: PointsBench) -> None:
@@ -152,7 +154,21 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
 
 
+@pytest.mark.parametrize("row", [3, 7])
+def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
+    plc: PointsBench, row: int
+) -> None:
+    """Source: docs/errors.md, 16#8002."""
+    _record(plc, count=9)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: plc["Restore.Row"] == row)
+    plc.outputs(SO01=False)
+    plc.scan()
+    assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
+
+
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
+    assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), "a row of the array from the start"
     assert plc.run("Restore", most=1) == 0x8044
     assert plc["Restore.LastDifferent"] == -1
 
@@ -266,6 +282,18 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
     assert [words[:3] for words in plc.sent] == [[0x100, 1, 12], [0x100, 1, 13]]
 
 
+def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Restore.Done"]))
+    plc.scan(10)
+    assert (plc["Restore.Done"], plc["Restore.Busy"], plc["Restore.Row"]) == (False, False, 4)
+    assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 12, 13)]
+
+
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
     _record(plc)
@@ -273,8 +301,58 @@ def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: Poi
     plc.scan_until(lambda: len(plc.sent) == 1)
     plc["Rows[1].Defined"] = False
     plc["Rows[1].Values[1]"] = 7
+    plc.silent = True
+    plc.scan(5)
+    assert plc["Restore.Row"] == 1, "the command is still out"
+    plc.silent = False
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
     assert plc.stored[0x100, 10] == [1, 0, 10, 0, *[0] * 10]
+
+
+def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
+    plc: PointsBench,
+) -> None:
+    """The backup's command is out meanwhile: it holds the command words."""
+    _record(plc)
+    plc.silent = True
+    plc.refuses[500] = (12, 76)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Backup.First"], plc["Backup.Count"], plc["Backup.Execute"] = 500, 1, True
+    plc.scan(10)
+    assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, False)
+    assert (plc["Backup.Busy"], plc["Backup.Active"]) == (True, True)
+    plc["Rows[1].Defined"] = False
+    plc["Rows[1].Values[1]"] = 7
+    plc.scan(5)
+    assert (plc["Restore.Row"], plc["Restore.Number"]) == (1, 10)
+    plc.silent = False
+    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    plc.scan_until(lambda: plc["Restore.Row"] == 2)
+    assert plc.stored == {(0x100, 10): [1, 0, 10, 0, *[0] * 10]}
+
+
+def test_the_flag_of_a_refused_write_is_not_in_the_command_that_compares(plc: PointsBench) -> None:
+    """Source: guide 4.3.1, the reference: word n+2 is not used, 16#0000."""
+    _record(plc)
+    plc.refuses[10] = (12, 76)
+    assert plc.run("Restore") == 0x8020
+    assert plc.sent == [[0x100, 1, 10, 0, 10, *[0] * 11]]
+    plc.sent.clear()
+    plc.refuses.clear()
+    plc.stored[0x100, 10] = [1, 0, 10, 0, *[0] * 10]
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert plc.sent == [[0x101, 0, n, *[0] * 13] for n in (10, 11, 12, 13)]
+    assert plc["Restore.Differences"] == 3
+
+
+def test_after_a_head_that_was_refused_another_one_is_taken(plc: PointsBench) -> None:
+    _record(plc)
+    plc["Head.Count"] = 0
+    assert plc.run("Restore", most=1) == 0x8044
+    plc["Head.Count"] = 4
+    assert plc.run("Restore") == 0
+    assert len(plc.sent) == 4
 
 
 def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:
@@ -303,6 +381,9 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     plc.scan(10)
     assert plc["Restore.ErrorID"] == 0x8013
     assert len(plc.sent) <= asked + 1
+    plc["Restore.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Restore") == 0
 
 
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
@@ -321,3 +402,6 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
     plc.scan(10)
     assert plc["Restore.ErrorID"] == 0x8016
     assert len(plc.sent) <= asked + 1
+    plc["Restore.Execute"] = False
+    plc.scan(10)
+    assert plc.run("Restore") == 0

@@ -148,3 +148,23 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
     if refused:
         shown = (point["Valid"], point["There"], point["Distance"], point["Turn"])
         assert shown == (False, False, 0, 0)
+
+
+def test_an_error_shows_nothing_of_the_scan_before_it_and_goes_with_its_cause() -> None:
+    """0.6 and 0.8 mm are 1 mm."""
+    point = _Point(Tolerance=2.0)
+    for pin, wrong, right, error in (
+        ("DeadBand", -1.0, 0.5, 0x8045),
+        ("TargetMm", [0.0, 9000.0], _TARGET, 0x8047),
+    ):
+        assert point.off(0.6, 0, -0.8, 0.5)
+        assert point["Distance"] == pytest.approx(1, abs=1e-4)
+        assert point["Turn"] == pytest.approx(0.5)
+        point[pin] = wrong
+        assert not point.scan()
+        assert (point["ErrorID"], point["Distance"], point["Turn"]) == (error, 0, 0)
+        point[pin] = right
+        assert point.scan()
+        assert (point["ErrorID"], point["Valid"]) == (0, True)
+        assert point["Distance"] == pytest.approx(1, abs=1e-4)
+        assert point["Turn"] == pytest.approx(0.5)

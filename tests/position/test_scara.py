@@ -9,12 +9,16 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from alone import Alone
 from both_engines import ENGINES
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.needed import needed
 from rcx_tools.bench.kinematics import LIMITS, Pose, compare, poses
 
 _UNIT = 1000
@@ -151,6 +155,35 @@ def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand:
     assert _inverse(place, hand) == ([0] * 6, 0x8060)
 
 
+@_ON_BOTH
+@pytest.mark.parametrize(("far", "bend"), [(399.999, 0.258), (50.005, 179.796)])
+def test_a_thousandth_from_stretched_or_folded_is_a_bend(
+    engine: str, far: float, bend: float
+) -> None:
+    """The law of cosines: cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
+
+    For 399.999 mm that is 1 - 1.0159E-5, for 50.005 mm 6.349E-6 - 1.
+
+    Rule: robot-arm.
+    """
+    joints, error = _inverse([0, far, 0, 90], "HAND_RIGHT", engine)
+    assert error == 0
+    assert joints[1] == pytest.approx(bend, abs=0.01)
+
+
+@pytest.mark.parametrize(("far", "error"), [(0.007, 0x8060), (0.011, 0), (0.05, 0)])
+def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
+    far: float, error: int
+) -> None:
+    """Axis 2 is then at 180 degrees, less 0.015 at most.
+
+    Rule: robot-limits.
+    """
+    joints, found = _inverse([0, far, 0, 90], "HAND_RIGHT", Arm1=200.0, Arm2=200.0)
+    assert found == error
+    assert joints[1] == pytest.approx(0 if error else 180, abs=0.02)
+
+
 @pytest.mark.parametrize("arms", [(200.0, 200.0), (150.0, 250.0)])
 def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
     """At right angles: the elbow at arm 1 along Y, the hand arm 2 to the left.
@@ -217,7 +250,7 @@ def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
     Rule: shift-and-hand.
     Source: remote command guide 4.3.4
     """
-    shift = {"Shift": [10.0, 20.0, 5.0, 90.0]}
+    shift: dict[str, Any] = {"Shift": [10.0, 20.0, 5.0, 90.0]}
     position, _, _ = _forward([0] * 4, engine, **shift)
     assert position == pytest.approx([380, 10, -5, 0, 0, 0], abs=0.001)
     joints, _ = _inverse([380 - 175, 10 + 175, -5, 0], "HAND_RIGHT", engine, **shift)
@@ -227,7 +260,7 @@ def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
 @_ON_BOTH
 def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
     """At (1000, 2000, 100), turned by 90 degrees, the stretched arms lie along -X."""
-    base = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
+    base: dict[str, Any] = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
     position, _, _ = _forward([0, 0, 3, 0], engine, **base)
     assert position == pytest.approx([600, 2000, 103, 180, 0, 0], abs=0.001)
     joints, _ = _inverse([775, 1825, 103, 0], "HAND_RIGHT", engine, **base)
@@ -242,12 +275,17 @@ def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
         (-180.0, (0, 400), -180),
         (170.0, (200, 346.4102), 160),
         (-170.0, (-200, 346.4102), -160),
+        (170.0, (72.8942, 393.302), 179.5),
+        (-170.0, (-72.8942, 393.302), -179.5),
     ],
 )
 def test_axis_1_comes_within_half_a_turn(
     base: float, place: tuple[float, float], axis1: float
 ) -> None:
-    """The directions are 180, 0, 0, -30 and 30 degrees from Y; less the base, and a turn."""
+    """The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y; less the base.
+
+    What is not within half a turn then gets a whole one more or less.
+    """
     joints, error = _inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
     assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), "near to stretched: in degrees only"
@@ -268,6 +306,89 @@ def test_an_axis_may_count_the_other_way() -> None:
     assert position == pytest.approx([-400, 0, 10, 180, 0, 0], abs=0.001)
     joints, _ = _inverse([-400, 0, 10, 180], "HAND_RIGHT", **other)
     assert joints == pytest.approx([-90, 0, -10, 0, 0, 0], abs=0.002)
+
+
+def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() -> None:
+    """Source: comments of the outputs; docs/errors.md, 16#8060 and 16#8061."""
+    assert _inverse([-175, 225, 10, 180], "HAND_RIGHT", Zero=[500] * 4 + [0] * 2)[1] == 0
+    block = _block("Inverse", "auto")
+    shown = ("ErrorID", "Valid", "Pulses")
+    good = [block[f"Block.{pin}"] for pin in shown]
+    assert good == [
+        0,
+        True,
+        [pytest.approx(500 + one, abs=2) for one in (0, 90_000, 10_000, 0)] + [0] * 2,
+    ]
+    wrong: list[tuple[str, Any, Any, int]] = [
+        ("PositionMm", [0.0, 500.0, 10.0, 180.0, 0.0, 0.0], block["Block.PositionMm"], 0x8060),
+        ("Arm.Arm1", 0.5, 225.0, 0x8061),
+        ("Arm.HandData3", 9000.0, 0.0, 0x8061),
+    ]
+    for pin, bad, right, error in wrong:
+        block[f"Block.{pin}"] = bad
+        block.scan(0)
+        assert [block[f"Block.{pin}"] for pin in shown] == [error, False, [0] * 6]
+        block[f"Block.{pin}"] = right
+        block.scan(0)
+        assert [block[f"Block.{pin}"] for pin in shown] == good
+
+
+def test_the_arm_is_right_handed_unless_it_is_said() -> None:
+    """At x = 0 and the diagonal of a right angle.
+
+    Source: comment of HandSystem
+    """
+    block = _block("Inverse", "auto")
+    _arm(block, {})
+    block["Block.PositionMm"] = [0.0, 285.044, 5.0, 90.0, 0.0, 0.0]
+    block.scan(0)
+    assert block["Block.Pulses"][1] == pytest.approx(90 * _UNIT, abs=2)
+
+
+def test_axes_5_and_6_do_not_count() -> None:
+    """Neither of the position nor of the arm.
+
+    Source: comments of RCX_SCARA and of PositionMm
+    """
+    much = [0, 0, 0, 0, 2_100_000_000, -2_100_000_000]
+    joints, error = _inverse([-175, 225, 10, 180, 9000.0, -9000.0], "HAND_RIGHT", Zero=much)
+    assert error == 0
+    assert joints == pytest.approx([0, 90, 10, 0, 0, 0], abs=0.002)
+    assert _forward([0, 0, 0, 0, 9000, -9000], Zero=much)[2] == 0
+
+
+@pytest.mark.parametrize(
+    ("axis2", "hand"),
+    [
+        (20, "HAND_RIGHT"),
+        (170, "HAND_RIGHT"),
+        (200, "HAND_LEFT"),
+        (350, "HAND_LEFT"),
+        (-170, "HAND_LEFT"),
+        (-200, "HAND_RIGHT"),
+    ],
+)
+def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str) -> None:
+    """At 200 degrees the arm stands as at -160.
+
+    Rule: robot-arm.
+    """
+    assert _forward([0, axis2, 0, 0])[1] == hand
+
+
+def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_cause() -> None:
+    """Source: comments of the outputs; docs/errors.md, 16#8047."""
+    assert _forward([30, 40, 50, 60])[2] == 0
+    block = _block("Forward", "auto")
+    good = block["Block.Pulses"]
+    shown = ("ErrorID", "Valid", "PositionMm", "HandSystem")
+    place = [block[f"Block.{pin}"] for pin in shown]
+    block["Block.Pulses"] = [8_192_500, 0, 0, 0, 0, 0]
+    block.scan(0)
+    assert [block[f"Block.{pin}"] for pin in shown] == [0x8047, False, [0] * 6, "HAND_NONE"]
+    block["Block.Pulses"] = good
+    block.scan(0)
+    assert [block[f"Block.{pin}"] for pin in shown] == place
 
 
 _LAST = 8191.9985
@@ -301,7 +422,10 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
     *[
         ({"PulsesPerUnit": [1000.0] * k + [value] + [1000.0] * (5 - k)}, wrong)
         for k in range(6)
-        for value, wrong in ((0.0, k < 4), (0.09, k < 4), (1e6 + 1, k < 4), (_NAN, k < 4))
+        for value, wrong in (
+            *((0.0, k < 4), (0.09, k < 4), (1e6 + 1, k < 4), (_NAN, k < 4)),
+            *((0.1, False), (-0.1, False), (1e6, False)),
+        )
     ],
 ]
 
@@ -356,6 +480,50 @@ def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
     assert _inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
     assert _inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
     assert _inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
+    assert _inverse([0, 300, 0, 8193], "HAND_RIGHT", Arm1=0.0)[1] == 0x8061
+
+
+_ANGLE = """PROGRAM Angles
+  VAR
+    Along, Across, Angle : REAL;
+  END_VAR
+  Angle := FC_RcxAngle(Along := Along, Across := Across);
+END_PROGRAM
+"""
+
+
+@_ON_BOTH
+def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str, tmp_path: Path) -> None:
+    """The tangent of 30 degrees is 0.57735; a vector without a length has the angle 0.
+
+    Source: head of FC_RcxAngle
+    """
+    file = tmp_path / "Angles.st"
+    file.write_text(_ANGLE, encoding="utf-8")
+    program = build([file, *needed([file], LIBRARY)], engine).program
+    for along, across, angle in (
+        (0.0, 0.0, 0.0),
+        (2.0, 0.0, 0.0),
+        (0.0, 2.0, 90.0),
+        (-2.0, 0.0, 180.0),
+        (0.0, -2.0, -90.0),
+        (1.0, 0.57735, 30.0),
+        (0.57735, 1.0, 60.0),
+        (-0.57735, 1.0, 120.0),
+        (-1.0, 0.57735, 150.0),
+        (-1.0, -0.57735, -150.0),
+        (-0.57735, -1.0, -120.0),
+        (0.57735, -1.0, -60.0),
+        (1.0, -0.57735, -30.0),
+        (0.0, 0.5, 90.0),
+        (3.0, 3.0, 45.0),
+        (-3.0, 3.0, 135.0),
+        (-3.0, -3.0, -135.0),
+    ):
+        program.write("Main.Along", along)
+        program.write("Main.Across", across)
+        program.scan(0)
+        assert program.read("Main.Angle") == pytest.approx(angle, abs=1e-4), (along, across)
 
 
 @_ON_BOTH

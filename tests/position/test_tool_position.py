@@ -49,10 +49,13 @@ def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
     return plc
 
 
+@pytest.mark.parametrize("before", [0, 1, 2])
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_first_position_is_read_at_once(engine: str) -> None:
+def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     """Source: remote command guide 4.7.4, millimeter units."""
-    plc = _plc(engine, RobotNumber=3, Enable=True)
+    plc = _plc(engine, RobotNumber=3)
+    plc.scan(before)
+    plc["Position.Enable"] = True
     plc.scan()
     assert (plc["Position.Busy"], plc["Position.Valid"]) == (True, False)
     plc.scan()
@@ -65,6 +68,27 @@ def test_the_first_position_is_read_at_once(engine: str) -> None:
     plc.answer(0)
     plc.scan(20)
     assert plc["Position.Valid"], "in every scan"
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
+
+
+@pytest.mark.parametrize(
+    ("word", "hand"),
+    [
+        *((0, "HAND_NONE"), (2, "HAND_RIGHT"), (4, "HAND_LEFT"), (6, "HAND_NONE")),
+        *((0x0008, "HAND_NONE"), (0x078A, "HAND_RIGHT"), (0x07FC, "HAND_LEFT")),
+    ],
+)
+def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
+    """Bits 2 and 1 of m+6: 01 is right-handed, 10 left-handed; nothing stays of the last one.
+
+    The bits above are arm rotations.
+
+    Source: remote command guide 4.7.4.
+    """
+    plc = _plc(Enable=True, Period="T#100ms")
+    plc["Position.HandSystem"] = "HAND_RIGHT" if hand != "HAND_RIGHT" else "HAND_LEFT"
+    _read(plc, [word, *_PLACE[1:]])
+    assert plc["Position.HandSystem"] == hand
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
@@ -160,8 +184,9 @@ def test_another_command_waits_for_one_reading_at_most() -> None:
     assert plc.words[0] == 0x0501
 
 
-def test_what_is_given_directly_is_the_position_and_nothing_is_read() -> None:
-    plc = _plc(Enable=True, Direct=True, DirectMm=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+@pytest.mark.parametrize("period", ["T#500ms", "T#0s"])
+def test_what_is_given_directly_is_the_position_and_nothing_is_read(period: str) -> None:
+    plc = _plc(Enable=True, Direct=True, DirectMm=[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], Period=period)
     plc["Position.DirectHand"] = "HAND_LEFT"
     for _ in range(100):
         plc.scan()
@@ -202,6 +227,25 @@ def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
     plc.answer(0x0200, [0, 0, 2, 7])
     plc.scan()
     assert plc["Position.PositionMm"][0] == pytest.approx(0.007), "asked for in the same scan"
+
+
+def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_older() -> None:
+    """It waited behind another command; the direct position was given until that scan."""
+    plc = _plc(DirectMm=[1.0] * 6, Period="T#10s")
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan(2)
+    plc["Position.Enable"] = True
+    plc.scan()
+    assert plc["Position.Busy"]
+    plc["Position.Direct"] = True
+    plc.scan(5)
+    plc.answer(0x0200)
+    plc.scan_until(lambda: bool(plc["Position.Reading.Active"]), most=1)
+    plc.answer(0)
+    plc["Position.Direct"] = False
+    assert (plc["Position.PositionMm"], _ms(plc)) == ([1] * 6, 0)
+    _read(plc)
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
 def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
@@ -250,6 +294,37 @@ def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
     assert not any(plc.words)
 
 
+@pytest.mark.parametrize("number", [0, 1, 4])
+def test_the_robot_is_in_the_code(number: int) -> None:
+    """Source: remote command guide 4.7.4: bits 15 to 12."""
+    plc = _plc(Enable=True, RobotNumber=number)
+    plc.scan(2)
+    assert plc.words[0] == number << 12 | 0x0506
+
+
+def test_without_enable_it_shows_nothing_whatever_its_pins_and_the_link_are() -> None:
+    plc = _plc(Direct=True, DirectMm=[1.0] * 6, RobotNumber=5)
+    for connected in (True, False, True):
+        plc["Connected"] = connected
+        plc.scan(5)
+        shown = [plc[f"Position.{pin}"] for pin in ("Valid", "Busy", "Error", "ErrorID")]
+        assert shown == [False, False, False, 0]
+        assert plc["Position.PositionMm"] == [0] * 6
+
+
+def test_the_first_error_stays_and_what_is_given_directly_then_counts_for_nothing() -> None:
+    """Source: docs/errors.md, 16#8040; comment of Error: until Enable falls."""
+    plc = _plc(Enable=True, RobotNumber=5, DirectMm=[1.0] * 6)
+    plc.scan()
+    plc["Connected"] = False
+    plc.scan(3)
+    assert plc["Position.ErrorID"] == 0x8040
+    plc["Connected"], plc["Position.Direct"] = True, True
+    plc.scan(3)
+    assert (plc["Position.ErrorID"], plc["Position.Valid"]) == (0x8040, False)
+    assert plc["Position.PositionMm"] == [0] * 6
+
+
 @pytest.mark.parametrize(("number", "error"), [(-1, 0x8040), (5, 0x8040)])
 def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int, error: int) -> None:
     plc = _plc(Enable=True, RobotNumber=number)
@@ -263,6 +338,34 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
     plc = _plc(Enable=True, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=12)
     assert plc["Position.ErrorID"] == 0x8011
+
+
+def test_the_timeout_is_five_seconds_and_brings_no_alarm_of_another_command() -> None:
+    """Source: docs/errors.md, 16#8011; comment of AlarmGroup: of an abnormal end."""
+    plc = _plc()
+    plc["First.Code"], plc["First.Execute"] = 0x0501, True
+    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.answer(0x0200, [4, 2])
+    plc.scan()
+    plc.answer(0, [4, 2])
+    plc["Position.Enable"] = True
+    plc.scan()
+    scans = plc.scan_until(lambda: bool(plc["Position.Error"]), most=520)
+    assert 500 <= scans <= 510
+    assert plc["Position.ErrorID"] == 0x8011
+    assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (0, 0)
+
+
+def test_what_changes_before_the_first_answer_is_not_sampled_either() -> None:
+    plc = _plc(Enable=True, RobotNumber=2, Period="T#100ms")
+    plc.scan()
+    plc["Position.RobotNumber"], plc["Position.Period"] = 7, "T#10s"
+    plc.scan(3)
+    assert plc["Position.Busy"]
+    _read(plc)
+    assert plc["Position.Valid"]
+    plc.scan_until(lambda: plc.words[0] != 0, most=12)
+    assert plc.words[0] == 0x2506
 
 
 def test_number_period_and_timeout_are_sampled_at_the_start() -> None:
@@ -373,3 +476,46 @@ def test_the_age_stays_at_a_day() -> None:
     plc.scan(30)
     assert plc["Position.Age"] == age
     assert not any(plc.words)
+
+
+def test_an_age_of_a_day_to_the_millisecond_stays() -> None:
+    plc = _plc(Enable=True, Direct=True, Period="T#48h")
+    plc.scan()
+    plc["Position.Direct"] = False
+    plc.now_us += 3_600_000_000 - plc.scan_us
+    plc.scan_us = 3_600_000_000
+    plc.scan(23)
+    assert plc["Position.Age"] == timedelta(hours=23)
+    plc.scan(30)
+    assert plc["Position.Age"] == timedelta(hours=24)
+
+
+def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
+    """Without a time limit the answer may come after 60 hours: Age stays at a day then, too."""
+    plc = _plc(Enable=True, Timeout="T#0s")
+    plc.scan()
+    plc.now_us += 3_600_000_000 - plc.scan_us
+    plc.scan_us = 3_600_000_000
+    plc.scan(60)
+    assert plc.words[0] == 0x0506
+    assert plc["Position.Busy"]
+    plc.answer(0x0200, [0, 0, *_PLACE])
+    plc.scan()
+    assert plc["Position.Valid"]
+    assert plc["Position.Age"] == timedelta(hours=24)
+
+
+def test_a_first_reading_counts_however_long_it_took() -> None:
+    """A day before it, and 28 hours in steps of 7: there is nothing younger."""
+    plc = _plc(Timeout="T#0s")
+    plc.scan_us = 3_600_000_000
+    plc.scan(30)
+    plc["Position.Enable"] = True
+    plc.scan()
+    plc.scan_us = 7 * 3_600_000_000
+    plc.scan_until(lambda: plc.words[0] == 0x0506)
+    plc.scan(6)
+    plc.answer(0x0200, [0, 0, *_PLACE])
+    plc.scan()
+    assert plc["Position.Valid"]
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)

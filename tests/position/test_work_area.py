@@ -200,3 +200,28 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
         assert not area["Valid"]
     else:
         assert area["ErrorID"] == 0
+
+
+@pytest.mark.parametrize(
+    ("pin", "wrong", "right", "error"),
+    [("DeadBand", -1.0, 1.0, 0x8045), ("Corner1", [0.0, 9000.0], _BOX["Corner1"], 0x8047)],
+)
+def test_an_error_goes_with_its_cause(pin: str, wrong: Any, right: Any, error: int) -> None:
+    area = _Area(**_BOX)
+    place = (150, 300, 450)
+    assert area.at(*place) == "inside"
+    area[pin] = wrong
+    assert area.at(*place) == "-"
+    assert (area["ErrorID"], area["Valid"], area["Depth"]) == (error, False, 0)
+    area[pin] = right
+    assert area.at(*place) == "inside"
+    assert (area["ErrorID"], area["Valid"], area["Depth"]) == (0, True, 50)
+
+
+def test_the_radius_is_a_millimetre_unless_it_is_given() -> None:
+    """0.6 and 0.8 mm are 1 mm from the line of the cylinder."""
+    area = _Area(Shape="AREA_CYLINDER", Corner2=[0.0, 0.0, 10.0])
+    area.at(0, 0, 5)
+    assert area["Depth"] == 1
+    area.at(0.6, 0.8, 5)
+    assert area["Depth"] == pytest.approx(0, abs=1e-6)

@@ -271,12 +271,15 @@ CHECKS: tuple[Check, ...] = (
         "contract",
         "Contract monitor",
         "tested",
-        "Every block under patterns of Execute, answers of the controller and faults at each "
-        "scan; in every scan the contract of the block, the interval of 100 ms and the "
-        "handshake are judged. `make test` includes all of these cases.",
+        "Every block with Robot and Execute or Enable, under patterns of these, answers of the "
+        "controller and faults at each scan; in every scan the contract of the block, the "
+        "interval of 100 ms and the handshake are judged. `make test` includes all of these "
+        "cases. FB_Operator (keys) and FB_PackMl (commands, acting states) have neither pin, so "
+        "that no pattern fits; nor have blocks without Robot. Of these it is proved above that "
+        "Error is TRUE exactly with an ErrorID; what else they do, their own tests judge.",
         (
             ("cases: block x Execute x answer x moment", _number("instances")),
-            ("on a bench, all blocks", _number("instances_on_the_bench")),
+            ("on a bench, all of these blocks", _number("instances_on_the_bench")),
             ("on the virtual controller", _number("instances_on_the_virtual_controller")),
             ("blocks on the bench", _number("blocks")),
             ("scans judged on the bench", _number("scans_on_the_bench")),
