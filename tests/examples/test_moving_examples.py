@@ -201,3 +201,14 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
         cell.run("200ms")
         assert cell["Main.Cycle.State"] == "WORK_IDLE", "it is full"
         assert not cell.violations
+
+
+def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
+    """Source: design of the examples: nothing restarts by itself, a hanging button neither."""
+    with _build("13_pallet_by_table") as cell:
+        cell["Main.Start"] = True
+        seen = []
+        for _ in range(200):
+            cell.scan()
+            seen.append((cell["Main.Stage"], cell["Main.Fault"]))
+        assert set(seen) == {("FILL_IDLE", 0)}

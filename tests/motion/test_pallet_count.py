@@ -176,3 +176,21 @@ def test_the_largest_pallet_is_counted_to_its_end(
 def test_a_product_beyond_the_range_of_three_sizes_is_refused(tmp_path: Path) -> None:
     """32767 positions in a layer are one too many for two layers."""
     assert _Pallet(tmp_path, (32767, 1, 2)).shown[:2] == ("Error", 0x8045)
+
+
+@pytest.mark.parametrize("pin", ["NewPallet", "Next"])
+def test_what_is_true_as_the_plc_starts_moves_no_place(tmp_path: Path, pin: str) -> None:
+    """A button that hangs: place 1 again, or one that is skipped, would be a wrong movement.
+
+    Source: the block keeps the place through a loss of power.
+    """
+    file = tmp_path / "Counting.st"
+    file.write_text(_PROGRAM, encoding="utf-8")
+    program = build([file, *needed([file], LIBRARY)], "builtin").program
+    program.write("Main.Place", 4)
+    for axis in ("Nx", "Ny"):
+        program.write(f"Main.Count.{axis}", 3)
+    program.write(f"Main.Count.{pin}", True)
+    for now_us in range(0, 50_000, 10_000):
+        program.scan(now_us)
+    assert program.read("Main.Place") == 4

@@ -405,3 +405,21 @@ def test_the_count_does_not_begin_again_below_zero() -> None:
         plc["Bare.WorkDone"] = False
         plc.scan()
         assert plc["Bare.Count"] == count
+
+
+def test_a_start_that_is_true_in_the_first_scan_has_not_been_pressed() -> None:
+    """A button that hangs, or is held through a restart of the PLC: nothing begins by itself.
+
+    Source: the block's own sentence; FB_Operator takes its keys the same way.
+    """
+    plc = PlcBench(program=ROOT / "tests/data/library/WorkCycle.st")
+    plc["Bare.Start"] = True
+    plc.outputs(SO02=True)
+    plc.power_up()
+    for _ in range(50):
+        assert _shown(plc) == _IDLE
+        plc.scan()
+    plc["Bare.Start"] = False
+    plc.scan()
+    _press(plc, "Bare.Start")
+    plc.scan_until(lambda: bool(plc["Bare.Run"]))
