@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
+from rcx_harness.cell.build import default_lib
 from rcx_harness.engine.load import (
     MISSING,
     find_c_compiler,
@@ -15,7 +19,22 @@ from rcx_harness.engine.strucpp.build import MISSING_STRUCPP
 from rcx_tools.bench import cost, sizes
 from rcx_tools.bench.figure import Options
 
-_HERE = find_matiec() is not None and find_c_compiler() is not None
+_PAGE = Path(__file__).resolve().parents[3] / "docs" / "timing.md"
+#: Folders of the library whose blocks are built of others.
+_BUILT = ("motion", "operator", "points", "position")
+
+
+def _printed() -> dict[str, int]:
+    """The page's table of the blocks that are built of others: bytes by name."""
+    page = _PAGE.read_text(encoding="utf-8")
+    lines = page.split("| Block | Bytes | Block | Bytes |")[1].split("\n\n")[0].splitlines()
+    cells = [cell for line in lines[2:] for cell in line.strip("|").split("|")]
+    found: dict[str, int] = {}
+    for block, taken in zip(cells[::2], cells[1::2], strict=True):
+        names = re.findall(r"`(\w+)`", block)
+        numbers = [int(number.replace(",", "")) for number in re.findall(r"\d[\d,]*\d", taken)]
+        found.update(zip(names, numbers * len(names), strict=False))
+    return found
 
 
 @pytest.mark.parametrize("module", [sizes, cost])
@@ -29,16 +48,37 @@ def test_without_matiec_the_figures_are_said_to_be_missing(
         assert (figure.value, figure.peer, figure.met) == (None, MISSING, False)
 
 
-@pytest.mark.skipif(not _HERE, reason=MISSING)
-def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes() -> None:
-    """A text alone takes 128 bytes; therefore no block has more than one."""
+@pytest.fixture(scope="module")
+def measured() -> list[sizes.Size]:
+    """Measured once for the file."""
     matiec, compiler = find_matiec(), find_c_compiler()
-    assert matiec is not None
-    assert compiler is not None
-    every = sizes.sizes(matiec, compiler)
-    limits = {size.name: size.limit for size in every if size.limit}
+    if matiec is None or compiler is None:
+        pytest.skip(MISSING)
+    return sizes.sizes(matiec, compiler)
+
+
+def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes.Size]) -> None:
+    """A text alone takes 128 bytes; therefore no block has more than one."""
+    limits = {size.name: size.limit for size in measured if size.limit}
     assert (limits["RCX_REF"], limits["FB_ReadProgramInfo"]) == (160, 500)
-    assert [size.name for size in every if size.limit and size.bytes > size.limit] == []
+    assert [size.name for size in measured if size.limit and size.bytes > size.limit] == []
+
+
+def test_the_page_names_every_block_that_is_built_of_others() -> None:
+    """Source: docs/timing.md, cost on the PLC."""
+    blocks = {file.stem for folder in _BUILT for file in (default_lib() / folder).glob("FB_*.st")}
+    assert blocks - _printed().keys() == set()
+
+
+def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
+    """Source: docs/timing.md, cost on the PLC."""
+    found = {size.name: size.bytes for size in measured}
+    printed = _printed()
+    assert printed == {name: found[name] for name in printed}
+    commands = [size.bytes for size in measured if size.folder == "command"]
+    page = _PAGE.read_text(encoding="utf-8")
+    assert f"| a command block | {min(commands)} to {max(commands)} bytes |" in page
+    assert f"| `RCX_REF` | {found['RCX_REF']} bytes |" in page
 
 
 @pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
