@@ -102,8 +102,8 @@ def source_files(
     if INSTEAD:
         own = [INSTEAD.get(file.resolve(), file) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
-    lib = _needed(tuple(own), seen, _Folder.of(folder), taken, made.declared)
-    return SourceFiles(tuple(own), lib, folder, made.notes, made.declared)
+    parts = _needed(tuple(own), seen, _Folder.of(folder), taken, made.declared)
+    return SourceFiles(tuple(own), parts, folder, made.notes, made.declared)
 
 
 @lru_cache(maxsize=64)
