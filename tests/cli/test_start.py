@@ -71,9 +71,24 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     cells = ("cell.cell", "cell.node", "export.targets")
     assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *engines, *cells)))
     assert not _below(check, "rich.progress", *_HEAVY)
-    others = ("look", "serve", "bridge", "new", "testing", "verify.farm", "verify.debug")
+    others = ("look", "serve", "bridge", "new", "testing", "verify", "cell.elsewhere", "enip")
     assert not _below(run, *(f"rcx_harness.{one}" for one in others))
     assert not _below(run, *_HEAVY)
+
+
+def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
+    """Source: docs/timing.md: what a process of rcx serve imports stays in memory, for each one."""
+    (parent,) = _imported(["serve", "--help"])
+    of_programs = ("engine.frontend", "engine.load", "engine.builtin", "cell.cell", "cell.node")
+    assert not _below(parent, "lark", *(f"rcx_harness.{one}" for one in of_programs))
+    assert not _below(parent, *_HEAVY - {"asyncio"})
+    code = "import sys, rcx_harness.serve.station_process; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
+    found = set(done.stdout.decode().split())
+    rooms = ("cell", "cli", "look", "verify", "testing", "bridge", "export", "trace.view", "watch")
+    engines = ("engine.frontend", "engine.load", "engine.builtin", "engine.base")
+    assert not _below(found, *(f"rcx_harness.{one}" for one in (*rooms, *engines)))
+    assert not _below(found, "rich", "typer", "pydantic", "lark", "ssl", *_HEAVY)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

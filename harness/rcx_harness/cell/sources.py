@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from rcx_harness.engine.needed import declared_names, needed
 from rcx_harness.engine.projects import in_folder, is_project, project_sources
@@ -96,13 +97,27 @@ def source_files(
             f"--lib {folder} is no folder",
             hint="it is the folder of the library; without --lib that of this package is taken",
         )
-    taken = {file.resolve() for file in own}
-    found = [file for file, place in _found(folder) if place not in taken]
-    found = not_declared(found, made.declared)
+    taken = frozenset(file.resolve() for file in own)
     own = list(dict.fromkeys(own))
     if INSTEAD:
         own = [INSTEAD.get(file.resolve(), file) for file in own]
-    return SourceFiles(tuple(own), tuple(needed(own, found)), folder, made.notes, made.declared)
+    seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
+    parts = _needed(tuple(own), seen, _Folder.of(folder), taken, made.declared)
+    return SourceFiles(tuple(own), parts, folder, made.notes, made.declared)
+
+
+@lru_cache(maxsize=64)
+def _needed(
+    own: tuple[Path, ...],
+    seen: tuple[_Stamp | None, ...],
+    library: _Folder,
+    taken: frozenset[Path],
+    declared: frozenset[str],
+) -> tuple[Path, ...]:
+    """Files of a library that `own` need; looked at again where one of all has changed."""
+    del seen
+    found = [file for file, place in library.files() if place not in taken]
+    return tuple(needed(own, not_declared(found, declared)))
 
 
 def named_files(program: Files) -> list[Path]:
@@ -144,38 +159,57 @@ def st_files(folder: Path) -> list[Path]:
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     left out; the folder itself may be in one. So is what `rcx export` has written.
     """
-    return [file for file, _ in _found(folder)]
+    return [file for file, _ in _Folder.of(folder).files()]
 
 
-def _found(folder: Path) -> tuple[tuple[Path, Path], ...]:
-    """The same, each with its resolved path; looked at again where a file has changed."""
-    place = folder.resolve()
-    above = tuple(one for parent in place.parents for one in _stamped(str(parent / RECORD)))
-    return _looked_at(folder, place, (*above, *_listed(os.fspath(folder))))
+class _Folder(NamedTuple):
+    """A folder as it is now: `place` tells one working directory from another."""
+
+    place: str
+    stamps: tuple[_Stamp, ...]
+
+    @classmethod
+    def of(cls, folder: Path) -> _Folder:
+        place = folder.resolve()
+        above = [one for parent in place.parents for one in _stamped(f"{parent}{os.sep}{RECORD}")]
+        return cls(os.fspath(place), (*above, *_listed(os.fspath(folder))))
+
+    def files(self) -> tuple[tuple[Path, Path], ...]:
+        """The user's ST files, each with its resolved path."""
+        return _looked_at(self)
 
 
 @lru_cache(maxsize=64)
-def _looked_at(
-    folder: Path, place: Path, stamps: tuple[_Stamp, ...]
-) -> tuple[tuple[Path, Path], ...]:
-    del folder, place  # they tell one folder from another, and one working directory
-    every = [Path(path) for path, _, _ in stamps if not path.endswith(RECORD)]
+def _looked_at(folder: _Folder) -> tuple[tuple[Path, Path], ...]:
+    """See `_Folder.files`; looked at again where a file has changed."""
+    every = [Path(path) for path, _, _ in folder.stamps if not path.endswith(RECORD)]
     every.sort(key=lambda file: file.parts)  # as on Linux also where case is nothing
     written = own_output(every)
     return tuple((file, file.resolve()) for file in every if file not in written)
 
 
-def _listed(folder: str) -> Iterator[_Stamp]:
+def _listed(folder: str) -> list[_Stamp]:
     """What is to be looked at in a folder and those below it: ST files, and what exports record."""
+    found: list[_Stamp] = []
     with suppress(PermissionError), os.scandir(folder) as entries:
         for entry in entries:
             name = entry.name
             if name.startswith(".") or name in _FOREIGN:
                 continue
             if entry.is_dir(follow_symlinks=False):
-                yield from _listed(entry.path)
+                found += _listed(entry.path)
             elif name == RECORD or os.path.normcase(name).endswith(".st"):
-                yield next(_stamped(entry.path), (entry.path, 0, 0))
+                found.append(_stamp(entry))
+    return found
+
+
+def _stamp(entry: os.DirEntry[str]) -> _Stamp:
+    """What `_stamped` gives; 0 where the file cannot be looked at."""
+    try:
+        seen = entry.stat()
+    except OSError:
+        return entry.path, 0, 0
+    return entry.path, seen.st_mtime_ns, seen.st_size
 
 
 def _stamped(path: str) -> Iterator[_Stamp]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -130,7 +131,11 @@ class Later(TyperCommand):
     def loaded(self) -> Any:
         """The command itself."""
         module, _, function = COMMANDS[str(self.name)][0].partition(":")
-        home = import_module(f"rcx_harness.cli.{module}")
+        gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
+        try:
+            home = import_module(f"rcx_harness.cli.{module}")
+        finally:
+            gc.enable()
         alone = typer.Typer(**_SETTINGS)
         alone.command(self.name, epilog=getattr(home, "EPILOG", None))(getattr(home, function))
         return typer.main.get_command(alone)

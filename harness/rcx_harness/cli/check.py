@@ -12,8 +12,6 @@ from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
 from rcx_harness.engine.checked import analysed, load
 from rcx_harness.engine.frontend import Project
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.frontend.syntax import Pou
 from rcx_harness.engine.portability import LintFinding, lint, unportable
 from rcx_harness.errors import InputError
 from rcx_harness.export.refused import Tool, refused, tools
@@ -110,8 +108,7 @@ def _compile(sources: SourceFiles, project: Project | None) -> str:
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return "; matiec not found, compiled by the front end only"
-    declared = [entry for file in sources.own for entry in parse(file).declarations]
-    if not any(isinstance(one, Pou) and one.kind == "PROGRAM" for one in declared):
+    if project is None or not any(pou.kind == "PROGRAM" for pou in project.pous.values()):
         return "; no PROGRAM among them, nothing for matiec to compile"
     from rcx_harness.engine.matiec.program import MatiecProgram
 

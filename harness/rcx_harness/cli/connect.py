@@ -9,13 +9,16 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import TYPE_CHECKING
 
 import typer
 
-from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.errors import InputError
 from rcx_harness.output.throttle import Throttle
 from rcx_harness.units import format_us
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = ["Teller", "confirm", "ended_by_sigterm"]
 

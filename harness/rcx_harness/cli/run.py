@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
 from types import TracebackType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -20,7 +20,6 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
-from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm
@@ -36,7 +35,6 @@ from rcx_harness.cli.options import (
     with_options,
 )
 from rcx_harness.engine.builtin.coverage import Collector, counting
-from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
@@ -47,16 +45,10 @@ from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.view import View
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
-from rcx_harness.verify.coverage.output import (
-    ENGINE,
-    Outcome,
-    check_fail_under,
-    check_folder,
-    conclude,
-)
-from rcx_harness.verify.coverage.parts import merge, part_of
-from rcx_harness.verify.properties import judge_run
-from rcx_harness.verify.storm.demands import Demands
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.elsewhere import Elsewhere
+    from rcx_harness.verify.coverage.output import Outcome
 
 __all__ = ["EPILOG", "RunOptions", "run"]
 
@@ -173,6 +165,9 @@ class RunOptions(CellOptions):
             raise InputError("--robot is for a virtual controller", hint=hint)
         if self.address:
             check_ipv4("--from", self.address)
+        from rcx_harness.cell.elsewhere import Elsewhere
+        from rcx_harness.enip.originator.client import PORT
+
         host, port = host_port("--connect", self.connect, PORT)
         return Elsewhere(
             host,
@@ -285,6 +280,8 @@ def _collector(options: RunOptions) -> Collector | None:
             if value not in (None, False):
                 raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
         return None
+    from rcx_harness.verify.coverage.output import ENGINE, check_fail_under, check_folder
+
     if options.engine not in ("auto", "builtin"):
         raise InputError(ENGINE, hint=f"leave out --engine {options.engine}, or --coverage")
     if options.cover_fail_under is not None:
@@ -294,6 +291,9 @@ def _collector(options: RunOptions) -> Collector | None:
 
 
 def _concluded(options: RunOptions, collector: Collector) -> Outcome:
+    from rcx_harness.verify.coverage.output import conclude
+    from rcx_harness.verify.coverage.parts import merge, part_of
+
     percent = options.cover_fail_under
     return conclude(
         merge([part_of(collector)]),
@@ -328,6 +328,9 @@ def _run(
         if view is not None:
             cell.trace.listen(view.take)
         if options.properties:
+            from rcx_harness.verify.properties import judge_run
+            from rcx_harness.verify.storm.demands import Demands
+
             judge_run(cell, Demands.load(options.properties).properties)
         if stimulus is not None:
             stimulus.schedule(cell)

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
+from rcx_harness.cell.outputs import check_outputs
 from rcx_harness.cli.options import check_port, duration_us, interval_us
 from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.eds import eds_text

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 
 from rcx_harness.output.system import cache_root
 
-__all__ = ["folder", "is_lasting", "kept", "memory", "put", "remembered", "sources_key"]
+__all__ = ["folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered", "sources_key"]
 
 #: Entries of one kind in the folder, and of all kinds in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
@@ -118,6 +118,19 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
     with suppress(OSError, RecursionError):  # a full disk; more depth than pickle can write
         put(entry, pickle.dumps(made, protocol=5))
     return made
+
+
+def made_of(kind: str, key: str, files: Sequence[Path], make: Callable[[], _T]) -> _T:
+    """What was made of these files before, in this process or an earlier one; else it is made.
+
+    Args:
+        kind: What it is.
+        key: Of the files, and of what else decides.
+        files: They; what is made of temporary ones is forgotten with the process.
+        make: Makes it; picklable, and nothing may change it afterwards.
+    """
+    lasting = key if is_lasting(files) else ""
+    return remembered(kind, key, lambda: kept(kind, lasting, make))
 
 
 @lru_cache(maxsize=1)

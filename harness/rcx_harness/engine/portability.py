@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from rcx_harness.engine import cache
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
 from rcx_harness.engine.frontend.lexer import KEYWORDS, tokens
@@ -24,6 +25,7 @@ from rcx_harness.engine.source import origin, source_text, title_of
 
 __all__ = ["LintFinding", "lint", "reserved_names", "text_findings", "unportable"]
 
+_HERE = Path(__file__)
 _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
@@ -103,6 +105,18 @@ def lint(
     Returns:
         The findings, in the order of the files and of their lines.
     """
+    # Files and library are told apart by this very file, and by which of the files are its.
+    whose = [_HERE, *(file for file in files if file in library), _HERE]
+    key = cache.sources_key((*files, *whose, *context, *([_HERE] if binding else [])))
+    every = (*files, *context)
+    return list(
+        cache.made_of("lint", key, every, lambda: _lint(files, library, context, binding=binding))
+    )
+
+
+def _lint(
+    files: Sequence[Path], library: Collection[Path], context: Sequence[Path], *, binding: bool
+) -> list[LintFinding]:
     declaring = [file for file in context if "END_TYPE" in source_text(file).upper()]
     members = {
         name.key

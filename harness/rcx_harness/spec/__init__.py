@@ -11,6 +11,7 @@ from rcx_harness.spec.tables import (
     parse_toml,
     public_alarms,
     signals,
+    toml_text,
     whole_number,
 )
 from rcx_harness.spec.telegram import Command, Field, FieldValue
@@ -29,5 +30,6 @@ __all__ = [
     "parse_toml",
     "public_alarms",
     "signals",
+    "toml_text",
     "whole_number",
 ]

@@ -32,6 +32,7 @@ __all__ = [
     "load_toml",
     "parse_toml",
     "signals",
+    "toml_text",
     "whole_number",
 ]
 
@@ -114,12 +115,20 @@ def load_toml(path: Path) -> dict[str, Any]:
     Raises:
         InputError: it cannot be read, or is not TOML (with the line).
     """
+    return parse_toml(toml_text(path), path)
+
+
+def toml_text(path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         raise InputError(f"cannot read it: {reason}", file=path) from error
-    return parse_toml(text, path)
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:

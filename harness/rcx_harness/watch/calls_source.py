@@ -8,13 +8,12 @@ FB_WriteArea. Blocks that read or write one bit or word of an image remember not
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from rcx_harness.engine import cache
-from rcx_harness.engine.cache import is_lasting
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 
@@ -32,8 +31,6 @@ AREAS = {
 _OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
 _REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
 _STARTS = ("EXECUTE", "ENABLE")
-
-_Made = TypeVar("_Made")
 
 
 class CallFinding(NamedTuple):
@@ -73,6 +70,12 @@ def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[C
         files: The program's files, free of errors.
         library: The files of the blocks that it uses.
     """
+    every = (*files, *library)
+    found = cache.made_of("called", _key(files, library), every, lambda: _findings(files, library))
+    return list(found)
+
+
+def _findings(files: Sequence[Path], library: Sequence[Path]) -> list[CallFinding]:
     blocks = _blocks([*files, *library])
     return [
         finding
@@ -82,11 +85,15 @@ def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[C
     ]
 
 
+def _key(files: Sequence[Path], library: Sequence[Path]) -> str:
+    """This very file stands between them: what it says depends on it, and on which are whose."""
+    return cache.sources_key((*files, _HERE, *library))
+
+
 def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
     """What the source leaves open; see `CallPlan`. The arguments are those of `call_findings`."""
-    # This very file stands between them: what it says depends on it, and on which files are whose.
-    key = cache.sources_key((*files, _HERE, *library))
-    return _remembered("calls", key, (*files, *library), lambda: _plan(files, library))
+    key = _key(files, library)
+    return cache.made_of("calls", key, (*files, *library), lambda: _plan(files, library))
 
 
 def _plan(files: Sequence[Path], library: Sequence[Path]) -> CallPlan:
@@ -116,13 +123,7 @@ def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set
     """
     every = (*files, *library)
     key = cache.sources_key((*every, _HERE))
-    return _remembered("steady", key, every, lambda: _instances(every))
-
-
-def _remembered(what: str, key: str, files: Sequence[Path], make: Callable[[], _Made]) -> _Made:
-    """What was made of these sources before, in this run or an earlier one; else it is made."""
-    lasting = key if is_lasting(files) else ""
-    return cache.remembered(what, key, lambda: cache.kept(what, lasting, make))
+    return cache.made_of("steady", key, every, lambda: _instances(every))
 
 
 @dataclass(frozen=True)

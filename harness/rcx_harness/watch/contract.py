@@ -9,6 +9,7 @@ cannot be skipped, and no assignment to the pin after it (`steady_instances`).
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from functools import lru_cache
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -17,8 +18,6 @@ from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.robot import Violation
 
 __all__ = ["ContractMonitor"]
-
-_BOOL, _WORD = ElementaryType("BOOL"), ElementaryType("WORD")
 
 
 class _Pins(NamedTuple):
@@ -150,11 +149,12 @@ class ContractMonitor:
     """
 
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
+        known = frozenset(steady)
         self.instances = [
-            instance
+            _made(*found)
             for name, kind in program.instances().items()
             if isinstance(kind, BlockType)
-            for instance in _inside(name, kind, steady, outermost=True)
+            for found in _all_inside(name, kind, known)
         ]
         """Those that are watched."""
         self._look = program.reader([path for one in self.instances for path in one.read])
@@ -189,9 +189,28 @@ class ContractMonitor:
         self._seen = None
 
 
+#: What an instance is made of: its contract, path, pins, whether it is steady, and outermost.
+_Found = tuple[type[_Instance], str, dict[str, str], bool, bool]
+
+
+def _made(
+    kind: type[_Instance], path: str, names: dict[str, str], steady: bool, outermost: bool
+) -> _Instance:
+    instance = kind(path, names, steady)
+    if isinstance(instance, _Edge):
+        instance.outermost = outermost
+    return instance
+
+
+@lru_cache(maxsize=64)
+def _all_inside(path: str, owner: BlockType, steady: frozenset[str]) -> tuple[_Found, ...]:
+    """What is watched in a program; the same for each of its cells."""
+    return tuple(_inside(path, owner, steady, outermost=True))
+
+
 def _inside(
     path: str, owner: BlockType, steady: Collection[str], *, outermost: bool
-) -> Iterator[_Instance]:
+) -> Iterator[_Found]:
     """The instances declared in `owner`, and those inside them."""
     for variable in owner.variables:
         block = variable.type
@@ -202,15 +221,12 @@ def _inside(
         names = {pin.name.lower(): pin.name for pin in block.variables if _is_pin(pin.type)}
         kind = _kind(names)
         if kind is not None:
-            instance = kind(inner, names, certain)
-            if isinstance(instance, _Edge):
-                instance.outermost = outermost
-            yield instance
+            yield kind, inner, names, certain, outermost
         yield from _inside(inner, block, steady if certain else (), outermost=False)
 
 
 def _is_pin(kind: object) -> bool:
-    return kind in (_BOOL, _WORD)
+    return isinstance(kind, ElementaryType) and kind.name in ("BOOL", "WORD")
 
 
 def _kind(names: Collection[str]) -> type[_Instance] | None:

@@ -31,6 +31,7 @@ POINTS: dict[str, str] = {
     "cost": "a scan of matiec's C beside C written by hand",
     "scan": "what areas, idle blocks and handshakes take on matiec and STruC++",
     "simulation": "simulated seconds a second, growth, memory, compile times",
+    "waiting": "start of commands, tests of a project, cells; memory of rcx serve",
     "debug": "a step back after 10 minutes under the debugger, and what its past weighs",
     "explicit": "explicit messages beside stock cpppo, scans in lock-step",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",

@@ -14,6 +14,7 @@ from rcx_harness.errors import InputError
 __all__ = [
     "PROC",
     "begin",
+    "children",
     "cpu_of_children",
     "first_line",
     "in_ordinary_time",
@@ -63,15 +64,24 @@ def _ticks_of_children(module: str) -> dict[int, int]:
             parents[number] = int(fields[1])
             if module.encode() in (entry / "cmdline").read_bytes().split(b"\0"):
                 ticks[number] = int(fields[11]) + int(fields[12])
-    return {one: used for one, used in ticks.items() if _is_below(one, parents)}
+    return {one: used for one, used in ticks.items() if _is_below(one, parents, os.getpid())}
 
 
-def _is_below(pid: int, parents: dict[int, int]) -> bool:
+def children(pid: int) -> list[int]:
+    """The processes below a process."""
+    parents: dict[int, int] = {}
+    for entry in PROC.iterdir():
+        with suppress(OSError, ValueError):  # it has ended meanwhile, or is no process
+            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            parents[int(entry.name)] = int(fields[1])
+    return [one for one in parents if _is_below(one, parents, pid)]
+
+
+def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
     """Is it a child of this process, or a child of one?"""
-    me = os.getpid()
     while pid in parents:
         pid = parents[pid]
-        if pid == me:
+        if pid == above:
             return True
     return False
 

@@ -100,6 +100,7 @@ class BuiltinProgram:
             self._run(partial(names["start"], self._globals, self._roots))
         self._places: dict[str, _Place] = {}
         self._looks: dict[str, Callable[[], Value]] = {}
+        self._readers: dict[tuple[str, ...], Callable[[], tuple[Value, ...]]] = {}
         self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     def _made(self, block: BlockType) -> Any:
@@ -195,6 +196,12 @@ class BuiltinProgram:
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """A function that reads these variables; see `engine.base.Program.reader`."""
+        read = self._readers.get(tuple(paths))
+        if read is None:
+            read = self._readers[tuple(paths)] = self._reader(paths)
+        return read
+
+    def _reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         places = [self._place(path) for path in paths]
         if places and all(_is_plain(place) for place in places):
             return _plain_reader(places)

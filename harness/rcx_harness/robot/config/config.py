@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from rcx_harness.robot.config.checks import STORED, check_programs, check_stored
 from rcx_harness.robot.config.file import line_of, read_value
 from rcx_harness.robot.config.models import merged, model_of
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
-from rcx_harness.spec import load_toml
+from rcx_harness.spec import parse_toml, toml_text
 from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
 
@@ -355,14 +356,20 @@ class RobotConfig(  # fields of the last one come first
             InputError: unreadable file, unknown key (near names are given) or impossible value.
         """
         file = Path(path)
-        table = load_toml(file)
-        try:
-            table = _with_models(table)
-            values = {key: read_value(cls, key, value, _TABLES) for key, value in table.items()}
-            return cls(**values)
-        except InputError as error:
-            line = line_of(file, error.message)
-            raise InputError(error.message, file=file, line=line, hint=error.hint) from error
+        return _loaded(file, toml_text(file))
+
+
+@lru_cache(maxsize=64)
+def _loaded(file: Path, text: str) -> RobotConfig:
+    """The properties that a file with this text says; they never change."""
+    table = parse_toml(text, file)
+    try:
+        table = _with_models(table)
+        values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
+        return RobotConfig(**values)
+    except InputError as error:
+        line = line_of(file, error.message)
+        raise InputError(error.message, file=file, line=line, hint=error.hint) from error
 
 
 def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:

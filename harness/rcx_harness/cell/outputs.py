@@ -1,0 +1,76 @@
+"""The files that a run writes: never over what is read, nor over what no run has written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rcx_harness.errors import InputError
+from rcx_harness.trace import FORMAT
+from rcx_harness.trace.view import BEGINNING
+
+if TYPE_CHECKING:
+    from rcx_harness.cell.sources import SourceFiles
+
+__all__ = ["check_outputs"]
+
+#: What a run writes: its name, and how every file of that kind begins.
+_WRITTEN = {
+    "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
+    "chart": ("timing chart (SVG)", "<svg "),
+    "vcd": ("wave file (VCD)", "$timescale"),
+    "view": ("page of rcx view", BEGINNING),
+}
+
+
+def check_outputs(
+    outputs: Mapping[str, str | Path | None], files: SourceFiles | None, *inputs: object
+) -> None:
+    """Refuse to write over what is read, twice to the same file, or over what is not a run's.
+
+    Args:
+        outputs: Where to write, by kind: `trace`, `chart`, `vcd`, `view`; None for nothing.
+        files: The ST files that are read, if there are any.
+        inputs: What else is read; entries that are no paths do not count.
+
+    Raises:
+        InputError: an output that is an input, two outputs that are one file, or a file that no
+            run has written.
+    """
+    if not any(outputs.values()):
+        return
+    read = {file.resolve() for file in files.all} if files else set()
+    read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
+    written: set[Path] = set()
+    for kind, output in outputs.items():
+        if output is None:
+            continue
+        place = Path(output).resolve()
+        if place in read:
+            raise InputError("would be overwritten, but it is an input", file=output)
+        if place in written:
+            raise InputError("is named for two outputs", file=output)
+        if place.is_dir():
+            raise InputError("is a folder, not a file", file=output)
+        _check_earlier(kind, output)
+        written.add(place)
+
+
+def _check_earlier(kind: str, output: str | Path) -> None:
+    """A file that is there must be empty, or what an earlier run has written there."""
+    if not os.path.isfile(output):  # not there, or a device
+        return
+    name, beginning = _WRITTEN[kind]
+    try:
+        with open(output, "rb") as file:
+            found = file.read(len(beginning))
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=output) from None
+    if found and found != beginning.encode("ascii"):
+        raise InputError(
+            f"is there already, and is no {name}; nothing was written",
+            file=output,
+            hint="name another file, or remove this one",
+        )
