@@ -157,6 +157,68 @@ def test_the_last_row_of_the_array_is_the_end_of_the_table() -> None:
     assert shown(plc) == "Done"
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("pins", "points"),
+    [
+        ({"Backwards": True}, [2, 1]),
+        ({"Backwards": True, "Rows": 5}, [2, 1]),
+        ({"Backwards": True, "Rows": 3}, [2, 1]),
+        ({"Backwards": True, "Rows": 2}, [2, 1]),
+        ({"Backwards": True, "StartRow": 3}, [2, 1]),
+        ({}, [1, 2]),
+        ({"StartRow": 3}, []),
+    ],
+)
+def test_rows_behind_the_end_of_the_table_never_run(
+    pins: dict[str, Any], points: list[int], engine: str
+) -> None:
+    """Row 3 is MOVE_END; rows 4 and 5 are left from a longer table.
+
+    Source: RCX_MOVE_KIND; the block's pins.
+    """
+    plc = bench(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, **pins)
+    start(plc)
+    assert runs(plc) == points
+    assert shown(plc) == "Done"
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_an_empty_table_is_done_at_once(back: bool) -> None:
+    plc = bench({}, *rows_to(2), Backwards=back)
+    start(plc)
+    assert runs(plc) == []
+    assert shown(plc) == "Done"
+
+
+def test_backwards_the_first_row_that_is_held_is_the_last_of_the_table() -> None:
+    plc = bench(*rows_to(1, 2), {}, *rows_to(4), Backwards=True, Hold=True)
+    start(plc)
+    plc.scan(3)
+    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 2)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize("row", [4, 5, 50])
+def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, engine: str) -> None:
+    """Row 3 is MOVE_END. Source: RCX_MOVE_KIND."""
+    plc = bench(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, StartRow=row, Backwards=back)
+    start(plc)
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8051)
+    plc.scan(5)
+    assert plc.words == [0] * 16
+
+
+def test_rows_that_come_while_the_table_runs_are_run() -> None:
+    """The end is where MOVE_END is when the row would begin. Source: pin Moves."""
+    plc = bench(*rows_to(1))
+    start(plc)
+    plc["Moves[2].Kind"], plc["Moves[2].Point"] = "MOVE_PTP", 2
+    assert runs(plc) == [1, 2]
+
+
 @pytest.mark.parametrize(
     "pins",
     [{"StartRow": -1}, {"StartRow": 51}, {"StartRow": 3, "Rows": 2}, {"Rows": 0},
