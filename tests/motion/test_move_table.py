@@ -219,13 +219,21 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
     assert runs(plc) == [1, 2]
 
 
+@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
     "pins",
     [{"StartRow": -1}, {"StartRow": 51}, {"StartRow": 3, "Rows": 2}, {"Rows": 0},
-     {"Rows": 0, "Backwards": True}, {"Rows": -1, "Backwards": True}],
+     {"Rows": 0, "Backwards": True}, {"Rows": -1, "Backwards": True},
+     {"Rows": 51}, {"Rows": 51, "Backwards": True}, {"Rows": 51, "StartRow": 51},
+     {"Rows": 32767, "StartRow": 2}, {"MovesSize": 3, "Rows": 4}, {"MovesSize": 0, "Rows": 1},
+     {"MovesSize": 49}],
 )  # fmt: skip
-def test_a_row_that_is_none_of_the_table_is_refused(pins: dict[str, Any]) -> None:
-    plc = bench(*rows_to(1, 2, 3), **pins)
+def test_a_row_that_is_none_of_the_table_is_refused(pins: dict[str, Any], engine: str) -> None:
+    """Nor are there more rows than RCX_MOVES has: MovesSize.
+
+    Source: no section (this library's own).
+    """
+    plc = bench(*rows_to(1, 2, 3), engine=engine, **pins)
     start(plc)
     assert shown(plc) == "Busy"
     plc.scan()
@@ -233,6 +241,7 @@ def test_a_row_that_is_none_of_the_table_is_refused(pins: dict[str, Any]) -> Non
     plc.scan(5)
     assert plc.words == [0] * 16
     plc["Table.Rows"], plc["Table.StartRow"], plc["Table.Backwards"] = 3, 3, False
+    plc["Table.MovesSize"] = 3
     restart(plc)
     assert runs(plc) == [3], "afterwards it works as ever"
 
