@@ -469,19 +469,25 @@ def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str
     assert plc.end[0] == ""
 
 
-@pytest.mark.parametrize("out", _PLAIN)
+@pytest.mark.parametrize(
+    ("before", "out"),
+    [("", "DI2?"), ("DI2?", "PTP 10 at 50"), ("PTP 10 at 50", "DO(20) ON"),
+     ("DO(20) ON", "DI2?"), ("PTP 20 at 50", "DI2?")],
+)  # fmt: skip
 def test_servos_that_go_off_while_a_command_waits_for_its_turn_leave_the_end_to_it(
-    out: str,
+    before: str, out: str
 ) -> None:
     """It would go out after the end of the block, with nobody there to see it.
 
     Source: guide 1.2; docs/scan-model.md.
     """
-    plc = _bench()
+    plc = _with_sensor()
     plc.silent = "date"
-    before = _PLAIN.index(out)
     if before:
-        plc.until(_PLAIN[before - 1])
+        plc.until(before)
+        if before == "DI2?":
+            plc.until("DO(20) OFF")
+            plc.until("DI2?")
     plc["Other.Execute"] = True
     if not before:
         plc.start()
