@@ -212,3 +212,35 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
             cell.scan()
             seen.append((cell["Main.Stage"], cell["Main.Fault"]))
         assert set(seen) == {("FILL_IDLE", 0)}
+
+
+def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
+    """Neither at the PLC's start nor later does a button that hangs lose the place of a part.
+
+    Source: design of the examples: a hanging button is no press.
+    """
+
+    def standing() -> tuple[int, int]:
+        return cell["Main.Place"], cell["Main.Row"]
+
+    with _build("13_pallet_by_table") as cell:
+        cell["Main.Place"], cell["Main.Row"], cell["Main.NewPallet"] = 3, 2, True
+        cell.run("100ms")
+        assert standing() == (3, 2)
+        cell["Main.NewPallet"] = False
+        cell.scan()
+        cell["Main.NewPallet"] = True
+        cell.scan()
+        assert standing() == (1, 0)
+        cell["Main.Place"], cell["Main.Row"] = 4, 1
+        cell.run("100ms")
+        assert standing() == (4, 1)
+
+
+def test_the_cycle_of_the_pallet_shows_the_alarm_of_a_part_that_was_broken_off() -> None:
+    """Source: guide 1.2 (12.600)."""
+    with _build("07_pallet") as cell:
+        cell.run_until(lambda: cell["Main.Cycle.State"] == "WORK_FAULT", within="9s")
+        shown = [cell[f"Main.Cycle.{pin}"] for pin in ("ErrorID", "AlarmGroup", "AlarmCategory")]
+        assert shown[:2] == [0x8020, 12]
+        assert shown[2] in (400, 600), "SI(00) and SI(06) go OFF together"

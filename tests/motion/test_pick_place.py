@@ -179,6 +179,7 @@ def test_it_goes_on_with_what_is_not_finished(broken: str, again: list[str]) -> 
     assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
     plc.scan(50)
     assert plc.told[-1] == broken, "nothing goes on by itself"
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), "until Execute falls"
     assert plc.end[1:3] == (0x8020, stage)
     assert plc.work() == again
     assert plc.end == ("Done", 0, "PICK_START", False)
@@ -466,3 +467,37 @@ def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str
     assert plc.end[0] == ("Error" if refused else "Done")
     plc.scan()
     assert plc.end[0] == ""
+
+
+@pytest.mark.parametrize(
+    ("before", "out"),
+    [("", "DI2?"), ("DI2?", "PTP 10 at 50"), ("PTP 10 at 50", "DO(20) ON"),
+     ("DO(20) ON", "DI2?"), ("PTP 20 at 50", "DI2?")],
+)  # fmt: skip
+def test_servos_that_go_off_while_a_command_waits_for_its_turn_leave_the_end_to_it(
+    before: str, out: str
+) -> None:
+    """It would go out after the end of the block, with nobody there to see it.
+
+    Source: guide 1.2; docs/scan-model.md.
+    """
+    plc = _with_sensor()
+    plc.silent = "date"
+    if before:
+        plc.until(before)
+        if before == "DI2?":
+            plc.until("DO(20) OFF")
+            plc.until("DI2?")
+    plc["Other.Execute"] = True
+    if not before:
+        plc.start()
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc.scan(5)
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    assert (plc.end[0], plc["Pick.Active"]) == ("Busy", False)
+    plc.refuses = out
+    plc.answer(0x0200)
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=20)
+    assert plc.told[-2:] == ["date", out]
+    assert plc.end[:2] == ("Error", 0x8020)

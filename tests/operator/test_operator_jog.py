@@ -352,3 +352,43 @@ def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bo
     plc.scan(20)
     assert [words[:3] for words in plc.sent[-2:]] == [[_SPEED, 0, 10], [0x0020, 0, 0x0082]]
     assert plc.codes.count(_STEP) == (hold == _STEP)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("key", ["JogPlus", "JogMinus"])
+def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, key: str) -> None:
+    """The key stays TRUE, for nobody is there to release it.
+
+    Source: FB_Operator, HmiOk; hold to run.
+    """
+    plc = OperatorBench(engine)
+    _jogging(plc, key)
+    plc["Operator.HmiOk"] = False
+    plc.scan()
+    assert "SI06" not in plc.inputs
+    assert "Moving" not in plc.lamps()
+    plc.scan(80)
+    assert plc.message == 0x8001
+    plc["Operator.HmiOk"] = True
+    plc.scan()
+    assert plc.message == 0x8074
+    plc.scan(80)
+    assert plc.codes.count(0x0020) == 1
+    plc.key(key, False)
+    plc.scan()
+    _jogging(plc, key)
+    assert plc.codes.count(0x0020) == 2
+
+
+@pytest.mark.parametrize("scans", range(1, 5))
+def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: int) -> None:
+    """Source: FB_Operator, HmiOk."""
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.key("JogPlus")
+    plc.scan(scans)
+    assert _STEP not in plc.codes
+    plc["Operator.HmiOk"] = False
+    plc.scan(80)
+    assert _STEP not in plc.codes
+    assert not plc["Operator.Busy"]

@@ -13,13 +13,15 @@ from plc_bench import ROOT, PlcBench
 __all__ = ["PickBench"]
 
 _DI = 0x0304
+_DATE = 0x0511
 
 
 class PickBench(PlcBench):
     """The block is `Pick`.
 
     Attributes:
-        told: The commands that have come: `PTP 10 at 50`, `DO(20) ON`, `DI2?`.
+        told: The commands that have come: `PTP 10 at 50`, `DO(20) ON`, `DI2?`; `date` is that of
+            another block, `Other`.
         inputs_on: Inputs that are ON, as 20 for DI(20).
         follows: Inputs that follow an output: 21 is ON while DO(20) is.
         refuses: A command that ends in the alarm 12.600, such as `PTP 20 at 50`; it happens once.
@@ -114,6 +116,8 @@ def _text(words: list[int]) -> str:
     place = f"{words[4]}" if code in (0x001, 0x002) else f"{words[4]}/{words[5]}"
     if code == 0x301:
         return f"DO({10 * _port(words[2]) + (words[2] & 15)}) {'ON' if words[3] else 'OFF'}"
+    if code == _DATE:
+        return "date"
     if code == _DI:
         return f"DI{_port(words[2])}?"
     if code == 0x03B:

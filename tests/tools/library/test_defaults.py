@@ -39,6 +39,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     **{("FB_PickPlace", f"{place}Position"): 1 for place in ("Source", "Target")},
     ("FB_PickPlace", "Timeout"): timedelta(seconds=60),
     ("FB_MoveTable", "ArchAxis"): 3,
+    ("FB_MoveTable", "MovesSize"): 50,
     ("FB_MoveTable", "Rows"): 50,
     ("FB_MoveTable", "Timeout"): timedelta(seconds=60),
     ("FB_MoveTable", "WorkPosition"): 1,

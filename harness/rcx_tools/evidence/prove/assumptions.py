@@ -22,5 +22,5 @@ ASSUMPTIONS = {
     " promised.",
     "area": "m, n, Size and ImageSize are constant over a run; ImageSize is not above the array.",
     "log": "LogSize is constant over a run and not above the array RCX_LOG.",
-    "table": "Rows is not above the array RCX_MOVES.",
+    "table": "MovesSize is not above the array RCX_MOVES.",
 }

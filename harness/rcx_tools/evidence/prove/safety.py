@@ -166,7 +166,7 @@ def _table_keeps(machine: Machine, memory: Memory) -> Any:
     members = [member.upper() for member in kind.members]
     under_way = [members.index(f"TABLE_{name}") for name in ("HELD", "MOVE", "ARRIVAL")]
     begun = z3.And(failure != _ILLEGAL_ROW, z3.Or([stage == one for one in under_way]))
-    return z3.And(last <= _rows(machine), z3.Implies(begun, z3.And(row >= 1, row <= last)))
+    return z3.Implies(begun, z3.And(row >= 1, row <= last, last <= _rows(machine)))
 
 
 def _rows(machine: Machine) -> int:
@@ -180,7 +180,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     step = call(library, block)
     known = (*assumed(step), *_limits(library, block, step))
     if block == _TABLE:
-        enough = step.machine.term((*BLOCK, "ROWS"), step.before) <= _rows(step.machine)
+        enough = step.machine.term((*BLOCK, "MOVESSIZE"), step.before) <= _rows(step.machine)
         known = (*known, enough, _table_keeps(step.machine, step.before))
         kept = _table_keeps(step.machine, step.machine.snapshot())
         yield Goal(f"{block}: Row stays in the table", known, kept)

@@ -1,0 +1,389 @@
+"""FB_MoveTable: hold, abort, and what ends it; the test plays the controller."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import PlcBench
+from table_bench import arrived, bench, end, goes_on, restart, rows_to, runs, sent, shown, start
+
+# ---- hold, one row, abort
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_hold_lets_the_row_end_and_begins_no_other(engine: str) -> None:
+    plc = bench(*rows_to(1, 2, 3), engine=engine)
+    start(plc)
+    sent(plc)
+    plc["Table.Hold"] = True
+    plc.scan(5)
+    end(plc)
+    plc.scan(50)
+    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 2)
+    assert (shown(plc), plc.words[0]) == ("Busy", 0)
+    plc["Table.OneRow"] = True
+    assert sent(plc)[4] == 2
+    end(plc)
+    plc.scan(50)
+    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "one edge is one row"
+    plc["Table.Hold"] = False
+    assert sent(plc)[4] == 3
+    plc["Table.Hold"] = True
+    end(plc)
+    plc.scan(2)
+    assert shown(plc) == "Done", "behind the last row there is nothing to hold"
+
+
+def test_hold_before_the_start_holds_the_first_row() -> None:
+    plc = bench(*rows_to(1), Hold=True)
+    start(plc)
+    plc.scan(20)
+    assert (plc["Table.Stage"], plc["Table.Row"], plc.words[0]) == ("TABLE_HELD", 1, 0)
+
+
+def test_abort_between_rows_ends_at_once() -> None:
+    plc = bench(*rows_to(1), Hold=True)
+    start(plc)
+    plc.scan(3)
+    plc["Table.Abort"] = True
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8050, 1)
+
+
+def test_abort_lets_the_command_end_and_counts_the_row() -> None:
+    """Source: guide, 2: a command is held to its end."""
+    plc = bench(*rows_to(1, 2, 3))
+    start(plc)
+    sent(plc)
+    plc["Table.Abort"] = True
+    plc.scan()
+    plc["Table.Abort"] = False
+    plc.scan(20)
+    assert (shown(plc), plc.words[0]) == ("Busy", 0x0001)
+    end(plc)
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8050, 2)
+    plc.scan(20)
+    assert plc.words == [0] * 16
+
+
+def test_abort_in_the_last_row_comes_too_late() -> None:
+    plc = bench(*rows_to(1))
+    start(plc)
+    sent(plc)
+    plc["Table.Abort"] = True
+    plc.scan(3)
+    end(plc)
+    plc.scan(2)
+    assert (shown(plc), plc["Table.Row"]) == ("Done", 0)
+
+
+def test_abort_withdraws_a_row_that_waits_for_its_turn() -> None:
+    plc = bench(*rows_to(1))
+    plc["Other.Execute"] = True
+    plc.scan(2)
+    other = plc.words[0]
+    start(plc)
+    plc.scan(5)
+    assert (plc["Table.Stage"], plc.words[0]) == ("TABLE_MOVE", other)
+    plc["Table.Abort"] = True
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8050, 1)
+    plc["Table.Abort"] = False
+    end(plc)
+    plc.scan(20)
+    assert plc.words == [0] * 16
+    assert plc["Robot.Inner.Command.Serving"] == plc["Robot.Inner.Command.NextTicket"]
+    restart(plc)
+    assert runs(plc) == [1]
+
+
+# ---- what ends it
+
+_FAULTS = [
+    pytest.param({"outputs": {"SO01": False}}, 0x8002, id="CPU_OK off"),
+    pytest.param({"outputs": {"SO00": True}}, 0x8003, id="emergency stop"),
+    pytest.param({"EmergencyStopOk": False}, 0x8003, id="cell not safe"),
+    pytest.param({"outputs": {"SO03": True}}, 0x8004, id="alarm"),
+    pytest.param({"StopOk": False}, 0x8007, id="stop"),
+    pytest.param({"outputs": {"SO02": False}}, 0x800C, id="servos off"),
+    pytest.param({"Connected": False}, 0x8001, id="link"),
+]
+
+
+def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
+    for name, value in fault.items():
+        if name == "outputs":
+            plc.outputs(**{one: on is there for one, on in value.items()})
+        else:
+            plc[name] = value is there
+            if name != "Connected":
+                plc.scan()  # FB_WriteArea shows it to the next scan
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("fault", "error"), _FAULTS)
+def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
+    fault: dict[str, Any], error: int, engine: str
+) -> None:
+    """In a wait nothing is on the wire that the controller could end.
+
+    Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3.
+    """
+    plc = arrived("WAIT", engine, Number=0, State=True, Duration="T#10s")
+    _fault(plc, fault, there=True)
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
+    _fault(plc, fault, there=False)
+    plc["Table.Bits"] = 1
+    plc.scan(60)
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
+    assert (plc["Table.Row"], plc["Table.Arrived"]) == (2, True)
+    assert plc.words == [0] * 16
+    plc["Table.StartRow"], plc["Table.StartArrived"] = 2, True
+    restart(plc)
+    assert goes_on(plc)
+
+
+@pytest.mark.parametrize(("fault", "error"), _FAULTS)
+def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
+    fault: dict[str, Any], error: int
+) -> None:
+    plc = bench(*rows_to(1, 2))
+    start(plc)
+    sent(plc)
+    plc["Other.Execute"] = True
+    plc.scan()
+    end(plc)
+    plc.scan(4)
+    assert plc.words[0] == 0x0511  # FB_ReadDate has the turn
+    _fault(plc, fault, there=True)
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
+    assert (plc["Table.Row"], plc["Table.Arrived"]) == (2, False)
+    _fault(plc, fault, there=False)
+    plc.answer(0x0200)
+    plc.scan(2)
+    plc.answer(0)
+    plc.scan(60)
+    assert plc.words == [0] * 16
+
+
+@pytest.mark.parametrize(("fault", "error"), [one for one in _FAULTS if one.id not in (
+    "CPU_OK off", "link")])  # fmt: skip
+def test_a_fault_during_a_movement_waits_for_its_end_and_ends_it_then(
+    fault: dict[str, Any], error: int
+) -> None:
+    """Source: guide, 2: a command is held to its end."""
+    plc = bench(*rows_to(1, 2))
+    start(plc)
+    sent(plc)
+    _fault(plc, fault, there=True)
+    plc.scan()
+    _fault(plc, fault, there=False)
+    plc.scan(20)
+    assert (shown(plc), plc.words[0], plc["Table.Row"]) == ("Busy", 1, 1)
+    end(plc)
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", error, 2)
+    plc.scan(60)
+    assert plc.words == [0] * 16
+
+
+@pytest.mark.parametrize(("fault", "error"), [_FAULTS[0], _FAULTS[-1]])
+def test_without_link_or_controller_a_movement_ends_at_once(
+    fault: dict[str, Any], error: int
+) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = bench(*rows_to(1, 2))
+    start(plc)
+    sent(plc)
+    _fault(plc, fault, there=True)
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", error, 1)
+    assert plc.words == [0] * 16
+
+
+@pytest.mark.parametrize(("fault", "error"), _FAULTS)
+def test_it_does_not_start_into_a_fault(fault: dict[str, Any], error: int) -> None:
+    plc = bench(*rows_to(1))
+    _fault(plc, fault, there=True)
+    start(plc)
+    assert shown(plc) == "Busy"
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", error, 1)
+    _fault(plc, fault, there=False)
+    plc.scan(60)
+    assert plc.words == [0] * 16
+
+
+def test_a_row_begins_once_the_stop_input_has_settled() -> None:
+    """SI(06) that has just come ON has not been seen by the controller yet.
+
+    Source: manual chapter 5, 3, caution: 100 ms.
+    """
+    plc = bench(*rows_to(1))
+    plc["StopOk"] = False
+    plc.scan(40)
+    plc["StopOk"] = True
+    plc.scan()
+    start(plc)
+    plc.scan_until(lambda: plc.words[0] != 0, most=60)
+    assert plc["Robot.Settled"]
+    assert plc["Robot.SI.SI06_Stop"]
+
+
+def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> None:
+    plc = bench(*rows_to(1, 2), Timeout="T#100ms")
+    start(plc)
+    sent(plc)
+    plc.scan_until(lambda: plc["Table.Busy"] is False, most=12)
+    assert (plc["Table.ErrorID"], plc["Table.Row"], plc.words[0]) == (0x8011, 1, 1)
+
+
+def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() -> None:
+    """It ends while its command waits behind another one's; called again it does not take it up.
+
+    Source: no section (this library's own).
+    """
+    plc = bench(*rows_to(1, 2))
+    plc["Other.Execute"] = True
+    date = sent(plc)[0]
+    start(plc)
+    plc.scan(3)
+    plc["Table.Abort"] = plc["CallTwice"] = True
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc.words[0]) == ("Error", 0x8050, date)
+    plc["Table.Abort"] = plc["CallTwice"] = False
+    end(plc)
+    for _ in range(8):
+        plc.scan()
+        assert plc.words[0] == 0
+
+
+def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
+    """It would run with pins of the start before, beside the command that still waits.
+
+    Source: no section (this library's own).
+    """
+    plc = bench(*rows_to(1, 2))
+    plc["Other.Execute"] = True
+    sent(plc)
+    start(plc)
+    plc["Table.Execute"] = False
+    plc.scan(3)
+    plc["Table.Abort"] = plc["StartAgain"] = True
+    plc.scan()
+    plc["Table.Abort"] = plc["StartAgain"] = False
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8013)
+    end(plc)
+    for _ in range(8):
+        plc.scan()
+        assert plc.words[0] == 0
+    restart(plc)
+    assert runs(plc) == [1, 2]
+
+
+def test_a_call_that_is_left_out_ends_it_and_the_row_is_kept() -> None:
+    plc = bench(*rows_to(1, 2))
+    start(plc)
+    sent(plc)
+    plc["CallTable"] = False
+    plc.scan()
+    plc["CallTable"] = True
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8013, 1)
+    plc["CallTwice"] = True
+    end(plc)
+    plc["CallTwice"] = False
+    restart(plc)
+    plc["CallTwice"] = True
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8016, 1)
+    plc["CallTwice"] = False
+    plc.scan(5)
+    assert plc.words == [0] * 16
+    restart(plc)
+    assert runs(plc) == [1, 2]
+
+
+def test_a_start_in_the_scan_after_an_error_runs() -> None:
+    """The command that waited is withdrawn with it. Source: no section (this library's own)."""
+    plc = bench(*rows_to(1, 2))
+    plc["Other.Execute"] = True
+    sent(plc)
+    start(plc)
+    plc["Table.Execute"] = False
+    plc.scan(3)
+    plc["Table.Abort"] = True
+    plc.scan()
+    plc["Table.Abort"] = False
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8050)
+    start(plc)
+    assert shown(plc) == "Busy"
+    end(plc)
+    assert runs(plc) == [1, 2]
+    assert shown(plc) == "Done"
+
+
+def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
+    """The call before had nothing to do. Source: no section (this library's own)."""
+    plc = bench(*rows_to(1, 2))
+    plc["StartAgain"] = True
+    plc.scan()
+    plc["StartAgain"] = False
+    assert runs(plc) == [1, 2]
+    assert shown(plc) == "Done"
+
+
+@pytest.mark.parametrize("hold", [True, False])
+def test_a_call_that_is_left_out_before_a_command_lets_none_out(hold: bool) -> None:
+    """Nor does it go on by itself where Hold falls afterwards. Source: docs/scan-model.md."""
+    plc = bench(*rows_to(1, 2), Hold=hold)
+    start(plc)
+    plc["CallTable"] = False
+    plc.scan()
+    plc["CallTable"] = True
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8013, 1)
+    plc["Table.Hold"] = False
+    for _ in range(8):
+        plc.scan()
+        assert plc.words == [0] * 16
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_an_edge_of_execute_while_it_is_under_way_takes_nothing_over(active: bool) -> None:
+    """Source: design of the library, 3."""
+    plc = bench(*rows_to(1, 2, 3), Hold=not active)
+    start(plc)
+    if active:
+        sent(plc)
+    plc["Table.Execute"] = False
+    plc.scan()
+    plc["Table.StartRow"], plc["Table.Rows"], plc["Table.Hold"] = 3, 1, False
+    plc["Table.Execute"] = True
+    plc.scan()
+    assert runs(plc) == [1, 2, 3]
+    assert shown(plc) == "Done"
+
+
+def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
+    plc = bench(*rows_to(1))
+    start(plc)
+    plc["Table.Execute"] = False
+    sent(plc)
+    assert shown(plc) == "Busy"
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    assert shown(plc) == "Done"
+    plc.scan()
+    assert shown(plc) == ""
+    plc.scan(5)
+    start(plc)
+    assert runs(plc) == [1]
