@@ -387,6 +387,33 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> N
     assert plc["Backup.Active"] is False
 
 
+def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
+    plc: PointsBench,
+) -> None:
+    """500 scans of 10 ms from its turn on, which it gets in the first one.
+
+    Source: docs/blocks/FB_PointBackup.md, Timeout.
+    """
+    plc.silent = True
+    plc["Backup.Execute"] = True
+    plc.scan(500)
+    assert (plc["Backup.Busy"], plc["Backup.Active"]) == (True, True)
+    plc.scan()
+    assert (plc["Backup.Error"], plc["Backup.ErrorID"]) == (True, 0x8011)
+
+
+def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    plc.refuses[1] = (12, 76)
+    plc["Backup.Execute"] = True
+    plc.scan()
+    plc["Backup.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    assert (plc["Backup.ErrorID"], plc["Backup.AlarmGroup"]) == (0x8020, 12)
+    plc.scan()
+    assert (plc["Backup.Error"], plc["Backup.ErrorID"], plc["Backup.AlarmGroup"]) == (False, 0, 0)
+
+
 @pytest.mark.parametrize("between", [False, True])
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
     """While a command is out, and between two of them.

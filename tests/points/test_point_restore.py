@@ -189,6 +189,49 @@ def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: 
     assert plc.codes == [0x101] * 4
 
 
+@pytest.mark.parametrize("place", [0, 3, 5, 7, 9, 11, 13])
+def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int) -> None:
+    """Flag 0 instead of 1; a negative value, by its higher word, instead of a positive one.
+
+    Source: guide 4.3.1: flag, and the data of six axes as double words with a sign.
+    """
+    _record(plc)
+    assert plc.run("Restore") == 0
+    plc.stored[0x100, 12][place] = 0xFFFF if place else 0
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 12)
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
+    """The record has the point and the controller has not, and the other way round.
+
+    Source: docs/points.md: a number that is not defined is a row with Defined FALSE.
+    """
+    zeros = [0] * 14
+    if kept:
+        plc.stored[0x100, 10] = zeros
+    assert plc.run("Backup", First=10, Count=1) == 0
+    plc.stored.clear()
+    if not kept:
+        plc.stored[0x100, 10] = zeros
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 10)
+
+
+def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
+    """Source: docs/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: len(plc.sent) == 1)
+    seen = []
+    while plc["Restore.Busy"]:
+        seen.append((plc["Restore.Row"], plc["Restore.Number"]))
+        plc.scan()
+    assert list(dict.fromkeys(seen)) == [(1, 10), (2, 11), (3, 12), (4, 13)]
+    assert (plc["Restore.Done"], plc["Restore.Row"], plc["Restore.Number"]) == (True, 4, 13)
+
+
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
     """Missing on one side, missing on the other, changed."""
     _record(plc, missing=11)
@@ -360,6 +403,38 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> N
     plc.silent = True
     assert plc.run("Restore", Timeout="T#200ms", most=40) == 0x8011
     assert plc["Restore.Number"] == 10
+
+
+def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
+    plc: PointsBench,
+) -> None:
+    """500 scans of 10 ms from its turn on.
+
+    Source: docs/blocks/FB_PointRestore.md, Timeout.
+    """
+    _record(plc)
+    plc.silent = True
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Restore.Active"]))
+    plc.scan(499)
+    assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, True)
+    plc.scan()
+    assert (plc["Restore.Error"], plc["Restore.ErrorID"]) == (True, 0x8011)
+
+
+def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    _record(plc)
+    plc.refuses[11] = (12, 76)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    assert (plc["Restore.ErrorID"], plc["Restore.AlarmGroup"]) == (0x8020, 12)
+    plc.scan()
+    assert (plc["Restore.Error"], plc["Restore.ErrorID"], plc["Restore.AlarmGroup"]) == (
+        *(False, 0, 0),
+    )
 
 
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
