@@ -125,6 +125,8 @@ def test_the_robot_of_hands_belongs_to_the_record(plc: PointsBench) -> None:
         ({"Head.First": -1}, 0x8044, 1),
         ({"Head.First": 32_767}, 0x8044, 1),
         ({"Head.RobotNumber": 5, "Restore.FirstRow": 3}, 0x8040, 3),
+        ({"Head.RobotNumber": 5, "Restore.FirstRow": 101}, 0x8040, 1),
+        ({"Head.Count": 0, "Connected": False}, 0x8044, 1),
         ({"Restore.FirstRow": 0}, 0x8044, 1),
         ({"Restore.FirstRow": 5}, 0x8044, 5),
         ({"Restore.FirstRow": 100}, 0x8044, 100),
@@ -152,6 +154,7 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     plc["Connected"] = False
     plc.scan()
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
+    assert plc["Restore.Number"] == 11, "row 1 is point 10"
 
 
 @pytest.mark.parametrize("row", [3, 7])
@@ -165,6 +168,7 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
     plc.outputs(SO01=False)
     plc.scan()
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
+    assert plc["Restore.Number"] == 10
 
 
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
@@ -309,6 +313,31 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     assert [words[2] for words in plc.sent] == [10, 11, 11, 12, 13]
 
 
+def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
+    """The next row is not written, though the link is there again. Source: as above."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: plc["Restore.Row"] == 2)
+    plc["Connected"] = False
+    plc.scan()
+    assert plc["Restore.ErrorID"] == 0x8001
+    plc["Connected"] = True
+    plc.scan(20)
+    assert [words[2] for words in plc.sent] == [10]
+
+
+def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(plc: PointsBench) -> None:
+    """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
+    _record(plc)
+    plc["Connected"] = False
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Connected"] = True
+    plc.scan_until(lambda: not plc["Restore.Busy"])
+    assert plc["Restore.ErrorID"] == 0
+
+
 def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     _record(plc)
@@ -437,6 +466,18 @@ def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBen
     )
 
 
+def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(plc: PointsBench) -> None:
+    """Nothing of the command that failed is left. Source: PLCopen, edge-triggered blocks."""
+    _record(plc)
+    plc.refuses[11] = (12, 76)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    plc.refuses.clear()
+    assert plc.run("Restore") == 0
+
+
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     """While it checks, while a command is out, and between two of them.
@@ -453,9 +494,11 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     plc.scan()
     plc["CallBackup"] = True
     asked = len(plc.sent)
-    plc.scan(10)
+    for _ in range(10):
+        plc.scan()
+        assert plc["Restore.Row"] == {"Row": 1, "Active": 1, "Number": 2}[when]
     assert plc["Restore.ErrorID"] == 0x8013
-    assert len(plc.sent) <= asked + 1
+    assert len(plc.sent) <= asked + (when == "Active")
     plc["Restore.Execute"] = False
     plc.scan(10)
     assert plc.run("Restore") == 0
