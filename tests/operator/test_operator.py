@@ -541,3 +541,21 @@ def test_two_keys_at_once_are_none() -> None:
         plc.scan(30)
         assert plc.inputs == ["SI00", "SI06"]
         assert plc.sent == []
+
+
+@pytest.mark.parametrize("key", [*_KEYS, "Reset"])
+def test_a_key_that_could_act_does_not_together_with_another_one(key: str) -> None:
+    """Source: FB_RcxPanelKeys: which of them was meant?"""
+    plc = OperatorBench()
+    plc.outputs(SO02=key != "ServoOn", SO03=key == "Reset")
+    plc.set(Automatic=key == "Start")
+    plc.scan(20)
+    assert plc.can(key) == [True]
+    plc.key(key)
+    plc.key("StepLine" if key == "Teach" else "Teach")
+    for _ in range(30):
+        plc.scan()
+        assert plc.inputs == ["SI00", "SI06"]
+        assert not plc["Operator.Busy"]
+    assert plc.message == 0x8073
+    assert plc.sent == []
