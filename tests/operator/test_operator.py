@@ -342,6 +342,19 @@ def test_while_a_key_is_at_work_the_others_are_refused_but_stop() -> None:
     assert "SI06" not in plc.inputs
 
 
+@pytest.mark.parametrize("key", ["ServoOn", "Start"])
+def test_a_key_that_is_at_work_is_refused_once_more(key: str) -> None:
+    """Source: docs/errors.md, 16#8072."""
+    plc = OperatorBench()
+    plc.outputs(SO02=key != "ServoOn")
+    plc.set(Automatic=key == "Start")
+    plc.scan(20)
+    plc.press(key)
+    assert (plc.can(key), plc.message) == ([False], 0)
+    plc.press(key)
+    assert plc.message == 0x8072
+
+
 def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
     """Source: guide chapter 2, abnormal end; manual chapter 4, 4: 12.600."""
     plc = OperatorBench()

@@ -423,6 +423,20 @@ def test_a_step_does_not_line_up_behind_another_command() -> None:
     assert _STEP not in plc.codes
 
 
+@pytest.mark.parametrize("key", ["ServoOn", "ProgramReset", "StepLine", "Teach"])
+def test_while_an_axis_is_jogged_another_key_is_refused_and_the_jog_goes_on(key: str) -> None:
+    """Source: docs/errors.md, 16#8072."""
+    plc = OperatorBench()
+    _jogging(plc)
+    assert plc.can(key) == [False]
+    plc.press(key)
+    assert plc.message == 0x8072
+    plc.scan(20)
+    assert "Moving" in plc.lamps()
+    assert plc.inputs == ["SI00", "SI06"]
+    assert plc.codes == [_SPEED, 0x0020]
+
+
 @pytest.mark.parametrize("stepwise", [False, True])
 def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
     """Source: guide 4.2.6, 4.2.7: bit 7 of the third word is ON for the minus direction."""

@@ -466,15 +466,25 @@ def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBen
     )
 
 
-def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(plc: PointsBench) -> None:
-    """Nothing of the command that failed is left. Source: PLCopen, edge-triggered blocks."""
+@pytest.mark.parametrize("answered", [True, False])
+def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
+    plc: PointsBench, answered: bool
+) -> None:
+    """Nothing is left of the command that failed, or that was not answered.
+
+    Source: PLCopen, edge-triggered blocks
+    """
     _record(plc)
     plc.refuses[11] = (12, 76)
+    plc.silent = not answered
+    plc["Restore.Timeout"] = "T#200ms"
     plc["Restore.Execute"] = True
     plc.scan()
     plc["Restore.Execute"] = False
     plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    assert plc["Restore.ErrorID"] == (0x8020 if answered else 0x8011)
     plc.refuses.clear()
+    plc.silent = False
     assert plc.run("Restore") == 0
 
 
