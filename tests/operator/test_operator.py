@@ -176,6 +176,22 @@ def test_the_position_is_read_once_the_servos_are_on() -> None:
     assert plc["Panel.Position"][0] == 1.5
 
 
+def test_a_position_that_cannot_be_read_leaves_the_last_one() -> None:
+    """Source: RCX_PANEL.Position."""
+    plc = OperatorBench()
+    plc.hold = 0x0506
+    plc.press("JogPlus", scans=20)
+    plc.scan_until(lambda: 0x0506 in plc.codes)
+    plc.answer(0x0200, [0, 0, 0, 1500, 0])
+    plc.scan(5)
+    assert plc["Panel.Position"][0] == 1.5
+    plc.hold, plc.refuse = 0, 0x0506
+    plc.press("JogPlus", scans=20)
+    plc.scan(60)
+    assert plc.codes.count(0x0506) == 2
+    assert plc["Panel.Position"][0] == 1.5
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_program_starts_is_stopped_and_goes_on(engine: str) -> None:
     """Source: manual chapter 5, 3.3."""

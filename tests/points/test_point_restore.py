@@ -366,6 +366,21 @@ def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 12, 13)]
 
 
+def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBench) -> None:
+    """The controller has none of the four points any more. Source: PLCopen, edge-triggered."""
+    _record(plc)
+    plc["Restore.CompareOnly"], plc["Restore.Execute"] = True, True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    seen = []
+    while plc["Restore.Busy"]:
+        assert plc["Restore.Active"] or not plc.words[0], "a code is out"
+        plc.scan()
+        if plc["Restore.Different"]:
+            seen.append(plc["Restore.LastDifferent"])
+    assert seen == [10, 11, 12, 13]
+
+
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
     _record(plc)
