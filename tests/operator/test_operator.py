@@ -176,6 +176,22 @@ def test_the_position_is_read_once_the_servos_are_on() -> None:
     assert plc["Panel.Position"][0] == 1.5
 
 
+def test_a_position_that_cannot_be_read_leaves_the_last_one() -> None:
+    """Source: RCX_PANEL.Position."""
+    plc = OperatorBench()
+    plc.hold = 0x0506
+    plc.press("JogPlus", scans=20)
+    plc.scan_until(lambda: 0x0506 in plc.codes)
+    plc.answer(0x0200, [0, 0, 0, 1500, 0])
+    plc.scan(5)
+    assert plc["Panel.Position"][0] == 1.5
+    plc.hold, plc.refuse = 0, 0x0506
+    plc.press("JogPlus", scans=20)
+    plc.scan(60)
+    assert plc.codes.count(0x0506) == 2
+    assert plc["Panel.Position"][0] == 1.5
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_program_starts_is_stopped_and_goes_on(engine: str) -> None:
     """Source: manual chapter 5, 3.3."""
@@ -340,6 +356,19 @@ def test_while_a_key_is_at_work_the_others_are_refused_but_stop() -> None:
     assert plc.can("Stop") == [True]
     plc.press("Stop")
     assert "SI06" not in plc.inputs
+
+
+@pytest.mark.parametrize("key", ["ServoOn", "Start"])
+def test_a_key_that_is_at_work_is_refused_once_more(key: str) -> None:
+    """Source: docs/errors.md, 16#8072."""
+    plc = OperatorBench()
+    plc.outputs(SO02=key != "ServoOn")
+    plc.set(Automatic=key == "Start")
+    plc.scan(20)
+    plc.press(key)
+    assert (plc.can(key), plc.message) == ([False], 0)
+    plc.press(key)
+    assert plc.message == 0x8072
 
 
 def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
@@ -584,3 +613,21 @@ def test_stop_acts_without_the_hmi_too(engine: str) -> None:
     plc.key("Stop")
     plc.scan(2)
     assert plc.inputs == ["SI00"]
+
+
+@pytest.mark.parametrize("key", [*_KEYS, "Reset"])
+def test_a_key_that_could_act_does_not_together_with_another_one(key: str) -> None:
+    """Source: FB_RcxPanelKeys: which of them was meant?"""
+    plc = OperatorBench()
+    plc.outputs(SO02=key != "ServoOn", SO03=key == "Reset")
+    plc.set(Automatic=key == "Start")
+    plc.scan(20)
+    assert plc.can(key) == [True]
+    plc.key(key)
+    plc.key("StepLine" if key == "Teach" else "Teach")
+    for _ in range(30):
+        plc.scan()
+        assert plc.inputs == ["SI00", "SI06"]
+        assert not plc["Operator.Busy"]
+    assert plc.message == 0x8073
+    assert plc.sent == []

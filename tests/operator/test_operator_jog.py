@@ -8,6 +8,8 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _SPEED, _AMOUNT, _STEP, _POSITION = 0x0038, 0x0027, 0x0024, 0x0506
+#: Of a block beside the panel: any command.
+_OTHER = 0x0102
 
 
 def _jogging(plc: OperatorBench, key: str = "JogPlus") -> None:
@@ -83,7 +85,8 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
     plc.press("JogMinus")
     plc.scan(60)
     assert plc.codes[4:] == [_SPEED, _AMOUNT, _STEP, _POSITION], "a short press, too"
-    assert not plc["Operator.Error"]
+    plc.scan(150)
+    assert not plc["Operator.Error"], "nothing is late once the step is done"
 
 
 def test_the_selections_count_as_they_stood_at_the_press() -> None:
@@ -239,6 +242,8 @@ def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise:
     plc.set(Stepwise=stepwise)
     plc.refuse = code
     plc.key("JogPlus")
+    plc.scan_until(lambda: bool(plc["Operator.Error"]))
+    assert not plc["Operator.Busy"], "in the same scan"
     plc.scan(40)
     assert plc.message == 0x8020
     assert (plc["Panel.AlarmGroup"], plc["Panel.AlarmCategory"]) == (2, 334)
@@ -344,13 +349,13 @@ def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bo
         plc.scan(40)
         assert plc.codes[plc.codes.index(hold) + 1 :] == [_POSITION]
         return
-    plc.set(Stepwise=False, Axis=2)
+    plc.set(Stepwise=False, Axis=2, Percent=55)
     plc.key("JogMinus")
     plc.scan(20)
     assert plc.codes[-1] == hold
     plc.hold = 0
     plc.scan(20)
-    assert [words[:3] for words in plc.sent[-2:]] == [[_SPEED, 0, 10], [0x0020, 0, 0x0082]]
+    assert [words[:3] for words in plc.sent[-2:]] == [[_SPEED, 0, 55], [0x0020, 0, 0x0082]]
     assert plc.codes.count(_STEP) == (hold == _STEP)
 
 
@@ -392,3 +397,94 @@ def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: 
     plc.scan(80)
     assert _STEP not in plc.codes
     assert not plc["Operator.Busy"]
+
+
+@pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
+def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing(hold: int) -> None:
+    """What an earlier press has sent still waits for its end.
+
+    Source: FB_RcxPanelJog; hold to run.
+    """
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = hold
+    plc.press("JogPlus")
+    plc.scan_until(lambda: hold in plc.codes)
+    plc.outputs(SO13=True)
+    plc.scan(2)
+    plc.outputs(SO13=False)
+    plc.scan(2)
+    plc.set(Stepwise=False)
+    plc.press("JogMinus", scans=3)
+    plc.hold = 0
+    plc.scan(40)
+    assert plc.codes[plc.codes.index(hold) + 1 :] == [_POSITION]
+    assert not plc["Operator.Busy"]
+
+
+def test_a_key_that_is_released_while_the_speed_is_set_moves_nothing() -> None:
+    """Source: FB_RcxPanelJog; hold to run."""
+    plc = OperatorBench()
+    plc.hold = _SPEED
+    plc.press("JogPlus", scans=5)
+    plc.scan(5)
+    plc.hold = 0
+    plc.scan(40)
+    assert plc.codes == [_SPEED, _POSITION]
+
+
+def test_a_jog_may_take_longer_than_a_step_may_wait() -> None:
+    """Source: FB_RcxPanelJog: only a step is to begin within a second."""
+    plc = OperatorBench()
+    _jogging(plc)
+    plc.scan(300)
+    assert "Moving" in plc.lamps()
+    assert (plc.message, plc.codes) == (0, [_SPEED, 0x0020])
+
+
+def test_a_step_does_not_line_up_behind_another_command() -> None:
+    """It would begin whenever that ends: it is given up instead.
+
+    Source: FB_RcxPanelJog: within a second or not at all.
+    """
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = _AMOUNT
+    plc.press("JogPlus")
+    plc.scan_until(lambda: _AMOUNT in plc.codes)
+    plc["Other.Code"], plc["Other.Execute"] = _OTHER, True
+    plc.scan()
+    plc.hold = _OTHER
+    plc.scan(120)
+    assert plc.codes == [_SPEED, _AMOUNT, _OTHER]
+    assert plc.message == 0x8076
+    plc.hold = 0
+    plc.scan(40)
+    assert _STEP not in plc.codes
+
+
+@pytest.mark.parametrize("key", ["ServoOn", "ProgramReset", "StepLine", "Teach"])
+def test_while_an_axis_is_jogged_another_key_is_refused_and_the_jog_goes_on(key: str) -> None:
+    """Source: docs/errors.md, 16#8072."""
+    plc = OperatorBench()
+    _jogging(plc)
+    assert plc.can(key) == [False]
+    plc.press(key)
+    assert plc.message == 0x8072
+    plc.scan(20)
+    assert "Moving" in plc.lamps()
+    assert plc.inputs == ["SI00", "SI06"]
+    assert plc.codes == [_SPEED, 0x0020]
+
+
+@pytest.mark.parametrize("stepwise", [False, True])
+def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
+    """Source: guide 4.2.6, 4.2.7: bit 7 of the third word is ON for the minus direction."""
+    plc = OperatorBench()
+    plc.set(Stepwise=stepwise)
+    for key in ("JogMinus", "JogPlus", "JogMinus"):
+        plc.press(key, scans=20)
+        plc.scan(60)
+    code = _STEP if stepwise else 0x0020
+    sent = [words[2] for words in plc.sent if words[0] == code]
+    assert sent == [0x0081, 0x0001, 0x0081]

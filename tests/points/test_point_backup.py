@@ -370,14 +370,51 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     assert [words[2] for words in plc.sent[asked:]] == list(range(3, 100))
 
 
+@pytest.mark.parametrize("error", [0x8001, 0x8002])
 @pytest.mark.parametrize("between", [False, True])
-def test_a_controller_that_is_not_ready_any_more_ends_it(plc: PointsBench, between: bool) -> None:
-    """While a command is out, and between two of them. Source: docs/errors.md, 16#8002."""
+def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
+    plc: PointsBench, between: bool, error: int
+) -> None:
+    """While a command is out, and between two of them.
+
+    Source: docs/errors.md, 16#8001 and 16#8002
+    """
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
-    plc.outputs(SO01=False)
+    if error == 0x8001:
+        plc["Connected"] = False
+    else:
+        plc.outputs(SO01=False)
     plc.scan()
-    assert plc["Backup.ErrorID"] == 0x8002
+    assert (plc["Backup.Error"], plc["Backup.ErrorID"]) == (True, error)
+
+
+def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
+    """The next row is not asked for, though the link is there again."""
+    plc["Backup.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Backup.Taken"]))
+    plc["Connected"] = False
+    plc.scan()
+    plc["Connected"] = True
+    plc.scan(20)
+    assert plc["Backup.ErrorID"] == 0x8001
+    assert [words[2] for words in plc.sent] == [0]
+
+
+def test_a_range_that_does_not_exist_is_told_without_a_link_too(plc: PointsBench) -> None:
+    """Source: docs/errors.md, 16#8044: the inputs are wrong in any case."""
+    plc["Connected"] = False
+    assert plc.run("Backup", most=1, First=-1) == 0x8044
+
+
+def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(plc: PointsBench) -> None:
+    """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
+    plc["Connected"] = False
+    plc["Backup.Count"], plc["Backup.Execute"] = 1, True
+    plc.scan()
+    plc["Connected"] = True
+    plc.scan_until(lambda: not plc["Backup.Busy"])
+    assert plc["Backup.ErrorID"] == 0
 
 
 def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:
@@ -385,6 +422,70 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> N
     assert plc.run("Backup", Timeout="T#200ms", most=30) == 0x8011
     assert plc["Backup.Number"] == 0
     assert plc["Backup.Active"] is False
+
+
+def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
+    plc: PointsBench,
+) -> None:
+    """500 scans of 10 ms from its turn on, which it gets in the first one.
+
+    Source: docs/blocks/FB_PointBackup.md, Timeout.
+    """
+    plc.silent = True
+    plc["Backup.Execute"] = True
+    plc.scan(500)
+    assert (plc["Backup.Busy"], plc["Backup.Active"]) == (True, True)
+    plc.scan()
+    assert (plc["Backup.Error"], plc["Backup.ErrorID"]) == (True, 0x8011)
+
+
+def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    plc.refuses[1] = (12, 76)
+    plc["Backup.Execute"] = True
+    plc.scan()
+    plc["Backup.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    assert (plc["Backup.ErrorID"], plc["Backup.AlarmGroup"]) == (0x8020, 12)
+    plc.scan()
+    assert (plc["Backup.Error"], plc["Backup.ErrorID"], plc["Backup.AlarmGroup"]) == (False, 0, 0)
+
+
+@pytest.mark.parametrize("answered", [True, False])
+def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
+    plc: PointsBench, answered: bool
+) -> None:
+    """Nothing is left of the command that failed, or that was not answered.
+
+    Source: PLCopen, edge-triggered blocks
+    """
+    plc.refuses[1] = (12, 76)
+    plc.silent = not answered
+    plc["Backup.Timeout"] = "T#200ms"
+    plc["Backup.Execute"] = True
+    plc.scan()
+    plc["Backup.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    assert plc["Backup.ErrorID"] == (0x8020 if answered else 0x8011)
+    plc.refuses.clear()
+    plc.silent = False
+    assert plc.run("Backup", Count=3) == 0
+
+
+def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench) -> None:
+    """The restore's command is out: it holds the command words. Source: PLCopen, Active."""
+    plc.stored[0x100, 10] = POINT_50
+    assert plc.run("Backup", First=10, Count=1) == 0
+    plc.silent = True
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Restore.Active"]))
+    plc["Backup.Execute"] = True
+    for _ in range(5):
+        plc.scan()
+        assert (plc["Backup.Busy"], plc["Backup.Active"]) == (True, False)
+    plc.silent = False
+    plc.scan_until(lambda: bool(plc["Backup.Active"]))
+    assert plc["Restore.Active"] is False
 
 
 @pytest.mark.parametrize("between", [False, True])

@@ -125,6 +125,8 @@ def test_the_robot_of_hands_belongs_to_the_record(plc: PointsBench) -> None:
         ({"Head.First": -1}, 0x8044, 1),
         ({"Head.First": 32_767}, 0x8044, 1),
         ({"Head.RobotNumber": 5, "Restore.FirstRow": 3}, 0x8040, 3),
+        ({"Head.RobotNumber": 5, "Restore.FirstRow": 101}, 0x8040, 1),
+        ({"Head.Count": 0, "Connected": False}, 0x8044, 1),
         ({"Restore.FirstRow": 0}, 0x8044, 1),
         ({"Restore.FirstRow": 5}, 0x8044, 5),
         ({"Restore.FirstRow": 100}, 0x8044, 100),
@@ -152,6 +154,7 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     plc["Connected"] = False
     plc.scan()
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
+    assert plc["Restore.Number"] == 11, "row 1 is point 10"
 
 
 @pytest.mark.parametrize("row", [3, 7])
@@ -165,6 +168,7 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
     plc.outputs(SO01=False)
     plc.scan()
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
+    assert plc["Restore.Number"] == 10
 
 
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
@@ -187,6 +191,49 @@ def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: 
     assert plc.run("Restore", CompareOnly=True) == 0
     assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 12)
     assert plc.codes == [0x101] * 4
+
+
+@pytest.mark.parametrize("place", [0, 3, 5, 7, 9, 11, 13])
+def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int) -> None:
+    """Flag 0 instead of 1; a negative value, by its higher word, instead of a positive one.
+
+    Source: guide 4.3.1: flag, and the data of six axes as double words with a sign.
+    """
+    _record(plc)
+    assert plc.run("Restore") == 0
+    plc.stored[0x100, 12][place] = 0xFFFF if place else 0
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 12)
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
+    """The record has the point and the controller has not, and the other way round.
+
+    Source: docs/points.md: a number that is not defined is a row with Defined FALSE.
+    """
+    zeros = [0] * 14
+    if kept:
+        plc.stored[0x100, 10] = zeros
+    assert plc.run("Backup", First=10, Count=1) == 0
+    plc.stored.clear()
+    if not kept:
+        plc.stored[0x100, 10] = zeros
+    assert plc.run("Restore", CompareOnly=True) == 0
+    assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 10)
+
+
+def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
+    """Source: docs/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: len(plc.sent) == 1)
+    seen = []
+    while plc["Restore.Busy"]:
+        seen.append((plc["Restore.Row"], plc["Restore.Number"]))
+        plc.scan()
+    assert list(dict.fromkeys(seen)) == [(1, 10), (2, 11), (3, 12), (4, 13)]
+    assert (plc["Restore.Done"], plc["Restore.Row"], plc["Restore.Number"]) == (True, 4, 13)
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
@@ -266,6 +313,31 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     assert [words[2] for words in plc.sent] == [10, 11, 11, 12, 13]
 
 
+def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
+    """The next row is not written, though the link is there again. Source: as above."""
+    _record(plc)
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: plc["Restore.Row"] == 2)
+    plc["Connected"] = False
+    plc.scan()
+    assert plc["Restore.ErrorID"] == 0x8001
+    plc["Connected"] = True
+    plc.scan(20)
+    assert [words[2] for words in plc.sent] == [10]
+
+
+def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(plc: PointsBench) -> None:
+    """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
+    _record(plc)
+    plc["Connected"] = False
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Connected"] = True
+    plc.scan_until(lambda: not plc["Restore.Busy"])
+    assert plc["Restore.ErrorID"] == 0
+
+
 def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     _record(plc)
@@ -292,6 +364,21 @@ def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     plc.scan(10)
     assert (plc["Restore.Done"], plc["Restore.Busy"], plc["Restore.Row"]) == (False, False, 4)
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 12, 13)]
+
+
+def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBench) -> None:
+    """The controller has none of the four points any more. Source: PLCopen, edge-triggered."""
+    _record(plc)
+    plc["Restore.CompareOnly"], plc["Restore.Execute"] = True, True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    seen = []
+    while plc["Restore.Busy"]:
+        assert plc["Restore.Active"] or not plc.words[0], "a code is out"
+        plc.scan()
+        if plc["Restore.Different"]:
+            seen.append(plc["Restore.LastDifferent"])
+    assert seen == [10, 11, 12, 13]
 
 
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
@@ -362,6 +449,60 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> N
     assert plc["Restore.Number"] == 10
 
 
+def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
+    plc: PointsBench,
+) -> None:
+    """500 scans of 10 ms from its turn on.
+
+    Source: docs/blocks/FB_PointRestore.md, Timeout.
+    """
+    _record(plc)
+    plc.silent = True
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Restore.Active"]))
+    plc.scan(499)
+    assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, True)
+    plc.scan()
+    assert (plc["Restore.Error"], plc["Restore.ErrorID"]) == (True, 0x8011)
+
+
+def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBench) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    _record(plc)
+    plc.refuses[11] = (12, 76)
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    assert (plc["Restore.ErrorID"], plc["Restore.AlarmGroup"]) == (0x8020, 12)
+    plc.scan()
+    assert (plc["Restore.Error"], plc["Restore.ErrorID"], plc["Restore.AlarmGroup"]) == (
+        *(False, 0, 0),
+    )
+
+
+@pytest.mark.parametrize("answered", [True, False])
+def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
+    plc: PointsBench, answered: bool
+) -> None:
+    """Nothing is left of the command that failed, or that was not answered.
+
+    Source: PLCopen, edge-triggered blocks
+    """
+    _record(plc)
+    plc.refuses[11] = (12, 76)
+    plc.silent = not answered
+    plc["Restore.Timeout"] = "T#200ms"
+    plc["Restore.Execute"] = True
+    plc.scan()
+    plc["Restore.Execute"] = False
+    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    assert plc["Restore.ErrorID"] == (0x8020 if answered else 0x8011)
+    plc.refuses.clear()
+    plc.silent = False
+    assert plc.run("Restore") == 0
+
+
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     """While it checks, while a command is out, and between two of them.
@@ -378,9 +519,11 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     plc.scan()
     plc["CallBackup"] = True
     asked = len(plc.sent)
-    plc.scan(10)
+    for _ in range(10):
+        plc.scan()
+        assert plc["Restore.Row"] == {"Row": 1, "Active": 1, "Number": 2}[when]
     assert plc["Restore.ErrorID"] == 0x8013
-    assert len(plc.sent) <= asked + 1
+    assert len(plc.sent) <= asked + (when == "Active")
     plc["Restore.Execute"] = False
     plc.scan(10)
     assert plc.run("Restore") == 0
