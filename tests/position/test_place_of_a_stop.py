@@ -66,15 +66,15 @@ def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
     with Cell.build([file], scan="10ms", engine=engine) as cell:
         cell.run("500ms")
         cell["Main.On"] = True
-        cell.run_until("Main.ServoOn.Done", within="5s")
+        cell.run_until(lambda: cell["Main.ServoOn.Done"], within="5s")
         cell["Main.Move.TargetMm"] = [500.0, -300.0, 20.0, 45.0, 0.0, 0.0]
         cell["Main.Move.Execute"] = True
         cell.run("400ms")
         cell["Main.StopOk"] = False
-        cell.run_until("Main.Move.Error", within="5s")
+        cell.run_until(lambda: cell["Main.Move.Error"], within="5s")
         cell["Main.Move.Execute"] = False
         cell["Main.Stopped"] = True
-        cell.run_until("Main.Place.Done", within="5s")
+        cell.run_until(lambda: cell["Main.Place.Done"], within="5s")
         place = cell["Main.Place.PositionMm"]
         assert isinstance(place, list)
         assert 10 < place[0] < 490
@@ -84,7 +84,7 @@ def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
         assert _run(cell, "Jogged") == 0
         cell["Main.GoBack"] = True
         cell["Main.Back.PositionOutput"] = "POSITION_MM"
-        cell.run_until("Main.Back.Done", within="60s")
+        cell.run_until(lambda: cell["Main.Back.Done"], within="60s")
         assert cell["Main.Back.PositionMm"] == pytest.approx(place, abs=0.002)
         assert _run(cell, "Move") == 0
         assert not cell.violations
