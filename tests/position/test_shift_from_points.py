@@ -119,6 +119,11 @@ def test_the_least_distance_is_a_distance(value: float, wrong: bool) -> None:
     assert (far == 0) is wrong
 
 
+def test_what_is_wrong_with_an_input_is_said_before_what_is_wrong_with_the_points() -> None:
+    assert _shift(_ORIGIN, _ORIGIN, LeastDistance=9000.0)[1] == 0x8045
+    assert _shift([9000.0], [9000.0])[1] == 0x8047
+
+
 @pytest.mark.parametrize("pin", ["Origin", "AlongX"])
 @pytest.mark.parametrize("k", range(6))
 @pytest.mark.parametrize(
