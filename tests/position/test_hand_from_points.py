@@ -152,8 +152,15 @@ def test_whole_turns_tell_nothing(turn: float) -> None:
 
 @pytest.mark.parametrize(
     ("value", "wrong"),
-    [(0.5, False), (0.4999, True), (0.0, True), (-1.0, True), (100.0, False), (100.01, True)]
-    + [(math.nan, True)],
+    [
+        (0.5, False),
+        (0.4999, True),
+        (0.0, True),
+        (-1.0, True),
+        (100.0, False),
+        (100.01, True),
+        (math.nan, True),
+    ],
 )
 def test_growth_is_half_at_best_and_100_at_worst(value: float, wrong: bool) -> None:
     data1, data2, growth, error = _hand([70, 200, 0, 0], [130, 200, 0, 180], MaxGrowth=value)

@@ -20,7 +20,7 @@ _PROGRAM = """PROGRAM Stops
     ReadArea : FB_ReadArea;
     WriteArea : FB_WriteArea;
     ServoOn : FB_ServoOn;
-    Move : FB_MoveDirectMm;
+    Travel : FB_MoveDirectMm;
     Jogged : FB_MoveDirectMm;
     Place : FB_ReadPositionMm;
     Back : FB_MoveDirectMm;
@@ -29,7 +29,7 @@ _PROGRAM = """PROGRAM Stops
   END_VAR
   ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
   ServoOn(Robot := Robot, Execute := On);
-  Move(Robot := Robot);
+  Travel(Robot := Robot);
   Jogged(Robot := Robot);
 {calls}
   WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms, EmergencyStopOk := TRUE,
@@ -67,12 +67,12 @@ def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
         cell.run("500ms")
         cell["Main.On"] = True
         cell.run_until(lambda: cell["Main.ServoOn.Done"], within="5s")
-        cell["Main.Move.TargetMm"] = [500.0, -300.0, 20.0, 45.0, 0.0, 0.0]
-        cell["Main.Move.Execute"] = True
+        cell["Main.Travel.TargetMm"] = [500.0, -300.0, 20.0, 45.0, 0.0, 0.0]
+        cell["Main.Travel.Execute"] = True
         cell.run("400ms")
         cell["Main.StopOk"] = False
-        cell.run_until(lambda: cell["Main.Move.Error"], within="5s")
-        cell["Main.Move.Execute"] = False
+        cell.run_until(lambda: cell["Main.Travel.Error"], within="5s")
+        cell["Main.Travel.Execute"] = False
         cell["Main.Stopped"] = True
         cell.run_until(lambda: cell["Main.Place.Done"], within="5s")
         place = cell["Main.Place.PositionMm"]
@@ -86,5 +86,5 @@ def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
         cell["Main.Back.PositionOutput"] = "POSITION_MM"
         cell.run_until(lambda: cell["Main.Back.Done"], within="60s")
         assert cell["Main.Back.PositionMm"] == pytest.approx(place, abs=0.002)
-        assert _run(cell, "Move") == 0
+        assert _run(cell, "Travel") == 0
         assert not cell.violations

@@ -109,8 +109,15 @@ def test_one_place_has_no_direction() -> None:
 
 @pytest.mark.parametrize(
     ("value", "wrong"),
-    [(0.1, False), (0.0999, True), (0.0, True), (8191.9985, False), (8192.5, True)]
-    + [(-1.0, True), (math.nan, True)],
+    [
+        (0.1, False),
+        (0.0999, True),
+        (0.0, True),
+        (8191.9985, False),
+        (8192.5, True),
+        (-1.0, True),
+        (math.nan, True),
+    ],
 )
 def test_the_least_distance_is_a_distance(value: float, wrong: bool) -> None:
     shift, error, far = _shift([-4500, -4500, 50], [4500, 4500, 50], LeastDistance=value)
