@@ -14,7 +14,10 @@ from rcx_tools.library.tables import Block, Input
 __all__ = ["range_of"]
 
 #: Numbers and spans in the words of a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
-_SAID = re.compile(r"-?\d+(?:\.\.| to )-?\d+(?:(?:, | \.\. |, with Size 256 also )\d+\.\.\d+)*")
+_SAID = re.compile(
+    r"-?\d+(?:\.\d+)?(?:\.\.| to )-?\d+(?:\.\d+)?"
+    r"(?:(?:, | \.\. |, with Size 256 also )\d+\.\.\d+)*"
+)
 #: Of the areas; the comments say it in other words.
 _AREAS = {"Size": "48, 256", "m": "0 to ImageSize - Size", "n": "0 to ImageSize - Size"}
 

@@ -43,9 +43,9 @@ _PASSING = ("FB_AUTOMODE", "FB_STATUS")
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
 #: What they show goes through arithmetic, of which a proof takes any result: a second instance
 #: gives another one.
-_COMPUTING = ("FB_SCARAFORWARD", "FB_SCARAINVERSE")
+_COMPUTING = ("FB_HANDFROMPOINTS", "FB_SCARAFORWARD", "FB_SCARAINVERSE", "FB_SHIFTFROMPOINTS")
 #: Neither Valid nor Error where the data are old; they remember on which side they were.
-_WATCHING = ("FB_ATPOINT", "FB_WORKAREA")
+_WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
 #: Its alarm is that of the one of its commands that has ended abnormally.
 _COLLECTS = "FB_PICKPLACE"

@@ -64,7 +64,7 @@ def test_a_sine_and_a_cosine_need_not_be_equal(tmp_path: Path) -> None:
     assert ask((), sine == cosine, 20.0).status == "refuted"
 
 
-@pytest.mark.parametrize("name", ["FB_ScaraForward", "FB_ScaraInverse"])
+@pytest.mark.parametrize("name", ["FB_ScaraForward", "FB_ScaraInverse", "FB_HandFromPoints"])
 def test_blocks_with_sines_keep_their_contract_and_their_types(name: str, tmp_path: Path) -> None:
     copy = library(tmp_path, name)
     for item in (_CONTRACT, _OVERFLOW):

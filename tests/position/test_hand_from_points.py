@@ -1,0 +1,227 @@
+"""FB_HandFromPoints: X and Y of a hand on the R axis from two touches of one place."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import random
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import pytest
+
+from alone import Alone
+from both_engines import ENGINES
+from rcx_harness.robot.kinematics import UnreachableError
+from rcx_tools.bench.kinematics import Pose
+
+_RIGHT: tuple[list[float], list[float]] = ([140.0, 170.0, 5.0, 90.0], [130.0, 240.0, 5.0, 180.0])
+
+
+@cache
+def _block(engine: str) -> Alone:
+    return Alone("FB_HandFromPoints", {}, engine)
+
+
+def _six(place: Sequence[float]) -> list[float]:
+    return [*place, *[0.0] * (6 - len(place))]
+
+
+def _hand(
+    point1: Sequence[float], point2: Sequence[float], engine: str = "auto", **pins: Any
+) -> tuple[float, float, float, int]:
+    """Data1, Data2, Growth and ErrorID after one scan."""
+    block = _block(engine)
+    block.restart()
+    for pin, value in {"Point1": _six(point1), "Point2": _six(point2), **pins}.items():
+        block[f"Block.{pin}"] = value
+    return _scan(block)
+
+
+def _scan(block: Alone) -> tuple[float, float, float, int]:
+    block.scan(0)
+    assert block["Block.Valid"] is (not block["Block.Error"])
+    assert block["Block.Error"] is (block["Block.ErrorID"] != 0)
+    data1, data2, growth = (block[f"Block.{pin}"] for pin in ("Data1", "Data2", "Growth"))
+    return data1, data2, growth, block["Block.ErrorID"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("first", "second", "data", "growth"),
+    [
+        ((70, 200, 0, 0), (130, 200, 0, 180), (30, 0), 0.5),
+        ((100, 170, 0, 90), (100, 230, 0, -90), (30, 0), 0.5),
+        ((100, 240, 0, 0), (100, 160, 0, 180), (0, -40), 0.5),
+        ((70, 160, 0, 0), (140, 170, 0, 90), (30, 40), 0.7071),
+        ((140, 170, 0, 90), (130, 240, 0, 180), (30, 40), 0.7071),
+        ((80, 200, 0, 0), (82.6795, 190, 0, 30), (20, 0), 1.9319),
+        ((82.6795, 190, 0, 30), (80, 200, 0, 0), (20, 0), 1.9319),
+        ((80, 200, 0, 360), (90, 217.3205, 0, -60), (20, 0), 1.0),
+        ((80, 200, 0, 720), (120, 200, 0, 180), (20, 0), 0.5),
+    ],
+)
+def test_two_touches_of_the_place_at_100_and_200(
+    engine: str,
+    first: Sequence[float],
+    second: Sequence[float],
+    data: tuple[float, float],
+    growth: float,
+) -> None:
+    """At R 0 X of the hand lies along X, at 90 along Y: 30 and 40 are there 30 up and 40 back.
+
+    At 30 degrees 20 mm are 17.3205 and 10 mm, at -60 they are 10 and -17.3205. Growth is
+    1 / (2 sin) of half the turn: of 90, 45, 15 and 30 degrees.
+
+    Source: remote command guide 4.3.5
+    """
+    data1, data2, grown, error = _hand(first, second, engine)
+    assert error == 0
+    assert (data1, data2) == pytest.approx(data, abs=0.001)
+    assert grown == pytest.approx(growth, abs=1e-4)
+
+
+def _touch(model: str, hand: Sequence[int], place: Sequence[int], left: bool) -> list[float]:
+    """What is read with a hand of zeros where the tip of `hand` is at a place [0.001 mm]."""
+    pose = Pose(model, (hand[0], hand[1], hand[2]), True, (0, 0, 0, 0), ())
+    pulses = pose.frame(left=left).to_pulses(place)
+    bare = dataclasses.replace(pose, hand=(0, 0, 0), shift=(40_000, -70_000, 9_000, 33_000))
+    return [round(one) / 1000 for one in bare.frame().to_mm([round(one) for one in pulses])]
+
+
+def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a_place() -> None:
+    """200 hands of a YK400XE, to 0.05 mm: whole pulses of three turning axes, Growth up to 2.
+
+    The positions are read with a shift that is not zeros.
+
+    Source: harness/rcx_harness/robot/kinematics.py
+    """
+    chance = random.Random(7)
+    found = 0
+    while found < 200:
+        hand = [chance.randint(-100_000, 100_000) for _ in range(3)]
+        x, y = chance.randint(-150_000, 150_000), chance.randint(150_000, 300_000)
+        turn = chance.randint(-180_000, 180_000)
+        other = turn + chance.choice([-1, 1]) * chance.randint(30_000, 330_000)
+        left = chance.random() < 0.5
+        try:
+            points = [_touch("YK400XE", hand, (x, y, 60_000, r), left) for r in (turn, other)]
+        except UnreachableError:
+            continue
+        data1, data2, growth, error = _hand(*points, MaxGrowth=2.1)
+        assert error == 0
+        assert growth <= 1.94
+        assert (data1, data2) == pytest.approx((hand[0] / 1000, hand[1] / 1000), abs=0.05)
+        found += 1
+
+
+@pytest.mark.parametrize(
+    ("turn", "wider"),
+    [(28, 29.5), (-28, -29.5), (331.5, 330), (-332, -330.5), (388, 389.5), (28.9, 29.0)],
+)
+def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
+    """Growth of 28 degrees is 2.067, of 29.5 it is 1.964; a whole turn does not count.
+
+    sin 14.4775 degrees is 0.25, so that 28.955 degrees are the limit.
+
+    Source: comment of MaxGrowth; docs/errors.md, 16#8063
+    """
+    first = [100, 200, 0, 40]
+    assert _hand(first, [120, 200, 0, 40 + turn]) == (0, 0, 0, 0x8063)
+    assert _hand(first, [120, 200, 0, 40 + turn], MaxGrowth=2.1)[3] == 0
+    assert _hand(first, [120, 200, 0, 40 + wider])[3] == 0
+
+
+@pytest.mark.parametrize(("turn", "growth"), [(2, 28.65), (0.6, 95.49), (359.4, 95.49)])
+def test_a_small_turn_is_taken_where_its_growth_may_be(turn: float, growth: float) -> None:
+    """1 / (2 sin) of 1 and 0.3 degrees, whose sines are 0.017452 and 0.005236."""
+    first, second = [100, 200, 0, 0], [100, 200, 0, turn]
+    data1, data2, grown, error = _hand(first, second, MaxGrowth=100.0)
+    assert error == 0
+    assert (data1, data2) == pytest.approx((0, 0), abs=1e-4)
+    assert grown == pytest.approx(growth, abs=0.01)
+    assert _hand(first, second, MaxGrowth=growth - 1)[3] == 0x8063
+
+
+@pytest.mark.parametrize("turn", [0, 360, -360, 720])
+def test_whole_turns_tell_nothing(turn: float) -> None:
+    found = _hand([100, 200, 0, 40], [120, 200, 0, 40 + turn], MaxGrowth=100.0)
+    assert found == (0, 0, 0, 0x8063)
+
+
+@pytest.mark.parametrize(
+    ("value", "wrong"),
+    [
+        (0.5, False),
+        (0.4999, True),
+        (0.0, True),
+        (-1.0, True),
+        (100.0, False),
+        (100.01, True),
+        (math.nan, True),
+    ],
+)
+def test_growth_is_half_at_best_and_100_at_worst(value: float, wrong: bool) -> None:
+    data1, data2, growth, error = _hand([70, 200, 0, 0], [130, 200, 0, 180], MaxGrowth=value)
+    assert (error == 0x8045) is wrong
+    assert (growth == 0) is wrong
+    assert (data1, data2) == pytest.approx((0 if wrong else 30, 0), abs=1e-4)
+
+
+@pytest.mark.parametrize("pin", [0, 1])
+@pytest.mark.parametrize("k", range(6))
+@pytest.mark.parametrize(
+    ("value", "wrong"),
+    [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
+)
+def test_coordinates_that_are_none_are_refused(pin: int, k: int, value: float, wrong: bool) -> None:
+    """X, Y and R; the others do not count."""
+    points = [_six([0.0, 0.0, 0.0, 0.0]), _six([0.0, 0.0, 0.0, 120.0])]
+    points[pin][k] = value
+    data1, data2, growth, error = _hand(*points, MaxGrowth=100.0)
+    if wrong and k in (0, 1, 3):
+        assert (data1, data2, growth, error) == (0, 0, 0, 0x8047)
+    else:
+        assert error == 0
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize(("way", "error"), [(8191.99, 0), (8192.5, 0x8047)])
+def test_a_hand_that_no_telegram_carries_is_refused(
+    axis: int, sign: int, way: float, error: int
+) -> None:
+    """With R at -30 and 30 degrees the hand is as long as the way, across to it.
+
+    Along X it goes from half its length below to half its length above the line; along Y from the
+    right to the left.
+
+    Source: docs/errors.md, 16#8047
+    """
+    points = [[0.0, 0.0, 0.0, -30.0], [0.0, 0.0, 0.0, 30.0]]
+    points[0][axis], points[1][axis] = sign * way / 2, -sign * way / 2
+    expected = [0.0, 0.0]
+    if not error:
+        expected[1 - axis] = sign * way if axis == 1 else -sign * way
+    *data, growth, found = _hand(*points)
+    assert found == error
+    assert data == pytest.approx(expected, abs=0.005)
+    assert growth == pytest.approx(0 if error else 1, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("pin", "wrong", "error"),
+    [("MaxGrowth", 0.0, 0x8045), ("Point1", [9000.0], 0x8047), ("Point2", _RIGHT[0], 0x8063)],
+)
+def test_an_error_shows_no_hand_of_before_and_goes_with_its_cause(
+    pin: str, wrong: Any, error: int
+) -> None:
+    good = _hand(*_RIGHT)
+    assert good[3] == 0
+    block = _block("auto")
+    right = block[f"Block.{pin}"]
+    block[f"Block.{pin}"] = _six(wrong) if isinstance(wrong, list) else wrong
+    assert _scan(block) == (0, 0, 0, error)
+    block[f"Block.{pin}"] = right
+    assert _scan(block) == good
