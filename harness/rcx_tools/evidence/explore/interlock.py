@@ -73,17 +73,12 @@ class InterlockModel:
         return path
 
 
+_LOSSES = ("go", "out", "ack", "ready")
 MODELS = (
-    InterlockModel(
-        "loss",
-        "a shared area: three robots, losses, intruders",
-        moves=("go", "out", "ack", "ready"),
-    ),
+    InterlockModel("loss", "a shared area: two robots, losses, intruders", 2, _LOSSES, 2),
     InterlockModel("gone", "a shared area: three robots that come and go", moves=("go", "called")),
-    InterlockModel("entry", "a shared area: three robots, at once", moves=("go", "out"), at_once=2),
-    InterlockModel(
-        "limit", "a shared area: two robots, one with a time limit", robots=2, at_once=2, timeout=2
-    ),
+    InterlockModel("entry", "a shared area: three robots, at once", 3, ("go", "out"), 2),
+    InterlockModel("limit", "a shared area: two robots, one with a time limit", 2, _LOSSES, 2, 2),
 )
 
 
@@ -105,7 +100,7 @@ class _Seat(NamedTuple):
     kept: bool = False
     valid: bool = False
     had: bool = False
-    """It has been granted since Enable rose."""
+    """It has been granted since Enable rose; also in the scan in which that ends in an error."""
     failed: bool = False
     """It has shown an error since Enable rose."""
     queue: int = 0
@@ -362,7 +357,7 @@ def _judged(
             continue
         broken += _contract(k, was, seat, shown[k])
         valid, busy, number = shown[k]
-        had = seat.go and not number and (was.had or valid)
+        had = seat.go and not was.failed and (was.had or valid)
         kept = (was.kept and not (seat.ack and not was.was_ack)) or (
             was.was_ready and not seat.ready and (was.in_the_way or was.had)
         )
