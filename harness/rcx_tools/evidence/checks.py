@@ -256,10 +256,10 @@ CHECKS: tuple[Check, ...] = (
         "Small programs of the real compiled blocks, in every state that they can reach, with "
         "every choice of the environment in each scan: no rule of the wire or of the contract is "
         "broken, and from every state the channel becomes free once the inputs are quiet. Four "
-        "of them are FB_Interlock at one area, of three robots that come, go and enter, or two with "
-        "losses, intruders and a time limit: never two in it, each in its turn, within 5 scans once nobody is in its way; and "
-        "from every state a robot without a time limit that keeps asking is let in when the "
-        "others leave, one input changing in each scan. "
+        "of them are FB_Interlock at one area, of three robots that come, go and enter, or two "
+        "with losses, intruders and a time limit: never two in it, each in its turn, within 5 "
+        "scans once nobody is in its way; and from every state a robot without a time limit that "
+        "keeps asking is let in when the others leave, one input changing in each scan. "
         "It is a proof for these programs and this abstraction of time, not for any program.",
         (
             ("models explored to the end", _models),

@@ -181,12 +181,10 @@ def test_robots_at_one_area_are_explored_with_the_others(
 
 
 def test_every_model_and_every_bug_has_a_name_of_its_own() -> None:
-    models = [*MODELS, *SMALL, *interlock.MODELS]
-    assert len({model.name for model in models}) == len(models)
-    bugs = [*SEEDED, *interlock.SEEDED]
-    assert len({bug.name for bug in bugs} | {model.name for model in models}) == len(
-        [*bugs, *models]
-    )
+    names = [model.name for model in (*MODELS, *SMALL)]
+    names += [model.name for model in interlock.MODELS]
+    names += [bug.name for bug in (*SEEDED, *interlock.SEEDED)]
+    assert len(set(names)) == len(names)
 
 
 def test_an_outcome_of_robots_at_one_area_is_kept_until_what_it_rests_on_changes(
