@@ -1,6 +1,6 @@
 """FB_Interlock: the exploration of all its states within small bounds, and what it must find.
 
-`python -m rcx_tools.evidence.explore.interlock` goes to the end of every model.
+`make explore` goes to the end of every model.
 """
 
 from __future__ import annotations
@@ -9,7 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from rcx_tools.evidence.explore.interlock import MODELS, SEEDED, InterlockModel, explored, told
+from rcx_tools.evidence.explore.interlock import (
+    MODELS,
+    SEEDED,
+    InterlockModel,
+    explored,
+    replay,
+    told,
+)
 from rcx_tools.evidence.explore.search import LIBRARY
 from rcx_tools.evidence.explore.seeded import Seeded
 
@@ -30,6 +37,25 @@ def test_two_robots_are_explored_to_the_end() -> None:
     assert result.states > 50
 
 
+def test_a_robot_that_keeps_asking_is_let_in_once_the_other_has_left() -> None:
+    """The other is called again, gives up, and is outside: one of these in each scan.
+
+    Robot 2 is called after robot 1, and so let in while that leaves; robot 1 a scan later.
+    """
+    pair = InterlockModel("pair", "two robots", robots=2, moves=("go", "out", "called"))
+    result = explored(pair)
+    assert result.met
+    assert result.bounds == {
+        "robot 1 keeps asking, the others leave": 4,
+        "robot 2 keeps asking, the others leave": 3,
+    }
+
+
+def test_of_a_robot_with_a_time_limit_no_grant_is_demanded() -> None:
+    pair = InterlockModel("pair", "two robots", robots=2, moves=("go", "out"), timeout=2)
+    assert set(explored(pair).bounds) == {"robot 1 keeps asking, the others leave"}
+
+
 @pytest.mark.parametrize(
     "bug", [one for one in SEEDED if one.model == "entry"], ids=lambda bug: bug.name
 )
@@ -38,6 +64,7 @@ def test_a_seeded_bug_is_found(bug: Seeded, tmp_path: Path) -> None:
     result = explored(model, bug.library(tmp_path))
     assert result.broken is not None
     assert any(rule.startswith(bug.rule) for rule in result.broken.rules)
+    assert replay(model, result.broken, bug.library(tmp_path)) == result.broken.rules
     assert told(result.broken.path)[-1].startswith(f"scan {len(result.broken.path)}:")
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ import pytest
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.robot import RobotConfig
+from rcx_tools.evidence.broken import broken_library
 
 _TABLE: list[dict[str, Any]] = [
     {"Kind": "MOVE_PTP", "Point": 1, "AtArrival": "ARRIVE_SET", "Number": 20, "State": True},
@@ -54,6 +56,7 @@ class _Watched:
         self.done: list[tuple[int, bool]] = []
         self.out: tuple[int, bool] | None = None
         self.started = False
+        self.judged = 0
 
     def scan(self) -> None:
         """One scan, judged."""
@@ -69,6 +72,7 @@ class _Watched:
         data = any(si[1:16])
         assert not (si[0] or data) or self.started, "nothing begins by itself"
         if self.out:
+            self.judged += 1
             shown = (self.cell["Main.Table.Row"], self.cell["Main.Table.Arrived"])
             assert shown == self.out, "the row that is shown is the row that runs"
             kept = (self.cell["Main.KeptRow"], self.cell["Main.KeptArrived"])
@@ -126,12 +130,14 @@ def _row(words: list[int]) -> tuple[int, bool]:
 
 
 @contextmanager
-def _started(rows: list[dict[str, Any]] = _TABLE, **knobs: Any) -> Iterator[_Watched]:
+def _started(
+    rows: list[dict[str, Any]] = _TABLE, lib: Path | None = None, **knobs: Any
+) -> Iterator[_Watched]:
     """The servos are on; the table has just been started."""
     config = RobotConfig.load(ROOT / "tests/data/library/table_run.toml")
     config = replace(config, **knobs)
     with Cell.build(
-        ROOT / "tests/data/library/TableRun.st", engine="builtin", robot=config
+        ROOT / "tests/data/library/TableRun.st", lib=lib, engine="builtin", robot=config
     ) as cell:
         for number, row in enumerate(rows, 1):
             for field, value in row.items():
@@ -184,21 +190,38 @@ def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, last
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3; guide 2.
     """
-    tried = 0
     with _started() as watched:
-        while watched.cell["Main.Table.Busy"]:
-            tried += 1
-            snapshot = watched.cell.snapshot()
-            kept = (list(watched.done), watched.out, watched.started)
-            scan = watched.cell.scans
-            try:
-                _survives(watched, fault, lasts)
-            except AssertionError as failure:
-                raise AssertionError(f"{fault} before scan {scan}: {failure}") from failure
-            watched.cell.restore(snapshot)
-            watched.done, watched.out, watched.started = kept
-            watched.scan()
+        tried = _before_each_scan(watched, fault, lasts)
     assert tried > 50
+
+
+def _before_each_scan(watched: _Watched, fault: str, lasts: int) -> int:
+    """Inject it before each scan of a run, and go on; so many scans it was."""
+    tried = 0
+    while watched.cell["Main.Table.Busy"]:
+        tried += 1
+        snapshot = watched.cell.snapshot()
+        kept = (list(watched.done), watched.out, watched.started)
+        scan = watched.cell.scans
+        try:
+            _survives(watched, fault, lasts)
+        except AssertionError as failure:
+            raise AssertionError(f"{fault} before scan {scan}: {failure}") from failure
+        watched.cell.restore(snapshot)
+        watched.done, watched.out, watched.started = kept
+        watched.scan()
+    return tried
+
+
+def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
+    text = "  Answer := Run.ErrorID;\n"
+    wrong = f"{text}  IF Out AND Failure <> WORD#16#0000 THEN\n    Row := Last;\n  END_IF;\n"
+    with (
+        broken_library("motion/FB_MoveTable.st", text, wrong) as lib,
+        pytest.raises(AssertionError, match="the row that is shown is the row that runs"),
+        _started(lib=lib) as watched,
+    ):
+        _before_each_scan(watched, "stop", 1)
 
 
 @pytest.mark.parametrize(("start", "travels"), [("keep", True), ("reset", False)])

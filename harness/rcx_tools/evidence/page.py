@@ -33,6 +33,9 @@ _MORE = """\
   them. Tests bear the manual's sentences as names; [blocks.md](blocks.md) and
   [commands.md](commands.md) lead from each block to its tests and to the manual.
 - The telegrams of all remote commands against the manual's own worked examples.
+- FB_MoveTable with 7 faults, of 1 and of 15 scans, before each scan of a table: whenever a telegram
+  is out, the row that is shown is the row that runs; gone on with, each row is done once and in
+  order: [test_move_table_faults.py](../tests/motion/test_move_table_faults.py).
 - `make lint`: the Structured Text stays within what every PLC named in the README compiles.
 - `make fuzz`: broken and hostile frames against the EtherNet/IP adapter.
 

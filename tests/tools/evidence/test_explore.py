@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from rcx_harness.trace import Scan, Violation, read_trace
 from rcx_harness.verify.explore import kept
 from rcx_harness.verify.explore.search import Result
+from rcx_tools.evidence.checks import CHECKS
+from rcx_tools.evidence.explore import command, interlock
 from rcx_tools.evidence.explore import known as known_outcomes
 from rcx_tools.evidence.explore.known import Done, Found, Known
 from rcx_tools.evidence.explore.model import DOWN, UP, Model
@@ -25,6 +30,24 @@ BOUND = 20
 
 def model_named(name: str) -> Model:
     return next(model for model in (*MODELS, *SMALL) if model.name == name)
+
+
+class _Here:
+    """A farm without other processes."""
+
+    def __init__(self, jobs: int) -> None:
+        assert jobs > 0
+
+    def as_ready(
+        self, work: Callable[[Any], Any], items: Iterable[Any]
+    ) -> Iterator[tuple[Any, Any]]:
+        return ((item, work(item)) for item in items)
+
+
+def _rows(figures: dict[str, Any]) -> dict[str, str]:
+    """What the page shows."""
+    check = next(one for one in CHECKS if one.name == "explore")
+    return {label: told(figures) for label, told in check.rows}
 
 
 def bug_named(name: str) -> Seeded:
@@ -132,6 +155,51 @@ def test_only_fb_scan_time_reads_the_elapsed_time_of_a_timer() -> None:
     readers = {file.stem for file in LIBRARY if ".ET" in file.read_text(encoding="utf-8")}
     assert readers == {"FB_RcxScanTime", "FB_ToolPosition"}
     assert not any("FB_ToolPosition" in str(model.blocks) for model in MODELS)
+
+
+def test_robots_at_one_area_are_explored_with_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair = interlock.InterlockModel("entry", "two robots", robots=2, moves=("go", "out"), at_once=2)
+    bug = next(one for one in interlock.SEEDED if one.name == "two hold it")
+    monkeypatch.setattr(command, "_OUT", tmp_path)
+    monkeypatch.setattr(command, "_MODELS", {"entry": pair})
+    monkeypatch.setattr(command, "_SEEDED", (bug,))
+    monkeypatch.setattr(command, "Farm", _Here)
+    assert command.main([]) == 0
+    written = json.loads((tmp_path / "explore.json").read_text(encoding="utf-8"))
+    figures = written["figures"]
+    assert figures["models"]["entry"]["complete"]
+    assert figures["states"] == figures["models"]["entry"]["states"] > 50
+    assert (figures["seeded_bugs"], figures["seeded_bugs_found"]) == (1, 1)
+    assert figures["longest_until_free_scans"] == 0
+    assert figures["longest_until_granted_scans"] > 2
+    assert _rows(figures)["models explored to the end"] == "1 of 1"
+    shown = (tmp_path / "explore/seeded_01.txt").read_text(encoding="utf-8").splitlines()
+    assert shown[0].startswith("scan 1: ")
+    assert shown[-1].startswith("safety: ")
+
+
+def test_every_model_and_every_bug_has_a_name_of_its_own() -> None:
+    names = [model.name for model in (*MODELS, *SMALL)]
+    names += [model.name for model in interlock.MODELS]
+    names += [bug.name for bug in (*SEEDED, *interlock.SEEDED)]
+    assert len(set(names)) == len(names)
+
+
+def test_an_outcome_of_robots_at_one_area_is_kept_until_what_it_rests_on_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entry, loss = (
+        next(one for one in interlock.MODELS if one.name == name) for name in ("entry", "loss")
+    )
+    file = tmp_path / "explore.jsonl"
+    met = Done(Result("entry", states=7, complete=True, bounds={"robot 1": 3}), 1.5)
+    Known(file, seed=1).keep(met, entry)
+    assert Known(file, seed=1).model(entry) == met
+    assert Known(file, seed=1).model(loss) is None
+    monkeypatch.setattr(known_outcomes, "_defined_by", lambda model: ("search",))
+    assert Known(file, seed=1).model(entry) is None
 
 
 def test_an_outcome_is_kept_until_what_it_rests_on_changes(

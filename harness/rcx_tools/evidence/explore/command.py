@@ -9,7 +9,7 @@ import argparse
 import json
 import multiprocessing
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from queue import Queue
@@ -22,10 +22,11 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 
 from rcx_harness.output.system import processors
-from rcx_harness.verify.explore.search import Broken
+from rcx_harness.verify.explore.search import Broken, Result
 from rcx_harness.verify.farm import Farm
-from rcx_tools.evidence.explore.known import Done, Found, Known
-from rcx_tools.evidence.explore.model import Model
+from rcx_tools.evidence.explore import interlock
+from rcx_tools.evidence.explore.interlock import InterlockModel
+from rcx_tools.evidence.explore.known import AnyModel, Done, Found, Known
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
@@ -37,7 +38,8 @@ __all__ = ["main"]
 
 _OUT = ROOT / "out/verification"
 _SEEDS = "seeded bugs"
-_MODELS = {model.name: model for model in (*MODELS, *SMALL)}
+_MODELS: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *SMALL, *interlock.MODELS)}
+_SEEDED = (*SEEDED, *interlock.SEEDED)
 
 
 class _Task(NamedTuple):
@@ -83,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if unknown:
         parser.error(f"no model {', '.join(sorted(unknown))}; there are {', '.join(names)}")
     models = [one for one in _MODELS.values() if not chosen.models or one.name in chosen.models]
-    seeded = [bug for bug in SEEDED if bug.model in {model.name for model in models}]
+    seeded = [bug for bug in _SEEDED if bug.model in {model.name for model in models}]
     console = Console()
     started = time.monotonic()
     library = LIBRARY if chosen.lib is None else tuple(sorted(chosen.lib.rglob("*.st")))
@@ -99,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(
-    models: Sequence[Model],
+    models: Sequence[AnyModel],
     seeded: Sequence[Seeded],
     jobs: int,
     task: _Task,
@@ -160,7 +162,7 @@ def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
         progress.update(bars[name], completed=number, total=states)
 
 
-def _model_of(outcome: Done | Found) -> Model:
+def _model_of(outcome: Done | Found) -> AnyModel:
     """What was explored."""
     return _MODELS[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
 
@@ -177,32 +179,58 @@ def _line(done: Done | Found) -> str:
 def _explore(name: str, task: _Task, reports: Queue[_Report | None]) -> Done:
     """Explore one model; a broken rule is replayed and written as trace and chart."""
     model, started = _MODELS[name], time.process_time()
-    explorer = Explorer(model, task.library, task.seed)
-    result = explorer.run(task.limit, lambda at, known: reports.put((name, at, known)))
+    result = _search(
+        model,
+        task.library,
+        task.limit,
+        task.seed,
+        lambda at, known: reports.put((name, at, known)),
+    )
     if result.broken is not None:
         _draw(model, result.broken, task.library, name)
         result.broken = replace(result.broken, quiet=None)
     return Done(result, time.process_time() - started)
 
 
+def _search(
+    model: AnyModel,
+    library: Sequence[Path],
+    limit: int = 0,
+    seed: int = 1,
+    report: Callable[[int, int], None] | None = None,
+) -> Result:
+    """Explore a model, to its end or to so many states."""
+    if isinstance(model, InterlockModel):
+        return interlock.explored(model, library, limit, seed, report)
+    return Explorer(model, library, seed).run(limit, report)
+
+
 def _look_for(name: str, library: Sequence[Path]) -> Found:
     """Explore the model that is to find a seeded bug, and replay what it finds."""
-    bug = next(bug for bug in SEEDED if bug.name == name)
+    bug = next(bug for bug in _SEEDED if bug.name == name)
     model = _MODELS[bug.model]
     with TemporaryDirectory() as folder:
         changed = bug.library(Path(folder), library)
-        result = Explorer(model, changed).run()
+        result = _search(model, changed)
         if result.broken is None:
             return Found(bug, 0, result.states, ())
-        rules = _draw(model, result.broken, changed, f"seeded_{SEEDED.index(bug) + 1:02}")
+        rules = _draw(model, result.broken, changed, f"seeded_{_SEEDED.index(bug) + 1:02}")
     known = any(rule.startswith(bug.rule) for rule in rules)
     return Found(bug, len(result.broken.path) if known else 0, result.states, rules)
 
 
-def _draw(model: Model, broken: Broken, library: Sequence[Path], name: str) -> tuple[str, ...]:
-    """Replay a trace and write it with its chart; the rules that the replay finds broken."""
+def _draw(model: AnyModel, broken: Broken, library: Sequence[Path], name: str) -> tuple[str, ...]:
+    """Replay a trace and write it with its chart; the rules that the replay finds broken.
+
+    Of robots at one area it is written in words.
+    """
     folder = _OUT / "explore"
     folder.mkdir(parents=True, exist_ok=True)
+    if isinstance(model, InterlockModel):
+        rules = interlock.replay(model, broken, library)
+        text = "\n".join([*interlock.told(broken.path), *rules])
+        (folder / f"{name}.txt").write_text(text + "\n", encoding="utf-8")
+        return rules
     shown = replay(model, broken, library, folder / f"{name}.jsonl")
     title = f"{model.name}: {broken.rules[0].partition(':')[0]}"
     (folder / f"{name}.svg").write_text(shown.chart(title), encoding="utf-8")
@@ -232,14 +260,22 @@ def _print(console: Console, done: Sequence[Done], found: Sequence[Found], secon
     console.print(f"{seconds:.0f} s; traces and charts of broken rules: out/verification/explore")
 
 
+def _end(model: AnyModel) -> str:
+    """What is waited for: a free channel, or a robot that is granted the area."""
+    return "granted" if isinstance(model, InterlockModel) else "free"
+
+
+def _longest(done: Sequence[Done], end: str) -> int:
+    mine = (one.result.bounds.values() for one in done if _end(_model_of(one)) == end)
+    return max((bound for bounds in mine for bound in bounds), default=0)
+
+
 def _write(done: Sequence[Done], found: Sequence[Found], met: bool) -> None:
     figures = {
         "states": sum(one.result.states for one in done),
         "transitions": sum(one.result.transitions for one in done),
         "checked_abstractions": sum(one.result.checked for one in done),
-        "longest_until_free_scans": max(
-            (bound for one in done for bound in one.result.bounds.values()), default=0
-        ),
+        **{f"longest_until_{end}_scans": _longest(done, end) for end in ("free", "granted")},
         "broken_rules": sum(one.result.broken is not None for one in done),
         "seeded_bugs": len(found),
         "seeded_bugs_found": sum(bool(one.scans) for one in found),
@@ -254,6 +290,7 @@ def _write(done: Sequence[Done], found: Sequence[Found], met: bool) -> None:
                 "complete": one.result.complete,
                 "tick_ms": _model_of(one).tick_ms,
                 "bounds_scans": one.result.bounds,
+                "until": _end(_model_of(one)),
                 "broken": list(one.result.broken.rules) if one.result.broken else [],
                 "processor_seconds": round(one.seconds),
             }

@@ -5,35 +5,38 @@ whether link and servos are there, and whether the instance is called at all. Th
 controller: the program sets what the block reads of its Robot. What is demanded is judged from the
 inputs and from Valid, Busy, Error (`_Judge`), never from the block's own bookkeeping.
 
+From every reachable state, too, a robot that keeps asking has the area once the others have left;
+they do it one input in each scan, in the order of their numbers. Where nobody is in its way any
+more it takes `_PROMPT` scans at most, whatever the others do then.
+
 Left out of a state, and arbitrary when a scan is repeated to check that: the tickets' origin and
 gaps beyond one, the phase of the beat, and the number of the scan.
 """
 
 from __future__ import annotations
 
-import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from array import array
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 from pathlib import Path
 from random import Random
-from typing import Any, NamedTuple
-
-from rich.console import Console
-from rich.table import Table
+from typing import Any, ClassVar, NamedTuple
 
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend import load
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.explore.search import Result, Search, World
-from rcx_tools.evidence.explore.search import LIBRARY
+from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World
+from rcx_tools.evidence.explore.search import LIBRARY, longest
 from rcx_tools.evidence.explore.seeded import Seeded
 
-__all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "main", "told"]
+__all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 
 #: From a free area to a grant, with any number of requests that were given up before [scans].
 _PROMPT = 5
+#: Scans of a hang in which a replay waits for the grant.
+_SHOWN = 40
 _WIDE = 1 << 32
 
 
@@ -48,8 +51,10 @@ class InterlockModel:
         moves: Which inputs change: of `go out ack ready called`.
         at_once: How many robots change an input before one scan.
         timeout: Of the last robot, in scans; 0 = no limit.
+        tick_ms: From scan to scan.
     """
 
+    tick_ms: ClassVar[int] = 10
     name: str
     title: str
     robots: int = 3
@@ -57,12 +62,23 @@ class InterlockModel:
     at_once: int = 1
     timeout: int = 0
 
+    def limit_ms(self, robot: int) -> int:
+        """The pin Timeout of a robot; 0 = no limit."""
+        return self.timeout * self.tick_ms if robot == self.robots - 1 else 0
 
+    def write(self, folder: Path) -> Path:
+        """Write the program into a folder."""
+        path = folder / "Interlocks.st"
+        path.write_text(_program(self), encoding="utf-8")
+        return path
+
+
+_LOSSES = ("go", "out", "ack", "ready")
 MODELS = (
-    InterlockModel("loss", "three robots, losses, intruders", moves=("go", "out", "ack", "ready")),
-    InterlockModel("gone", "three robots that come and go", moves=("go", "called")),
-    InterlockModel("entry", "three robots, at once", moves=("go", "out"), at_once=2),
-    InterlockModel("limit", "two robots, one with a time limit", robots=2, at_once=2, timeout=2),
+    InterlockModel("loss", "a shared area: two robots, losses, intruders", 2, _LOSSES, 2),
+    InterlockModel("gone", "a shared area: three robots that come and go", moves=("go", "called")),
+    InterlockModel("entry", "a shared area: three robots, at once", 3, ("go", "out"), 2),
+    InterlockModel("limit", "a shared area: two robots, one with a time limit", 2, _LOSSES, 2, 2),
 )
 
 
@@ -84,7 +100,7 @@ class _Seat(NamedTuple):
     kept: bool = False
     valid: bool = False
     had: bool = False
-    """It has been granted since Enable rose."""
+    """It has been granted since Enable rose; also in the scan in which that ends in an error."""
     failed: bool = False
     """It has shown an error since Enable rose."""
     queue: int = 0
@@ -93,11 +109,15 @@ class _Seat(NamedTuple):
     """So many scans it has waited while nobody had the area, or gave up before it."""
 
 
+#: Inputs that change before a scan: of which robot, and which.
+_Changes = tuple[tuple[int, str], ...]
+
+
 class _Choice(NamedTuple):
     """What changes before a scan."""
 
     number: int
-    changes: tuple[tuple[int, str], ...]
+    changes: _Changes
 
 
 @dataclass(frozen=True)
@@ -121,8 +141,7 @@ class _World(World[_Choice]):
     def __init__(self, model: InterlockModel, library: Sequence[Path]) -> None:
         self._model = model
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "Interlocks.st"
-            path.write_text(_program(model), encoding="utf-8")
+            path = model.write(Path(folder))
             self.program = BuiltinProgram.build(load([path, *needed([path], library)]))
         self._root: Any = self.program.holder(next(iter(self.program.instances())))
         robots = range(model.robots)
@@ -131,15 +150,18 @@ class _World(World[_Choice]):
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
         self._states: dict[bytes, _State] = {}
         seat = _Seat(out="out" not in model.moves, ready="ready" not in model.moves)
-        self._start = (seat,) * model.robots
+        self.start = (seat,) * model.robots
+        self._after = self.start
+        self._numbers = {choice.changes: choice.number for choice in self.every}
+        self._waits = [_Wait(k, self.start) for k in robots if not model.limit_ms(k)]
 
     def first(self) -> bytes:
         """Nothing has been called yet."""
-        return self._pack(_State(self._start, self._freeze()))
+        return self._pack(_State(self.start, self._freeze()))
 
     def choices(self, state: bytes) -> Sequence[_Choice]:
         """Anything; but all are called in the first scan."""
-        if self._states[state].seats == self._start:
+        if self._states[state].seats == self.start:
             return [one for one in self.every if all(name != "called" for _, name in one.changes)]
         return self.every
 
@@ -155,13 +177,48 @@ class _World(World[_Choice]):
         if there != following:
             raise AssertionError(f"{self._model.name}: tickets have an effect: {here} {choice}")
 
+    def added(self) -> None:
+        """Note who still asks."""
+        for wait in self._waits:
+            wait.add(self._after)
+
+    def entered(self, state: bytes) -> None:
+        """Note what the others do in order to leave."""
+        for wait in self._waits:
+            wait.quiet = self._numbers[leaving(self._states[state].seats, wait.robot)]
+
+    def followed(self, number: int, choice: _Choice, following: int) -> None:
+        """Note where that leads to."""
+        for wait in self._waits:
+            wait.follow(number, choice, following)
+
+    def look(self, result: Result, states: Paths) -> None:
+        """Look for a robot that is never let in."""
+        for wait in self._waits:
+            title = f"robot {wait.robot + 1} keeps asking, the others leave"
+            bound, stuck, _ = longest(wait.nexts, wait.ends)
+            result.bounds[title] = bound
+            if stuck >= 0 and result.broken is None:
+                text = f"hang: never let in: {title}"
+                result.broken = Broken((text,), states.path(stuck), wait.robot)
+
     def _scan(
         self, here: _State, choice: _Choice, inner: tuple[Any, ...]
     ) -> tuple[bytes, list[str]]:
-        seats = list(here.seats)
-        for k, name in choice.changes:
+        self._thaw(inner, here.seats)
+        self._after, broken = self.run(here.seats, choice.changes)
+        return self._pack(_State(self._after, self._freeze())), broken
+
+    def run(
+        self, before: Sequence[_Seat], changes: _Changes
+    ) -> tuple[tuple[_Seat, ...], list[str]]:
+        """One scan from where the program stands: the seats after it, and what is broken."""
+        seats = list(before)
+        for k, name in changes:
             seats[k] = seats[k]._replace(**{name: not getattr(seats[k], name)})
-        self._thaw(inner, here.seats, seats)
+        for k, seat in enumerate(seats):
+            for name in ("GO", "OUT", "ACK", "READY", "CALLED"):
+                setattr(self._root, f"{name}{k}", getattr(seat, name.lower()))
         self.program.scan(0)
         shown = [(bool(one.VALID), bool(one.BUSY), int(one.ERRORID)) for one in self._locks]
         wrong = [
@@ -169,8 +226,8 @@ class _World(World[_Choice]):
             for k, one in enumerate(self._locks)
             if bool(one.ERROR) != bool(one.ERRORID)
         ]
-        after, broken = _judged(here.seats, seats, shown)
-        return self._pack(_State(after, self._freeze())), wrong + broken
+        after, broken = _judged(before, seats, shown)
+        return after, wrong + broken
 
     def _pack(self, state: _State) -> bytes:
         key = repr((state.seats, state.inner)).encode()
@@ -199,9 +256,7 @@ class _World(World[_Choice]):
         )
         return (area.HOLDERS, near[0], near[1], tuple(rows), waits, False)
 
-    def _thaw(
-        self, inner: tuple[Any, ...], before: Sequence[_Seat], seats: Sequence[_Seat]
-    ) -> None:
+    def _thaw(self, inner: tuple[Any, ...], seats: Sequence[_Seat]) -> None:
         root, area = self._root, self._area
         area.HOLDERS, first, after, rows, waits, beat = inner
         area.FIRST, area.NEXTTICKET, area.BEAT = first % _WIDE, after % _WIDE, beat
@@ -211,10 +266,42 @@ class _World(World[_Choice]):
             if waits[k]:
                 one.TICKET, one.WASFIRST = waits[k][0] % _WIDE, waits[k][1] % _WIDE
                 one.WASBEAT = waits[k][2] != beat
-            one.EDGE.seen, one.SEEN = seat.was_ack, 4 if before[k].called else 2
+            getattr(root, f"ROBOT{k}").INNER.SCAN = 4
+            one.EDGE.seen, one.SEEN = seat.was_ack, 4 if seat.called else 2
             one.VALID, one.ERROR = seat.valid, bool(one.ERRORID)
-            for name in ("GO", "OUT", "ACK", "READY", "CALLED"):
-                setattr(root, f"{name}{k}", getattr(seat, name.lower()))
+
+
+class _Wait:
+    """A robot that keeps asking while the others leave: where that leads, from each state."""
+
+    def __init__(self, robot: int, start: Sequence[_Seat]) -> None:
+        self.robot, self.quiet = robot, 0
+        self.nexts, self.ends, self._failed = array("i"), bytearray(), bytearray()
+        self.add(start)
+
+    def add(self, seats: Sequence[_Seat]) -> None:
+        """A new state; it has an end where the robot has the area, or does not ask for it."""
+        seat = seats[self.robot]
+        self._failed.append(seat.failed)
+        self.ends.append(seat.valid or seat.failed or not (seat.go and seat.called))
+
+    def follow(self, number: int, choice: _Choice, following: int) -> None:
+        """One step; asking must not end in an error."""
+        if choice.number == self.quiet:
+            self.nexts.append(number if self._failed[following] else following)
+
+
+def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
+    """What the others do next in order to leave: one of their inputs changes, or none any more."""
+    for k, seat in enumerate(seats):
+        if k == alone:
+            continue
+        for name, wanted in (("called", True), ("go", False), ("out", True)):
+            if getattr(seat, name) is not wanted:
+                return ((k, name),)
+        if seat.kept:
+            return ((k, "ack"),)
+    return ()
 
 
 def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
@@ -244,7 +331,7 @@ def _disturbed(inner: tuple[Any, ...], random: Random) -> tuple[Any, ...]:
     return (holders, moved[first], moved[after], rows, there, beat)
 
 
-def _changes(model: InterlockModel) -> Iterator[tuple[tuple[int, str], ...]]:
+def _changes(model: InterlockModel) -> Iterator[_Changes]:
     for count in range(model.at_once + 1):
         for robots in combinations(range(model.robots), count):
             for names in product(model.moves, repeat=count):
@@ -270,7 +357,7 @@ def _judged(
             continue
         broken += _contract(k, was, seat, shown[k])
         valid, busy, number = shown[k]
-        had = seat.go and not number and (was.had or valid)
+        had = seat.go and not was.failed and (was.had or valid)
         kept = (was.kept and not (seat.ack and not was.was_ack)) or (
             was.was_ready and not seat.ready and (was.in_the_way or was.had)
         )
@@ -333,11 +420,12 @@ def _program(model: InterlockModel) -> str:
     )
     calls = "".join(
         f"  Robot{k}.Connected := Ready{k};\n  Robot{k}.SO.SO01_CpuOk := TRUE;\n"
-        f"  Robot{k}.SO.SO02_ServoOn := TRUE;\n  Robot{k}.Inner.Elapsed := UINT#10;\n"
-        f"  Robot{k}.Inner.Scan := UINT#5;\n"
+        f"  Robot{k}.SO.SO02_ServoOn := TRUE;\n"
+        f"  Robot{k}.Inner.Elapsed := UINT#{model.tick_ms};\n"
+        f"  Robot{k}.Inner.Scan := Robot{k}.Inner.Scan + UINT#1;\n"
         f"  IF Called{k} THEN\n"
         f"    Lock{k}(Robot := Robot{k}, Area := Area, Enable := Go{k}, Outside := Out{k},\n"
-        f"          Acknowledge := Ack{k}, Timeout := T#{_limit(model, k)}ms);\n  END_IF;\n"
+        f"          Acknowledge := Ack{k}, Timeout := T#{model.limit_ms(k)}ms);\n  END_IF;\n"
         for k in robots
     )
     return (
@@ -346,16 +434,34 @@ def _program(model: InterlockModel) -> str:
     )
 
 
-def _limit(model: InterlockModel, robot: int) -> int:
-    return 10 * model.timeout if robot == model.robots - 1 else 0
-
-
 def explored(
-    model: InterlockModel, library: Sequence[Path] = LIBRARY, limit: int = 0, seed: int = 1
+    model: InterlockModel,
+    library: Sequence[Path] = LIBRARY,
+    limit: int = 0,
+    seed: int = 1,
+    report: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Explore a model, to its end or to so many states."""
     world = _World(model, library)
-    return Search(world, world.every, seed).run(model.name, limit)
+    return Search(world, world.every, seed).run(model.name, limit, report=report)
+
+
+def replay(
+    model: InterlockModel, broken: Broken, library: Sequence[Path] = LIBRARY
+) -> tuple[str, ...]:
+    """Run the way to a broken rule from the start, nothing left out: the rules that it breaks."""
+    world = _World(model, library)
+    seats, rules = world.start, []
+    for choice in broken.path:
+        seats, wrong = world.run(seats, choice.changes)
+        rules += wrong
+    if broken.quiet is not None:
+        for _ in range(_SHOWN):
+            seats, wrong = world.run(seats, leaving(seats, broken.quiet))
+            rules += wrong
+        if not seats[broken.quiet].valid:
+            rules += broken.rules
+    return tuple(rules)
 
 
 def told(path: Sequence[_Choice]) -> list[str]:
@@ -375,14 +481,17 @@ SEEDED = (
     _bug("granted in the first scan", "AND NOT (Known AND Outside)", "AND NOT Outside",
          "entry", "safety"),
     _bug("a loss gives the area back", " OR (Holds AND WasReady AND Loss <> WORD#16#0000)", "",
-         "loss", "kept"),
+         "loss", "safety"),
     _bug("Acknowledge is not asked for", "AND NOT Granted AND NOT Kept", "AND NOT Granted",
          "loss", "safety"),
-    _bug("Acknowledge that is held counts", "NOT Edge.Q", "NOT Acknowledge", "loss", "kept"),
+    _bug("Acknowledge that is held counts", "NOT Edge.Q", "NOT Acknowledge", "loss", "safety"),
     _bug("released while it is inside", "Holds AND Outside AND NOT Granted",
          "Holds AND NOT Granted", "entry", "safety"),
     _bug("an intruder is not seen", "Valid := Granted AND Others = UINT#0;", "Valid := Granted;",
          "entry", "safety"),
+    _bug("an intruder ends the grant for good", "Valid := Granted AND Others = UINT#0;",
+         "Valid := Granted AND Others = UINT#0 AND (Valid OR Waiting OR NOT Busy);",
+         "entry", "hang"),
     _bug("no turns", "IF Ticket = Area.First THEN\n      Holds", "IF TRUE THEN\n      Holds",
          "entry", "turn"),
     _bug("those who have gone are waited for",
@@ -394,33 +503,3 @@ SEEDED = (
     _bug("goes on without Acknowledge", "ELSIF Kept THEN", "ELSIF FALSE THEN", "loss", "kept"),
     _bug("the limit does not end it", "    Busy := FALSE;\n", "", "limit", "contract"),
 )  # fmt: skip
-
-
-def main() -> int:
-    """Explore every model to its end, and look for every seeded bug."""
-    console, met = Console(), True
-    table = Table("model", "what", "states", "scans", "depth", "result")
-    for model in MODELS:
-        one = explored(model)
-        result = "explored to the end" if one.met else "NOT COMPLETE"
-        if one.broken is not None:
-            result = "; ".join([*one.broken.rules, *told(one.broken.path)])
-        met = met and one.met
-        figures = (f"{one.states:,}", f"{one.transitions:,}", str(one.depth))
-        table.add_row(model.name, model.title, *figures, result)
-    console.print(table)
-    bugs = Table("seeded bug", "model", "scans", "found as")
-    for bug in SEEDED:
-        with tempfile.TemporaryDirectory() as folder:
-            model = next(one for one in MODELS if one.name == bug.model)
-            one = explored(model, bug.library(Path(folder)))
-        rules = one.broken.rules if one.broken else ("NOT FOUND",)
-        met = met and any(rule.startswith(bug.rule) for rule in rules)
-        scans = str(len(one.broken.path)) if one.broken else "-"
-        bugs.add_row(bug.name, bug.model, scans, rules[0])
-    console.print(bugs)
-    return 0 if met else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -11,13 +11,17 @@ from typing import NamedTuple
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.explore.search import Result
 from rcx_harness.verify.kept import Results, digest
+from rcx_tools.evidence.explore.interlock import InterlockModel
 from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.search import LIBRARY
 from rcx_tools.evidence.explore.seeded import Seeded
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["OWN", "Done", "Found", "Known"]
+__all__ = ["OWN", "AnyModel", "Done", "Found", "Known"]
+
+#: A model of the blocks on one robot, or of robots at one area.
+AnyModel = Model | InterlockModel
 
 _HERE = Path(__file__).parent
 #: What decides over states and rules, beside blocks and models: the engine, these of this package.
@@ -60,17 +64,17 @@ class Known:
         self._kept = Results(file, fresh=fresh) if tuple(library) == LIBRARY else None
         self._keys: dict[str, str] = {}
 
-    def model(self, model: Model) -> Done | None:
+    def model(self, model: AnyModel) -> Done | None:
         """The outcome of a model."""
         found = self._kept.get(self._key(model, model.name)) if self._kept else None
         return Done(Result(**found["result"]), found["seconds"]) if found else None
 
-    def bug(self, bug: Seeded, model: Model) -> Found | None:
+    def bug(self, bug: Seeded, model: AnyModel) -> Found | None:
         """What became of a seeded bug in its model."""
         found = self._kept.get(self._key(model, repr(bug))) if self._kept else None
         return Found(bug, found["scans"], found["states"], tuple(found["rules"])) if found else None
 
-    def keep(self, outcome: Done | Found, model: Model) -> None:
+    def keep(self, outcome: Done | Found, model: AnyModel) -> None:
         """Keep an outcome, if it is one to be kept."""
         if self._kept is None:
             return
@@ -85,15 +89,21 @@ class Known:
                 {"key": key, "seconds": outcome.seconds, "result": asdict(outcome.result)}
             )
 
-    def _key(self, model: Model, name: str) -> str:
+    def _key(self, model: AnyModel, name: str) -> str:
         if name not in self._keys:
             with TemporaryDirectory() as folder:
                 files = needed([model.write(Path(folder))], self._library)
             engine = ROOT / "harness/rcx_harness/engine"
             rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
-            defined = OWN if model in MODELS else (*OWN, "models_small")
-            own = [_HERE / f"{part}.py" for part in defined]
+            own = [_HERE / f"{part}.py" for part in _defined_by(model)]
             shared = [ROOT / f"harness/rcx_harness/verify/explore/{part}.py" for part in _SHARED]
             state = digest(ROOT, [*files, *rules, *own, *shared])
             self._keys[name] = f"{model.name} {state} {self._seed} {name}"
         return self._keys[name]
+
+
+def _defined_by(model: AnyModel) -> tuple[str, ...]:
+    """The modules beside this one that decide what is found in a model."""
+    if isinstance(model, InterlockModel):
+        return ("interlock", "search")
+    return OWN if model in MODELS else (*OWN, "models_small")

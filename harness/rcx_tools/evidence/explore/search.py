@@ -18,7 +18,7 @@ from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
 from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["LIBRARY", "Explorer", "compiled", "quiet_choices"]
+__all__ = ["LIBRARY", "Explorer", "compiled", "longest", "quiet_choices"]
 
 #: The library as it stands.
 LIBRARY = tuple(sorted((ROOT / "plc/lib").rglob("*.st")))
@@ -101,7 +101,7 @@ class Explorer(World[Choice]):
     def look(self, result: Result, states: Paths) -> None:
         """Look for hangs, and for waits that are too long."""
         for quiet, follow in zip(self._model.quiet, self._nexts, strict=True):
-            bound, stuck, slowest = _longest(follow, self._idle[quiet.idle_blocks])
+            bound, stuck, slowest = longest(follow, self._idle[quiet.idle_blocks])
             result.bounds[quiet.title] = bound
             if 0 < quiet.most < bound and result.broken is None:
                 text = (
@@ -184,7 +184,7 @@ def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
     return _Pick(quiet, found)
 
 
-def _longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
+def longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
     """The most steps to an idle state, and where: (most, first without any or -1, first with most).
 
     Args:
