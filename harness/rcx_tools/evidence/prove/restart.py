@@ -28,7 +28,18 @@ _SERVO, _MOVES = 0x0002, 0x9400
 #: Where the job is that is not at JOB.
 _PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
 #: Blocks with a pin Enable instead of Execute.
-_LEVELS = ("FB_SEQUENCECONTROL", "FB_JOG", "FB_CONTINUOUSPOSITION")
+_LEVELS = (
+    "FB_SEQUENCECONTROL",
+    "FB_JOG",
+    "FB_CONTINUOUSPOSITION",
+    "FB_OVERRIDE",
+    "FB_TOOLPOSITION",
+)
+#: Those that send commands one by one, by FB_RcxCommandWhile, and where that is.
+_SENDERS: dict[str, Path] = {
+    "FB_OVERRIDE": (*BLOCK, "COMMAND"),
+    "FB_TOOLPOSITION": (*BLOCK, "READING"),
+}
 #: FB_PowerUp waits for the link and for CPU_OK itself, before it has asked for anything.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
 #: They send one command after the other, by FB_RcxPointRow.
@@ -368,32 +379,55 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
     failed, fails = step.was((*BLOCK, "ERRORID")) != 0, step.now((*BLOCK, "ERRORID")) != 0
     works = z3.BoolVal(True)
     if name != "FB_SEQUENCECONTROL":
-        assumed.append(_failure(machine, step.before))
+        holds = _sender if name in _SENDERS else _failure
+        assumed.append(holds(machine, step.before, name))
         start = at_the_start(library, name)
-        yield Goal(f"{name}: it holds at the start", (), _failure(start, start.snapshot()))
-        yield Goal(
-            f"{name}: what holds is kept", tuple(assumed), _failure(machine, machine.snapshot())
-        )
-        works = step.was((*BLOCK, "JOB", "BUSY"))
+        yield Goal(f"{name}: it holds at the start", (), holds(start, start.snapshot(), name))
+        kept = holds(machine, machine.snapshot(), name)
+        yield Goal(f"{name}: what holds is kept", tuple(assumed), kept)
+        if name not in _SENDERS:
+            works = step.was((*BLOCK, "JOB", "BUSY"))
+    may = held = z3.BoolVal(False)  # its code is out already: a jog stops, a command is held
+    if name == "FB_JOG":
+        may = step.was((*BLOCK, "OUT"))
+    if name in _SENDERS:
+        may = held = z3.And(*[step.was((*_SENDERS[name], pin)) for pin in ("BUSY", "OUT")])
     lost = z3.Not(step.was((*ROBOT, "SO", "SO01_CPUOK")))
     yield Goal(
         f"{name}: an error stays until Enable falls",
         tuple(assumed),
-        z3.Implies(z3.And(enable, failed), z3.And(fails, z3.Not(asks))),
+        z3.Implies(z3.And(enable, failed), z3.And(fails, z3.Implies(asks, held))),
     )
     yield Goal(
         f"{name}: a lost link or CPU_OK is an error",
         tuple(assumed),
         z3.Implies(z3.And(enable, works, lost), z3.And(fails, z3.Not(asks))),
     )
-    may = enable
-    if name == "FB_JOG":
-        may = z3.Or(enable, step.was((*BLOCK, "OUT")))  # it stops: its code is out already
-    yield Goal(f"{name}: nothing without Enable", tuple(assumed), z3.Implies(asks, may))
+    yield Goal(
+        f"{name}: nothing without Enable", tuple(assumed), z3.Implies(asks, z3.Or(enable, may))
+    )
     yield Goal(f"{name}: nothing without a link", tuple(assumed), z3.Implies(asks, z3.Not(lost)))
 
 
-def _failure(machine: Machine, memory: Memory) -> Any:
+def _sender(machine: Machine, memory: Memory, name: str) -> Any:
+    """ErrorID shows the failure; with one, or without Enable, no command waits for its turn."""
+    command = _SENDERS[name]
+
+    def get(*path: Any) -> Any:
+        return machine.term((*command, *path), memory)
+
+    failure = machine.term((*BLOCK, "FAILURE"), memory)
+    off = z3.Or(failure != 0, z3.Not(machine.term((*BLOCK, "WASENABLE"), memory)))
+    return z3.And(
+        machine.term((*BLOCK, "ERRORID"), memory) == failure,
+        *[get(pin) == get("JOB", pin) for pin in ("BUSY", "ACTIVE", "ERROR", "ERRORID")],
+        get("ERROR") == (get("ERRORID") != 0),
+        z3.Not(z3.And(get("BUSY"), get("ERROR"))),
+        z3.Implies(z3.And(off, get("BUSY")), get("OUT")),
+    )
+
+
+def _failure(machine: Machine, memory: Memory, _: str) -> Any:
     """ErrorID shows the failure; with one no job is at work, and a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
