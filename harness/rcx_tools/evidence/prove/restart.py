@@ -12,12 +12,12 @@ from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
 from rcx_tools.evidence.prove.composites import inside, keeps
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS, between
-from rcx_tools.evidence.prove.invariants import View, alarms
+from rcx_tools.evidence.prove.invariants import ABNORMAL, View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, Outline, Outlined
 from rcx_tools.evidence.prove.property import Goal, Property
 
-__all__ = ["CARRIERS", "PROPERTIES", "answers", "jobs_of", "shows"]
+__all__ = ["CARRIERS", "PROPERTIES", "agrees", "answers", "jobs_of", "known", "shows"]
 
 Memory = Mapping[Path, Value]
 
@@ -72,7 +72,7 @@ def _job(name: str) -> Path:
     return (*BLOCK, *_PLACES.get(name, ("JOB",)))
 
 
-def _agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any:
+def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any:
     """What is true of a block between two calls."""
     job = _job(name)
     claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
@@ -100,7 +100,7 @@ def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
     yield z3.And(z3.Implies(active, busy), z3.Not(z3.And(done, error)))
 
 
-def _known(machine: Machine) -> Iterator[Any]:
+def known(machine: Machine) -> Iterator[Any]:
     """What is proved of the calls of the blocks inside."""
     for call in machine.outlined if isinstance(machine, Outline) else ():
         if {"EXECUTE", "BUSY"} <= {path[-1] for path in call.after if path[:-1] == call.instance}:
@@ -208,6 +208,8 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
         rows = get("HEAD", "COUNT") < get("WANTED")
     seen = get("ONE", "COMMAND", "JOB", "SEEN") == get("SEEN")
     yield z3.Implies(sends, z3.And(busy, rows, get("FAILURE") == 0, seen))
+    yield z3.Implies(busy, get("FAILURE") != ABNORMAL)
+    yield get("ONE", "COMMAND", "REFUSED") != ABNORMAL
     for number in (get("FAILURE"), get("ONE", "COMMAND", "REFUSED")):
         yield z3.Or(number == 0, z3.Extract(15, 15, number) == 1)
 
@@ -264,21 +266,19 @@ def _asks_of(was: Callable[..., Any], now: Callable[..., Any]) -> Any:
 
 def _jobs(library: Library, name: str) -> Iterator[Goal]:
     start = at_the_start(library, name)
-    yield Goal(
-        f"{name}: it holds at the start", (), _agrees(library, start, start.snapshot(), name)
-    )
+    yield Goal(f"{name}: it holds at the start", (), agrees(library, start, start.snapshot(), name))
     step = library.step(name, library.outline(name))
     machine, after = step.machine, step.machine.snapshot()
     assumed = (
         *machine.assumptions,
-        *_known(machine),
+        *known(machine),
         answers(machine),
-        _agrees(library, machine, step.before, name),
+        agrees(library, machine, step.before, name),
     )
     was, now = step.was((*BLOCK, "BUSY")), step.now((*BLOCK, "BUSY"))
     job = _job(name)
     execute, seen = step.now((*BLOCK, "EXECUTE")), step.was((*job, "WASEXECUTE"))
-    yield Goal(f"{name}: what holds is kept", assumed, _agrees(library, machine, after, name))
+    yield Goal(f"{name}: what holds is kept", assumed, agrees(library, machine, after, name))
     yield Goal(f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute)
     begins = z3.And(now, z3.Not(was))
     edge = z3.And(execute, z3.Not(seen))
@@ -520,7 +520,8 @@ PROPERTIES = (
         "restart",
         "After a lost link no dedicated input but SI(00) and SI(06) rises and no command goes out"
         " without a new edge of Execute or Enable; after a lost CPU_OK no command; in an emergency"
-        " stop no servo-on, start or return-to-origin begins, and what is out ends.",
+        " stop no servo-on, start or return-to-origin begins, and what is out ends. FB_Operator"
+        " has keys instead of Execute: the blocks that they start are asked, the keys are not.",
         "chapter 1, 5; chapter 5, 3",
         ("inner", "calls"),
         _goals,
