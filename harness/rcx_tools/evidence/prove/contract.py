@@ -80,7 +80,10 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     return {
         "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        "Active only with Busy": z3.Implies(now.bit("ACTIVE"), now["BUSY"]),
+        # FB_PickPlace is Active where a command of it is: that is asked in `response`.
+        "Active only with Busy": z3.Implies(
+            z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
+        ),
         "a rising edge gives Busy in its call": z3.Implies(edge, now["BUSY"]),
         "Busy ends in Done or Error": z3.Implies(was["BUSY"], now.shown),
         "an end stays while Execute does": z3.Implies(

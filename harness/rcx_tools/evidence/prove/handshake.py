@@ -302,6 +302,8 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
         assumed,
         z3.Implies(failed, z3.Or(*shown)),
     )
+    active, busy = step.now((*BLOCK, "ACTIVE")), step.now((*BLOCK, "BUSY"))
+    yield Goal(f"{name}: Active only with Busy", assumed, z3.Implies(active, busy))
 
 
 def _commands(library: Library) -> list[str]:
@@ -345,7 +347,7 @@ PROPERTIES = (
         " response in the scan of the end status; FB_PointBackup and FB_PointRestore show a row and"
         " an alarm of it in that scan, and FB_PickPlace the alarm of the command that ended in it"
         " (not asked of blocks with Enable; nor is asked what numbers they and the rows make of the"
-        " response).",
+        " response). FB_PickPlace is Active with Busy only.",
         "guide chapters 1 and 2",
         ("inner", "calls", "area"),
         _responses,
