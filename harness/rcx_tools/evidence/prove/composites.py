@@ -14,9 +14,12 @@ from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.outline import is_outside
 
-__all__ = ["inside", "keeps"]
+__all__ = ["COLLECTS", "inside", "keeps"]
 
 Memory = Mapping[Path, Value]
+
+#: Its alarm is that of the one of its commands that has ended abnormally.
+COLLECTS = "FB_PICKPLACE"
 
 #: The kinds of rows by the block of FB_RcxMove that does them, and those that only go forwards.
 _KINDS = {
@@ -149,6 +152,7 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
         now = get(*path, "JOB", "SEEN") == get("SEEN")
         alone = z3.And(get("BUSY"), now, works[path[:-1]], _task(state, path))
         yield z3.Implies(get(*path, "BUSY"), alone)
+        yield z3.Implies(get("BUSY"), get(*path, "ERRORID") == 0)
 
 
 def _shifts(state: _State) -> Any:

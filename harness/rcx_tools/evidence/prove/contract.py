@@ -15,6 +15,7 @@ from rcx_harness.verify.prove import reals, texts
 from rcx_harness.verify.prove.logic import both, truth
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value, scalar
+from rcx_tools.evidence.prove.composites import COLLECTS
 from rcx_tools.evidence.prove.invariants import (
     ABNORMAL,
     PINS,
@@ -47,8 +48,6 @@ _COMPUTING = ("FB_HANDFROMPOINTS", "FB_SCARAFORWARD", "FB_SCARAINVERSE", "FB_SHI
 #: Neither Valid nor Error where the data are old; they remember on which side they were.
 _WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
-#: Its alarm is that of the one of its commands that has ended abnormally.
-_COLLECTS = "FB_PICKPLACE"
 #: It alone says what the link and the controller's answer are.
 _TAKER = "FB_RCXTAKEHEAD"
 
@@ -81,7 +80,10 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     return {
         "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        "Active only with Busy": z3.Implies(now.bit("ACTIVE"), now["BUSY"]),
+        # FB_PickPlace is Active where a command of it is: that is asked in `response`.
+        "Active only with Busy": z3.Implies(
+            z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
+        ),
         "a rising edge gives Busy in its call": z3.Implies(edge, now["BUSY"]),
         "Busy ends in Done or Error": z3.Implies(was["BUSY"], now.shown),
         "an end stays while Execute does": z3.Implies(
@@ -228,7 +230,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     if block == _TAKER:
         taken = z3.Or(now["AGAIN"], linked(machine, now.memory))
         yield Goal(f"{block}: says what the answer is", tuple(machine.assumptions), taken)
-    if kind == "edge" and "ALARMGROUP" in now and block not in (*CARRIERS, _COLLECTS):
+    if kind == "edge" and "ALARMGROUP" in now and block not in (*CARRIERS, COLLECTS):  # `response`
         data = _data(library, block, step, was, now)
         claim = without_floats(z3.And(list(data.values())))
         yield Goal(f"{block}: {'; '.join(data)}", given, claim, show)
@@ -257,7 +259,8 @@ PROPERTIES = (
         " edge of Execute gives Busy in its call and an end after it, which stays while Execute"
         " does and goes after it; what the last command brought is shown until the next one ends,"
         " and cleared by an end without an answer; not so of blocks that send several, whose"
-        " outputs show how far they are.",
+        " outputs show how far they are. That nothing of an earlier call shows is not asked of"
+        " FB_ScaraForward and FB_ScaraInverse: a proof takes any result of their arithmetic.",
         "docs/blocks.md",
         ("inner", "area"),
         _goals,

@@ -17,10 +17,12 @@ from rcx_tools.evidence.prove.area import (
     offset,
     word,
 )
+from rcx_tools.evidence.prove.composites import COLLECTS, inside
 from rcx_tools.evidence.prove.guarantee import COMMAND_RUN, INNER, READERS, WRITERS
+from rcx_tools.evidence.prove.invariants import View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
-from rcx_tools.evidence.prove.restart import CARRIERS, jobs_of, shows
+from rcx_tools.evidence.prove.restart import CARRIERS, agrees, answers, jobs_of, known, shows
 
 __all__ = ["PROPERTIES"]
 
@@ -40,6 +42,11 @@ _HEAD: Path = (*BLOCK, "MAKEHEAD")
 _CODE: Path = (*_HEAD, "CODE")
 _RECOVERY: Path = (*_HEAD, "HANDSHAKE", "RECOVERY")
 _COMMAND_DATA = 2
+#: Of the blocks with a command for each row: the pin that says "this row", and what counts rows.
+_ROWS: dict[str, tuple[str, Path]] = {
+    "FB_POINTBACKUP": ("TAKEN", ("HEAD", "COUNT")),
+    "FB_POINTRESTORE": ("DIFFERENT", ("ROW",)),
+}
 
 
 def _words(step_or_memory: Any, machine: Machine, root: Path) -> list[Any]:
@@ -224,6 +231,81 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
         yield Goal(f"{name}: the response is what was read in this scan", assumed, claim)
 
 
+def _row(library: Library, name: str) -> Iterator[Goal]:
+    """A block with a command for each row: rows and alarms are of the scan of the end status."""
+    step = library.step(name)
+    machine = step.machine
+    command = (*BLOCK, "ONE", "COMMAND")
+    job = (*command, "JOB")
+    busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
+    assumed = (
+        *machine.assumptions,
+        agrees(library, machine, step.before, name),  # kept: property `restart`
+        answers(machine),
+        z3.Or(*[answer == told for told in _ANSWERS]),
+    )
+    runs = step.was((*INNER, "PHASE")) == COMMAND_RUN
+    ends = z3.And(runs, z3.Or(*[answer == told for told in _ENDS.values()]))
+    shown, counts = _ROWS[name]
+    yield Goal(
+        f"{name}: a row is shown in the scan of the end status only",
+        assumed,
+        z3.Implies(z3.And(busy, step.now((*BLOCK, shown))), ends),
+    )
+    failed = z3.And(busy, step.now((*BLOCK, "ERROR")), step.now((*BLOCK, "ERRORID")) == 0x8020)
+    alarm = [
+        step.now((*BLOCK, pin)) == step.was((*ROBOT, "RESPONSE", place))
+        for place, pin in enumerate(("ALARMGROUP", "ALARMCATEGORY"))
+    ]
+    yield Goal(
+        f"{name}: the alarm is what was read in this scan",
+        assumed,
+        z3.Implies(failed, z3.And(*alarm, ends)),
+    )
+    out = z3.And(
+        step.was((*command, "BUSY")),
+        step.was((*job, "ACTIVE")),
+        step.was((*job, "ARMED")),
+        step.was((*job, "TICKET")) == step.was((*INNER, "COMMAND", "SERVING")),
+        step.was((*job, "SEEN")) + 1 == step.was((*INNER, "SCAN")),
+    )
+    goes_on = step.now((*BLOCK, *counts)) == step.was((*BLOCK, *counts)) + 1
+    yield Goal(
+        f"{name}: it ends, or goes on to the next row, in the scan of the end status",
+        assumed,
+        z3.Implies(z3.And(out, ends), z3.Or(goes_on, z3.Not(step.now((*BLOCK, "BUSY"))))),
+    )
+
+
+def _collected(library: Library, name: str) -> Iterator[Goal]:
+    """A block of other command blocks shows the alarm of the one that has ended abnormally."""
+    step = library.step(name, library.outline(name))
+    machine = step.machine
+    parts = [path for path, _ in inside(library, name)]
+    alarm = [  # of each block: property `contract`
+        claim
+        for memory in (step.before, machine.snapshot())
+        for path in parts
+        for claim in alarms(View(machine, memory, path)).values()
+    ]
+    holds = agrees(library, machine, step.before, name)  # kept: property `restart`
+    assumed = (*machine.assumptions, *known(machine), answers(machine), holds, *alarm)
+    number = step.now((*BLOCK, "ERRORID"))
+    failed = z3.And(step.was((*BLOCK, "BUSY")), number == _ENDS[ABNORMAL_END])
+    pins = ("ERRORID", "ALARMGROUP", "ALARMCATEGORY")
+    shown = [
+        z3.And(*[step.now((*path, pin)) == step.now((*BLOCK, pin)) for pin in pins])
+        for path in parts
+    ]
+    yield Goal(
+        f"{name}: the alarm is that of a command that has ended in this scan",
+        assumed,
+        z3.Implies(failed, z3.Or(*shown)),
+    )
+    active, busy = step.now((*BLOCK, "ACTIVE")), step.now((*BLOCK, "BUSY"))
+    yield Goal(f"{name}: Active only with Busy", assumed, z3.Implies(active, busy))
+
+
 def _commands(library: Library) -> list[str]:
     """The blocks that run a remote command; not those that run others on their own channel."""
     pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
@@ -236,6 +318,15 @@ def _commands(library: Library) -> list[str]:
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:
     yield from (_write_area if part in WRITERS else _read_area)(library, part)
+
+
+def _responses(library: Library, part: str) -> Iterator[Goal]:
+    if part in READERS:
+        yield from _read_area(library, part)
+    elif part in CARRIERS:
+        yield from _row(library, part)
+    else:
+        yield from (_collected if part == COLLECTS else _taken)(library, part)
 
 
 PROPERTIES = (
@@ -253,12 +344,15 @@ PROPERTIES = (
     Property(
         "response",
         "FB_ReadArea takes status and response of one scan together, and a command block takes its"
-        " response in the scan of the end status (not asked of FB_PointBackup and FB_PointRestore,"
-        " which send a command for each row).",
+        " response in the scan of the end status; FB_PointBackup and FB_PointRestore show a row and"
+        " an alarm of it in that scan, and FB_PickPlace the alarm of the command that ended in it"
+        " (not asked of blocks with Enable; nor is asked what numbers they and the rows make of the"
+        " response). FB_PickPlace is Active with Busy only.",
         "guide chapters 1 and 2",
         ("inner", "calls", "area"),
-        lambda library, part: (_read_area if part in READERS else _taken)(library, part),
-        lambda library: (*READERS, *_commands(library)),
+        _responses,
+        lambda library: (*READERS, *_commands(library), *CARRIERS, COLLECTS),
         lambda part: (part,),
+        ("restart", "contract"),
     ),
 )

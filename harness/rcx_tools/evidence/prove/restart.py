@@ -12,12 +12,12 @@ from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
 from rcx_tools.evidence.prove.composites import inside, keeps
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS, between
-from rcx_tools.evidence.prove.invariants import View, alarms
+from rcx_tools.evidence.prove.invariants import ABNORMAL, View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, Outline, Outlined
 from rcx_tools.evidence.prove.property import Goal, Property
 
-__all__ = ["CARRIERS", "PROPERTIES", "answers", "jobs_of", "shows"]
+__all__ = ["CARRIERS", "PROPERTIES", "agrees", "answers", "jobs_of", "known", "shows"]
 
 Memory = Mapping[Path, Value]
 
@@ -28,7 +28,18 @@ _SERVO, _MOVES = 0x0002, 0x9400
 #: Where the job is that is not at JOB.
 _PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
 #: Blocks with a pin Enable instead of Execute.
-_LEVELS = ("FB_SEQUENCECONTROL", "FB_JOG", "FB_CONTINUOUSPOSITION")
+_LEVELS = (
+    "FB_SEQUENCECONTROL",
+    "FB_JOG",
+    "FB_CONTINUOUSPOSITION",
+    "FB_OVERRIDE",
+    "FB_TOOLPOSITION",
+)
+#: Those that send commands one by one, by FB_RcxCommandWhile, and where that is.
+_SENDERS: dict[str, Path] = {
+    "FB_OVERRIDE": (*BLOCK, "COMMAND"),
+    "FB_TOOLPOSITION": (*BLOCK, "READING"),
+}
 #: FB_PowerUp waits for the link and for CPU_OK itself, before it has asked for anything.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
 #: They send one command after the other, by FB_RcxPointRow.
@@ -61,7 +72,7 @@ def _job(name: str) -> Path:
     return (*BLOCK, *_PLACES.get(name, ("JOB",)))
 
 
-def _agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any:
+def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any:
     """What is true of a block between two calls."""
     job = _job(name)
     claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
@@ -89,7 +100,7 @@ def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
     yield z3.And(z3.Implies(active, busy), z3.Not(z3.And(done, error)))
 
 
-def _known(machine: Machine) -> Iterator[Any]:
+def known(machine: Machine) -> Iterator[Any]:
     """What is proved of the calls of the blocks inside."""
     for call in machine.outlined if isinstance(machine, Outline) else ():
         if {"EXECUTE", "BUSY"} <= {path[-1] for path in call.after if path[:-1] == call.instance}:
@@ -197,6 +208,8 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
         rows = get("HEAD", "COUNT") < get("WANTED")
     seen = get("ONE", "COMMAND", "JOB", "SEEN") == get("SEEN")
     yield z3.Implies(sends, z3.And(busy, rows, get("FAILURE") == 0, seen))
+    yield z3.Implies(busy, get("FAILURE") != ABNORMAL)
+    yield get("ONE", "COMMAND", "REFUSED") != ABNORMAL
     for number in (get("FAILURE"), get("ONE", "COMMAND", "REFUSED")):
         yield z3.Or(number == 0, z3.Extract(15, 15, number) == 1)
 
@@ -253,21 +266,19 @@ def _asks_of(was: Callable[..., Any], now: Callable[..., Any]) -> Any:
 
 def _jobs(library: Library, name: str) -> Iterator[Goal]:
     start = at_the_start(library, name)
-    yield Goal(
-        f"{name}: it holds at the start", (), _agrees(library, start, start.snapshot(), name)
-    )
+    yield Goal(f"{name}: it holds at the start", (), agrees(library, start, start.snapshot(), name))
     step = library.step(name, library.outline(name))
     machine, after = step.machine, step.machine.snapshot()
     assumed = (
         *machine.assumptions,
-        *_known(machine),
+        *known(machine),
         answers(machine),
-        _agrees(library, machine, step.before, name),
+        agrees(library, machine, step.before, name),
     )
     was, now = step.was((*BLOCK, "BUSY")), step.now((*BLOCK, "BUSY"))
     job = _job(name)
     execute, seen = step.now((*BLOCK, "EXECUTE")), step.was((*job, "WASEXECUTE"))
-    yield Goal(f"{name}: what holds is kept", assumed, _agrees(library, machine, after, name))
+    yield Goal(f"{name}: what holds is kept", assumed, agrees(library, machine, after, name))
     yield Goal(f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute)
     begins = z3.And(now, z3.Not(was))
     edge = z3.And(execute, z3.Not(seen))
@@ -368,32 +379,55 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
     failed, fails = step.was((*BLOCK, "ERRORID")) != 0, step.now((*BLOCK, "ERRORID")) != 0
     works = z3.BoolVal(True)
     if name != "FB_SEQUENCECONTROL":
-        assumed.append(_failure(machine, step.before))
+        holds = _sender if name in _SENDERS else _failure
+        assumed.append(holds(machine, step.before, name))
         start = at_the_start(library, name)
-        yield Goal(f"{name}: it holds at the start", (), _failure(start, start.snapshot()))
-        yield Goal(
-            f"{name}: what holds is kept", tuple(assumed), _failure(machine, machine.snapshot())
-        )
-        works = step.was((*BLOCK, "JOB", "BUSY"))
+        yield Goal(f"{name}: it holds at the start", (), holds(start, start.snapshot(), name))
+        kept = holds(machine, machine.snapshot(), name)
+        yield Goal(f"{name}: what holds is kept", tuple(assumed), kept)
+        if name not in _SENDERS:
+            works = step.was((*BLOCK, "JOB", "BUSY"))
+    may = held = z3.BoolVal(False)  # its code is out already: a jog stops, a command is held
+    if name == "FB_JOG":
+        may = step.was((*BLOCK, "OUT"))
+    if name in _SENDERS:
+        may = held = z3.And(*[step.was((*_SENDERS[name], pin)) for pin in ("BUSY", "OUT")])
     lost = z3.Not(step.was((*ROBOT, "SO", "SO01_CPUOK")))
     yield Goal(
         f"{name}: an error stays until Enable falls",
         tuple(assumed),
-        z3.Implies(z3.And(enable, failed), z3.And(fails, z3.Not(asks))),
+        z3.Implies(z3.And(enable, failed), z3.And(fails, z3.Implies(asks, held))),
     )
     yield Goal(
         f"{name}: a lost link or CPU_OK is an error",
         tuple(assumed),
         z3.Implies(z3.And(enable, works, lost), z3.And(fails, z3.Not(asks))),
     )
-    may = enable
-    if name == "FB_JOG":
-        may = z3.Or(enable, step.was((*BLOCK, "OUT")))  # it stops: its code is out already
-    yield Goal(f"{name}: nothing without Enable", tuple(assumed), z3.Implies(asks, may))
+    yield Goal(
+        f"{name}: nothing without Enable", tuple(assumed), z3.Implies(asks, z3.Or(enable, may))
+    )
     yield Goal(f"{name}: nothing without a link", tuple(assumed), z3.Implies(asks, z3.Not(lost)))
 
 
-def _failure(machine: Machine, memory: Memory) -> Any:
+def _sender(machine: Machine, memory: Memory, name: str) -> Any:
+    """ErrorID shows the failure; with one, or without Enable, no command waits for its turn."""
+    command = _SENDERS[name]
+
+    def get(*path: Any) -> Any:
+        return machine.term((*command, *path), memory)
+
+    failure = machine.term((*BLOCK, "FAILURE"), memory)
+    off = z3.Or(failure != 0, z3.Not(machine.term((*BLOCK, "WASENABLE"), memory)))
+    return z3.And(
+        machine.term((*BLOCK, "ERRORID"), memory) == failure,
+        *[get(pin) == get("JOB", pin) for pin in ("BUSY", "ACTIVE", "ERROR", "ERRORID")],
+        get("ERROR") == (get("ERRORID") != 0),
+        z3.Not(z3.And(get("BUSY"), get("ERROR"))),
+        z3.Implies(z3.And(off, get("BUSY")), get("OUT")),
+    )
+
+
+def _failure(machine: Machine, memory: Memory, _: str) -> Any:
     """ErrorID shows the failure; with one no job is at work, and a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
@@ -486,7 +520,8 @@ PROPERTIES = (
         "restart",
         "After a lost link no dedicated input but SI(00) and SI(06) rises and no command goes out"
         " without a new edge of Execute or Enable; after a lost CPU_OK no command; in an emergency"
-        " stop no servo-on, start or return-to-origin begins, and what is out ends.",
+        " stop no servo-on, start or return-to-origin begins, and what is out ends. FB_Operator"
+        " has keys instead of Execute: the blocks that they start are asked, the keys are not.",
         "chapter 1, 5; chapter 5, 3",
         ("inner", "calls"),
         _goals,

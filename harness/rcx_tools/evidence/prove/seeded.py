@@ -67,6 +67,7 @@ SLOW: Mapping[str, tuple[str, ...]] = {
         for block in ("FB_RCXJOB", "FB_WRITEAREA", "FB_WRITEAREAWORDS")
     ),
     "restart": ("FB_SERVOONFROMEMERGENCYSTOP", "FB_STEPPROGRAM"),
+    "response": ("FB_POINTRESTORE",),
     "telegram-legal": ("REAL_TO_DINT and FC_RcxCharCode",),
     "telegram-pins": ("REAL_TO_DINT and FC_RcxCharCode", "FB_RESETSELECTEDPROGRAM"),
     "safety": ("FB_COMMANDRECORDER", "FB_MOVEARCH", "FB_PALLETMOVEARCH"),

@@ -226,7 +226,9 @@ PROPERTIES = (
     Property(
         "telegram-legal",
         "Every command block but FB_RemoteCommand, whatever its pins hold, requests only telegrams"
-        " that the guide calls legal; where an input is refused it requests nothing.",
+        " that the guide calls legal; where an input is refused it requests nothing. It is not"
+        " asked of what sends commands outside of plc/lib/command itself: FB_Override,"
+        " FB_ToolPosition, FB_PointBackup and FB_PointRestore.",
         "remote command guide 4.2 to 4.9",
         ("inner",),
         _legal_goals,
