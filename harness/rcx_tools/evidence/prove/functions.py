@@ -17,11 +17,14 @@ from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.logic import UnsupportedError, both, negated
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import TIME_BITS, anything, scalar
-from rcx_tools.evidence.prove.library import Library
+from rcx_tools.evidence.prove.library import BLOCK, Library
+from rcx_tools.evidence.prove.overflow import none_leaves
 from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.safety import impossible, rows_of
 from rcx_tools.evidence.prove.summaries import (
     LONGEST_MS,
     bits_of,
+    is_first_row,
     nearest_milliseconds,
     pattern_of,
 )
@@ -343,10 +346,35 @@ def _bits_real(library: Library) -> Iterator[Goal]:
         )
 
 
+def _first_row(library: Library) -> Iterator[Goal]:
+    """Any pins and any table, but MovesSize is not above it."""
+    name = "FB_RCXFIRSTROW"
+
+    def upwards(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
+        return z3.And(now["Last"] == first["Last"] + n, first["Last"] == 1, now["Last"] <= wide)
+
+    machine = _Cut(library, [_Loop(upwards)])
+    pou = library.pou(name)
+    assert pou.block is not None
+    machine.havoc(BLOCK, pou.block)
+    machine.havoc(("MOVES",), pou.symbols["MOVES"].type)
+    rows, size = (machine.term((*BLOCK, pin)) for pin in ("ROWS", "MOVESSIZE"))
+    wide = z3.SignExt(TIME_BITS - rows.size(), rows)
+    machine.assume(size <= rows_of(machine))
+    machine.call_block(BLOCK, pou.block.name, {"MOVES": ("MOVES",)})
+    yield from machine.goals
+    known = tuple(machine.assumptions)
+    row, error = (machine.term((*BLOCK, pin)) for pin in ("ROW", "ERRORID"))
+    yield Goal("the row is in use, or refused", known, is_first_row(row, error, rows, size))
+    yield from impossible(name, machine, known)
+    yield none_leaves(name, known, machine.operations, (0, 0))
+
+
 _PARTS: dict[str, Callable[[Library], Iterator[Goal]]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
     "FC_RCXREALBITS": _real_bits,
     "FC_RCXBITSREAL": _bits_real,
+    "FB_RCXFIRSTROW": _first_row,
 }
 
 PROPERTIES = (
@@ -355,9 +383,9 @@ PROPERTIES = (
         "FC_RcxMilliseconds gives the nearest number of milliseconds for every TIME, 0 below 0 and"
         " 20 days from there on; FC_RcxRealBits the IEEE 754 pattern of every REAL that is a number"
         " (of -0.0 that of 0.0); FC_RcxBitsReal the REAL of every pattern of a number, the largest"
-        " of its sign for infinity, 0.0 for what is no number.",
+        " of its sign for infinity, 0.0 for what is no number; FB_RcxFirstRow a row in use, or a refusal.",
         "docs/blocks/functions.md",
-        (),
+        ("table",),
         lambda library, part: _PARTS[part](library),
         lambda _: tuple(_PARTS),
         lambda part: (part,),

@@ -28,7 +28,7 @@ from rcx_tools.evidence.prove.safety import log_keeps
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["PROPERTIES", "WRAPS", "Wrap", "wraps"]
+__all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
 
 #: Where it is said which operations are meant to leave their type.
 WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
@@ -37,6 +37,8 @@ _KEYS = ("file", "pou", "operation", "reason")
 _LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
 #: What they give says how far their callers count: they are run where they are called.
 _INSIDE = ("FB_RCXSHAREDWORDS", "FB_RCXPOINTHEAD")
+#: Whose loops are cut: see `functions`.
+_CUT = ("FB_RCXFIRSTROW",)
 #: Functions that are right for any arguments; their callers need not ask again.
 _ALONE = ("FC_RCXCHARCODE",)
 _CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
@@ -215,7 +217,7 @@ def _goals(library: Library, name: str) -> Iterator[Goal]:
     meant = {wrap.operation: wrap for wrap in wraps(WRAPS) if wrap.pou == pou.name}
     listed = {(wrap.pou, wrap.operation) for wrap in wraps(WRAPS)}
     asked = [one for one in own if (one.pou, text_of(one.node)) not in listed]
-    yield _none_leaves(name, known, asked, _span(name))
+    yield none_leaves(name, known, asked, _span(name))
     for wrap in meant.values():
         found = [one for one in own if (one.pou, text_of(one.node)) == (wrap.pou, wrap.operation)]
         right = str(library.folder / wrap.file) == pou.file and _can(known, found)
@@ -230,7 +232,7 @@ def _any_arguments(library: Library, name: str, machine: Machine) -> Iterator[An
         yield value
 
 
-def _none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
+def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
     places: dict[str, list[Any]] = {}
     count = 0
     for one in asked:
@@ -268,7 +270,7 @@ def _parts(library: Library) -> list[str]:
     return [
         name
         for name, pou in library.project.pous.items()
-        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name not in _INSIDE)
+        if name in listed or (pou.kind == "FUNCTION_BLOCK" and name not in (*_INSIDE, *_CUT))
     ]
 
 

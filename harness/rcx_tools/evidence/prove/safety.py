@@ -21,7 +21,7 @@ from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.signs import by_sign
 
-__all__ = ["PROPERTIES", "exactly", "log_keeps"]
+__all__ = ["PROPERTIES", "exactly", "impossible", "log_keeps", "rows_of"]
 
 _COMPARES = {
     z3.Z3_OP_FPA_GE: ">=",
@@ -166,10 +166,10 @@ def _table_keeps(machine: Machine, memory: Memory) -> Any:
     members = [member.upper() for member in kind.members]
     under_way = [members.index(f"TABLE_{name}") for name in ("HELD", "MOVE", "ARRIVAL")]
     begun = z3.And(failure != _ILLEGAL_ROW, z3.Or([stage == one for one in under_way]))
-    return z3.Implies(begun, z3.And(row >= 1, row <= last, last <= _rows(machine)))
+    return z3.Implies(begun, z3.And(row >= 1, row <= last, last <= rows_of(machine)))
 
 
-def _rows(machine: Machine) -> int:
+def rows_of(machine: Machine) -> int:
     moves = machine.project.pous[_TABLE].symbols["MOVES"].type
     assert isinstance(moves, ArrayType)
     ((_, last),) = moves.bounds
@@ -180,7 +180,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     step = call(library, block)
     known = (*assumed(step), *_limits(library, block, step))
     if block == _TABLE:
-        enough = step.machine.term((*BLOCK, "MOVESSIZE"), step.before) <= _rows(step.machine)
+        enough = step.machine.term((*BLOCK, "MOVESSIZE"), step.before) <= rows_of(step.machine)
         known = (*known, enough, _table_keeps(step.machine, step.before))
         kept = _table_keeps(step.machine, step.machine.snapshot())
         yield Goal(f"{block}: Row stays in the table", known, kept)
@@ -188,10 +188,10 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
         known = (*known, _log_keeps(block, step, step.before))
         kept = _log_keeps(block, step, step.machine.snapshot())
         yield Goal(f"{block}: the log keeps its places", known, kept)
-    yield from _impossible(block, step.machine, known)
+    yield from impossible(block, step.machine, known)
 
 
-def _impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[Goal]:
+def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[Goal]:
     """A goal for all indices, all shifts ...; each conversion has its own."""
     places: dict[str, list[Any]] = {}
     for one in machine.obligations:
@@ -207,7 +207,7 @@ def _impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator
 
 
 #: Summed up where it is called; and what is only proved for the calls that there are.
-_ELSEWHERE = ("FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
+_ELSEWHERE = ("FB_RCXFIRSTROW", "FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
 
 
 def _parts(library: Library) -> list[str]:

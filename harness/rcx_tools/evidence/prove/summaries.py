@@ -1,7 +1,7 @@
 """What stands for a function or block with long loops, and for a sine: any result it can give.
 
-`functions.py` proves those of FC_RcxMilliseconds and FC_RcxRealBits of their bodies, for every
-argument; the others take any value for granted.
+`functions.py` proves those of FC_RcxMilliseconds, FC_RcxRealBits and FB_RcxFirstRow of their bodies,
+for every argument; the others take any value for granted.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ __all__ = [
     "LONGEST_MS",
     "SUMMARIES",
     "bits_of",
+    "is_first_row",
     "nearest_milliseconds",
     "pattern_of",
 ]
@@ -88,6 +89,22 @@ def _scan_time(machine: Machine, arguments: list[Any]) -> None:
     machine.havoc(arguments[0], kind)
 
 
+def is_first_row(row: Any, error: Any, rows: Any, size: Any) -> Any:
+    """What FB_RcxFirstRow gives: a row in use, or the ErrorID 16#8051 (Illegal row)."""
+    used = z3.And(row >= 1, row <= rows, rows <= size)
+    return z3.Or(z3.And(error == 0, used), error == 0x8051)
+
+
+def _first_row(machine: Machine, arguments: list[Any]) -> None:
+    (instance,) = arguments
+    kind = machine.project.pous["FB_RCXFIRSTROW"].block
+    assert kind is not None
+    rows, size = (machine.term((*instance, name)) for name in ("ROWS", "MOVESSIZE"))
+    machine.havoc(instance, kind)
+    row, error = (machine.term((*instance, name)) for name in ("ROW", "ERRORID"))
+    machine.assume(is_first_row(row, error, rows, size))
+
+
 def _wave(name: str) -> Callable[[Machine, list[Any]], Any]:
     """A sine or the like: any REAL, the same one for the same argument. It is more than there is.
 
@@ -108,6 +125,7 @@ SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
     "FC_RCXMILLISECONDS": _milliseconds,
     "FC_RCXREALBITS": _real_bits,
     "FC_RCXBITSREAL": _bits_real,
+    "FB_RCXFIRSTROW": _first_row,
     "FB_RCXSCANTIME": _scan_time,
     **{name: _wave(name) for name in ("SIN", "COS", "ATAN")},
 }
