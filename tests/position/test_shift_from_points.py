@@ -145,7 +145,7 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
     given["origin" if pin == "Origin" else "along_x"] = place
     if pin == "AlongX" and k > 0:
         place[0] = 150.0
-    shift, error, far = _shift(**given)
+    shift, error, far = _shift(given["origin"], given["along_x"])
     if wrong and k < 3:
         assert (shift, error, far) == ([0] * 4, 0x8047, 0)
     else:
