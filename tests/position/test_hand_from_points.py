@@ -109,7 +109,7 @@ def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a
             points = [_touch("YK400XE", hand, (x, y, 60_000, r), left) for r in (turn, other)]
         except UnreachableError:
             continue
-        data1, data2, growth, error = _hand(*points, MaxGrowth=2.1)
+        data1, data2, growth, error = _hand(points[0], points[1], MaxGrowth=2.1)
         assert error == 0
         assert growth <= 1.94
         assert (data1, data2) == pytest.approx((hand[0] / 1000, hand[1] / 1000), abs=0.05)
@@ -179,7 +179,7 @@ def test_coordinates_that_are_none_are_refused(pin: int, k: int, value: float, w
     """X, Y and R; the others do not count."""
     points = [_six([0.0, 0.0, 0.0, 0.0]), _six([0.0, 0.0, 0.0, 120.0])]
     points[pin][k] = value
-    data1, data2, growth, error = _hand(*points, MaxGrowth=100.0)
+    data1, data2, growth, error = _hand(points[0], points[1], MaxGrowth=100.0)
     if wrong and k in (0, 1, 3):
         assert (data1, data2, growth, error) == (0, 0, 0, 0x8047)
     else:
@@ -204,7 +204,7 @@ def test_a_hand_that_no_telegram_carries_is_refused(
     expected = [0.0, 0.0]
     if not error:
         expected[1 - axis] = sign * way if axis == 1 else -sign * way
-    *data, growth, found = _hand(*points)
+    *data, growth, found = _hand(points[0], points[1])
     assert found == error
     assert data == pytest.approx(expected, abs=0.005)
     assert growth == pytest.approx(0 if error else 1, abs=1e-5)

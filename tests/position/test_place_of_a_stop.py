@@ -24,11 +24,11 @@ _PROGRAM = """PROGRAM Stops
     Jogged : FB_MoveDirectMm;
     Place : FB_ReadPositionMm;
     Back : FB_MoveDirectMm;
-    On, Stopped, GoBack : BOOL;
+    Power, Stopped, GoBack : BOOL;
     StopOk : BOOL := TRUE;
   END_VAR
   ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
-  ServoOn(Robot := Robot, Execute := On);
+  ServoOn(Robot := Robot, Execute := Power);
   Travel(Robot := Robot);
   Jogged(Robot := Robot);
 {calls}
@@ -65,7 +65,7 @@ def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
     file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")
     with Cell.build([file], scan="10ms", engine=engine) as cell:
         cell.run("500ms")
-        cell["Main.On"] = True
+        cell["Main.Power"] = True
         cell.run_until(lambda: cell["Main.ServoOn.Done"], within="5s")
         cell["Main.Travel.TargetMm"] = [500.0, -300.0, 20.0, 45.0, 0.0, 0.0]
         cell["Main.Travel.Execute"] = True
