@@ -383,7 +383,8 @@ PROPERTIES = (
         "FC_RcxMilliseconds gives the nearest number of milliseconds for every TIME, 0 below 0 and"
         " 20 days from there on; FC_RcxRealBits the IEEE 754 pattern of every REAL that is a number"
         " (of -0.0 that of 0.0); FC_RcxBitsReal the REAL of every pattern of a number, the largest"
-        " of its sign for infinity, 0.0 for what is no number; FB_RcxFirstRow a row in use, or a refusal.",
+        " of its sign for infinity, 0.0 for what is no number; FB_RcxFirstRow a row"
+        " in use, or a refusal.",
         "docs/blocks/functions.md",
         ("table",),
         lambda library, part: _PARTS[part](library),

@@ -233,6 +233,7 @@ def _any_arguments(library: Library, name: str, machine: Machine) -> Iterator[An
 
 
 def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
+    """That no operation leaves its type; `time` is what a result of TIME has to be in."""
     places: dict[str, list[Any]] = {}
     count = 0
     for one in asked:

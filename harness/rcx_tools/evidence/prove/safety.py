@@ -170,6 +170,7 @@ def _table_keeps(machine: Machine, memory: Memory) -> Any:
 
 
 def rows_of(machine: Machine) -> int:
+    """The rows of RCX_MOVES."""
     moves = machine.project.pous[_TABLE].symbols["MOVES"].type
     assert isinstance(moves, ArrayType)
     ((_, last),) = moves.bounds

@@ -1,7 +1,7 @@
 """What stands for a function or block with long loops, and for a sine: any result it can give.
 
-`functions.py` proves those of FC_RcxMilliseconds, FC_RcxRealBits and FB_RcxFirstRow of their bodies,
-for every argument; the others take any value for granted.
+`functions.py` proves those of FC_RcxMilliseconds, FC_RcxRealBits, FC_RcxBitsReal and
+FB_RcxFirstRow of their bodies, for every argument; the others take any value for granted.
 """
 
 from __future__ import annotations
