@@ -197,6 +197,7 @@ def _agreement(figures: Figures) -> str:
         return "not run"
     one = figures["agreement"]
     told = f"{one['scans']:,} of {one['blocks']} blocks, at least {one['least_of_a_block']} of each"
+    told += " (what calls SIN, COS or ATAN is left out)"
     return f"{told}; {one['matiec']['says']}; differences {len(one['disagreements'])}"
 
 

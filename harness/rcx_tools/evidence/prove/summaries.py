@@ -18,6 +18,7 @@ from rcx_harness.verify.prove.machine import Machine
 __all__ = [
     "LONGEST_MS",
     "SUMMARIES",
+    "WAVES",
     "bits_of",
     "is_first_row",
     "nearest_milliseconds",
@@ -26,6 +27,8 @@ __all__ = [
 
 #: FC_RcxMilliseconds gives at most 20 days.
 LONGEST_MS = 1_728_000_000
+#: Standard functions that no term says.
+WAVES = ("SIN", "COS", "ATAN")
 
 
 def pattern_of(number: reals.Real) -> Any:
@@ -127,5 +130,5 @@ SUMMARIES: dict[str, Callable[[Machine, list[Any]], Any]] = {
     "FC_RCXBITSREAL": _bits_real,
     "FB_RCXFIRSTROW": _first_row,
     "FB_RCXSCANTIME": _scan_time,
-    **{name: _wave(name) for name in ("SIN", "COS", "ATAN")},
+    **{name: _wave(name) for name in WAVES},
 }

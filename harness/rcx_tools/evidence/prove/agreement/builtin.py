@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 from rcx_harness.engine.builtin.runtime import ProgramError
+from rcx_harness.engine.builtin.storage import is_scalar
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.types import ArrayType, ElementaryType, Type
 from rcx_harness.verify.prove import values
@@ -43,12 +45,14 @@ class BuiltinEngine:
         else:
             roots["B"] = names[f"b_{pou.name.upper()}"](bench_globals)
             bench = names["b_AGREEMENT_BENCH"](bench_globals)
+            roots["SCALARS"] = SimpleNamespace()
             for symbol in pou.section("VAR_IN_OUT"):
                 holder = subject.holders[symbol.type.name.upper()]
-                roots[symbol.name.upper()] = getattr(bench, holder)
-            self._in_outs = [roots[symbol.name.upper()] for symbol in pou.section("VAR_IN_OUT")]
+                home = roots["SCALARS"].__dict__ if is_scalar(symbol.type) else roots
+                home[symbol.name.upper()] = getattr(bench, holder)
+            self._in_outs = [symbol.name.upper() for symbol in pou.section("VAR_IN_OUT")]
         self._roots = roots
-        codes = [_place(path, function=self._function) for path, _ in leaves]
+        codes = [self._place(path, kind) for path, kind in leaves]
         scope: dict[str, Any] = {
             **roots,
             "REST": REST,
@@ -62,6 +66,16 @@ class BuiltinEngine:
             slot = f"{code}[:]" if isinstance(kind, ArrayType) else code
             self._write.append(_setter(slot, scope))
         self._initial = [] if self._function else [eval(_kept(code), scope) for code in codes]
+
+    def _place(self, path: Path, kind: Type) -> str:
+        """Python for a leaf of the engine's memory."""
+        if self._function:
+            return f"B[{path[1]!r}]"
+        if len(path) == 1 and is_scalar(kind):
+            return f"SCALARS.{path[0]}"
+        return str(path[0]) + "".join(
+            f"[{step}]" if isinstance(step, int) else f".{step}" for step in path[1:]
+        )
 
     def write(self, place: int, value: Any) -> None:
         """Set a leaf."""
@@ -80,10 +94,17 @@ class BuiltinEngine:
                 held = self._roots["B"]
                 held[self._result] = self._body(*[held[name] for name in self._inputs])
             else:
-                self._body(self._roots["B"], *self._in_outs)
+                self._call_block()
         except (ArithmeticError, ValueError, ProgramError):
             return False
         return True
+
+    def _call_block(self) -> None:
+        """Scalars are given by their value, and handed back."""
+        scalars = self._roots["SCALARS"].__dict__
+        in_outs = [scalars.get(name, self._roots.get(name)) for name in self._in_outs]
+        back = self._body(self._roots["B"], *in_outs)
+        scalars.update(zip(scalars, back if len(scalars) > 1 else (back,), strict=False))
 
     def follow(self, after: Sequence[Any]) -> None:
         """All is read from the engine."""
@@ -94,15 +115,6 @@ def _setter(slot: str, scope: dict[str, Any]) -> Callable[[Any], None]:
     exec(f"def write(value): {slot} = value", names)
     found: Callable[[Any], None] = names["write"]
     return found
-
-
-def _place(path: Path, *, function: bool) -> str:
-    """Python for a leaf of the engine's memory."""
-    if function:
-        return f"B[{path[1]!r}]"
-    return str(path[0]) + "".join(
-        f"[{step}]" if isinstance(step, int) else f".{step}" for step in path[1:]
-    )
 
 
 def _kept(code: str) -> str:

@@ -47,6 +47,8 @@ ENGINES: dict[str, type[Engine]] = {"builtin": BuiltinEngine, "matiec": MatiecEn
 _RUN = 8
 #: Scans of each block from a state that is known when it is translated.
 _KNOWN = 3
+#: Blocks with loops that are as long as their pins say, and what calls them: as those functions.
+_LOOPING = ("FB_RCXFIRSTROW", "FB_MOVETABLE")
 _B: Path = ("B",)
 
 
@@ -99,7 +101,7 @@ def _call(machine: Machine, pou: t.Pou) -> None:
 def _translated(subject: Subject, name: str) -> Translation | None:
     """A POU from any state; None for one that is translated anew for each value."""
     pou = subject.project.pous[name]
-    if name in long(subject):
+    if name in (*long(subject), *_LOOPING):
         return None
     machine = Machine(subject.project, symbols(subject))
     machine.now = z3.BitVec("now", values.TIME_BITS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -16,6 +17,7 @@ from rcx_tools.evidence.prove.agreement.bench import Subject, missing
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import prover_state
+from rcx_tools.evidence.prove.summaries import WAVES
 
 __all__ = [
     "Comparison",
@@ -41,7 +43,7 @@ class Comparison:
 
 
 def comparisons(library: Library) -> Iterator[Comparison]:
-    """One of each POU.
+    """One of each POU, but for those that work through a sine or the like: any is proved of.
 
     Raises:
         InputError: `RCX_MATIEC` or an `iec2c` on `PATH` leads to no complete matiec.
@@ -51,8 +53,17 @@ def comparisons(library: Library) -> Iterator[Comparison]:
     for name in library.pous:
         rests = f"{state} {library.state([name])} {comparing.SCANS} {compiler_state()}"
         key = f"agreement {name}:{hashlib.sha256(rests.encode()).hexdigest()[:16]}"
+        if _waves(library, name):
+            continue
         block = library.pou(name).kind == "FUNCTION_BLOCK"
         yield Comparison(str(library.folder), name, block, matiec, key)
+
+
+def _waves(library: Library, name: str) -> bool:
+    """Does it, or what it uses, call a function that no term says?"""
+    called = re.compile(rf"\b({'|'.join(WAVES)})\s*\(", re.IGNORECASE)
+    files = {library.pou(one).file for one in library.used([name])}
+    return any(called.search(Path(file).read_text(encoding="utf-8")) for file in files)
 
 
 def compiler_state() -> str:
