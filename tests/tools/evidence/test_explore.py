@@ -162,9 +162,9 @@ def test_robots_at_one_area_are_explored_with_the_others(
 ) -> None:
     pair = interlock.InterlockModel("entry", "two robots", robots=2, moves=("go", "out"), at_once=2)
     bug = next(one for one in interlock.SEEDED if one.name == "two hold it")
-    monkeypatch.setattr(command, "_OUT", tmp_path)
-    monkeypatch.setattr(command, "_MODELS", {"entry": pair})
-    monkeypatch.setattr(command, "_SEEDED", (bug,))
+    monkeypatch.setattr(command, "OUT", tmp_path)
+    monkeypatch.setattr(command, "EVERY_MODEL", {"entry": pair})
+    monkeypatch.setattr(command, "EVERY_BUG", (bug,))
     monkeypatch.setattr(command, "Farm", _Here)
     assert command.main([]) == 0
     written = json.loads((tmp_path / "explore.json").read_text(encoding="utf-8"))
@@ -198,7 +198,7 @@ def test_an_outcome_of_robots_at_one_area_is_kept_until_what_it_rests_on_changes
     Known(file, seed=1).keep(met, entry)
     assert Known(file, seed=1).model(entry) == met
     assert Known(file, seed=1).model(loss) is None
-    monkeypatch.setattr(known_outcomes, "_defined_by", lambda model: ("search",))
+    monkeypatch.setattr(known_outcomes, "defined_by", lambda model: ("search",))
     assert Known(file, seed=1).model(entry) is None
 
 

@@ -48,6 +48,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_Override", "Pace"): timedelta(milliseconds=200),
     ("FB_PointBackup", "Count"): 100,
     ("FB_PointRestore", "FirstRow"): 1,
+    ("FB_Operator", "HmiOk"): True,
     ("FB_Operator", "Timeout"): timedelta(seconds=10),
     ("FB_Interlock", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),

@@ -34,12 +34,15 @@ from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["main"]
+__all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "main"]
 
-_OUT = ROOT / "out/verification"
+#: Where outcomes are kept.
+OUT = ROOT / "out/verification"
 _SEEDS = "seeded bugs"
-_MODELS: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *SMALL, *interlock.MODELS)}
-_SEEDED = (*SEEDED, *interlock.SEEDED)
+EVERY_MODEL: dict[str, AnyModel] = {
+    model.name: model for model in (*MODELS, *SMALL, *interlock.MODELS)
+}
+EVERY_BUG = (*SEEDED, *interlock.SEEDED)
 
 
 class _Task(NamedTuple):
@@ -73,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m rcx_tools.evidence.explore", description=__doc__
     )
-    names = list(_MODELS)
+    names = list(EVERY_MODEL)
     parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(names)}; all")
     parser.add_argument("--jobs", type=int, default=min(2, processors()))
     parser.add_argument("--limit", type=int, default=0, help="most states of a model; 0 = all")
@@ -84,13 +87,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unknown = set(chosen.models) - set(names)
     if unknown:
         parser.error(f"no model {', '.join(sorted(unknown))}; there are {', '.join(names)}")
-    models = [one for one in _MODELS.values() if not chosen.models or one.name in chosen.models]
-    seeded = [bug for bug in _SEEDED if bug.model in {model.name for model in models}]
+    models = [one for one in EVERY_MODEL.values() if not chosen.models or one.name in chosen.models]
+    seeded = [bug for bug in EVERY_BUG if bug.model in {model.name for model in models}]
     console = Console()
     started = time.monotonic()
     library = LIBRARY if chosen.lib is None else tuple(sorted(chosen.lib.rglob("*.st")))
     task = _Task(library, chosen.limit, chosen.seed)
-    known = Known(_OUT / "explore.jsonl", chosen.seed, library, fresh=chosen.fresh)
+    known = Known(OUT / "explore.jsonl", chosen.seed, library, fresh=chosen.fresh)
     done, found = _run(models, seeded, chosen.jobs, task, known, console)
     seconds = time.monotonic() - started
     _print(console, done, found, seconds)
@@ -120,7 +123,7 @@ def _run(
         if (done := known.model(model)) is not None:
             outcomes[model.name] = done
     for bug in seeded:
-        if (found := known.bug(bug, _MODELS[bug.model])) is not None:
+        if (found := known.bug(bug, EVERY_MODEL[bug.model])) is not None:
             outcomes[bug.name] = found
     for name, outcome in outcomes.items():
         console.print(f"{name}: known from an earlier run ({_line(outcome)})")
@@ -164,7 +167,7 @@ def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
 
 def _model_of(outcome: Done | Found) -> AnyModel:
     """What was explored."""
-    return _MODELS[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
+    return EVERY_MODEL[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
 
 
 def _line(done: Done | Found) -> str:
@@ -178,7 +181,7 @@ def _line(done: Done | Found) -> str:
 
 def _explore(name: str, task: _Task, reports: Queue[_Report | None]) -> Done:
     """Explore one model; a broken rule is replayed and written as trace and chart."""
-    model, started = _MODELS[name], time.process_time()
+    model, started = EVERY_MODEL[name], time.process_time()
     result = _search(
         model,
         task.library,
@@ -207,14 +210,14 @@ def _search(
 
 def _look_for(name: str, library: Sequence[Path]) -> Found:
     """Explore the model that is to find a seeded bug, and replay what it finds."""
-    bug = next(bug for bug in _SEEDED if bug.name == name)
-    model = _MODELS[bug.model]
+    bug = next(bug for bug in EVERY_BUG if bug.name == name)
+    model = EVERY_MODEL[bug.model]
     with TemporaryDirectory() as folder:
         changed = bug.library(Path(folder), library)
         result = _search(model, changed)
         if result.broken is None:
             return Found(bug, 0, result.states, ())
-        rules = _draw(model, result.broken, changed, f"seeded_{_SEEDED.index(bug) + 1:02}")
+        rules = _draw(model, result.broken, changed, f"seeded_{EVERY_BUG.index(bug) + 1:02}")
     known = any(rule.startswith(bug.rule) for rule in rules)
     return Found(bug, len(result.broken.path) if known else 0, result.states, rules)
 
@@ -224,7 +227,7 @@ def _draw(model: AnyModel, broken: Broken, library: Sequence[Path], name: str) -
 
     Of robots at one area it is written in words.
     """
-    folder = _OUT / "explore"
+    folder = OUT / "explore"
     folder.mkdir(parents=True, exist_ok=True)
     if isinstance(model, InterlockModel):
         rules = interlock.replay(model, broken, library)
@@ -298,6 +301,6 @@ def _write(done: Sequence[Done], found: Sequence[Found], met: bool) -> None:
         },
         "seeded": {one.bug.name: {"scans": one.scans, "rules": one.rules} for one in found},
     }
-    _OUT.mkdir(parents=True, exist_ok=True)
+    OUT.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"command": "make explore", "figures": figures, "met": met}, indent=1)
-    (_OUT / "explore.json").write_text(text + "\n", encoding="utf-8")
+    (OUT / "explore.json").write_text(text + "\n", encoding="utf-8")

@@ -18,7 +18,7 @@ from rcx_tools.evidence.explore.search import LIBRARY
 from rcx_tools.evidence.explore.seeded import Seeded
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["OWN", "AnyModel", "Done", "Found", "Known"]
+__all__ = ["OWN", "AnyModel", "Done", "Found", "Known", "defined_by"]
 
 #: A model of the blocks on one robot, or of robots at one area.
 AnyModel = Model | InterlockModel
@@ -95,14 +95,14 @@ class Known:
                 files = needed([model.write(Path(folder))], self._library)
             engine = ROOT / "harness/rcx_harness/engine"
             rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
-            own = [_HERE / f"{part}.py" for part in _defined_by(model)]
+            own = [_HERE / f"{part}.py" for part in defined_by(model)]
             shared = [ROOT / f"harness/rcx_harness/verify/explore/{part}.py" for part in _SHARED]
             state = digest(ROOT, [*files, *rules, *own, *shared])
             self._keys[name] = f"{model.name} {state} {self._seed} {name}"
         return self._keys[name]
 
 
-def _defined_by(model: AnyModel) -> tuple[str, ...]:
+def defined_by(model: AnyModel) -> tuple[str, ...]:
     """The modules beside this one that decide what is found in a model."""
     if isinstance(model, InterlockModel):
         return ("interlock", "search")
