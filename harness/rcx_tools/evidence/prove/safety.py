@@ -137,8 +137,8 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
             yield size <= (high - low + 1) * unit
 
 
-#: Where the blocks of the log have it.
 _TABLE, _ILLEGAL_ROW = "FB_MOVETABLE", 0x8051
+#: Where the blocks of the log have it.
 _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
