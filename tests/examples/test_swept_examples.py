@@ -22,8 +22,8 @@ _LASTING = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LASTING, *_SHORT, "Main.CellSafe=false")
-#: Length of the good run: that of 07 ends before the last place, after which there is no next one.
-_RUNS = {"04_pick_and_place": "4200ms", "07_pallet": "7000ms"}
+#: Length of the good run; that of 07 ends after the last place, when the full pallet is at rest.
+_RUNS = {"04_pick_and_place": "4200ms", "07_pallet": "9000ms"}
 _HAND, _TRAY = port("DO(20)"), (-60_000, 80_000)
 
 

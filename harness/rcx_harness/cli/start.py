@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -19,11 +20,13 @@ def main() -> int:
         The exit code: 0, 1 or 2; 130 after Ctrl-C.
     """
     try:
+        gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
         from rcx_harness.output.console import spare_no_character
 
         spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
 
+        gc.enable()
         code = command()
         sys.stdout.flush()
     except KeyboardInterrupt:
