@@ -7,13 +7,13 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
 import pytest
 
 from rcx_harness.enip import Adapter, CipError, Client, EnipError, Identity
 from rcx_harness.errors import InputError
+from rcx_harness.output.system import SharedMemory
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ import pytest
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters, OwnerState
 from rcx_harness.enip.cyclic.shared import GAPS, LinkState, SharedImage, SharedImages, Word
+from rcx_harness.output.system import SharedMemory
 
 OWNER = ConnectionParameters(
     number=1,
@@ -50,6 +51,19 @@ def test_what_is_written_is_read_in_full_by_who_attached_by_name(size: int) -> N
         assert theirs.size == size
         assert theirs.to_master.read() == bytes([0xA5] * size)
         assert ours.to_robot.read() == bytes([0x5A] * size)
+
+
+def test_memory_that_nobody_has_made_is_not_there() -> None:
+    """On Windows a wrong name gives new memory, all zero: that is nobody's either."""
+    with pytest.raises(FileNotFoundError):
+        SharedImages.attach("/dev/shm/rcx-of-nobody")
+    nobodys = SharedMemory(size=4096)
+    try:
+        with pytest.raises(FileNotFoundError):
+            SharedImages.attach(nobodys.name)
+    finally:
+        nobodys.unlink()
+        nobodys.close()
 
 
 def test_the_assemblies_may_have_different_lengths() -> None:

@@ -11,7 +11,10 @@ from system_names import absent_on, hidden_on
 __all__ = ["as_windows"]
 
 _FOLDER = Path(__file__).with_name("as_windows")
-_SEEN = ("_ctypes", "asyncio", "ctypes", "os", "select", "signal", "socket", "subprocess", "sys")
+_SEEN = (
+    *("_ctypes", "asyncio", "ctypes", "mmap", "os", "select"),
+    *("signal", "socket", "subprocess", "sys"),
+)
 
 
 def as_windows(folder: Path) -> dict[str, str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import mmap
 import os
 import signal
 import socket
@@ -32,6 +33,7 @@ __all__ = [
     "WHOLE",
     "DirectInput",
     "RelayedInput",
+    "SharedMemory",
     "StandardInput",
     "addresses",
     "ask_for_priority",
@@ -53,6 +55,8 @@ __all__ = [
 _PRIORITY = 1
 _CHUNK = 65536
 _FINEST_MS = 1
+#: Where memory that processes share has its names.
+_SHARED = "/dev/shm" if os.path.isdir("/dev/shm") else os.environ.get("TMPDIR", "/var/tmp")
 #: Real time after which a copy counts as hanging: so much [s], and so often its processor time.
 _HANGS_S, _BUSY = 600, 8
 _TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
@@ -264,6 +268,56 @@ class RelayedInput:
 
 StandardInput = RelayedInput if sys.platform == "win32" else DirectInput
 """The one for this system."""
+
+
+class SharedMemory:
+    """Memory of several processes, which find it by its name.
+
+    That of `multiprocessing` brings a process of its own that watches over it, and imports that
+    take 3 MiB in each process.
+
+    Args:
+        name: That of memory which another process has made; empty for new memory, all zero.
+        size: Bytes of new memory.
+
+    Attributes:
+        name: By which other processes find it.
+        buf: It.
+
+    Raises:
+        FileNotFoundError: there is none of that name; Windows gives new memory then.
+    """
+
+    def __init__(self, name: str = "", size: int = 0) -> None:
+        if sys.platform == "win32":
+            self.name = name or f"rcx-{os.urandom(8).hex()}-{size}"
+            self._map = mmap.mmap(-1, int(self.name.rpartition("-")[2]), tagname=self.name)
+            self.buf = memoryview(self._map)
+            return
+        new = not name
+        self.name = name or f"{_SHARED}/rcx-{os.urandom(8).hex()}"
+        file = os.open(self.name, os.O_RDWR | (os.O_CREAT | os.O_EXCL if new else 0), 0o600)
+        try:
+            if new:
+                os.ftruncate(file, size)
+            self._map = mmap.mmap(file, size)
+        except BaseException:
+            if new:
+                self.unlink()
+            raise
+        finally:
+            os.close(file)
+        self.buf = memoryview(self._map)
+
+    def close(self) -> None:
+        """Let go of the memory; more than once does no harm."""
+        self.buf.release()
+        self._map.close()
+
+    def unlink(self) -> None:
+        """Remove the name: nothing is left behind when all who have it open have ended."""
+        if sys.platform != "win32":  # there it goes with them by itself
+            os.unlink(self.name)
 
 
 def group_address(group: str) -> str:

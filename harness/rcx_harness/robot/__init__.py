@@ -1,11 +1,21 @@
 """The virtual controller: signals, handshake, commands, motion, alarms. It knows no network."""
 
-from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
-from rcx_harness.robot.controller import Controller
-from rcx_harness.robot.events import EVENTS
-from rcx_harness.robot.findings import Violation
-from rcx_harness.robot.signals import Led
-from rcx_harness.robot.stored import Hand, Pallet, Point
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
+    from rcx_harness.robot.controller import Controller
+    from rcx_harness.robot.events import EVENTS
+    from rcx_harness.robot.findings import Violation
+    from rcx_harness.robot.signals import Led
+    from rcx_harness.robot.stored import Hand, Pallet, Point
+
+_HOME = {"Controller": "controller", "EVENTS": "events", "Violation": "findings", "Led": "signals"}
+_HOME |= dict.fromkeys(("Axis", "RobotConfig", "RobotProgram"), "config")
+_HOME |= dict.fromkeys(("Hand", "Pallet", "Point"), "stored")
 
 __all__ = [
     "EVENTS",
@@ -19,3 +29,10 @@ __all__ = [
     "RobotProgram",
     "Violation",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: who reads a trace, or a robot's file, needs no controller."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

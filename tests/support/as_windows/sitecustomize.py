@@ -14,6 +14,7 @@ import asyncio
 import builtins
 import ipaddress
 import json
+import mmap
 import multiprocessing
 import os
 import select
@@ -68,12 +69,39 @@ def _dll(name: str) -> Any:
     return known[name]
 
 
+class _Tagged(mmap.mmap):
+    """Memory of that name: of another process, or new, which is gone when its maker closes it."""
+
+    made = ""
+
+    def __new__(cls, _: int, length: int, tagname: str) -> _Tagged:
+        shm = import_module("_posixshmem")
+        new = True
+        try:
+            file = shm.shm_open(f"/{tagname}", os.O_RDWR | os.O_CREAT | os.O_EXCL, mode=0o600)
+            os.ftruncate(file, length)
+        except FileExistsError:
+            new = False
+            file = shm.shm_open(f"/{tagname}", os.O_RDWR, mode=0o600)
+        made = super().__new__(cls, file, length)
+        os.close(file)
+        made.made = f"/{tagname}" if new else ""
+        return made
+
+    def close(self) -> None:
+        super().close()
+        if self.made:
+            import_module("_posixshmem").shm_unlink(self.made)
+            self.made = ""
+
+
 _INSTEAD: dict[str, dict[str, Any]] = {
     "sys": {"platform": "win32"},
     "ctypes": {"WinDLL": _dll},
     "_ctypes": {"FreeLibrary": getattr(import_module("_ctypes"), "dlclose", None)},
     "signal": {"SIGBREAK": signal.SIGUSR1},
     "subprocess": {"CREATE_NEW_PROCESS_GROUP": 0},
+    "mmap": {"mmap": _Tagged},
     "select": {"select": _select},
     "socket": {"socket": _Socket},
 }

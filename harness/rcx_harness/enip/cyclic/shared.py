@@ -10,17 +10,14 @@ from __future__ import annotations
 
 import ipaddress
 import struct
-import sys
 import time
-from collections.abc import Sized
 from dataclasses import dataclass
 from enum import IntEnum
-from multiprocessing import resource_tracker
-from multiprocessing.shared_memory import SharedMemory
 from typing import Protocol
 
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
+from rcx_harness.output.system import SharedMemory
 
 __all__ = ["GAPS", "Image", "LinkState", "SharedImage", "SharedImages", "Status", "Word", "now_us"]
 
@@ -180,7 +177,6 @@ class SharedImages(Closing):
     """
 
     def __init__(self, memory: SharedMemory) -> None:
-        assert memory.buf is not None
         self._memory = memory
         self._buffer = memory.buf
         self.name = memory.name
@@ -204,31 +200,23 @@ class SharedImages(Closing):
         """
         other = size if to_robot_size is None else to_robot_size
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
-        memory = SharedMemory(create=True, size=needs)
-        assert memory.buf is not None
+        memory = SharedMemory(size=needs)
         struct.pack_into("=Q", memory.buf, Word.SIZE * _WORD, size)
         struct.pack_into("=Q", memory.buf, Word.TO_ROBOT_SIZE * _WORD, other)
         return cls(memory)
 
     @classmethod
     def attach(cls, name: str) -> SharedImages:
-        """The memory another process has created, without answering for it.
+        """The memory that another process has created.
 
         Raises:
             FileNotFoundError: there is none of that name.
         """
-        if sys.version_info >= (3, 13):
-            return cls(SharedMemory(name, track=False))
-
-        def no_tracking(name: Sized, rtype: str) -> None:
-            """Before Python 3.13 the only way to keep the resource tracker out."""
-
-        register = resource_tracker.register
-        resource_tracker.register = no_tracking
-        try:
-            return cls(SharedMemory(name))
-        finally:
-            resource_tracker.register = register
+        memory = SharedMemory(name)
+        if not struct.unpack_from("=Q", memory.buf, Word.SIZE * _WORD)[0]:
+            memory.close()  # Windows gives memory of any name: this is nobody's
+            raise FileNotFoundError(name)
+        return cls(memory)
 
     @property
     def link(self) -> LinkState:

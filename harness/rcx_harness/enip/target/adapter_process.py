@@ -12,7 +12,6 @@ import itertools
 import json
 import os
 import random
-import secrets
 import signal
 import socket
 import sys
@@ -141,7 +140,7 @@ class _Adapter:
             self._control,
             lambda: self._shared.owner,
             interface,
-            incarnation=secrets.randbits(16),
+            incarnation=random.getrandbits(16),
         )
 
     def _reset(self) -> None:
