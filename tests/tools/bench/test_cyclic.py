@@ -16,12 +16,19 @@ from rcx_tools.bench.figure import Options
 
 def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:
     """Source: docs/timing.md: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
-    planned = cases(Options())
+    planned = [case for case in cases(Options()) if not case.ordinary]
     assert [(case.rpi_us, case.controllers) for case in planned[::2]] == [
         (10_000, 1), (5_000, 1), (2_000, 1), (1_000, 1), (2_000, 4), (10_000, 16), (2_000, 16),
     ]  # fmt: skip
     assert [case._replace(flooded=True) for case in planned[::2]] == planned[1::2]
     assert not any(case.flooded for case in planned[::2])
+
+
+def test_the_shortest_intervals_run_without_priority_too() -> None:
+    """Source: docs/timing.md: 2 and 1 ms, one controller."""
+    ordinary = [case for case in cases(Options()) if case.ordinary]
+    assert ordinary == [Case(2_000, 1, False, True), Case(1_000, 1, False, True)]
+    assert [case.name for case in ordinary] == ["cyclic_2ms_ordinary", "cyclic_1ms_ordinary"]
 
 
 def test_a_few_controllers_are_enough_to_see_that_it_works() -> None:
@@ -60,27 +67,31 @@ def test_a_line_tells_of_each_run_and_the_first_of_their_length(
     """
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
 
-    def done(case: Case, seconds: float, ordinary: bool) -> Run:
+    def done(case: Case, seconds: float) -> Run:
         packets = round(case.rate * seconds)
-        return Run(case, seconds, packets, packets, 0, 1, 1, 1, 300.0, ordinary)
+        return Run(case, seconds, packets, packets, 0, 1, 1, 1, 0, 300.0)
 
     monkeypatch.setattr(cyclic, "run", done)
+    monkeypatch.setattr(cyclic, "bare", lambda rpi_us, seconds: 80.0)
     found = measure(Options(seconds=10.0, rpi_us=(2_000,)))
     assert [line.strip() for line in capsys.readouterr().out.splitlines()] == [
-        "8 runs of 10 s, with their starts about 162 s",
-        "1 of 8: cyclic_2ms, 1000 packets/s",
-        "2 of 8: cyclic_2ms_flood, 1000 packets/s",
-        "3 of 8: cyclic_2ms_x4, 4000 packets/s",
-        "4 of 8: cyclic_2ms_x4_flood, 4000 packets/s",
-        "5 of 8: cyclic_10ms_x16, 3200 packets/s",
-        "6 of 8: cyclic_10ms_x16_flood, 3200 packets/s",
-        "7 of 8: cyclic_2ms_x16, 16000 packets/s, without real-time priority",
-        "8 of 8: cyclic_2ms_x16_flood, 16000 packets/s, without real-time priority",
+        "9 runs of 10 s, with their starts about 174 s",
+        "1 of 9: cyclic_2ms, 1000 packets/s",
+        "2 of 9: cyclic_2ms_flood, 1000 packets/s",
+        "3 of 9: cyclic_2ms_ordinary, 1000 packets/s, without real-time priority",
+        "4 of 9: cyclic_2ms_x4, 4000 packets/s",
+        "5 of 9: cyclic_2ms_x4_flood, 4000 packets/s",
+        "6 of 9: cyclic_10ms_x16, 3200 packets/s",
+        "7 of 9: cyclic_10ms_x16_flood, 3200 packets/s",
+        "8 of 9: cyclic_2ms_x16, 16000 packets/s, without real-time priority",
+        "9 of 9: cyclic_2ms_x16_flood, 16000 packets/s, without real-time priority",
     ]
     assert found["cyclic_2ms_flood_rate"].unit == "of the quiet run"
-    assert found["cyclic_2ms_x16_rate"].peer == "without real-time priority"
+    assert "cyclic_2ms_x16_ordinary_rate" in found
+    assert found["cyclic_2ms_cpu_bare"].value == 80.0
     assert {name for name, one in found.items() if one.target != "none"} == {
         "cyclic_2ms_missing", "cyclic_2ms_rate", "cyclic_2ms_flood_rate",
+        "cyclic_2ms_ordinary_missing", "cyclic_2ms_ordinary_gap_p99", "cyclic_10ms_x16_missing",
     }  # fmt: skip
 
 
@@ -118,11 +129,10 @@ def test_all_processes_are_there_before_the_first_packet(monkeypatch: pytest.Mon
     monkeypatch.setattr(cyclic, "begin", note("begins"))
     monkeypatch.setattr(cyclic, "in_ordinary_time", lambda module: happened.append("ordinary"))
     monkeypatch.setattr(cyclic, "cpu_of_children", lambda module: 0.0)
-    done = cyclic.run(Case(2_000, 2, True), 0.0, ordinary=True)
+    cyclic.run(Case(2_000, 2, flooded=True, ordinary=True), 0.0)
     assert happened == [
         "adapter 127.0.77.1", "scanner 127.0.77.1", "adapter 127.0.77.2", "scanner 127.0.77.2",
         "flood", "flood", "timer",
         "flood is ready", "flood is ready", "timer is ready", "ordinary",
         "open 127.0.77.1", "open 127.0.77.2", "flood begins", "flood begins", "timer begins",
     ]  # fmt: skip
-    assert done.ordinary
