@@ -1,4 +1,4 @@
-"""How fast a cell is simulated, how that grows, and how long the library takes to compile."""
+"""How fast a cell is simulated, and how long the library takes to compile."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
 
@@ -19,19 +17,13 @@ from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, missing, shown
-from rcx_tools.bench.processes import peak_memory
 
-__all__ = ["bend", "compile_library", "demo_cell", "demo_program", "measure"]
+__all__ = ["compile_library", "demo_cell", "demo_program", "measure"]
 
-_RUNS, _LONG_ROUNDS = 5, 3
-_BLOCKS = (1, 10, 50)
-_ROBOTS = (1, 2, 4)
-_SCAN_US = 10_000
+_RUNS = 5
 _EXAMPLE, _EXAMPLE_S = Path("plc/examples/01_power_up"), 3
 _OUT = Path("out")
 _TARGETS = {"matiec": 300, "builtin": 50}
-#: A trace that grows in memory would need so much for a minute [KiB]; it must stay well below.
-_GROWTH_KIB = 1_000
 
 
 def demo_program(robots: int = 1, blocks: int = 1) -> str:
@@ -84,12 +76,8 @@ def demo_cell(
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Speed on both engines, its growth, memory, compile times."""
-    seconds = 2.0 if options.quick else 20.0
-    found = _speed(seconds) | _growth(seconds)
-    if not options.quick:
-        found |= _long_runs()
-    return found | compile_library()
+    """Speed on both engines, compile times."""
+    return _speed(2.0 if options.quick else 20.0) | compile_library()
 
 
 def _speed(seconds: float) -> dict[str, Figure]:
@@ -128,50 +116,6 @@ def _example_cost(cell: Cell) -> float:
     return median(costs)
 
 
-def _growth(seconds: float) -> dict[str, Figure]:
-    """Cost of a scan with more blocks and more robots: a straight line."""
-    found: dict[str, Figure] = {}
-    for what, sizes in (("blocks", _BLOCKS), ("robots", _ROBOTS)):
-        with ExitStack() as held:
-            cells = []
-            for size in sizes:
-                robots, blocks = (size, 1) if what == "robots" else (1, size)
-                cells.append(held.enter_context(demo_cell("builtin", robots=robots, blocks=blocks)))
-            rounds = [[_cost(cell, seconds / _RUNS) for cell in cells] for _ in range(_RUNS)]
-        # In turns, and the shortest of each: what else the machine does is no growth.
-        costs = [min(each) / (seconds / _RUNS) * _SCAN_US for each in zip(*rounds, strict=True)]
-        for size, cost in zip(sizes, costs, strict=True):
-            found[f"scan_{size}_{what}"] = shown(cost, "us/scan", "built-in engine")
-        found[f"growth_{what}"] = at_most(bend(sizes, costs), "off a straight line", 0.1)
-    return found
-
-
-def _long_runs() -> dict[str, Figure]:
-    """Cost of a scan and memory in runs of several lengths that write a trace file."""
-    found: dict[str, Figure] = {}
-    kept_s = 150  # as long as records are still added to those in memory
-    lengths = (kept_s, 2 * kept_s, 4 * kept_s)
-    rounds = [[_long_run_alone(length) for length in lengths] for _ in range(_LONG_ROUNDS)]
-    shortest = [min(each) for each in zip(*rounds, strict=True)]
-    results = dict(zip(lengths, shortest, strict=True))
-    for length, (cost, _) in results.items():
-        found[f"scan_{length}s_trace"] = shown(cost, "us/scan", "trace file written")
-    grown = max(0, results[4 * kept_s][1] - results[kept_s][1])
-    found["trace_memory_growth"] = at_most(grown, "KiB", _GROWTH_KIB, "600 s beside 150 s")
-    off = bend(lengths, [results[length][0] * length for length in lengths])
-    found["growth_trace"] = at_most(off, "off a straight line", 0.1)
-    return found
-
-
-def _long_run_alone(seconds: int) -> tuple[float, int]:
-    """One run with a trace file in a process of its own: us/scan, and its memory [KiB]."""
-    done = subprocess.run(
-        [sys.executable, "-m", __name__, str(seconds)], stdout=subprocess.PIPE, check=True
-    )
-    cost, memory = done.stdout.split()
-    return float(cost) / seconds * _SCAN_US, int(memory)
-
-
 def compile_library() -> dict[str, Figure]:
     """Every block of the library in one program, without the cache and from it."""
     with tempfile.TemporaryDirectory(dir=_OUT) as folder:
@@ -195,7 +139,7 @@ def compile_library() -> dict[str, Figure]:
             environment["XDG_CACHE_HOME"] = str(Path(folder) / f"cache{number}")
             for times in (first, again):
                 done = subprocess.run(
-                    [sys.executable, "-m", __name__, "compile", str(program), str(library)],
+                    [sys.executable, "-m", __name__, str(program), str(library)],
                     stdout=subprocess.PIPE, check=True, env=environment,
                 )  # fmt: skip
                 times.append(float(done.stdout))
@@ -204,14 +148,6 @@ def compile_library() -> dict[str, Figure]:
         "compile_library": at_most(median(first), "s", 2, beside),
         "compile_library_again": at_most(median(again), "s", 0.3, beside),
     }
-
-
-def bend(sizes: Sequence[int], costs: Sequence[float]) -> float:
-    """How far the cost of the middle size is off the line of the others, as a part of the last."""
-    first, middle, last = sizes
-    share = (middle - first) / (last - first)
-    expected = costs[0] + (costs[2] - costs[0]) * share
-    return abs(costs[1] - expected) / costs[2]
 
 
 def _cost(cell: Cell, seconds: float) -> float:
@@ -224,17 +160,6 @@ def _cost(cell: Cell, seconds: float) -> float:
     return median(costs)
 
 
-def _long_run(seconds: int) -> None:
-    """One run with a trace file: its CPU time [s] and the memory it took [KiB]."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        demo_cell("builtin", trace=Path(folder) / "trace.jsonl") as cell,
-    ):
-        start = time.process_time()
-        cell.run(seconds * 1_000_000)
-        print(time.process_time() - start, peak_memory())
-
-
 def _compile(program: Path, library: Path) -> None:
     """Find the files, compile them, and look which instances are steady: what a cell needs."""
     start = time.process_time()
@@ -245,7 +170,4 @@ def _compile(program: Path, library: Path) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "compile":
-        _compile(Path(sys.argv[2]), Path(sys.argv[3]))
-    else:
-        _long_run(int(sys.argv[1]))
+    _compile(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -12,7 +12,8 @@ from rcx_tools.bench import Figure
 from rcx_tools.bench.__main__ import POINTS, main
 from rcx_tools.bench.cyclic import Case, Run, figures
 from rcx_tools.bench.figure import as_table, at_least, at_most, percentile, store
-from rcx_tools.bench.simulation import bend, demo_cell
+from rcx_tools.bench.growth import bend
+from rcx_tools.bench.simulation import demo_cell
 from rcx_tools.bench.suite import read
 
 _QUIET = Run(Case(2_000, 1, False), 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_100, 0, 25.0)
