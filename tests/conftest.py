@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,15 @@ from rcx_harness import Cell
 from shown import hexadecimal_comparison
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """In the order that RCX_ORDER says: `reverse`, or a number that draws one."""
+    order = os.environ.get("RCX_ORDER", "")
+    if order == "reverse":
+        items.reverse()
+    elif order:
+        random.Random(int(order)).shuffle(items)
 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:

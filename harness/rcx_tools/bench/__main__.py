@@ -40,7 +40,7 @@ POINTS: dict[str, str] = {
     "farm": "seeds in 1, 2 and 4 workers: efficiency, the same verdicts (docs/cluster.md)",
     "planted": "campaign and sweep on a cell with five planted faults (docs/campaign.md)",
     "view": "the page of a million scans: written, opened, moved (chromium)",
-    "suite": "the tests: time, the ten slowest, the same results in any number of processes",
+    "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }
 
 

@@ -1,11 +1,13 @@
 """The tests: how long they take, on the wall and of the processors, and the ten slowest.
 
-It runs them as `make test` does. Their results must not depend on the number of processes: that
-is shown by running a part of them in one process and in four.
+It runs them as `make test` does. Their results must depend neither on the number of processes nor
+on the order: that is shown by running a part of them in one process, in four, in reverse and in an
+order that is drawn (RCX_ORDER of tests/conftest.py).
 """
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
@@ -19,9 +21,11 @@ from rcx_tools.bench.figure import Figure, Options, at_most, shown
 
 __all__ = ["Tested", "measure", "read"]
 
-_LIMIT_S = 300
+_LIMIT_S = 180
 _SLOWEST = 10
-#: What is run twice: tests that share compiled programs, seeds and caches.
+#: How a part is run once more: in how many processes, and in which order.
+_OTHERWISE = (("in four", "4", ""), ("in reverse", "1", "reverse"), ("drawn", "1", "20261"))
+#: That part: tests that share compiled programs, seeds and caches.
 _PART = ("tests/area", "tests/sequence", "tests/contract/test_broken_blocks.py", "tests/robot")
 
 
@@ -34,12 +38,15 @@ class Tested(NamedTuple):
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Run the tests; with `quick` the part that is run twice only."""
+    """Run the tests; with `quick` the part that is run several times only."""
     with tempfile.TemporaryDirectory() as folder:
-        one, four = (_run(Path(folder), *_PART, processes=str(count)) for count in (1, 4))
-        differ = {(a.name, a.result) for a in one} ^ {(a.name, a.result) for a in four}
-        same = at_most(len(differ), "tests", 0, f"{len(one)} tests in 1 and in 4 processes")
-        found = {"tests_that_differ": same}
+        plain = _results(_run(Path(folder), *_PART))
+        found = {}
+        for how, processes, order in _OTHERWISE:
+            other = _results(_run(Path(folder), *_PART, processes=processes, order=order))
+            beside = f"{len(plain)} tests in 1 process, and {how}"
+            name = f"tests_that_differ_{how.replace(' ', '_')}"
+            found[name] = at_most(len(plain ^ other), "tests", 0, beside)
         if options.quick:
             return found
         before, start = _cpu(), time.monotonic()
@@ -68,13 +75,18 @@ def read(file: Path) -> list[Tested]:
     return tests
 
 
-def _run(folder: Path, *parts: str, processes: str) -> list[Tested]:
+def _run(folder: Path, *parts: str, processes: str = "1", order: str = "") -> list[Tested]:
     file = folder / "tests.xml"
     options = ["-q", "-n", processes, "--dist", "worksteal", f"--junitxml={file}"]
     subprocess.run(
-        [sys.executable, "-m", "pytest", *options, *parts], stdout=subprocess.DEVNULL, check=False
-    )
+        [sys.executable, "-m", "pytest", *options, *parts],
+        stdout=subprocess.DEVNULL, check=False, env={**os.environ, "RCX_ORDER": order},
+    )  # fmt: skip
     return read(file)
+
+
+def _results(tests: list[Tested]) -> set[tuple[str, str]]:
+    return {(test.name, test.result) for test in tests}
 
 
 def _cpu() -> float:
