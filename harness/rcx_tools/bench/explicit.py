@@ -4,13 +4,16 @@ The peer is cpppo's own server with the same two assemblies as tags, started for
 asked in turn, in short slices, so that what else the machine does hits both, by the same client: a
 plain socket that sends the same bytes again and again, so that the servers are compared. All run
 on the same processor. A server that looks at nothing and sends bytes it has ready is asked, too:
-no server in Python is faster on this machine.
+no server in Python is faster on this machine. Where RCX_OPENER names the program of OpENer, an
+adapter in C, it is the peer of another run.
 """
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
+import subprocess
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -36,13 +39,14 @@ from rcx_harness.enip.codec.encapsulation import (
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.target.adapter import Adapter
-from rcx_tools.bench.figure import Figure, Options, at_least, shown
+from rcx_tools.bench.figure import Figure, Options, at_least, missing, shown
 from rcx_tools.bench.processes import first_line, on_one_processor, running
 from rcx_tools.bench.simulation import demo_cell
 
 __all__ = ["GET", "HOST", "Asker", "echo", "measure"]
 
 HOST, _PORT, _SIZE = "127.0.77.9", 44818, 48
+_LOOPBACK = "127.0.0.1"
 _TAGS = ("IN_100@4/100/3=USINT[48]", "OUT_150@4/150/3=USINT[48]")
 GET = encode_request(Service.GET_ATTRIBUTE_SINGLE, encode_path(4, 100, 3))
 _SET = encode_request(Service.SET_ATTRIBUTE_SINGLE, encode_path(4, 150, 3), bytes(_SIZE))
@@ -81,7 +85,27 @@ def measure(options: Options) -> dict[str, Figure]:
     ceiling = median(a / b for a, (_, b) in zip(fastest, gets, strict=True))
     beside = f"a server that only sends: {median(fastest):.0f}/s"
     found["explicit_get_ceiling"] = shown(ceiling, "of cpppo", beside)
+    found |= _beside_opener(slice_s)
     return found | {"lockstep": at_least(_lockstep(slice_s), "scans/s", 500)}
+
+
+def _beside_opener(slice_s: float) -> dict[str, Figure]:
+    """Get/s of the adapter beside OpENer, which listens on all addresses of the loopback."""
+    program = os.environ.get("RCX_OPENER", "")
+    if not program:
+        why = "OpENer is not found: RCX_OPENER"
+        return {"explicit_get_opener": missing("of OpENer", ">= 1", why)}
+    with on_one_processor(), ExitStack() as held:
+        peer = subprocess.Popen([program, "lo"], stdout=subprocess.DEVNULL)
+        held.callback(peer.wait)
+        held.callback(peer.terminate)
+        theirs = held.enter_context(_asker_of(peer.poll, _LOOPBACK))
+        adapter = held.enter_context(Adapter(_SIZE, host=HOST))
+        ours = held.enter_context(Asker(*adapter.address))
+        rates = [(_rate(ours, GET, slice_s), _rate(theirs, GET, slice_s)) for _ in range(_SLICES)]
+    beside = f"OpENer {median(b for _, b in rates):.0f}/s, one client on one processor"
+    ratio = median(a / b for a, b in rates)
+    return {"explicit_get_opener": at_least(ratio, "of OpENer", 1, beside)}
 
 
 class Asker:
@@ -137,8 +161,8 @@ class Asker:
         self._socket.close()
 
 
-def _asker_of(ended: Callable[[], int | None]) -> Asker:
-    """A session with cpppo's server as soon as it listens.
+def _asker_of(ended: Callable[[], int | None], host: str = HOST) -> Asker:
+    """A session with a peer as soon as it listens.
 
     Raises:
         EnipError: it does not.
@@ -146,12 +170,12 @@ def _asker_of(ended: Callable[[], int | None]) -> Asker:
     limit = time.monotonic() + _START_S
     while ended() is None:
         try:
-            return Asker(HOST, _PORT)
+            return Asker(host, _PORT)
         except EnipError:
             if time.monotonic() > limit:
                 raise
             time.sleep(_LOOK_S)
-    raise EnipError("stock cpppo, the peer of this bench, has ended at once")
+    raise EnipError("a peer of this bench has ended at once")
 
 
 def _rate(asker: Asker, message: bytes, seconds: float) -> float:
