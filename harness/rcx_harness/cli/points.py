@@ -12,14 +12,14 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import check_ipv4, check_port, interval_us
+from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
-from rcx_harness.look.points.carry import UNDEFINED, Carrier, RefusedError
+from rcx_harness.look.points.carry import TIMEOUT_US, UNDEFINED, Carrier, RefusedError
 from rcx_harness.look.points.stored import KINDS, Key, Stored, as_csv, as_toml, from_toml, shown
-from rcx_harness.look.probe.line import LostError, NetworkLine
+from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
 from rcx_harness.output.files import replace_files
 from rcx_harness.robot.stored import COUNTS, ROBOTS
 from rcx_harness.spec.wire import SIZE, check_size
@@ -37,6 +37,15 @@ class Action(str, Enum):
     backup = "backup"
     restore = "restore"
     compare = "compare"
+
+
+#: What has become of it when it ends before its end.
+_LEFT = {
+    Action.backup: "no file was written",
+    Action.compare: "nothing was compared",
+    Action.restore: "what was being written may be stored; run it again to go on",
+}
+_SHORTEST_US = 100_000
 
 
 def points(
@@ -67,6 +76,12 @@ def points(
         list[str] | None,
         typer.Option(help="Alarm of a reference to what is not defined; may be repeated."),
     ] = None,
+    timeout: Annotated[
+        str,
+        typer.Option(
+            help="Longest wait for each answer of the controller: a command is held until its end."
+        ),
+    ] = f"{TIMEOUT_US // 1_000_000}s",
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
@@ -80,14 +95,15 @@ def points(
     A restore reads first, writes only what differs, and compares again: what was interrupted is
     finished by the same command. It deletes nothing.
 
-    Exit code: 0, 1 where something differs, the controller refused a command or the connection
-    was lost, 130 after Ctrl-C, 2 on bad input.
+    Exit code: 0, 1 where something differs, the controller refused a command, did not answer in
+    time, or the connection was lost, 130 after Ctrl-C, 2 on bad input.
     """
     check_size(size)
     check_port("--port", port)
     if address:
         check_ipv4("--from", address)
     rpi_us = interval_us("--rpi", rpi)
+    timeout_us = _timeout_us(timeout)
     kinds = _kinds(kind or [])
     alarms = _alarms(undefined or [])
     given = Stored()
@@ -105,8 +121,8 @@ def points(
             given.asked = sorted({*given.asked, *more}, key=lambda key: (KINDS.index(key[0]), key))
         asked = given.asked
     print(_SAFETY, flush=True)
-    with _connected(host, size, rpi_us, port, address) as line:
-        carrier = Carrier(line, alarms)
+    with _connected(host, size, rpi_us, port, address, action) as line:
+        carrier = Carrier(line, alarms, timeout_us)
         with progress_bar("reading", shown=True) as progress:
             found = carrier.read(asked, progress)
         if action is Action.backup:
@@ -127,7 +143,9 @@ def points(
 
 
 @contextmanager
-def _connected(host: str, size: int, rpi_us: int, port: int, address: str) -> Iterator[NetworkLine]:
+def _connected(
+    host: str, size: int, rpi_us: int, port: int, address: str, action: Action
+) -> Iterator[NetworkLine]:
     """The way to the controller, closed in any case; what goes wrong on it ends the command."""
     try:
         line = NetworkLine(host, size, rpi_us, port, address)
@@ -136,12 +154,14 @@ def _connected(host: str, size: int, rpi_us: int, port: int, address: str) -> It
     code, reason = 0, ""
     try:
         yield line
+    except NotConnectedError as error:
+        raise InputError(f"no connection to {host}: {error.text}", hint=error.hint) from None
     except LostError as error:
-        code, reason = 1, f"the connection is lost: {error}"
+        code, reason = 1, f"the connection is lost: {error}; {_LEFT[action]}"
     except RefusedError as error:
         code, reason = 1, str(error)
     except KeyboardInterrupt:
-        code, reason = 130, "stopped by Ctrl-C; run it again to go on"
+        code, reason = 130, f"stopped by Ctrl-C; {_LEFT[action]}"
     finally:
         line.close()
     if code:
@@ -176,6 +196,13 @@ def _alarms(given: Sequence[str]) -> Sequence[str]:
         if not re.fullmatch(r"\d{1,5}\.\d{1,5}", alarm):
             raise InputError(f"--undefined {alarm!r:.40} is no alarm", hint="write 6.204")
     return given or UNDEFINED
+
+
+def _timeout_us(text: str) -> int:
+    given_us = duration_us("--timeout", text)
+    if given_us < _SHORTEST_US:
+        raise InputError(f"--timeout {text} is too short", hint="it can be 100ms to 365d")
+    return given_us
 
 
 def _robots(given: Sequence[int]) -> list[int]:

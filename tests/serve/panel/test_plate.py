@@ -155,7 +155,8 @@ def test_of_a_page_that_falls_silent_while_it_holds_a_key_only_stop_still_comes(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
     """Source: docs/network.md, a key is TRUE for at least one scan, a jog of a silent page stops."""
-    for beat, keys in enumerate((["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"])):
+    several = (["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"])
+    for beat, keys in enumerate(several):
         plate.press("p", beat, keys)
     plate.press("q", 1, ["Teach"])
     clock.now += HOLD_S - 0.1
