@@ -154,9 +154,9 @@ def test_a_click_waits_for_a_scan_however_late_that_is(
 def test_of_a_page_that_falls_silent_while_it_holds_a_key_only_stop_still_comes(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Source: docs/network.md, a key is TRUE for at least one scan, a jog of a silent page stops."""
-    several = (["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"])
-    for beat, keys in enumerate(several):
+    """Source: docs/network.md, a key is there for at least one scan; a jog stops."""
+    stop: list[list[str]] = [["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"]]
+    for beat, keys in enumerate(stop):
         plate.press("p", beat, keys)
     plate.press("q", 1, ["Teach"])
     clock.now += HOLD_S - 0.1
