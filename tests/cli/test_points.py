@@ -114,6 +114,26 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     assert line.closed
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("arm1 = 1.0", ":5: 'points.11.arm1' cannot be 1.0; it may be arm rotation -1, 0 or 1"),
+        ("hand = 2.0", ":5: 'points.11.hand' cannot be 2.0; it may be hand 0, 1 or 2"),
+        ("[points.010]\nmm = [2]", ":5: 'points.010' is points.10 once more; take one of them out"),
+        ("[shifts]\n1 = [1e308]", ":6: 'shifts.1' cannot be 1e+308; it may be 32 bit numbers"),
+    ],
+)
+def test_a_file_is_checked_before_the_first_command(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, text: str, message: str
+) -> None:
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    file = tmp_path / "points.toml"
+    points = "[points.10]\nmm = [1.0]\n[points.11]\nmm = [1.0]\n"
+    file.write_text(f"{points}{text}\n", encoding="utf-8")
+    assert main(["points", "restore", "h", str(file), "--write"]) == 2
+    assert capsys.readouterr().err == f"rcx: {file}{message}\n"
+
+
 def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
     file.write_text("[comments]\n1 = ''\n2 = 'B'\n", encoding="utf-8")
