@@ -73,6 +73,35 @@ def test_a_file_that_is_there_is_never_written_over(
     assert file.read_text(encoding="utf-8") == "mine"
 
 
+def test_a_file_that_appears_during_a_backup_is_not_written_over(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    line, file = robot(), tmp_path / "points.toml"
+    read = line.read
+
+    def meanwhile() -> bytes:
+        file.write_text("mine", encoding="utf-8")
+        return read()
+
+    line.read = meanwhile  # type: ignore[method-assign]
+    assert main(_backup(file)) == 2
+    assert capsys.readouterr().err.endswith(f"what was to be written is {tmp_path}/points-1.toml\n")
+    assert file.read_text(encoding="utf-8") == "mine"
+    assert "[points.19]" in (tmp_path / "points-1.toml").read_text(encoding="utf-8")
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_what_cannot_be_written_is_found_before_anything_is_read(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    assert main(_backup(tmp_path / "file" / "a.toml")) == 2
+    assert main(_backup(tmp_path / "a.toml", "--csv", "/proc/no/a.csv")) == 2
+    assert capsys.readouterr().err.count("cannot be written: ") == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_compare_says_what_differs_and_ends_with_1(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +20,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.look.points.carry import TIMEOUT_US, UNDEFINED, Carrier, RefusedError
 from rcx_harness.look.points.stored import KINDS, Key, Stored, as_csv, as_toml, from_toml, shown
 from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
-from rcx_harness.output.files import replace_files
+from rcx_harness.output.files import NewFiles
 from rcx_harness.robot.stored import COUNTS, ROBOTS
 from rcx_harness.spec.wire import SIZE, check_size
 
@@ -109,7 +109,6 @@ def points(
     given = Stored()
     if action is Action.backup:
         asked = _keys(kinds or KINDS, _range(numbers or "0-999"), _robots(robot or [1]))
-        _check_free([file, csv] if csv else [file])
         if write:
             raise InputError("--write goes with restore only")
     else:
@@ -120,13 +119,16 @@ def points(
             more = _keys(here, _range(numbers), ())
             given.asked = sorted({*given.asked, *more}, key=lambda key: (KINDS.index(key[0]), key))
         asked = given.asked
-    print(_SAFETY, flush=True)
-    with _connected(host, size, rpi_us, port, address, action) as line:
+    with ExitStack() as stack:
+        if action is Action.backup:
+            files = stack.enter_context(NewFiles([file, csv] if csv else [file]))
+        print(_SAFETY, flush=True)
+        line = stack.enter_context(_connected(host, size, rpi_us, port, address, action))
         carrier = Carrier(line, alarms, timeout_us)
         with progress_bar("reading", shown=True) as progress:
             found = carrier.read(asked, progress)
         if action is Action.backup:
-            _save(found, file, csv, [f"rcx points backup {host}", *line.identity])
+            _save(found, files, file, csv, [f"rcx points backup {host}", *line.identity])
             return
         different = _different(given, found)
         if action is Action.restore and different:
@@ -239,24 +241,16 @@ def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
     return Stored({key: stored.values[key] for key in asked if key in stored.values}, asked)
 
 
-def _check_free(files: Sequence[Path]) -> None:
-    for path in files:
-        if path.exists():
-            raise InputError("is there already", file=path, hint="name another one")
-    if len({path.resolve() for path in files}) < len(files):
-        raise InputError("both files are the same", file=files[0], hint="name another one")
-
-
-def _save(found: Stored, file: Path, csv: Path | None, head: Sequence[str]) -> None:
-    contents = {file: as_toml(found, head).encode()}
-    if csv:
-        contents[csv] = as_csv(found).encode()
-    replace_files(contents)
+def _save(
+    found: Stored, files: NewFiles, file: Path, csv: Path | None, head: Sequence[str]
+) -> None:
+    tables = [as_toml(found, head), *([as_csv(found)] if csv else [])]
+    files.write(*(text.encode() for text in tables))
     for kind in KINDS:
         asked = sum(key[0] == kind for key in found.asked)
         if asked:
             print(f"{kind}: {len(found.of(kind))} of {asked} are defined")
-    print(f"written: {', '.join(map(str, contents))}")
+    print(f"written: {', '.join(map(str, [file, csv] if csv else [file]))}")
 
 
 def _different(given: Stored, found: Stored) -> list[Key]:

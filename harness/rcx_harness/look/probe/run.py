@@ -65,7 +65,7 @@ def probe(
     """
     outcome = Outcome(identity=list(line.identity))
     header = {"by": "rcx probe", "size": line.size, "only": "changes"}
-    written = Trace(header, trace, keep=0) if trace is not None else None
+    written = Trace(header, trace, new=True, keep=0) if trace is not None else None
     ask = Asker(line, person.does, written)
     try:
         ask.open()
