@@ -16,7 +16,7 @@ import pytest
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
-from rcx_harness.output.files import OutputFile, replace_files
+from rcx_harness.output.files import NewFiles, OutputFile, replace_files
 from serve_process import own_addresses
 
 _FULL = Path("/dev/full")
@@ -363,3 +363,58 @@ def test_the_demo_writes_over_nothing_of_the_users(
     assert main(["demo", "-o", str(tmp_path)]) == 2
     assert capsys.readouterr().err.startswith(f"rcx: {tmp_path / 'trace.jsonl'}: is there already")
     assert [file.name for file in tmp_path.iterdir()] == ["trace.jsonl"]
+
+
+def test_new_files_are_made_before_the_work_and_named_after_it(tmp_path: Path) -> None:
+    one, two = tmp_path / "new" / "one.toml", tmp_path / "two.csv"
+    with NewFiles([one, two]) as files:
+        assert not one.exists()
+        files.write(b"1", b"2")
+    assert (one.read_bytes(), two.read_bytes()) == (b"1", b"2")
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["new", "one.toml", "two.csv"]
+    with NewFiles([tmp_path / "made" / "three"]):
+        pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["new", "two.csv"]
+
+
+def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> None:
+    there = tmp_path / "there"
+    there.write_text("mine", encoding="utf-8")
+    for paths, message in (
+        ([tmp_path / "a", there], "there: is there already; name another one"),
+        ([tmp_path / "a", there / "b"], "b: cannot be written: "),
+        ([tmp_path / "a", tmp_path / ("x" * 300)], "xxx: cannot be written: File name too long"),
+        ([tmp_path / "a", tmp_path / "." / "a"], "both files are the same; name another one"),
+    ):
+        with pytest.raises(InputError, match=message):
+            NewFiles(paths)
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
+    assert there.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
+) -> None:
+    """Also where the file system has no links."""
+    if not links:
+
+        def none(*_: object) -> None:
+            raise PermissionError(errno.EPERM, "Operation not permitted")
+
+        monkeypatch.setattr(os, "link", none)
+    one, two = tmp_path / "one.toml", tmp_path / "two.csv"
+    with NewFiles([one, two]) as files:
+        one.write_text("mine", encoding="utf-8")
+        (tmp_path / "one-1.toml").write_text("mine, too", encoding="utf-8")
+        with pytest.raises(InputError) as caught:
+            files.write(b"1", b"2")
+    other = tmp_path / "one-2.toml"
+    said = f"{one}: has appeared meanwhile and stays; what was to be written is {other}"
+    assert str(caught.value) == said
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {
+        "one.toml": "mine",
+        "one-1.toml": "mine, too",
+        "one-2.toml": "1",
+        "two.csv": "2",
+    }

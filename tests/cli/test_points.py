@@ -10,6 +10,7 @@ import pytest
 from probed_robot import StationLine
 from rcx_harness.cli import points as cli
 from rcx_harness.cli.app import main
+from rcx_harness.look.judge.judge import JudgeOptions, judge
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.stored import Point
 from serve_process import ServeProcess, own_addresses
@@ -72,6 +73,35 @@ def test_a_file_that_is_there_is_never_written_over(
     assert file.read_text(encoding="utf-8") == "mine"
 
 
+def test_a_file_that_appears_during_a_backup_is_not_written_over(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    line, file = robot(), tmp_path / "points.toml"
+    read = line.read
+
+    def meanwhile() -> bytes:
+        file.write_text("mine", encoding="utf-8")
+        return read()
+
+    line.read = meanwhile  # type: ignore[method-assign]
+    assert main(_backup(file)) == 2
+    assert capsys.readouterr().err.endswith(f"what was to be written is {tmp_path}/points-1.toml\n")
+    assert file.read_text(encoding="utf-8") == "mine"
+    assert "[points.19]" in (tmp_path / "points-1.toml").read_text(encoding="utf-8")
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_what_cannot_be_written_is_found_before_anything_is_read(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    assert main(_backup(tmp_path / "file" / "a.toml")) == 2
+    assert main(_backup(tmp_path / "a.toml", "--csv", "/proc/no/a.csv")) == 2
+    assert capsys.readouterr().err.count("cannot be written: ") == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 def test_compare_says_what_differs_and_ends_with_1(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
@@ -113,6 +143,26 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     assert line.closed
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("arm1 = 1.0", ":5: 'points.11.arm1' cannot be 1.0; it may be arm rotation -1, 0 or 1"),
+        ("hand = 2.0", ":5: 'points.11.hand' cannot be 2.0; it may be hand 0, 1 or 2"),
+        ("[points.010]\nmm = [2]", ":5: 'points.010' is points.10 once more; take one of them out"),
+        ("[shifts]\n1 = [1e308]", ":6: 'shifts.1' cannot be 1e+308; it may be 32 bit numbers"),
+    ],
+)
+def test_a_file_is_checked_before_the_first_command(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, text: str, message: str
+) -> None:
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    file = tmp_path / "points.toml"
+    points = "[points.10]\nmm = [1.0]\n[points.11]\nmm = [1.0]\n"
+    file.write_text(f"{points}{text}\n", encoding="utf-8")
+    assert main(["points", "restore", "h", str(file), "--write"]) == 2
+    assert capsys.readouterr().err == f"rcx: {file}{message}\n"
+
+
 def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
     file.write_text("[comments]\n1 = ''\n2 = 'B'\n", encoding="utf-8")
@@ -139,7 +189,8 @@ def test_a_lost_connection_ends_with_1_and_ctrl_c_with_130(
     line = robot()
     line.lost_after_us = 2_000_000
     assert main(_backup(tmp_path / "a.toml")) == 1
-    assert "rcx: the connection is lost: no packets" in capsys.readouterr().err
+    lost = "rcx: the connection is lost: no packets come any more; no file was written\n"
+    assert capsys.readouterr().err == lost
     line = robot()
 
     def interrupted() -> bytes:
@@ -149,9 +200,50 @@ def test_a_lost_connection_ends_with_1_and_ctrl_c_with_130(
 
     line.read = interrupted  # type: ignore[method-assign]
     assert main(_backup(tmp_path / "a.toml")) == 130
-    assert "rcx: stopped by Ctrl-C" in capsys.readouterr().err
+    assert capsys.readouterr().err == "rcx: stopped by Ctrl-C; no file was written\n"
     assert line.closed
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("action", "left"),
+    [
+        (["compare"], "nothing was compared"),
+        (["restore", "--write"], "what was being written may be stored; run it again to go on"),
+    ],
+)
+def test_what_was_stopped_says_what_has_become_of_it(
+    robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], left: str
+) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text("[points.1]\npulses = [1]\n", encoding="utf-8")
+    robot().lost_after_us = 400_000
+    assert main(["points", action[0], "h", str(file), *action[1:]]) == 1
+    assert capsys.readouterr().err.endswith(f"no packets come any more; {left}\n")
+
+
+def test_a_connection_that_was_never_there_is_not_called_lost(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    """It is bad input, as an address where nobody is."""
+    line = robot()
+    line.happen("", "power_off")
+    assert main(_backup(tmp_path / "a.toml")) == 2
+    error = "rcx: no connection to h: it does not answer; look at the cable\n"
+    assert capsys.readouterr().err == error
+    assert line.closed
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_longest_wait_is_an_option(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
+    """Source: guide 1.1, note: a command is held until its end."""
+    robot(RobotConfig(command_delay=3_500.0))
+    options = ["--numbers", "0-1", "--timeout", "3s"]
+    assert main([*_backup(tmp_path / "a.toml"), *options]) == 1
+    error = "rcx: reading point 0: no end within 3 s, the status was 16#0100\n"
+    assert capsys.readouterr().err == error
+    robot(RobotConfig(command_delay=3_500.0))
+    assert main([*_backup(tmp_path / "a.toml"), *options[:2]]) == 0
 
 
 def test_hands_of_other_robots_are_backed_up_if_they_are_asked_for(
@@ -175,6 +267,8 @@ def test_hands_of_other_robots_are_backed_up_if_they_are_asked_for(
         (["backup", "--numbers", "a"], "--numbers 'a' is no range"),
         (["backup", "--robot", "5"], "--robot 5 is none; they are 1 to 4"),
         (["backup", "--undefined", "alarm"], "--undefined 'alarm' is no alarm; write 6.204"),
+        (["backup", "--timeout", "soon"], "--timeout: not a duration: 'soon'; write it as 10ms"),
+        (["backup", "--timeout", "99ms"], "--timeout 99ms is too short; it can be 100ms to 365d"),
         (["backup", "--size", "50"], "an area of 50 bytes does not exist"),
         (["backup", "--write"], "--write goes with restore only"),
         (["compare", "--write"], "--write goes with restore only"),
@@ -206,7 +300,11 @@ def test_bad_input_is_one_line(
 def test_over_the_network_a_backup_of_one_controller_is_restored_to_another(
     tmp_path: Path, capsys: Captured
 ) -> None:
-    """Source: manual chapter 3, 2: commands travel in the cyclic areas."""
+    """The data of each command are with the controller before its code.
+
+    Source: manual chapter 3, 2: commands travel in the cyclic areas; guide 2, steps 1 and 2.
+    """
+    seen = tmp_path / "seen.jsonl"
     old, new = own_addresses(2)
     empty = tmp_path / "robot.toml"
     empty.write_text("[points.7]\nmm = [1.0]\n", encoding="utf-8")
@@ -218,13 +316,16 @@ def test_over_the_network_a_backup_of_one_controller_is_restored_to_another(
         assert main(backup) == 0
         served.interrupt()
         served.end()
-    with ServeProcess("--address", new, "--robot", str(empty)) as served:
+    with ServeProcess("--address", new, "--robot", str(empty), "--trace", str(seen)) as served:
         served.wait_for("Ctrl-C ends it")
         assert main(["points", "compare", new, str(file), *options]) == 1
         assert main(["points", "restore", new, str(file), "--write", *options]) == 0
         served.interrupt()
         served.end()
     assert capsys.readouterr().out.endswith("1 written\n0 of 1 differ\n")
+    judged = judge(JudgeOptions(seen), lambda text: None)
+    assert [one.commands for one in judged.followers.values()] == [4]
+    assert [one.together for one in judged.followers.values()] == [0]
 
 
 def test_a_controller_that_is_not_there_is_one_line(tmp_path: Path, capsys: Captured) -> None:

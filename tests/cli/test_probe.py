@@ -177,3 +177,21 @@ def test_over_the_network_it_reads_what_the_served_controller_is(
     assert rules["versions"] == "refuted"
     assert rules["mp-ready"] == rules["first-image-command"] == "confirmed"
     assert "SAFETY" in capsys.readouterr().out
+
+
+def test_a_report_that_appears_during_the_probe_is_not_written_over(
+    line: StationLine, tmp_path: Path, capsys: Captured
+) -> None:
+    read = line.read
+
+    def meanwhile() -> bytes:
+        (tmp_path / "p.md").write_text("mine", encoding="utf-8")
+        return read()
+
+    line.read = meanwhile  # type: ignore[method-assign]
+    options = ["--yes-reading", "--only", "versions", "--out", str(tmp_path / "p")]
+    assert main(["probe", "h", *options]) == 2
+    assert capsys.readouterr().err.endswith(f"what was to be written is {tmp_path}/p-1.md\n")
+    assert (tmp_path / "p.md").read_text(encoding="utf-8") == "mine"
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["p-1.md", "p.jsonl", "p.md", "p.toml"]

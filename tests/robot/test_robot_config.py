@@ -120,7 +120,7 @@ def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
         ("[points.1]\nhand = 1", 1, "'points.1' needs either mm", ""),
         ("[points.1]\nmm = [inf]", 1, "'points.1' needs at most 6", ""),
         ("[points.1]\nmm = [1,2,3,4,5,6,7]", 1, "'points.1' needs at most 6 numbers", ""),
-        ("[points.1]\npulses = [1]\nhand = 3", 1, "'points.1' cannot be 3", "hand 0, 1 or 2"),
+        ("[points.1]\npulses = [1]\nhand = 3", 3, "'points.1.hand' cannot be 3", "hand 0, 1 or 2"),
         ("[points.1]\npulses = [3000000000]", 1, "'points.1' cannot be 3000000000", "32 bit"),
     ],
 )
@@ -162,6 +162,13 @@ def test_no_key_takes_what_is_no_value_of_its_kind(
             said = str(error)
         assert bool(said) is not empty, f"{table}{key} takes {value:.40}"
         assert len(said) < 1_000
+
+
+@pytest.mark.parametrize(("value", "line"), [("9" * 5_000, 2), ("[" * 2_000, 2)])
+def test_what_is_too_long_to_be_read_has_its_line(tmp_path: Path, value: str, line: int) -> None:
+    with pytest.raises(InputError, match="a number too long, or lists in lists too deep") as caught:
+        _load(tmp_path, f"size = 48\nauto_speed = {value}\n")
+    assert caught.value.line == line
 
 
 def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:

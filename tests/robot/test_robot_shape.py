@@ -138,22 +138,22 @@ def test_of_pallets_so_many_positions_are_drawn_as_of_points(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    "given",
+    ("given", "line"),
     [
-        "work_areas = 5",
-        "[work_areas]\nFeeder = 5",
-        "[work_areas]\nFeeder = [[1, 2]]",
-        "[work_areas]\nFeeder = [[1, 2], [1, 2, 3]]",
-        "[work_areas]\nFeeder = [[1], [2]]",
-        '[work_areas]\nFeeder = [[1, 2], ["a", 2]]',
-        "[work_areas]\nFeeder = [[1, 2], [nan, 2]]",
-        f"[work_areas]\n{'x' * 41} = [[1, 2], [3, 4]]",
-        '[work_areas]\n"" = [[1, 2], [3, 4]]',
-        '[work_areas]\n"a\\tb" = [[1, 2], [3, 4]]',
+        ("work_areas = 5", 1),
+        ("[work_areas]\nFeeder = 5", 2),
+        ("[work_areas]\nFeeder = [[1, 2]]", 2),
+        ("[work_areas]\nFeeder = [[1, 2], [1, 2, 3]]", 2),
+        ("[work_areas]\nFeeder = [[1], [2]]", 2),
+        ('[work_areas]\nFeeder = [[1, 2], ["a", 2]]', 2),
+        ("[work_areas]\nFeeder = [[1, 2], [nan, 2]]", 2),
+        (f"[work_areas]\n{'x' * 41} = [[1, 2], [3, 4]]", 1),
+        ('[work_areas]\n"" = [[1, 2], [3, 4]]', 1),
+        ('[work_areas]\n"a\\tb" = [[1, 2], [3, 4]]', 1),
     ],
 )
-def test_a_work_area_is_two_corners(tmp_path: Path, given: str) -> None:
+def test_a_work_area_is_two_corners(tmp_path: Path, given: str, line: int) -> None:
     with pytest.raises(InputError, match="'work_areas") as caught:
         load(tmp_path, given)
-    assert caught.value.line == 1
+    assert caught.value.line == line
     assert caught.value.hint

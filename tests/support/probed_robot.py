@@ -7,7 +7,7 @@ from typing import Any
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.look.probe.catalogue import questions
-from rcx_harness.look.probe.line import LostError
+from rcx_harness.look.probe.line import LostError, NotConnectedError
 from rcx_harness.look.probe.question import Question
 from rcx_harness.look.probe.run import Outcome, Person, probe
 from rcx_harness.robot import Controller, RobotConfig
@@ -23,7 +23,7 @@ _TIMEOUT_US = 160_000
 class StationLine:
     """Line of rcx_harness.look.probe: a station, stepped as time passes."""
 
-    step_us = CYCLE_US
+    step_us = packet_us = CYCLE_US
     tolerance_us = 2 * CYCLE_US
 
     def __init__(self, config: RobotConfig, seed: int = 3) -> None:
@@ -39,10 +39,15 @@ class StationLine:
         self._open = False
         self.wait(50_000)
 
+    @property
+    def sent(self) -> int:
+        """Packets, one every `packet_us`."""
+        return self.now_us // self.packet_us
+
     def open(self, first: bytes) -> None:
         """Connect."""
         if not self.controller.online:
-            raise LostError("no connection")
+            raise NotConnectedError("it does not answer", "look at the cable")
         self._images.to_robot.write(first)
         self._become(OwnerState.RUN)
         self._open, self._silent_us = True, None

@@ -23,7 +23,7 @@ from rcx_harness.look.compare.recording import load
 from rcx_harness.look.compare.replay import Happening, Replay
 from rcx_harness.look.compare.robot_file import robot_file
 from rcx_harness.look.compare.text import as_json, chart, fit_lines, lines
-from rcx_harness.output.files import replace_files
+from rcx_harness.output.files import NewFiles, replace_files
 from rcx_harness.robot import EVENTS, RobotConfig
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import Timeline, text_chart
@@ -81,51 +81,53 @@ def compare(
         check_size(size)
     if controller is not None:
         check_ipv4("--controller", controller)
-    if fit is not None and fit.exists():
-        raise InputError("is there already", file=fit, hint="name another file")
     around_us = duration_us("--around", around)
     config = RobotConfig() if robot is None else RobotConfig.load(robot)
     happenings = [] if events is None else _happenings(events)
-    with progress_bar("reading", not sys.stdout.isatty() or as_object) as progress:
-        hosts = [] if controller is None else [ipaddress.IPv4Address(controller).packed]
-        sizes = AREA_SIZES if size is None else (size,)
-        recording = load(file, hosts, sizes, port, progress)
-    if tolerance is not None:
-        recording = replace(recording, tolerance_us=duration_us("--tolerance", tolerance))
-    if config.size != recording.size:
-        if robot is not None and config.size != RobotConfig.size:
-            text = f"the recording has areas of {recording.size} bytes, not {config.size}"
-            raise InputError(text, file=robot)
-        config = replace(config, size=recording.size)
-    replay = Replay(recording, happenings)
-    found = None
-    if fit is not None:
-        with progress_bar("fitting", True) as progress:
-            found = fit_to(replay, config, progress)
-        config = found.config
-    result = replay.run(config)
-    drawn = None
-    if result.first_us is not None:
-        drawn = chart(replay, result, around_us, result.first_us)
-    if found is not None and fit is not None:
-        replace_files({fit: robot_file(found, robot, file.name).encode()})
-    if svg is not None:
-        title = f"{file.name}: recorded, and virtual (2)"
-        replace_files({svg: svg_chart(drawn or Timeline(), title).encode()})
-    if as_object:
-        print(json.dumps(as_json(replay, result, found), indent=2))
-    else:
-        if drawn is not None and not quiet:
-            width = min(shutil.get_terminal_size((100, 24)).columns, 120)
-            unicode = "utf" in (sys.stdout.encoding or "").lower()
-            print(text_chart(drawn, width, ascii_only=not unicode))
-            print("controller 1 is the recorded one, 2 the virtual one\n")
-        for line in [*lines(replay, result), *(["", *fit_lines(found, replay)] if found else [])]:
-            print(line)
+    with NewFiles([] if fit is None else [fit], "name another file") as fitted:
+        with progress_bar("reading", not sys.stdout.isatty() or as_object) as progress:
+            hosts = [] if controller is None else [ipaddress.IPv4Address(controller).packed]
+            sizes = AREA_SIZES if size is None else (size,)
+            recording = load(file, hosts, sizes, port, progress)
+        if tolerance is not None:
+            recording = replace(recording, tolerance_us=duration_us("--tolerance", tolerance))
+        if config.size != recording.size:
+            if robot is not None and config.size != RobotConfig.size:
+                text = f"the recording has areas of {recording.size} bytes, not {config.size}"
+                raise InputError(text, file=robot)
+            config = replace(config, size=recording.size)
+        replay = Replay(recording, happenings)
+        found = None
         if fit is not None:
-            print(f"written: {fit}")
-    if result.differences if found is None else found.left:
-        raise typer.Exit(1)
+            with progress_bar("fitting", True) as progress:
+                found = fit_to(replay, config, progress)
+            config = found.config
+        result = replay.run(config)
+        drawn = None
+        if result.first_us is not None:
+            drawn = chart(replay, result, around_us, result.first_us)
+        if found is not None and fit is not None:
+            fitted.write(robot_file(found, robot, file.name).encode())
+        if svg is not None:
+            title = f"{file.name}: recorded, and virtual (2)"
+            replace_files({svg: svg_chart(drawn or Timeline(), title).encode()})
+        if as_object:
+            print(json.dumps(as_json(replay, result, found), indent=2))
+        else:
+            if drawn is not None and not quiet:
+                width = min(shutil.get_terminal_size((100, 24)).columns, 120)
+                unicode = "utf" in (sys.stdout.encoding or "").lower()
+                print(text_chart(drawn, width, ascii_only=not unicode))
+                print("controller 1 is the recorded one, 2 the virtual one\n")
+            for line in [
+                *lines(replay, result),
+                *(["", *fit_lines(found, replay)] if found else []),
+            ]:
+                print(line)
+            if fit is not None:
+                print(f"written: {fit}")
+        if result.differences if found is None else found.left:
+            raise typer.Exit(1)
 
 
 def _happenings(path: Path) -> list[Happening]:

@@ -5,22 +5,22 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rcx_harness.cli.options import check_ipv4, check_port, interval_us
+from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
-from rcx_harness.look.points.carry import UNDEFINED, Carrier, RefusedError
+from rcx_harness.look.points.carry import TIMEOUT_US, UNDEFINED, Carrier, RefusedError
 from rcx_harness.look.points.stored import KINDS, Key, Stored, as_csv, as_toml, from_toml, shown
-from rcx_harness.look.probe.line import LostError, NetworkLine
-from rcx_harness.output.files import replace_files
+from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
+from rcx_harness.output.files import NewFiles
 from rcx_harness.robot.stored import COUNTS, ROBOTS
 from rcx_harness.spec.wire import SIZE, check_size
 
@@ -37,6 +37,15 @@ class Action(str, Enum):
     backup = "backup"
     restore = "restore"
     compare = "compare"
+
+
+#: What has become of it when it ends before its end.
+_LEFT = {
+    Action.backup: "no file was written",
+    Action.compare: "nothing was compared",
+    Action.restore: "what was being written may be stored; run it again to go on",
+}
+_SHORTEST_US = 100_000
 
 
 def points(
@@ -67,6 +76,12 @@ def points(
         list[str] | None,
         typer.Option(help="Alarm of a reference to what is not defined; may be repeated."),
     ] = None,
+    timeout: Annotated[
+        str,
+        typer.Option(
+            help="Longest wait for each answer of the controller: a command is held until its end."
+        ),
+    ] = f"{TIMEOUT_US // 1_000_000}s",
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
@@ -80,20 +95,20 @@ def points(
     A restore reads first, writes only what differs, and compares again: what was interrupted is
     finished by the same command. It deletes nothing.
 
-    Exit code: 0, 1 where something differs, the controller refused a command or the connection
-    was lost, 130 after Ctrl-C, 2 on bad input.
+    Exit code: 0, 1 where something differs, the controller refused a command, did not answer in
+    time, or the connection was lost, 130 after Ctrl-C, 2 on bad input.
     """
     check_size(size)
     check_port("--port", port)
     if address:
         check_ipv4("--from", address)
     rpi_us = interval_us("--rpi", rpi)
+    timeout_us = _timeout_us(timeout)
     kinds = _kinds(kind or [])
     alarms = _alarms(undefined or [])
     given = Stored()
     if action is Action.backup:
         asked = _keys(kinds or KINDS, _range(numbers or "0-999"), _robots(robot or [1]))
-        _check_free([file, csv] if csv else [file])
         if write:
             raise InputError("--write goes with restore only")
     else:
@@ -104,13 +119,16 @@ def points(
             more = _keys(here, _range(numbers), ())
             given.asked = sorted({*given.asked, *more}, key=lambda key: (KINDS.index(key[0]), key))
         asked = given.asked
-    print(_SAFETY, flush=True)
-    with _connected(host, size, rpi_us, port, address) as line:
-        carrier = Carrier(line, alarms)
+    with ExitStack() as stack:
+        if action is Action.backup:
+            files = stack.enter_context(NewFiles([file, csv] if csv else [file]))
+        print(_SAFETY, flush=True)
+        line = stack.enter_context(_connected(host, size, rpi_us, port, address, action))
+        carrier = Carrier(line, alarms, timeout_us)
         with progress_bar("reading", shown=True) as progress:
             found = carrier.read(asked, progress)
         if action is Action.backup:
-            _save(found, file, csv, [f"rcx points backup {host}", *line.identity])
+            _save(found, files, file, csv, [f"rcx points backup {host}", *line.identity])
             return
         different = _different(given, found)
         if action is Action.restore and different:
@@ -127,7 +145,9 @@ def points(
 
 
 @contextmanager
-def _connected(host: str, size: int, rpi_us: int, port: int, address: str) -> Iterator[NetworkLine]:
+def _connected(
+    host: str, size: int, rpi_us: int, port: int, address: str, action: Action
+) -> Iterator[NetworkLine]:
     """The way to the controller, closed in any case; what goes wrong on it ends the command."""
     try:
         line = NetworkLine(host, size, rpi_us, port, address)
@@ -136,12 +156,14 @@ def _connected(host: str, size: int, rpi_us: int, port: int, address: str) -> It
     code, reason = 0, ""
     try:
         yield line
+    except NotConnectedError as error:
+        raise InputError(f"no connection to {host}: {error.text}", hint=error.hint) from None
     except LostError as error:
-        code, reason = 1, f"the connection is lost: {error}"
+        code, reason = 1, f"the connection is lost: {error}; {_LEFT[action]}"
     except RefusedError as error:
         code, reason = 1, str(error)
     except KeyboardInterrupt:
-        code, reason = 130, "stopped by Ctrl-C; run it again to go on"
+        code, reason = 130, f"stopped by Ctrl-C; {_LEFT[action]}"
     finally:
         line.close()
     if code:
@@ -178,6 +200,13 @@ def _alarms(given: Sequence[str]) -> Sequence[str]:
     return given or UNDEFINED
 
 
+def _timeout_us(text: str) -> int:
+    given_us = duration_us("--timeout", text)
+    if given_us < _SHORTEST_US:
+        raise InputError(f"--timeout {text} is too short", hint="it can be 100ms to 365d")
+    return given_us
+
+
 def _robots(given: Sequence[int]) -> list[int]:
     for robot in given:
         if not 1 <= robot <= ROBOTS:
@@ -212,24 +241,16 @@ def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
     return Stored({key: stored.values[key] for key in asked if key in stored.values}, asked)
 
 
-def _check_free(files: Sequence[Path]) -> None:
-    for path in files:
-        if path.exists():
-            raise InputError("is there already", file=path, hint="name another one")
-    if len({path.resolve() for path in files}) < len(files):
-        raise InputError("both files are the same", file=files[0], hint="name another one")
-
-
-def _save(found: Stored, file: Path, csv: Path | None, head: Sequence[str]) -> None:
-    contents = {file: as_toml(found, head).encode()}
-    if csv:
-        contents[csv] = as_csv(found).encode()
-    replace_files(contents)
+def _save(
+    found: Stored, files: NewFiles, file: Path, csv: Path | None, head: Sequence[str]
+) -> None:
+    tables = [as_toml(found, head), *([as_csv(found)] if csv else [])]
+    files.write(*(text.encode() for text in tables))
     for kind in KINDS:
         asked = sum(key[0] == kind for key in found.asked)
         if asked:
             print(f"{kind}: {len(found.of(kind))} of {asked} are defined")
-    print(f"written: {', '.join(map(str, contents))}")
+    print(f"written: {', '.join(map(str, [file, csv] if csv else [file]))}")
 
 
 def _different(given: Stored, found: Stored) -> list[Key]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from datetime import date as calendar
 from pathlib import Path
@@ -19,7 +20,7 @@ from rcx_harness.look.probe.question import Question, Risk
 from rcx_harness.look.probe.report import Subject, as_markdown, as_toml, unasked, verdicts
 from rcx_harness.look.probe.run import Outcome, Person
 from rcx_harness.look.probe.run import probe as run_probe
-from rcx_harness.output.files import replace_files
+from rcx_harness.output.files import NewFiles
 from rcx_harness.spec.rules import rules
 from rcx_harness.spec.wire import SIZE, check_size
 
@@ -85,25 +86,25 @@ def probe(
     rpi_us = interval_us("--rpi", rpi)
     _check_date(date)
     files = [out.with_name(out.name + ending) for ending in _ENDINGS]
-    for file in files:
-        if file.exists():
-            raise InputError("is there already", file=file, hint="name another one with --out")
+    another = "name another one with --out"
+    if os.path.lexists(files[2]):
+        raise InputError("is there already", file=files[2], hint=another)
     interactive = not yes_reading
     if interactive and not sys.stdin.isatty():
         hint = "--yes-reading asks what only reads"
         raise InputError("there is nobody at a terminal to confirm each step", hint=hint)
-    print(_SAFETY, flush=True)
-    if interactive and not _agreed('Type "yes" if all of this is so: ', "yes"):
-        raise InputError("nothing was done")
-    person = _AT_TERMINAL if interactive else _NOBODY
-    subject = Subject(host, robot, by, date)
-    try:
-        line = NetworkLine(host, size, rpi_us, port, address)
-        outcome = run_probe(line, asked, person, files[2])
-    except EnipError as error:
-        raise InputError(error.message, hint=error.hint) from None
-    reports = {files[0]: as_toml(outcome, subject), files[1]: as_markdown(outcome, subject)}
-    replace_files({file: text.encode() for file, text in reports.items()})
+    with NewFiles(files[:2], another) as reports:
+        print(_SAFETY, flush=True)
+        if interactive and not _agreed('Type "yes" if all of this is so: ', "yes"):
+            raise InputError("nothing was done")
+        person = _AT_TERMINAL if interactive else _NOBODY
+        subject = Subject(host, robot, by, date)
+        try:
+            line = NetworkLine(host, size, rpi_us, port, address)
+            outcome = run_probe(line, asked, person, files[2])
+        except EnipError as error:
+            raise InputError(error.message, hint=error.hint) from None
+        reports.write(as_toml(outcome, subject).encode(), as_markdown(outcome, subject).encode())
     _sum_up(outcome, files)
 
 

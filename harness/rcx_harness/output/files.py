@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import TracebackType
 from typing import BinaryIO
 
 from rcx_harness.errors import InputError
 
-__all__ = ["OutputFile", "replace_files"]
+__all__ = ["NewFiles", "OutputFile", "replace_files"]
 
 _numbers = itertools.count()
+_MOST_NAMES = 1_000
 
 
 def replace_files(contents: Mapping[Path, bytes]) -> None:
@@ -39,6 +42,68 @@ def replace_files(contents: Mapping[Path, bytes]) -> None:
         raise
 
 
+class NewFiles:
+    """Files that are made before long work begins, and get their names after it, inside `with`.
+
+    Nothing is ever written over: where something has appeared meanwhile it stays, and what was to
+    stand there has a free name beside it.
+
+    Args:
+        paths: The files.
+        hint: What to do where one is there already.
+
+    Raises:
+        InputError: one is there already, is named twice, or cannot be written.
+    """
+
+    def __init__(self, paths: Sequence[Path], hint: str = "name another one") -> None:
+        self._paths = list(paths)
+        self._files: list[OutputFile] = []
+        for path in paths:
+            if os.path.lexists(path):
+                raise InputError("is there already", file=path, hint=hint)
+        if len({os.path.realpath(path) for path in paths}) < len(paths):
+            raise InputError("both files are the same", file=paths[0], hint=hint)
+        try:
+            for path in paths:
+                self._files.append(OutputFile(path, whole=True, new=True))
+        except BaseException:
+            self._discard()
+            raise
+        self._places = [file.place for file in self._files]
+
+    def __enter__(self) -> NewFiles:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._discard()
+
+    def write(self, *contents: bytes) -> None:
+        """Write them, in the order in which they were named: all, or none.
+
+        Raises:
+            InputError: one cannot be written, or now has another name, which is told.
+        """
+        for file, data in zip(self._files, contents, strict=True):
+            file.write(data)
+            file.finish()
+        for file in self._files:
+            file.close()
+        for path, place, file in zip(self._paths, self._places, self._files, strict=True):
+            if file.place != place:
+                text = f"has appeared meanwhile and stays; what was to be written is {file.place}"
+                raise InputError(text, file=path)
+
+    def _discard(self) -> None:
+        for file in reversed(self._files):
+            file.discard()
+
+
 class OutputFile:
     """A file that grows; where one is there, beside it, to take its place at the end.
 
@@ -49,21 +114,32 @@ class OutputFile:
         path: The file; the folders above it are made. A link stays one, a device is written to.
         encoding: Of text.
         whole: Until the end it stands beside its place although nothing is there.
+        new: It never takes the place of another one: at the end it has a free name beside it.
 
     Raises:
         InputError: it cannot be written; so do all methods.
     """
 
-    def __init__(self, path: str | Path, encoding: str = "utf-8", *, whole: bool = False) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        encoding: str = "utf-8",
+        *,
+        whole: bool = False,
+        new: bool = False,
+    ) -> None:
         self._path, self._encoding = Path(path), encoding
         self._file: BinaryIO | None = None
         self._made: list[Path] = []
         self._place = self._written = Path(os.path.realpath(path))
-        there = self._place.exists()
-        regular = self._place.is_file() or not there
+        self._new = new
+        there = os.path.exists(self._place)  # a name too long is told by opening it
+        regular = os.path.isfile(self._place) or not there
         self._open, self._made_file = True, False
         try:
             self._make_folders()
+            with suppress(FileNotFoundError):
+                os.lstat(self._place)  # a name that is too long is none, whatever is beside it
             if regular and (whole or there):
                 name = f".rcx-{os.getpid()}-{next(_numbers)}.new"
                 self._written = self._place.with_name(name)
@@ -105,10 +181,18 @@ class OutputFile:
         self.finish()
         if self._open and self._written != self._place:
             try:
-                os.replace(self._written, self._place)
+                if self._new:
+                    self._place = _named_once(self._written, self._place)
+                else:
+                    os.replace(self._written, self._place)
             except OSError as error:
                 raise self._failed(error) from None
         self._open = False
+
+    @property
+    def place(self) -> Path:
+        """Where it is, or will be."""
+        return self._place
 
     @property
     def closed(self) -> bool:
@@ -140,3 +224,37 @@ class OutputFile:
     def _failed(self, error: OSError) -> InputError:
         self.discard()
         return InputError(f"cannot be written: {error.strerror}", file=self._path)
+
+
+def _named_once(written: Path, place: Path) -> Path:
+    """Give a file its name, or a free one beside it; which one."""
+    for name in _names(place):
+        with suppress(FileExistsError):
+            try:
+                os.link(written, name)
+            except FileExistsError:
+                raise
+            except OSError:  # a file system without links
+                _copy(written, name)
+            written.unlink()
+            return name
+    raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
+
+
+def _names(place: Path) -> Iterator[Path]:
+    yield place
+    for number in range(1, _MOST_NAMES):
+        yield place.with_name(f"{place.stem}-{number}{place.suffix}")
+
+
+def _copy(written: Path, name: Path) -> None:
+    """To a name that nothing has."""
+    data = written.read_bytes()
+    with name.open("xb") as file:
+        try:
+            file.write(data)
+            file.flush()
+        except BaseException:
+            file.close()
+            name.unlink()
+            raise

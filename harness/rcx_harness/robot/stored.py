@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -129,10 +130,10 @@ EXAMPLE_POINTS = {
 
 def variable_number(name: str) -> int | None:
     """Number of `SGI5` or `SGR5` in remote commands; None if there is no such variable."""
-    kind, digits = name[:3], name[3:]
-    if kind not in ("SGI", "SGR") or not digits.isdecimal() or int(digits) >= VARIABLES:
+    found = re.fullmatch(r"SG([IR])0*([0-9]{1,2})", name)
+    if not found or int(found[2]) >= VARIABLES:
         return None
-    return int(digits) + (FIRST_REAL if kind == "SGR" else 0)
+    return int(found[2]) + (FIRST_REAL if found[1] == "R" else 0)
 
 
 @lru_cache(maxsize=1)

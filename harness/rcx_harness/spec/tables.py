@@ -7,6 +7,7 @@ installed). What a telegram is made of: telegram.py.
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -37,6 +38,8 @@ __all__ = [
 ]
 
 _T = TypeVar("_T")
+#: What Python does not read: numbers of more than 4300 digits, and lists in lists.
+_TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
 
 @dataclass(frozen=True)
@@ -146,7 +149,9 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
     except toml.TOMLDecodeError as error:
         raise InputError(f"not valid TOML: {error}", file=path) from error
     except (ValueError, RecursionError) as error:
-        raise InputError("has a number too long, or lists in lists too deep", file=path) from error
+        long = (n for n, one in enumerate(text.splitlines(), 1) if _TOO_LONG.search(one))
+        what = "has a number too long, or lists in lists too deep"
+        raise InputError(what, file=path, line=next(long, None)) from error
     return content
 
 

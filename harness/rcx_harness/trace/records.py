@@ -112,6 +112,7 @@ class Trace:
     Args:
         header: Entries of the first line after `format`, in this order.
         path: File to write; None for memory only.
+        new: Nothing may be there yet.
         keep: How many records stay in memory.
         watched: The variables that scans show, by path, and their types; as `watch` in the header.
         axes: What positions are recorded of, for each controller; as `positions` in the header.
@@ -127,6 +128,7 @@ class Trace:
         header: Mapping[str, Any],
         path: str | Path | None = None,
         *,
+        new: bool = False,
         keep: int = KEPT,
         watched: Mapping[str, Type] | None = None,
         axes: Sequence[Sequence[str]] = (),
@@ -145,7 +147,9 @@ class Trace:
         self._listeners: list[Callable[[Record], None]] = []
         self._file: OutputFile | None = None
         if self.path is not None:
-            self._file = OutputFile(self.path)
+            if new and self.path.exists():
+                raise InputError("is there already", file=self.path, hint="name another one")
+            self._file = OutputFile(self.path, new=new)
             self._file.write(json.dumps(self.header, **_COMPACT) + "\n")
 
     def listen(self, listener: Callable[[Record], None]) -> None:

@@ -460,3 +460,52 @@ def test_a_capture_of_the_wrong_traffic_says_what_is_in_it(tmp_path: Path) -> No
     story.refuse(0, "2801")
     with pytest.raises(InputError, match=r"2 packets, 0 of class 1; capture TCP port 44818"):
         Verdict(tmp_path, story)
+
+
+def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
+    """A trace of rcx serve: from cycle to cycle the words of the PLC and the status."""
+    lines = [{"format": "rcx-trace/1", "by": "rcx serve", "size": 48, "cycle_us": 5_000}]
+    for number, (words, status) in enumerate(cycles):
+        si, so = area(words, 0x41), area({0: status}, SERVO)
+        areas = {"rcx_si": si.hex(), "rcx_so": so.hex()}
+        lines.append({"t_us": 5_000 * number, "cycle": number, **areas})
+    file.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
+    return judge(JudgeOptions(file), lambda text: None)
+
+
+def test_in_a_trace_of_cycles_the_plc_has_read_the_status_of_the_cycle_before(
+    tmp_path: Path,
+) -> None:
+    """A controller takes a code and shows 0x0100 in the same cycle.
+
+    Source: guide 1.2, a command can be run in the ready status only.
+    """
+    data, code = {8: 19}, {0: 1, 8: 19}
+    good = [({}, 0), (data, 0), (code, 0x0100), (code, 0x0200), (data, 0), (code, 0x0100)]
+    judged = _cycles(tmp_path / "good.jsonl", *good)
+    assert judged.findings == []
+    assert judged.followers[1].commands == 2
+    early = [({}, 0), (data, 0), (code, 0x0100), (code, 0x0200), (data, 0x0200), (code, 0)]
+    (found,) = _cycles(tmp_path / "early.jsonl", *early).findings
+    assert found.text == (
+        "plc, cycle 5: ready before code: the code 16#0001 went out while the status read was "
+        "16#0200; expected 16#0000"
+    )
+    changed = [({}, 0), (data, 0), (code, 0x0100), (data, 0x0200)]
+    (found,) = _cycles(tmp_path / "changed.jsonl", *changed).findings
+    assert found.rule == "command held"
+
+
+def test_a_code_that_comes_with_its_data_still_has_to_wait_for_the_ready_status(
+    tmp_path: Path,
+) -> None:
+    """Source: guide 1.2, a command can be run in the ready status only."""
+    made = _powered()
+    made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
+    made.robot(1_020 * MS, SERVO, {0: 0x0200})
+    made.plc(1_040 * MS, 0x41)
+    made.plc(1_060 * MS, 0x41, {0: 1, 8: 20})
+    made.until(1_100 * MS)
+    verdict = Verdict(tmp_path, made)
+    assert verdict.rules == ["ready before code"]
+    assert verdict.result.followers[1].together == 2

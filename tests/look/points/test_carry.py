@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import itertools
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from rcx_harness.look.probe.line import LostError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config import Axis
 from rcx_harness.robot.stored import Hand, Pallet, Point
+from rcx_harness.spec.wire import CYCLE_US
 
 #: The largest numbers, both units, all flags, texts that a file has to quote.
 _CONFIG: dict[str, Any] = {
@@ -138,10 +141,120 @@ def test_a_definition_that_is_refused_ends_it() -> None:
         Carrier(line).write(Stored({("pallets", 0, 2): Pallet(1, 1, 1, 0)}), [("pallets", 0, 2)], _quiet)  # noqa: E501  # fmt: skip
 
 
-def test_a_controller_that_gives_no_end_is_not_waited_for() -> None:
+@pytest.mark.parametrize(
+    ("verb", "text"),
+    [
+        ("reading", "reading shift 1: no end within 4 s, the status was 16#0100"),
+        (
+            "writing",
+            "writing shift 1: no end within 4 s, the status was 16#0100; "
+            "it may be done, compare shows it",
+        ),
+    ],
+)
+def test_a_command_is_held_until_its_end_or_the_end_of_patience(verb: str, text: str) -> None:
+    """Source: guide 1.1, note."""
     line = StationLine(RobotConfig(command_delay=10_000.0))
-    with pytest.raises(RefusedError, match=r"^shift 1: no end within 3 s, status 16#0100$"):
-        Carrier(line).read([("shifts", 0, 1)], _quiet)
+    carrier = Carrier(line, timeout_us=4_000_000)
+    stored = Stored({("shifts", 0, 1): (1, 2, 3, 4)})
+    does = carrier.read if verb == "reading" else partial(carrier.write, stored)
+    with pytest.raises(RefusedError) as error:
+        does([("shifts", 0, 1)], _quiet)
+    assert str(error.value) == text
+    assert not any(line.read_inputs())
+    assert line.now_us > 4_000_000
+
+
+def test_a_slow_controller_is_waited_for() -> None:
+    """Source: guide 1.1, note."""
+    points = {n: Point((n, 0, 0, 0, 0, 0)) for n in (1, 2)}
+    for slow in ("command_delay", "command_accept_delay", "status_reset_delay"):
+        config: dict[str, Any] = {"points": points, slow: 3_500.0}
+        line = StationLine(RobotConfig(**config))
+        keys: list[Key] = [("points", 0, n) for n in (1, 2)]
+        assert Carrier(line).read(keys, _quiet).of("points") == {(0, n): points[n] for n in (1, 2)}
+
+
+def test_an_old_status_is_never_taken_for_a_new_answer() -> None:
+    """A controller that takes longer to reset its status than anybody waits.
+
+    Source: guide 1.2, a command can be run in the ready status only.
+    """
+    line = StationLine(RobotConfig(status_reset_delay=3_500.0))
+    carrier = Carrier(line, timeout_us=3_000_000)
+    text = r"^reading point 19: the status is 16#0200 after the status reset, 3 s long$"
+    with pytest.raises(RefusedError, match=text):
+        carrier.read([("points", 0, 19), ("points", 0, 50)], _quiet)
+    text = r"^writing point 19: the status is 16#0200 without a command, 3 s long"
+    line.read = lambda: b"\x00\x02" + bytes(46)  # type: ignore[method-assign]
+    with pytest.raises(RefusedError, match=text):
+        carrier.write(Stored({("points", 0, 19): Point()}), [("points", 0, 19)], _quiet)
+
+
+@pytest.mark.parametrize(
+    ("key", "byte", "text"),
+    [
+        (("points", 0, 19), 4, "reading point 19: it was answered with point 18"),
+        (("comments", 0, 19), 4, "reading comment 19: it was answered with point 18"),
+        (("shifts", 0, 3), 4, "reading shift 3: it was answered with shift 2"),
+        (("pallets", 0, 3), 4, "reading pallet 3: it was answered with pallet 2"),
+        (("hands", 1, 3), 4, "reading hand 3: it was answered with hand 2"),
+        (("hands", 2, 3), 6, "reading hand 3: it was answered with robot 3"),
+    ],
+)
+def test_the_answer_of_another_number_is_refused(key: Key, byte: int, text: str) -> None:
+    """Source: guide 4.3.1 to 4.3.5, m+4 of the references."""
+    pallets = {3: Pallet(1, 1, 1, 0)}
+    line = StationLine(RobotConfig(axes=(Axis(), Axis(robot=2)), pallets=pallets))
+    read = line.read
+
+    def other() -> bytes:
+        area = bytearray(read())
+        if area[1] == 2:
+            area[byte] ^= 1
+        return bytes(area)
+
+    line.read = other  # type: ignore[method-assign]
+    with pytest.raises(RefusedError) as error:
+        Carrier(line).read([key], _quiet)
+    assert str(error.value) == text
+
+
+@pytest.mark.parametrize("packet_us", [5_000, 10_000, 100_000])
+def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None:
+    """In a packet of its own, and for two of the controller's cycles.
+
+    Source: guide 2, steps 1 and 2; guide 1.1, command data are entered before.
+    """
+    line = StationLine(RobotConfig())
+    line.packet_us = packet_us
+    written: list[tuple[int, int, bytes]] = []
+    write = line.write
+
+    def noted(area: bytes, *, run: bool = True) -> None:
+        written.append((line.now_us, line.sent, area))
+        write(area, run=run)
+
+    line.write = noted  # type: ignore[method-assign]
+    carrier = Carrier(line)
+    carrier.read([("points", 0, n) for n in (19, 50)], _quiet)
+    carrier.write(Stored({("points", 0, 1): Point()}), [("points", 0, 1)], _quiet)
+    codes = 0
+    for (before_us, before, data), (now_us, now, area) in itertools.pairwise(written):
+        if any(area[:2]):
+            codes += 1
+            assert not any(data[:2])
+            assert data[2:] == area[2:]
+            assert now - before >= 2
+            assert now_us - before_us >= 2 * CYCLE_US
+    assert codes == 3
+
+
+def test_packets_that_stay_away_are_a_lost_connection() -> None:
+    line = StationLine(RobotConfig())
+    line.packet_us = 2**40
+    with pytest.raises(LostError, match="no packets go out any more"):
+        Carrier(line).read([("points", 0, 19)], _quiet)
 
 
 def test_a_controller_that_is_busy_is_left_alone() -> None:

@@ -252,6 +252,44 @@ def test_what_only_reads_leaves_all_dedicated_inputs_off() -> None:
     assert not any(any(area[32:]) for area in sent)
 
 
+def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
+    """What an old status would have answered is left open.
+
+    Source: guide 1.2, a command can be run in the ready status only.
+    """
+    names = ("undefined-data", "wrong-format", "command-times", "versions")
+    outcome = rehearsed(*names, status_reset_delay=60_000.0)
+    assert not outcome.ended
+    assert outcome.findings == {}
+    assert set(outcome.skipped) == set(names)
+    assert all("3 s long" in reason for reason in outcome.skipped.values())
+
+
+def test_a_controller_that_gives_no_end_decides_nothing() -> None:
+    """Source: guide 1.1, note."""
+    names = ("undefined-data", "wrong-format", "command-times")
+    outcome = rehearsed(*names, command_delay=60_000.0)
+    assert outcome.findings == {}
+    assert outcome.skipped["undefined-data"] == "no end within 3 s, the status was 16#0100"
+    for name in names[1:]:
+        assert outcome.skipped[name] == "the status is 16#0100 without a command, 3 s long"
+
+
+def test_where_there_was_no_connection_none_is_called_lost() -> None:
+    """Nor where the controller is busy."""
+    asked = [question("versions")]
+    person = Person(lambda one: True, lambda text, event: False, lambda text: None)
+    line = StationLine(RobotConfig())
+    line.happen("", "power_off")
+    ended = probe(line, asked, person).ended
+    assert ended == "no connection: it does not answer; look at the cable"
+    line = StationLine(RobotConfig())
+    line.read = lambda: b"\x00\x01" + bytes(46)  # type: ignore[method-assign]
+    assert (
+        probe(line, asked, person).ended == "it shows the remote status 16#0100 without a command"
+    )
+
+
 def test_a_lost_connection_ends_it_with_what_was_found_so_far(tmp_path: Path) -> None:
     line = StationLine(RobotConfig())
     line.lost_after_us = 6_000_000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 import pytest
 
@@ -19,6 +19,7 @@ pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 _LIMIT_S = 60.0
@@ -121,3 +122,86 @@ def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _
         panel.until(lambda: panel.program.read(read) == expected, path)  # noqa: B023
     panel.until(lambda: panel.shows("#message b") == "コントローラ準備未完了", "in Japanese")
     panel.until(lambda: panel.shows("[data-key=Start]") == "起動", "the keys, too")
+
+
+def _type_point(panel: _Panel, text: str) -> None:
+    """Another text in the field of the point to teach; it still has the focus."""
+    field = panel.browser.find_element(By.CSS_SELECTOR, "[data-number=Point]")
+    field.click()
+    field.send_keys(Keys.CONTROL, "a")
+    field.send_keys(text or Keys.DELETE)
+
+
+def _sent(panel: _Panel) -> list[object]:
+    """What the page sends from now on, in its order: choices, and keys that go down."""
+    sent: list[object] = []
+    plate = panel.plate
+    choose, press = plate.choose, plate.press
+
+    def chosen(name: str, value: object) -> None:
+        sent.append((name, value))
+        choose(name, value)
+
+    def pressed(page: str, beat: int, keys: Collection[str]) -> None:
+        sent.extend(key for key in keys if key not in held)
+        held.clear()
+        held.update(keys)
+        press(page, beat, keys)
+
+    held: set[str] = set()
+    plate.choose, plate.press = chosen, pressed  # type: ignore[method-assign]
+    return sent
+
+
+def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(
+    panel: _Panel,
+) -> None:
+    """The field still has the focus when the mouse goes down on the key.
+
+    Source: RCX_PANEL, Point is where Teach stores.
+    """
+    sent = _sent(panel)
+    _type_point(panel, "123")
+    panel.browser.find_element(By.CSS_SELECTOR, "[data-key=Teach]").click()
+    panel.until(lambda: panel.key("Teach"), "pressed")
+    panel.until(lambda: not panel.key("Teach"), "released")
+    assert sent == [("Point", 123), "Teach"]
+
+
+def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
+    """Nor is the key that is pressed next: who has emptied the field means another point.
+
+    Source: RCX_PANEL, Point is where Teach stores.
+    """
+    sent = _sent(panel)
+    _type_point(panel, "12" + Keys.TAB)
+    panel.until(lambda: panel.program.read("Main.Panel.Point") == 12, "chosen")
+    panel.until(lambda: _shown_point(panel) == "12", "shown")
+    _type_point(panel, "")
+    panel.browser.find_element(By.CSS_SELECTOR, "[data-key=Teach]").click()
+    panel.until(lambda: panel.shows("#refused").startswith("There was no number"), "told")
+    assert _shown_point(panel) == "12"
+    _type_point(panel, "")
+    panel.browser.find_element(By.CSS_SELECTOR, "[data-key=Stop]").click()
+    panel.until(lambda: panel.key("Stop"), "a stop is pressed in any case")
+    assert sent == [("Point", 12), "Stop"]
+
+
+def test_a_key_is_not_pressed_with_a_number_that_was_refused(panel: _Panel) -> None:
+    """Source: RCX_PANEL, Point is 0 to 29999."""
+    sent = _sent(panel)
+    _type_point(panel, "30000")
+    panel.browser.find_element(By.CSS_SELECTOR, "[data-key=Teach]").click()
+    panel.until(lambda: panel.shows("#refused") == _REFUSED, "told")
+    panel.browser.find_element(By.CSS_SELECTOR, "[data-key=Start]").click()
+    panel.until(lambda: panel.key("Start"), "pressed")
+    assert sent == [("Point", 30000), "Start"]
+    panel.browser.get_log("browser")  # type: ignore[no-untyped-call]
+
+
+_REFUSED = "Point cannot be 30000; it takes 0 to 29999"
+
+
+def _shown_point(panel: _Panel) -> object:
+    script = "return document.querySelector('[data-number=Point]').value"
+    return panel.browser.execute_script(script)

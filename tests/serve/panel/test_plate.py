@@ -54,6 +54,15 @@ def _down(program: Program) -> list[str]:
     return [name for name, on in program.read("Main.Panel.Key").items() if on]
 
 
+def _scans(program: Program, plate: Plate, count: int) -> list[list[str]]:
+    """What is pressed in each of so many scans."""
+    seen = []
+    for _ in range(count):
+        plate.exchange()
+        seen.append(_down(program))
+    return seen
+
+
 def test_a_key_is_pressed_and_released_in_the_program(program: Program, plate: Plate) -> None:
     plate.press("p", 1, ["JogPlus"])
     assert _down(program) == [], "only the cell's thread touches the program"
@@ -109,11 +118,86 @@ def test_what_still_waits_of_a_silent_page_is_not_pressed_later(
         assert _down(program) == []
 
 
+def test_a_stop_is_not_lost_when_another_page_falls_silent(
+    program: Program, plate: Plate, clock: _Clock
+) -> None:
+    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    plate.press("a", 1, ["JogPlus"])
+    plate.press("a", 2, [])
+    plate.exchange()
+    plate.exchange()
+    clock.now += HOLD_S - 0.001
+    plate.press("b", 1, ["Stop"])
+    plate.press("b", 2, [])
+    clock.now += 0.005
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held nothing"
+    plate.press("a", 3, ["JogPlus"])
+    clock.now += HOLD_S - 0.001
+    plate.press("b", 3, ["Stop"])
+    plate.press("b", 4, [])
+    clock.now += 0.005
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held a key"
+
+
+@pytest.mark.parametrize("late_s", [0.1, 10.0])
+def test_a_click_waits_for_a_scan_however_late_that_is(
+    program: Program, plate: Plate, clock: _Clock, late_s: float
+) -> None:
+    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    plate.press("p", 1, ["Stop"])
+    clock.now += 0.08
+    plate.press("p", 2, [])
+    clock.now += late_s
+    assert _scans(program, plate, 3) == [["Stop"], [], []]
+
+
+def test_of_a_page_that_falls_silent_while_it_holds_a_key_only_stop_still_comes(
+    program: Program, plate: Plate, clock: _Clock
+) -> None:
+    """Source: docs/network.md, a key is there for at least one scan; a jog stops."""
+    stop: list[list[str]] = [["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"]]
+    for beat, keys in enumerate(stop):
+        plate.press("p", beat, keys)
+    plate.press("q", 1, ["Teach"])
+    clock.now += HOLD_S - 0.1
+    plate.press("q", 2, ["Teach"])
+    clock.now += 0.2
+    assert _scans(program, plate, 4) == [["Stop"], [], ["Teach"], ["Teach"]]
+
+
+def test_a_silent_page_that_holds_stop_presses_it_for_a_scan(
+    program: Program, plate: Plate, clock: _Clock
+) -> None:
+    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    plate.press("p", 1, ["Stop"])
+    clock.now += HOLD_S + 0.01
+    assert _scans(program, plate, 3) == [["Stop"], [], []]
+
+
 def test_a_message_that_comes_too_late_does_not_press_again(program: Program, plate: Plate) -> None:
     plate.press("p", 2, [])
     plate.press("p", 1, ["JogPlus"])
     plate.exchange()
     assert _down(program) == []
+
+
+@pytest.mark.parametrize("others", [0, 200])
+def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
+    program: Program, plate: Plate, clock: _Clock, others: int
+) -> None:
+    """However many pages came meanwhile.
+
+    Source: docs/network.md, a key is TRUE as long as it is held.
+    """
+    plate.press("p", 1, ["JogPlus"])
+    plate.press("p", 3, [])
+    assert _scans(program, plate, 2) == [["JogPlus"], []]
+    for number in range(others):
+        plate.press(f"p{number}", 1, [])
+    clock.now += HOLD_S + 0.01
+    plate.exchange()
+    plate.press("p", 2, ["JogPlus"])
+    assert _scans(program, plate, 2) == [[], []]
 
 
 def test_two_pages_hold_their_own_keys(program: Program, plate: Plate, clock: _Clock) -> None:
@@ -143,13 +227,26 @@ def test_a_page_that_sends_too_much_ends_with_its_last_word(program: Program, pl
     assert _down(program) == ["Start"]
 
 
+def test_a_stop_among_too_much_is_there_for_a_scan(program: Program, plate: Plate) -> None:
+    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    for beat in range(200):
+        plate.press("p", beat, ["Stop"] if beat == 10 else ["Start"] if beat % 2 else [])
+    assert _scans(program, plate, 100).count(["Stop"]) == 1
+    assert _down(program) == ["Start"]
+
+
 def test_only_so_many_pages_hold_keys(plate: Plate, clock: _Clock) -> None:
     for number in range(16):
         plate.press(f"p{number}", 1, ["Stop"])
     with pytest.raises(InputError, match="too many pages hold keys"):
         plate.press("one more", 1, ["Stop"])
+    plate.press("one more", 1, [])
+    plate.press("p3", 2, [])
+    plate.press("one more", 2, ["Stop"])
+    with pytest.raises(InputError, match="too many pages hold keys"):
+        plate.press("p3", 3, ["Stop"])
     clock.now += HOLD_S + 0.01
-    plate.press("one more", 1, ["Stop"])
+    plate.press("p3", 3, ["Stop"])
 
 
 def test_a_key_that_is_none_is_refused(plate: Plate) -> None:

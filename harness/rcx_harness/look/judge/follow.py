@@ -18,6 +18,7 @@ from rcx_harness.watch.wire import INTERVAL_US, WireMonitor, word
 __all__ = ["ANSWERS", "Follower", "ordered"]
 
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
+_DATA = slice(2, DEDICATED_AT)
 _WORDS = 16
 #: Dedicated inputs and the outputs that answer them (manual chapter 5, 2 and 3): which, to where.
 ANSWERS = (
@@ -119,13 +120,14 @@ class Follower:
     def _judge(self, sample: Sample) -> None:
         who, at = f"{self._at} {sample.number}", (sample.t_us, sample.number)
         if sample.si and sample.so and sample.connected:
-            scans = (False, True) if self._fresh else (True,)  # not from what was before
+            read = self._so if sample.at_once and self._so else sample.so
+            scans = [(False, sample.si)] if self._fresh else []  # not from what was before
+            if not self._fresh and _with_data(self._si, sample.si):
+                self.together += 1
+                scans.append((True, bytes(2) + sample.si[2:]))
             self._fresh = False
-            for connected in scans:
-                for one in self._wire.scan(*at, sample.so, sample.si, connected):
-                    if one.rule == "data before code":
-                        self.together += 1
-                        continue
+            for connected, si in [*scans, (True, sample.si)]:
+                for one in self._wire.scan(*at, read, si, connected):
                     text = one.text.replace(f"plc, scan {sample.number}", f"plc, {who}", 1)
                     self._report(replace(one, text=text))
         if sample.so:
@@ -222,6 +224,11 @@ def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
 
     for name in sorted(times, key=key):
         yield name, times[name]
+
+
+def _with_data(before: bytes, si: bytes) -> bool:
+    """Has a code come together with new data?"""
+    return not word(before, 0) and bool(word(si, 0)) and si[_DATA] != before[_DATA]
 
 
 def _answer_name(number: int) -> str:

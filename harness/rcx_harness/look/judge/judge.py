@@ -319,4 +319,5 @@ def _take_record(one: _Judge, record: Record, *, by_cycle: bool) -> None:
             text = f"areas of {len(so)} and {len(si)} bytes are no controller's"
             raise InputError(text, file=one.result.file)
         connected = bool(si) and any(so)
-        one.take(Sample(record.t_us, number, record.controller, so, si, connected))
+        at = (record.t_us, number, record.controller)
+        one.take(Sample(*at, so, si, connected, at_once=by_cycle))

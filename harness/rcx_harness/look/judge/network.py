@@ -59,6 +59,7 @@ class Sample(NamedTuple):
         si: The area to the controller; empty where nobody sends one.
         connected: The PLC drives the controller: connected, and its program runs.
         whole: No packet is missing right before this one.
+        at_once: Both areas are of one cycle of the controller: who wrote `si` had not read `so`.
     """
 
     t_us: int
@@ -68,6 +69,7 @@ class Sample(NamedTuple):
     si: bytes
     connected: bool
     whole: bool = True
+    at_once: bool = False
 
 
 class Note(NamedTuple):

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from rcx_harness.look.points.stored import Key, Stored
-from rcx_harness.look.probe.asker import Answer, Asker
+from rcx_harness.look.probe.asker import Answer, Asker, NoAnswerError
 from rcx_harness.look.probe.line import Line
 from rcx_harness.robot.stored import Hand, Pallet, Point
-from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY
+from rcx_harness.spec.wire import NORMAL_END, READY
 
-__all__ = ["UNDEFINED", "Carrier", "RefusedError"]
+__all__ = ["TIMEOUT_US", "UNDEFINED", "Carrier", "RefusedError"]
+
+#: Longest wait for each answer: a command is held until its end (guide 1.1, note).
+TIMEOUT_US = 10_000_000
 
 #: "Point doesn't exist", "Undefined pallet": assumed, the manual names no alarm.
 UNDEFINED = ("6.204", "6.236")
@@ -42,15 +45,21 @@ class Carrier:
     Args:
         line: The way to the controller.
         undefined: Alarms of a reference that say "not defined".
+        timeout_us: Longest wait for each answer of the controller.
 
     Raises:
-        LostError: it does not answer.
+        NotConnectedError: it does not answer.
         RefusedError: it is busy with a command.
     """
 
-    def __init__(self, line: Line, undefined: Collection[str] = UNDEFINED) -> None:
+    def __init__(
+        self,
+        line: Line,
+        undefined: Collection[str] = UNDEFINED,
+        timeout_us: int = TIMEOUT_US,
+    ) -> None:
         self._undefined = undefined
-        self._ask = Asker(line, lambda text, event: False)
+        self._ask = Asker(line, lambda text, event: False, patience_us=timeout_us)
         self._ask.open()
         if self._ask.status != READY:
             status = f"16#{self._ask.status:04X}"
@@ -61,7 +70,8 @@ class Carrier:
 
         Raises:
             LostError: the connection is gone.
-            RefusedError: a reference ended in an alarm that does not say "not defined".
+            RefusedError: a reference ended in an alarm that does not say "not defined", was not
+                answered in time, or with the data of another one.
         """
         stored = Stored(asked=list(asked))
         for done, key in enumerate(asked):
@@ -76,7 +86,8 @@ class Carrier:
 
         Raises:
             LostError: the connection is gone.
-            RefusedError: a definition ended in an alarm; those before it are done.
+            RefusedError: a definition ended in an alarm, or did not end in time, so that it may
+                be done; those before it are.
         """
         for done, key in enumerate(wanted):
             self._run("Write", key, **_fields(key[0], stored.values.get(key, "")))
@@ -89,16 +100,25 @@ class Carrier:
     def _run(self, verb: str, key: Key, **fields: Any) -> Answer:
         kind, robot, number = key
         name, place = _COMMANDS[kind]
-        answer = self._ask.command(f"{verb}{name}", robot, **{place: number}, **fields)
+        what = f"{'reading' if verb == 'Read' else 'writing'} {kind[:-1]} {number}"
+        try:
+            answer = self._ask.command(f"{verb}{name}", robot, **{place: number}, **fields)
+        except NoAnswerError as error:
+            done = "" if verb == "Read" else "; it may be done, compare shows it"
+            raise RefusedError(f"{what}: {error}{done}") from None
         if answer.status == NORMAL_END:
-            return answer
-        if answer.status == ABNORMAL_END and verb == "Read" and answer.alarm in self._undefined:
-            return answer
-        what = f"{kind[:-1]} {number}"
-        if answer.status == ABNORMAL_END:
-            doing = "reading" if verb == "Read" else "writing"
-            raise RefusedError(f"{doing} {what} ended in the alarm {answer.alarm}")
-        raise RefusedError(f"{what}: no end within 3 s, status 16#{answer.status:04X}")
+            _check_number(what, answer.fields, {place: number, "robot_number": robot})
+        elif verb != "Read" or answer.alarm not in self._undefined:
+            raise RefusedError(f"{what} ended in the alarm {answer.alarm}")
+        return answer
+
+
+def _check_number(what: str, got: Mapping[str, Any], asked: Mapping[str, int]) -> None:
+    """A reference names in m+4 what it is about, of hands the robot, too (guide 4.3)."""
+    for name, number in asked.items():
+        if name in got and got[name] != number:
+            said = name.replace("_number", "")
+            raise RefusedError(f"{what}: it was answered with {said} {got[name]}")
 
 
 def _value(kind: str, answer: Answer) -> Any:

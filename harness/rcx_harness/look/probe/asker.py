@@ -11,15 +11,18 @@ from rcx_harness.look.probe.line import Line, LostError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.area import input_words
 from rcx_harness.spec import FieldValue, command, commands, signals
-from rcx_harness.spec.wire import ABNORMAL_END, ENDS, NORMAL_END, READY, RUN
+from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, ENDS, NORMAL_END, READY, RUN
 from rcx_harness.trace import Scan, Trace
+from rcx_harness.units import format_word
 
-__all__ = ["Answer", "Asker", "History", "telegram"]
+__all__ = ["Answer", "Asker", "History", "NoAnswerError", "telegram"]
 
 #: Between two changes of dedicated inputs: the manual's 100 ms and some for the packets.
 _INTERVAL_US = 130_000
 _PATIENCE_US = 3_000_000
 _SETTLED_US = 300_000
+#: What is written has gone out with the second packet from now on: the first may be made already.
+_PACKETS = 2
 _DEFAULTS = RobotConfig()
 _BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *signals().output)}
 _MOST_MESSAGES = 500
@@ -32,7 +35,7 @@ class Answer:
     """How a remote command ended.
 
     Attributes:
-        status: 0x0200, 0x4000, or what stood there when the wait was over.
+        status: 0x0200 or 0x4000.
         words: The 16 words from m on.
         fields: Of a normal end, by name.
         alarm: Of an abnormal end, as `"12.600"`; else empty.
@@ -84,6 +87,10 @@ class History:
         return self.head[: len(before.head)] != before.head
 
 
+class NoAnswerError(SkipError):
+    """A remote command was not begun, has not ended, or its status was not reset; in words."""
+
+
 class Asker:
     """One connection, and what was found over it.
 
@@ -91,6 +98,7 @@ class Asker:
         line: The way to the controller.
         person: Asks the person to do something; False if they will not.
         trace: Takes every change of an area: the evidence.
+        patience_us: Longest wait for each answer to a remote command.
 
     Attributes:
         line: The way to the controller.
@@ -98,11 +106,15 @@ class Asker:
     """
 
     def __init__(
-        self, line: Line, person: Callable[[str, str], bool], trace: Trace | None = None
+        self,
+        line: Line,
+        person: Callable[[str, str], bool],
+        trace: Trace | None = None,
+        patience_us: int = _PATIENCE_US,
     ) -> None:
         self.line = line
         self.findings: list[Finding] = []
-        self._person, self._trace = person, trace
+        self._person, self._trace, self._patience_us = person, trace, patience_us
         self._si, self._so = bytearray(line.size), bytes(line.size)
         self._seen: tuple[bytes, bytes] = (b"", b"")
         self._run = True
@@ -283,17 +295,28 @@ class Asker:
     # Commands.
 
     def command(self, name: str, robot: int = 0, **fields: FieldValue) -> Answer:
-        """One remote command by its name, from the code to the ready status."""
+        """One remote command by its name; see `telegram`."""
         return self.telegram(telegram(name, robot, **fields))
 
-    def telegram(self, words: tuple[int, ...], within_us: int = _PATIENCE_US) -> Answer:
-        """One remote command by its words; the data go out before the code."""
+    def telegram(self, words: tuple[int, ...]) -> Answer:
+        """One remote command by its words, from the ready status to the next one.
+
+        The data are with the controller before the code goes out (guide 2, steps 1 and 2).
+
+        Raises:
+            NoAnswerError: it does not show the ready status before, or no end, or not the ready
+                status after that. Where there is no end the command is taken away all the same.
+        """
+        self._until_ready("without a command")
         self.send((0, *words[1:]))
-        self.wait(self.line.step_us)
+        self._deliver()
         self.send(words)
-        accepted_us = self.until(lambda: self.status != READY, within_us)
+        accepted_us = self.until(lambda: self.status != READY, self._patience_us)
         begin_us, ran = self.line.now_us, self.status == RUN
-        self.until(lambda: self.status in ENDS, within_us)
+        if accepted_us is None or self.until(self._has_ended, self._patience_us) is None:
+            text = f"no end within {self._patience}, the status was {format_word(self.status)}"
+            self.send((0,) * 16)
+            raise NoAnswerError(text)
         ended_us = self.line.now_us - begin_us
         status, shown = self.status, self.words
         fields: Mapping[str, Any] = {}
@@ -302,10 +325,30 @@ class Asker:
             fields = entry.read_response(shown)
         alarm = f"{shown[1]}.{shown[2]}" if status == ABNORMAL_END else ""
         self.send((0,) * 16)
-        reset_us = self.until(lambda: self.status == READY)
+        reset_us = self._until_ready("after the status reset")
         self.wait(2 * self.line.step_us)
-        times = (accepted_us or 0, ended_us, reset_us or 0)
-        return Answer(status, shown, fields, alarm, ran, *times)
+        return Answer(status, shown, fields, alarm, ran, accepted_us, ended_us, reset_us)
+
+    @property
+    def _patience(self) -> str:
+        return f"{self._patience_us / 1e6:g} s"
+
+    def _has_ended(self) -> bool:
+        return self.status in ENDS
+
+    def _until_ready(self, when: str) -> int:
+        us = self.until(lambda: self.status == READY, self._patience_us)
+        if us is None:
+            text = f"the status is {format_word(self.status)} {when}"
+            raise NoAnswerError(f"{text}, {self._patience} long")
+        return us
+
+    def _deliver(self) -> None:
+        """Wait until the controller has what is written, at whatever interval packets go out."""
+        last = self.line.sent + _PACKETS
+        if self.until(lambda: self.line.sent >= last) is None:
+            raise LostError("no packets go out any more")
+        self.wait(2 * CYCLE_US)
 
     def needs(self, held: bool, text: str) -> None:
         """Raise SkipError with the reason where something does not hold."""

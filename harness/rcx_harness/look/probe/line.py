@@ -12,7 +12,7 @@ from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.look.text import identity_lines
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["Line", "LostError", "NetworkLine"]
+__all__ = ["Line", "LostError", "NetworkLine", "NotConnectedError"]
 
 #: What is written holds for so long, unless it is written again: nobody drives the robot if the
 #: probe hangs.
@@ -23,6 +23,19 @@ _FIRST_US = 5_000_000
 
 class LostError(Exception):
     """The connection is gone, and it was not the probe that ended it."""
+
+
+class NotConnectedError(LostError):
+    """There is no connection yet that could be gone.
+
+    Args:
+        text: Why, in words.
+        hint: What to do about it.
+    """
+
+    def __init__(self, text: str, hint: str = "") -> None:
+        self.text, self.hint = text, hint
+        super().__init__(f"{text}; {hint}" if hint else text)
 
 
 class Line(Protocol):
@@ -44,11 +57,15 @@ class Line(Protocol):
     def now_us(self) -> int:
         """The time, from the beginning."""
 
+    @property
+    def sent(self) -> int:
+        """How many packets have gone out; each has what was written when it was made."""
+
     def open(self, first: bytes) -> None:
         """Connect, with these bytes in the first packet.
 
         Raises:
-            LostError: the controller does not answer.
+            NotConnectedError: the controller does not answer, or refuses.
         """
 
     def drop(self) -> None:
@@ -104,17 +121,22 @@ class NetworkLine:
         """Microseconds since the probe began."""
         return round((time.monotonic() - self._begin) * 1e6)
 
+    @property
+    def sent(self) -> int:
+        """See Line."""
+        return self._scanner.shared.status().sent
+
     def open(self, first: bytes) -> None:
         """Connect; see Line."""
         self.write(first)
         try:
             self._scanner.open()
         except EnipError as error:
-            raise LostError(str(error)) from None
+            raise NotConnectedError(error.message, error.hint) from None
         deadline_us = self.now_us + _FIRST_US
         while self._scanner.read().age_us is None or not self._scanner.read().connected:
             if self.now_us > deadline_us:
-                raise LostError("connected, but no packet came")
+                raise NotConnectedError("connected, but no packet came")
             self.wait(_LOOK_US)
         self._open = True
 

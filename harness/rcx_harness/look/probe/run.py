@@ -9,7 +9,7 @@ from pathlib import Path
 from rcx_harness.errors import InputError
 from rcx_harness.look.probe.asker import Asker
 from rcx_harness.look.probe.finding import Finding, SkipError
-from rcx_harness.look.probe.line import Line, LostError
+from rcx_harness.look.probe.line import Line, LostError, NotConnectedError
 from rcx_harness.look.probe.question import Question, Risk
 from rcx_harness.spec.wire import READY
 from rcx_harness.trace import Trace
@@ -65,12 +65,12 @@ def probe(
     """
     outcome = Outcome(identity=list(line.identity))
     header = {"by": "rcx probe", "size": line.size, "only": "changes"}
-    written = Trace(header, trace, keep=0) if trace is not None else None
+    written = Trace(header, trace, new=True, keep=0) if trace is not None else None
     ask = Asker(line, person.does, written)
     try:
         ask.open()
         if ask.status != READY:
-            raise LostError(f"it shows the remote status 16#{ask.status:04X} without a command")
+            raise SkipError(f"it shows the remote status 16#{ask.status:04X} without a command")
         for question in asked:
             if person.confirms(question):
                 _ask(ask, question, outcome, person)
@@ -78,6 +78,10 @@ def probe(
                 outcome.skipped[question.id] = "not confirmed"
     except KeyboardInterrupt:
         outcome.ended = "stopped by Ctrl-C"
+    except SkipError as reason:
+        outcome.ended = str(reason)
+    except NotConnectedError as error:
+        outcome.ended = f"no connection: {error}"
     except LostError as error:
         outcome.ended = f"the connection is lost: {error}"
     finally:

@@ -39,6 +39,7 @@ __all__ = [
     "is_number",
     "is_whole",
     "near",
+    "shown",
 ]
 
 #: How a work area is written.
@@ -181,18 +182,24 @@ def check_stored(key: str, value: Any, axes: int) -> None:
     Raises:
         InputError: the key and what may stand there.
     """
+    seen: set[int | None] = set()
     for number, entry in value.items():
         if key == "variables":
             _check_variable(number, entry)
+            one = variable_number(number)
+            if one in seen:
+                hint = "take one of them out"
+                raise InputError(f"'variables.{number}' is there once more", hint=hint)
+            seen.add(one)
         elif key == "parameters":
             _check_parameter(number, entry, axes)
         elif key == "hands":
             robot, hand = number
             name = f"hands.{robot}.{hand}"
-            _expect(1 <= robot <= ROBOTS, name, robot, f"robot 1 to {ROBOTS}")
+            _expect(is_whole(robot, 1, ROBOTS), name, robot, f"robot 1 to {ROBOTS}")
             _check_place(name, "hands", hand)
             _check_wire(name, entry.data, 4)
-            _expect(entry.data[3] in (0, 1), name, entry.data[3], "data 4 is 0 or 1")
+            _expect(is_whole(entry.data[3], 0, 1), name, entry.data[3], "data 4 is 0 or 1")
         else:
             name = f"{key}.{number}"
             _check_place(name, key, number)
@@ -229,10 +236,11 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
 def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
     """Refuse the value of a key unless the condition holds (InputError)."""
     if not condition:
-        raise InputError(f"'{key}' cannot be {_shown(value)}", hint=f"it may be {allowed}")
+        raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"it may be {allowed}")
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """A value for a message, not too long."""
     try:
         text = repr(value)
     except ValueError:  # Python does not write it in decimal
@@ -284,7 +292,7 @@ def _check_models(key: str, value: Any) -> None:
     _expect(texts, key, value, f'a model such as "YK400XE", or a list of {ROBOTS} at most')
     for name in names:
         if name not in robot_models():
-            raise InputError(f"'{key}' cannot be {_shown(name)}", hint=near(name, robot_models()))
+            raise InputError(f"'{key}' cannot be {shown(name)}", hint=near(name, robot_models()))
 
 
 def _check_axes(axes: Any) -> None:
@@ -324,9 +332,9 @@ def _check_place(name: str, key: str, number: Any) -> None:
 
 def _check_point(name: str, point: Point) -> None:
     _check_wire(name, point.data, AXES)
-    _expect(point.hand in (0, 1, 2), name, point.hand, "hand 0, 1 or 2")
-    for turn in (point.arm1, point.arm2):
-        _expect(turn in (-1, 0, 1), name, turn, "arm rotation -1, 0 or 1")
+    _expect(is_whole(point.hand, 0, 2), f"{name}.hand", point.hand, "hand 0, 1 or 2")
+    for arm, turn in (("arm1", point.arm1), ("arm2", point.arm2)):
+        _expect(is_whole(turn, -1, 1), f"{name}.{arm}", turn, "arm rotation -1, 0 or 1")
 
 
 def _check_comment(name: str, text: str) -> None:
@@ -336,9 +344,9 @@ def _check_comment(name: str, text: str) -> None:
 
 def _check_pallet(name: str, pallet: Pallet) -> None:
     for count in (pallet.nx, pallet.ny, pallet.nz, pallet.count):
-        _expect(1 <= count <= 32767, name, count, "1 to 32767 work positions, also in all")
+        _expect(is_whole(count, 1, 32767), name, count, "1 to 32767 work positions, also in all")
     last = COUNTS["points"] - PALLET_POINTS
-    _expect(0 <= pallet.first <= last, name, pallet.first, f"first point 0 to {last}")
+    _expect(is_whole(pallet.first, 0, last), name, pallet.first, f"first point 0 to {last}")
 
 
 _CHECKS: Mapping[str, Callable[[str, Any], None]] = {

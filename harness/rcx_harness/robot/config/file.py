@@ -12,7 +12,7 @@ on the wire; `[variables]` with `SGI5 = 50`; `[parameters]` with `ACCEL = 80` or
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -25,12 +25,23 @@ from rcx_harness.robot.config.checks import (
     is_number,
     is_whole,
     near,
+    shown,
 )
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
 
 __all__ = ["line_of", "read_value"]
 
 _SCALE = {"mm": 1000, "pulses": 1}
+_UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
+_NAME = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""
+_PATH = rf"({_NAME}(?:\s*\.\s*{_NAME})*)"
+_HEAD, _KEY = re.compile(rf"\s*\[\[?\s*{_PATH}\s*\]"), re.compile(rf"\s*{_PATH}\s*=")
+#: A key is shown up to this length [characters]; a longer one ends so.
+_SHOWN, _CUT = 40, "..."
+#: More than there is of anything.
+_MANY = 100_000
+#: More than any number on the wire.
+_MOST = 2**32
 
 
 def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[Any]]) -> Any:
@@ -60,19 +71,45 @@ def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[
 
 
 def line_of(file: Path, message: str) -> int | None:
-    """The line with the key that the message has in single quotes, as tomllib does not tell."""
-    quoted = re.search(r"'([\w.]+)'", message)
+    """The line with the key that the message has in single quotes, as tomllib does not tell.
+
+    The key with its table, as `comments.50`, or alone; where it stands nowhere the line of its
+    table. One that is cut short ends in dots.
+    """
+    quoted = re.search(r"'([^']+)'", message)
     if not quoted:
         return None
-    lines = file.read_text(encoding="utf-8").splitlines()
+    places = list(_places(file.read_text(encoding="utf-8")))
     key = quoted[1]
     while key:
-        pattern = re.compile(rf"^\s*(\[+\s*)?{re.escape(key)}\b")
-        for number, line in enumerate(lines, 1):
-            if pattern.match(line):
-                return number
-        key = key.rpartition(".")[0]  # `comments.50` stands in the table [comments]
+        ranked = [(rank, number) for path, number in places if (rank := _rank(path, key))]
+        if ranked:
+            return min(ranked)[1]
+        key = key.rpartition(".")[0]
     return None
+
+
+def _rank(path: str, key: str) -> int:
+    """How well a place is the one of a key: 1 best, 0 not at all."""
+    begin = key.removesuffix(_CUT) if key.endswith(_CUT) else f"{key}."
+    plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # `points.021` is point 21
+    fits = (path == key, plain == key, path.endswith(f".{key}"), path.startswith(begin))
+    return fits.index(True) + 1 if True in fits else 0
+
+
+def _places(text: str) -> Iterator[tuple[str, int]]:
+    """Each table and each key with its table, without quotes, and its line."""
+    table = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        if head := _HEAD.match(line):
+            table = _plain(head[1])
+            yield table, number
+        elif key := _KEY.match(line):
+            yield f"{table}.{_plain(key[1])}".removeprefix("."), number
+
+
+def _plain(path: str) -> str:
+    return ".".join(part.strip(" \t\"'") for part in path.split("."))
 
 
 def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
@@ -86,9 +123,9 @@ def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
 
 def _items(key: str, value: Any) -> dict[int, str]:
     """`real_time_items`: a table of item numbers and names."""
-    if not isinstance(value, dict) or not all(number.isdecimal() for number in value):
+    if not isinstance(value, dict):
         raise InputError(f"'{key}' must be a table", hint=f'write 13 = "motor_duty" in [{key}]')
-    return {int(number): name for number, name in value.items()}
+    return dict(_numbered(key, value, "an item number"))
 
 
 def _areas(key: str, value: Any) -> dict[str, Any]:
@@ -122,19 +159,37 @@ def _stored(key: str, value: Any) -> dict[Any, Any]:
     if key in ("variables", "parameters"):
         return {name: tuple(v) if isinstance(v, list) else v for name, v in value.items()}
     if key == "hands":
-        return dict(
-            pair for robot, hands in value.items() for pair in _hands(f"hands.{robot}", hands)
-        )
-    return {
-        _number(key, number): _READERS[key](f"{key}.{number}", v) for number, v in value.items()
-    }
+        robots = _numbered(key, value, "a robot's table", "write [hands.1] to [hands.4]")
+        return {
+            (robot, number): hand
+            for robot, hands in robots
+            for number, hand in _hands(robot, hands)
+        }
+    last = f"write [{key}.0] to [{key}.{COUNTS[key] - 1}]"
+    entries = _numbered(key, value, f"a {key[:-1]}", last, COUNTS[key])
+    return {number: _READERS[key](f"{key}.{number}", entry) for number, entry in entries}
 
 
-def _number(key: str, text: str) -> int:
-    if not text.isdecimal() or int(text) >= COUNTS[key]:
-        what = f"'{key}.{text}' is not a {key[:-1]}"
-        raise InputError(what, hint=f"write [{key}.0] to [{key}.{COUNTS[key] - 1}]")
-    return int(text)
+def _numbered(
+    key: str, table: Mapping[str, Any], what: str, hint: str = "", count: int = _MANY
+) -> Iterator[tuple[int, Any]]:
+    """The entries of a table whose keys are numbers.
+
+    Raises:
+        InputError: one is no number below `count`, or is there twice, as `21` and `021`.
+    """
+    seen: set[int] = set()
+    for text, entry in table.items():
+        digits = text.lstrip("0") or "0"
+        decimal = text.isascii() and text.isdecimal() and len(digits) <= len(str(count))
+        path = f"{key}.{text}" if len(text) <= _SHOWN else f"{key}.{text[:_SHOWN]}{_CUT}"
+        if not decimal or int(digits) >= count:
+            raise InputError(f"'{path}' is not {what}", hint=hint)
+        number = int(digits)
+        if number in seen:
+            raise InputError(f"'{path}' is {key}.{number} once more", hint="take one of them out")
+        seen.add(number)
+        yield number, entry
 
 
 def _point(key: str, entry: Any) -> Point:
@@ -142,7 +197,7 @@ def _point(key: str, entry: Any) -> Point:
     given = [unit for unit in _SCALE if unit in entry]
     if len(given) != 1:
         raise InputError(f"'{key}' needs either mm = [...] or pulses = [...]")
-    data = _numbers(key, entry[given[0]], AXES, _SCALE[given[0]], f"numbers in {given[0]}")
+    data = _numbers(key, entry[given[0]], AXES, _SCALE[given[0]], _UNITS[given[0]])
     rest = {name: value for name, value in entry.items() if name not in _SCALE}
     return Point(data, mm=given[0] == "mm", **rest)
 
@@ -163,18 +218,14 @@ def _pallet(key: str, entry: Any) -> Pallet:
     return Pallet(nx, ny, nz, first)
 
 
-def _hands(key: str, entry: Any) -> list[tuple[tuple[int, int], Hand]]:
-    robot = key.partition(".")[2]
-    if not robot.isdecimal() or not isinstance(entry, dict):
+def _hands(robot: int, entry: Any) -> Iterator[tuple[int, Hand]]:
+    key = f"hands.{robot}"
+    if not isinstance(entry, dict):
         raise InputError(f"'{key}' is not a robot's table", hint="write [hands.1] to [hands.4]")
-    hands = []
-    for number, data in entry.items():
-        name, what = f"{key}.{number}", "integers as on the wire"
-        wire = _numbers(name, data, 4, 1, what)
-        if not all(map(is_whole, data)):
-            raise InputError(f"'{name}' needs at most 4 {what}")
-        hands.append(((int(robot), _number("hands", number)), Hand(wire)))  # type: ignore[arg-type]
-    return hands
+    last = f"they are 0 to {COUNTS['hands'] - 1}"
+    for number, data in _numbered(key, entry, "a hand", last, COUNTS["hands"]):
+        wire = _numbers(f"{key}.{number}", data, 4, 1, "integers as on the wire")
+        yield number, Hand(wire)  # type: ignore[arg-type]
 
 
 _READERS: dict[str, Callable[[str, Any], Any]] = {
@@ -193,6 +244,10 @@ def _check_keys(key: str, entry: Any, known: tuple[str, ...]) -> None:
 
 
 def _numbers(key: str, value: Any, most: int, scale: int, what: str) -> tuple[int, ...]:
-    if not isinstance(value, list) or len(value) > most or not all(map(is_number, value)):
+    right = is_whole if scale == 1 else is_number
+    if not isinstance(value, list) or len(value) > most or not all(map(right, value)):
         raise InputError(f"'{key}' needs at most {most} {what}")
+    for part in value:
+        if abs(part) > _MOST:
+            raise InputError(f"'{key}' cannot be {shown(part)}", hint="it may be 32 bit numbers")
     return tuple([round(part * scale) for part in value] + [0] * (most - len(value)))

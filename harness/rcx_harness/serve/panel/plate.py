@@ -23,9 +23,12 @@ HOLD_S = 0.5
 """A key is released when its page has been silent for so long [s]."""
 
 _TYPE = "RCX_PANEL"
+#: The key that is lost neither with a silent page nor with a page that sends too much.
+_STOP = frozenset({"Stop"})
 #: So many changes of keys wait for their scan; a page that sends more has gone wrong.
 _MOST_WAITING = 64
-_MOST_PAGES = 16
+#: So many pages hold keys, and of so many the last message is known.
+_MOST_HOLDING, _MOST_PAGES = 16, 256
 #: Numbers that a page may choose: lowest and highest.
 _RANGES = {
     "RobotNumber": (0, 4),
@@ -42,7 +45,7 @@ _CHOICES = (*_SWITCHES, *_ENUMS, *_RANGES)
 
 @dataclass
 class _Page:
-    """What one page holds pressed, by its last message."""
+    """What one page holds pressed, by its last message; which one that was outlasts the keys."""
 
     beat: int = -1
     heard: float = 0.0
@@ -73,7 +76,8 @@ class Plate:
         self._read = program.reader([path])
         self._lock = Lock()
         self._pages: dict[str, _Page] = {}
-        self._waiting: deque[frozenset[str]] = deque()
+        #: What each page holds, change by change.
+        self._waiting: deque[dict[str, frozenset[str]]] = deque()
         self._written: frozenset[str] = frozenset()
         self._choices: dict[str, Any] = {}
         self._shown: dict[str, Any] = {}
@@ -94,12 +98,16 @@ class Plate:
                 raise InputError(f"there is no key {key!r:.20}", hint=did_you_mean([*self.keys]))
         with self._lock:
             self._expire()
-            if page not in self._pages and len(self._pages) >= _MOST_PAGES:
+            one = self._pages.pop(page, None) or _Page()
+            if keys and not one.keys and len(self._holding()) >= _MOST_HOLDING:
+                self._pages[page] = one
                 raise InputError("too many pages hold keys", hint="close some of them")
-            one = self._pages.setdefault(page, _Page())
+            self._pages[page] = one  # the last one heard is the last to be forgotten
             if beat > one.beat:
                 one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)
                 self._queue()
+            if len(self._pages) > _MOST_PAGES:
+                del self._pages[next(name for name, old in self._pages.items() if not old.keys)]
 
     def choose(self, name: str, value: object) -> None:
         """Write a selection.
@@ -130,7 +138,7 @@ class Plate:
         with self._lock:
             self._expire()
             choices, self._choices = self._choices, {}
-            keys = self._waiting.popleft() if self._waiting else self._written
+            keys = _all_of(self._waiting.popleft()) if self._waiting else self._written
             changed, self._written = keys ^ self._written, keys
         written: dict[str, Any] = dict(choices)
         if changed:
@@ -150,24 +158,42 @@ class Plate:
     def silent_s(self) -> float:
         """For how long no page that holds keys has been heard."""
         with self._lock:
-            return self._now() - max((one.heard for one in self._pages.values()), default=0.0)
+            heard = [self._pages[name].heard for name in self._holding()]
+            return self._now() - max(heard, default=0.0)
+
+    def _holding(self) -> dict[str, frozenset[str]]:
+        """The pages that hold keys, and which."""
+        return {name: one.keys for name, one in self._pages.items() if one.keys}
 
     def _expire(self) -> None:
-        """Pages that are silent hold nothing any more, whatever still waits of them."""
+        """Pages that are silent hold nothing any more; of what still waits of them, Stop stays."""
         last = self._now() - HOLD_S
-        silent = [name for name, one in self._pages.items() if one.heard < last]
-        if silent:
-            for name in silent:
-                del self._pages[name]
-            self._waiting.clear()
-            self._queue()
+        silent = [name for name in self._holding() if self._pages[name].heard < last]
+        if not silent:
+            return
+        waiting, self._waiting = self._waiting, deque()
+        for name in silent:
+            self._pages[name].keys = frozenset()
+        for change in waiting:
+            stays = {name: keys & _STOP for name, keys in change.items() if name in silent}
+            self._append({**change, **stays})
+        self._queue()
 
     def _queue(self) -> None:
-        held = frozenset[str]().union(*(one.keys for one in self._pages.values()))
-        if held != (self._waiting[-1] if self._waiting else self._written):
-            if len(self._waiting) >= _MOST_WAITING:
-                self._waiting.clear()
-            self._waiting.append(held)
+        if len(self._waiting) >= _MOST_WAITING:
+            stops = any("Stop" in _all_of(change) for change in self._waiting)
+            self._waiting.clear()
+            if stops:
+                self._append({"": _STOP})
+        self._append(self._holding())
+
+    def _append(self, change: dict[str, frozenset[str]]) -> None:
+        if _all_of(change) != (_all_of(self._waiting[-1]) if self._waiting else self._written):
+            self._waiting.append(change)
+
+
+def _all_of(change: dict[str, frozenset[str]]) -> frozenset[str]:
+    return frozenset[str]().union(*change.values())
 
 
 def plates_of(program: Program, now: Callable[[], float] = time.monotonic) -> list[Plate]:

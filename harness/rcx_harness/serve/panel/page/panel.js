@@ -38,6 +38,7 @@ const WORDS = {
   State: ["State", "状態"],
   Position: ["Position [mm, deg]", "位置 [mm, deg]"],
   Ready: ["Ready", "準備完了"],
+  NoNumber: ["There was no number in the field; the old one stays", "数値が入力されていません。前の値のままです"],
 };
 
 const LAMPS = {
@@ -67,6 +68,7 @@ const NEXT = { PANEL_NEXT_RESET: "Reset", PANEL_NEXT_SERVO_ON: "ServoOn", PANEL_
 
 const page = Array.from(crypto.getRandomValues(new Uint32Array(3)), (one) => one.toString(36)).join("");
 const held = new Set();
+const choosing = new Set(); // what was chosen and is not answered yet: promises whether it was taken
 let beat = 0;
 let chosen = 0;
 let language = 0;
@@ -80,6 +82,20 @@ async function post(what, message) {
   }).catch(() => null);
   const error = answer && !answer.ok ? (await answer.json()).error : "";
   say($("refused"), answer ? error : "no answer");
+  return Boolean(answer && answer.ok);
+}
+
+function choose(name, value) {
+  const answer = post("choices", { name, value });
+  choosing.add(answer);
+  answer.finally(() => choosing.delete(answer));
+}
+
+// Take over what is typed, and wait until the program has it: a key acts on what is shown. Not if
+// it was refused, or is no number.
+async function settled() {
+  document.activeElement?.matches("[data-number]") && document.activeElement.blur();
+  return (await Promise.all(choosing)).every(Boolean);
 }
 
 function say(element, text) {
@@ -88,16 +104,30 @@ function say(element, text) {
 
 const beatNow = () => post("keys", { page, beat: ++beat, keys: [...held] });
 
-function down(button) {
-  held.add(button.dataset.key);
+const pressing = new Set(); // keys that are down, whether the program has been told or not
+
+async function down(button) {
+  const key = button.dataset.key;
+  if (pressing.has(key)) return;
+  pressing.add(key);
   button.classList.add("down");
+  if (key !== "Stop" && !(await settled())) {
+    pressing.delete(key);
+    button.classList.remove("down");
+    return;
+  }
+  held.add(key);
+  const told = beatNow();
+  if (pressing.has(key)) return;
+  await told; // it was let go meanwhile: a click, in its order
+  held.delete(key);
   beatNow();
 }
 
 function up(button) {
-  if (!held.delete(button.dataset.key)) return;
+  if (!pressing.delete(button.dataset.key)) return;
   button.classList.remove("down");
-  beatNow();
+  if (held.delete(button.dataset.key)) beatNow();
 }
 
 function letGo() {
@@ -137,11 +167,18 @@ $("axes").replaceChildren(
 for (const button of all("[data-choice]")) {
   button.addEventListener("click", () => {
     const value = button.dataset.value;
-    post("choices", { name: button.dataset.choice, value: /^(\d+|true|false)$/.test(value) ? JSON.parse(value) : value });
+    choose(button.dataset.choice, /^(\d+|true|false)$/.test(value) ? JSON.parse(value) : value);
   });
 }
 for (const input of all("[data-number]")) {
-  input.addEventListener("change", () => post("choices", { name: input.dataset.number, value: Number(input.value) }));
+  input.addEventListener("change", () => {
+    if (input.value !== "") return choose(input.dataset.number, Number(input.value));
+    input.value = input.dataset.shown ?? "";
+    say($("refused"), WORDS.NoNumber[language]);
+    const no = Promise.resolve(false);
+    choosing.add(no);
+    no.then(() => choosing.delete(no));
+  });
 }
 
 $("lamps").replaceChildren(
@@ -191,7 +228,8 @@ function show(now) {
   }
   for (const input of all("[data-number]")) {
     const name = input.dataset.number;
-    if (document.activeElement !== input) input.value = now[name] || (USUAL[name] ?? now[name]);
+    input.dataset.shown = now[name] || (USUAL[name] ?? now[name]);
+    if (document.activeElement !== input) input.value = input.dataset.shown;
   }
   for (const row of $("lamps").children) {
     const [english, japanese, colour] = LAMPS[row.dataset.lamp];
