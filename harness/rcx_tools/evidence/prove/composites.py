@@ -11,6 +11,7 @@ from rcx_harness.engine.types import BlockType, EnumType
 from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.invariants import ABNORMAL
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.outline import is_outside
 
@@ -142,11 +143,15 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
         yield get("STAGES", group) == state.stage(*stages)
     busy, withdrawn = get("BUSY"), get("WITHDRAWN")
     yield z3.Implies(z3.And(busy, withdrawn), get("FAILURE") != 0)
+    yield get("FAILURE") != ABNORMAL
     paths = [path[1:] for path, _ in inside(library, "FB_PICKPLACE")]
     parts = {path[:-1] for path in paths}
     for part in parts:
-        within = z3.Or([get(*path, "BUSY") for path in paths if path[: len(part)] == part])
-        yield get(*part, "BUSY") == within
+        for pin in ("BUSY", "ACTIVE"):
+            within = z3.Or([get(*path, pin) for path in paths if path[: len(part)] == part])
+            yield get(*part, pin) == within
+    active = z3.Or([get(*path, "ACTIVE") for path in paths])
+    yield get("ACTIVE") == z3.And(busy, z3.Not(withdrawn), active)
     yield get("CARRY", "WITHSHIFT") == _shifts(state)
     grips = z3.And(state.stage(*_GRIPS), get("GRIP", "CLOSE") == state.stage("CLOSE"))
     works = {
