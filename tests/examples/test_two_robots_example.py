@@ -19,6 +19,35 @@ def _build(name: str = "12_two_robots") -> Cell:
     return examples()[name].build("builtin")
 
 
+_UNDONE = {"link_down": "link_up", "emergency_stop": "emergency_stop_release"}
+_TWELVE = ("12_two_robots", "Carry1", "Carry2")
+_FOURTEEN = ("14_one_table", "Placer", "Taker")
+
+
+def _started(name: str) -> Cell:
+    """Both work; nothing else happens."""
+    folder = ROOT / "plc/examples" / name
+    cell = Cell.build(
+        sorted(folder.glob("*.st")),
+        robot=[folder / "robot1.toml", folder / "robot2.toml"],
+        m=(0, 48),
+        n=(0, 48),
+        engine="builtin",
+    )
+    cell["Main.CellSafe"] = True
+    cell.run("500ms")
+    _press(cell, name, "Start")
+    return cell
+
+
+def _press(cell: Cell, name: str, button: str) -> None:
+    """Those of both robots; example 14 has one for both."""
+    for value in (True, False):
+        for keys in ("Key1.", "Key2.") if name.startswith("12") else ("",):
+            cell[f"Main.{keys}{button}"] = value
+        cell.run("200ms")
+
+
 def _placed(cell: Cell) -> tuple[int, int]:
     return cell["Main.Carry1.Cycle.Count"], cell["Main.Carry2.Cycle.Count"]
 
@@ -41,15 +70,18 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
             out = [k for k in (0, 1) if away[k] != _PLACE[k]]
             assert len(out) < 2, f"both robots are at the tray: {away}"
             visits += [k for k in (0, 1) if away[k] == _TRAY[k] and visits[-1:] != [k]]
-        assert visits == [1, 0, 1, 0, 1], "the second robot is faster at first, and lost its link"
-        assert _placed(cell) == (4, 3)
+        assert visits == [1, 0, 1, 0], "the second robot is faster at first, and lost its link"
+        assert _placed(cell) == (3, 2)
         assert not cell.violations
 
 
-def test_the_first_robot_works_on_while_the_second_has_lost_its_link() -> None:
-    """Source: manual chapter 1, 5.2 (link loss), for each controller by itself."""
+def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_waits() -> None:
+    """Until the second one is known to be at its place: then both go on.
+
+    Source: manual chapter 1, 5.2 (link loss), for each controller by itself.
+    """
     with _build() as cell:
-        cell.run("2400ms")
+        cell.run("2380ms")
         before = _placed(cell)
         cell.run("1550ms")
         assert cell["Main.Connected"] is cell["Main.Connected2"] is True, "plugged in again"
@@ -58,8 +90,10 @@ def test_the_first_robot_works_on_while_the_second_has_lost_its_link() -> None:
         assert cell["Main.Carry1.Cycle.ErrorID"] == 0
         assert before == (0, 1)
         assert _placed(cell) == (1, 1)
+        assert cell["Main.Carry1.Lock.Busy"], "the second one may have been led to the tray"
         servo = [cell[f"Main.Robot{k}.SO.SO02_ServoOn"] for k in (1, 2)]
         assert servo == [True, False]
+        cell.run_until(lambda: _placed(cell) == (2, 2), within="4s")
 
 
 def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
@@ -78,6 +112,43 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
         cell.run("100ms")
         emergency = [cell[f"Main.Robot{k}.SO.SO00_EmergencyStop"] for k in (1, 2)]
         assert emergency == [True, True]
+
+
+@pytest.mark.parametrize(("name", "first", "second"), [_TWELVE, _FOURTEEN])
+@pytest.mark.parametrize("how", ["emergency_stop", "link_down", "power_cycle", "manual_mode"])
+def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
+    name: str, first: str, second: str, how: str
+) -> None:
+    """By hand without servos, or by the programming box in manual mode.
+
+    Source: head of FB_Interlock: forget Outside with the servos, the link or AUTO mode
+    """
+    with _started(name) as cell:
+        cell.run_until(
+            lambda: (
+                bool(cell[f"Main.{first}.Lock.Valid"] and cell[f"Main.{second}.Home.Done"])
+                and _away(cell)[1] == _PLACE[1]
+            ),
+            within="20s",
+        )
+        cell.inject(how, controller=2)
+        cell.run_until(lambda: bool(cell[f"Main.{second}.Lock.Holds"]), within="500ms")
+        if how in _UNDONE:
+            cell.run("200ms")
+            cell.inject(_UNDONE[how], controller=2)
+        cell.robots[1].positions[:2] = _TRAY[1]
+        cell.run_until(lambda: not cell[f"Main.{first}.Lock.Valid"], within="1s")
+        cell.run_until(lambda: _away(cell)[0] == _PLACE[0], within="20s")
+        cell.run("5s")
+        assert _away(cell) == [_PLACE[0], _TRAY[1]], "the first one waits at its place"
+        if how == "manual_mode":
+            cell.inject("auto_mode", controller=2)
+        before = cell[f"Main.{first}.Cycle.Count"], cell[f"Main.{second}.Cycle.Count"]
+        for button in ("Reset", "Start"):
+            _press(cell, name, button)
+        cell.run("20s")
+        after = cell[f"Main.{first}.Cycle.Count"], cell[f"Main.{second}.Cycle.Count"]
+        assert all(now > then for now, then in zip(after, before, strict=True)), "both go on"
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from both_engines import ENGINES
 from plc_bench import LIBRARY
 from rcx_harness.engine import build
 from rcx_harness.engine.needed import needed
@@ -22,12 +23,14 @@ class Table:
     def __init__(self, engine: str = "auto", outside: bool = True) -> None:
         held = "".join(
             f"    Robot{k} : RCX_REF;\n    Lock{k} : FB_Interlock;\n    Skip{k} : BOOL;\n"
+            f"    Twice{k} : BOOL;\n"
             for k in _ROBOTS
         )
         calls = "".join(
             f"  Robot{k}.Inner.Scan := Robot{k}.Inner.Scan + UINT#1;\n"
             f"  Robot{k}.Inner.Elapsed := UINT#10;\n"
             f"  IF NOT Skip{k} THEN\n    Lock{k}(Robot := Robot{k}, Area := Area);\n  END_IF;\n"
+            f"  IF Twice{k} THEN\n    Lock{k}(Robot := Robot{k}, Area := Area);\n  END_IF;\n"
             for k in _ROBOTS
         )
         with tempfile.TemporaryDirectory() as folder:
@@ -523,3 +526,26 @@ def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
         table.scan()
     table.leave(1)
     assert table.shown == "- V* -"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_one_that_is_called_twice_in_a_scan_says_so(engine: str) -> None:
+    """Else its Timeout would pass at double speed, and it would lose its place each time.
+
+    Source: docs/errors.md, 16#8016; head: called once in every scan
+    """
+    table = _table(engine)
+    table["Twice3"] = True
+    assert table.scan(5) == "- - -", "what asks for nothing is in no way"
+    table["Twice3"] = False
+    table.want(1, 2)
+    assert table.shown == "V* B -"
+    for k, shown in ((2, "V* E -"), (1, "E E -")):
+        table[f"Twice{k}"] = True
+        assert table.scan() == shown
+        table[f"Twice{k}"] = False
+        assert table.scan(3) == shown
+        assert table.error(k) == 0x8016
+    table.leave(2)
+    table.want(2)
+    assert table.scan() == "E V* -"

@@ -211,6 +211,49 @@ def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, en
     assert plc.words == [0] * 16
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("row", [0, 3])
+@pytest.mark.parametrize(
+    ("pin", "value", "error"),
+    [
+        *(("Connected", False, 0x8001), ("EmergencyStopOk", False, 0x8003)),
+        *(("StopOk", False, 0x8007), ("Table.Abort", True, 0x8050)),
+    ],
+)
+def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
+    pin: str, value: bool, error: int, row: int, engine: str
+) -> None:
+    """At MOVE_END, of an empty table, too; the cause may have gone in the next scan.
+
+    Source: pin Error: refused, broken off
+    """
+    rows = rows_to(1, 2) if row else []
+    plc = bench(*rows, engine=engine, StartRow=row)
+    plc[pin] = value
+    plc.scan(2)
+    start(plc)
+    plc[pin] = not value
+    plc.scan()
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
+    assert (plc["Table.Row"], plc["Table.Stage"]) == (row or 1, "TABLE_HELD")
+    plc.scan(40)
+    restart(plc)
+    plc.scan(2)
+    assert (shown(plc), plc["Table.ErrorID"]) == ("Done", 0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
+    """Where that row ends normally, nothing is missing. Source: pin Done: all rows are done"""
+    plc = bench(*rows_to(1), engine=engine)
+    start(plc)
+    sent(plc)
+    plc["Table.Abort"] = True
+    plc.scan(5)
+    end(plc)
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Done", 0, 0)
+
+
 def test_rows_that_come_while_the_table_runs_are_run() -> None:
     """The end is where MOVE_END is when the row would begin. Source: pin Moves."""
     plc = bench(*rows_to(1))

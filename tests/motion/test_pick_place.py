@@ -15,7 +15,7 @@ _SHIFTS: dict[str, Any] = {"Shifts__SourceAbove": 1, "Shifts__Target": 2, "Shift
 _APPROACH = [
     *("DO(20) OFF", "shift 1", "PTP 10 at 50", "shift 0", "PTP 10 at 5", "DO(20) ON"),
     *("shift 1", "PTP 10 at 5", "shift 3", "PTP 20 at 50", "shift 2", "PTP 20 at 5", "DO(20) OFF"),
-    *("shift 3", "PTP 20 at 5"),
+    *("shift 3", "PTP 20 at 5", "shift 0"),
 ]
 
 
@@ -102,14 +102,63 @@ def test_it_comes_from_above_and_leaves_to_above() -> None:
     assert arched == [f"arch {k} at 50, 000100 [0, 0, 0] pulses" for k in (10, 20)]
 
 
+def test_without_shifts_none_is_selected_at_the_end_either() -> None:
+    """Source: RCX_PICK_SHIFTS: all 0: no shift is selected by it."""
+    assert _bench(Shifts__Afterwards=7).work() == _PLAIN
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("afterwards", [0, 7])
+def test_at_the_end_the_shift_for_what_comes_next_is_selected(engine: str, afterwards: int) -> None:
+    """Else later movements of the program would go to other places.
+
+    Source: guide 4.2.17; field Afterwards of RCX_PICK_SHIFTS
+    """
+    plc = _bench(engine, Shifts__Target=4, Shifts__Afterwards=afterwards)
+    plc.start()
+    plc.scan_until(lambda: plc.end[2] == "PICK_SHIFT", most=600)
+    assert plc.end == ("Busy", 0, "PICK_SHIFT", False)
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=60)
+    assert plc.end == ("Done", 0, "PICK_START", False)
+    assert plc.told[-2:] == ["DO(20) OFF", f"shift {afterwards}"]
+
+
+@pytest.mark.parametrize("shifts", [{"Shifts__TargetAbove": 3}, {}])
+def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
+    """Not with HandEmpty either, nor where the shifts are other ones by then.
+
+    Source: head: after an error it goes on with what is not finished
+    """
+    plc = _bench(Shifts__Target=4, **shifts)
+    plc.until("DO(20) ON")
+    plc.refuses = "shift 0"
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=600)
+    assert plc.end == ("Error", 0x8020, "PICK_SHIFT", False)
+    plc["Pick.HandEmpty"] = True
+    plc["Pick.Shifts.Target"] = plc["Pick.Shifts.TargetAbove"] = 0
+    assert plc.work() == ["shift 0"]
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+def test_after_an_error_the_shift_of_the_movement_stays_selected() -> None:
+    """Source: head; nothing goes out after an error."""
+    plc = _approaching(Shifts__Afterwards=7)
+    plc.refuses = "PTP 10 at 5"
+    assert plc.work()[-2:] == ["shift 0", "PTP 10 at 5"]
+    plc.scan(50)
+    assert plc.told[-1] == "PTP 10 at 5"
+    assert plc.work() == [*_APPROACH[:-1], "shift 7"]
+
+
 def test_on_pallets_it_comes_from_above_too() -> None:
     """Source: guide 4.2.5, 4.2.17; without a speed of its own the approach is as fast."""
     plc = _bench(TargetPallet=0, Shifts__TargetAbove=7)
     target = ["shift 7", "PTP 0/1 at 50", "shift 0", "PTP 0/1 at 50", "DO(20) OFF", "shift 7"]
-    assert plc.work()[4:] == [*target, "PTP 0/1 at 50"]
+    target += ["PTP 0/1 at 50", "shift 0"]
+    assert plc.work()[4:] == target
     plc["Pick.ArchAxis"] = 3
     arch = "arch 0/1 at 50, 000100 [0, 0, 0] pulses"
-    assert plc.work()[5:] == [arch, *target[2:], "PTP 0/1 at 50"], "not between above and place"
+    assert plc.work()[5:] == [arch, *target[2:]], "not between above and place"
 
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
@@ -274,7 +323,7 @@ def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> 
     plc.scan_until(lambda: not plc["Pick.Busy"])
     assert plc.end == ("Error", 0x8020, "PICK_LEAVE", False)
     plc["Pick.HandEmpty"] = True
-    assert plc.work() == ["shift 3", "PTP 20 at 5"]
+    assert plc.work() == ["shift 3", "PTP 20 at 5", "shift 0"]
     assert plc.end == ("Done", 0, "PICK_START", False)
 
 
@@ -467,37 +516,3 @@ def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str
     assert plc.end[0] == ("Error" if refused else "Done")
     plc.scan()
     assert plc.end[0] == ""
-
-
-@pytest.mark.parametrize(
-    ("before", "out"),
-    [("", "DI2?"), ("DI2?", "PTP 10 at 50"), ("PTP 10 at 50", "DO(20) ON"),
-     ("DO(20) ON", "DI2?"), ("PTP 20 at 50", "DI2?")],
-)  # fmt: skip
-def test_servos_that_go_off_while_a_command_waits_for_its_turn_leave_the_end_to_it(
-    before: str, out: str
-) -> None:
-    """It would go out after the end of the block, with nobody there to see it.
-
-    Source: guide 1.2; docs/scan-model.md.
-    """
-    plc = _with_sensor()
-    plc.silent = "date"
-    if before:
-        plc.until(before)
-        if before == "DI2?":
-            plc.until("DO(20) OFF")
-            plc.until("DI2?")
-    plc["Other.Execute"] = True
-    if not before:
-        plc.start()
-    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
-    plc.scan(5)
-    plc.outputs(SO02=False)
-    plc.scan(20)
-    assert (plc.end[0], plc["Pick.Active"]) == ("Busy", False)
-    plc.refuses = out
-    plc.answer(0x0200)
-    plc.scan_until(lambda: not plc["Pick.Busy"], most=20)
-    assert plc.told[-2:] == ["date", out]
-    assert plc.end[:2] == ("Error", 0x8020)

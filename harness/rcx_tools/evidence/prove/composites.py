@@ -11,6 +11,7 @@ from rcx_harness.engine.types import BlockType, EnumType
 from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
+from rcx_tools.evidence.prove.invariants import ABNORMAL
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.outline import is_outside
 
@@ -123,7 +124,7 @@ def _row(state: _State, block: str) -> Any:
 
 
 #: The stages of FB_PickPlace in which its parts are at work; near the places.
-_MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE")
+_MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE", "SHIFT")
 _NEAR = ("TO_PART", "LIFT", "LOWER", "LEAVE")
 _AT_TARGET = ("TO_TARGET", "LOWER", "LEAVE")
 _GRIPS = ("OPEN", "CLOSE", "RELEASE")
@@ -131,15 +132,26 @@ _LOOKS = ("EMPTY", "CHECK", "STILL")
 
 
 def _pick(library: Library, state: _State) -> Iterator[Any]:
-    """At most the block of what the stage does is busy, and the pins say again that it is that."""
+    """At most the block of what the stage does is busy, and the pins say again that it is that.
+
+    Unless it was withdrawn in the last call.
+    """
     get = state.get
     yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
     yield get("STAGE") == get("STAGES", "STAGE")
+    for group, stages in (("MOVES", _MOVES), ("GRIPS", _GRIPS), ("LOOKS", _LOOKS)):
+        yield get("STAGES", group) == state.stage(*stages)
+    busy, withdrawn = get("BUSY"), get("WITHDRAWN")
+    yield z3.Implies(z3.And(busy, withdrawn), get("FAILURE") != 0)
+    yield get("FAILURE") != ABNORMAL
     paths = [path[1:] for path, _ in inside(library, "FB_PICKPLACE")]
     parts = {path[:-1] for path in paths}
     for part in parts:
-        within = z3.Or([get(*path, "BUSY") for path in paths if path[: len(part)] == part])
-        yield get(*part, "BUSY") == within
+        for pin in ("BUSY", "ACTIVE"):
+            within = z3.Or([get(*path, pin) for path in paths if path[: len(part)] == part])
+            yield get(*part, pin) == within
+    active = z3.Or([get(*path, "ACTIVE") for path in paths])
+    yield get("ACTIVE") == z3.And(busy, z3.Not(withdrawn), active)
     yield get("CARRY", "WITHSHIFT") == _shifts(state)
     grips = z3.And(state.stage(*_GRIPS), get("GRIP", "CLOSE") == state.stage("CLOSE"))
     works = {
@@ -149,9 +161,11 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
         ("LOOK",): state.stage(*_LOOKS),
     }
     for path in paths:
-        now = get(*path, "JOB", "SEEN") == get("SEEN")
+        seen = get(*path, "JOB", "SEEN")
+        now = z3.And(z3.Not(withdrawn), seen == get("SEEN"))
         alone = z3.And(get("BUSY"), now, works[path[:-1]], _task(state, path))
-        yield z3.Implies(get(*path, "BUSY"), alone)
+        lost = z3.And(withdrawn, seen + 1 == get("SEEN"))
+        yield z3.Implies(get(*path, "BUSY"), z3.Or(lost, alone))
         yield z3.Implies(get("BUSY"), get(*path, "ERRORID") == 0)
 
 
@@ -189,11 +203,12 @@ def _legal(number: Any) -> Any:
 def _movement(state: _State, block: str) -> Any:
     get = state.get
     selects, selected = get("CARRY", "WITHSHIFT"), get("CARRY", "SELECTED")
+    last = state.stage("SHIFT")
     if block == "SELECT":
-        return z3.And(selects, z3.Not(selected))
+        return z3.And(z3.Or(selects, last), z3.Not(selected))
     pallet = z3.If(
         state.stage(*_AT_TARGET), get("CARRY", "TARGETPALLET"), get("CARRY", "SOURCEPALLET")
     )
     arch = z3.And(get("CARRY", "ARCHAXIS") != 0, z3.Not(state.stage(*_NEAR)))
-    there = z3.Or(selected, z3.Not(selects))
+    there = z3.And(z3.Or(selected, z3.Not(selects)), z3.Not(last))
     return z3.And(there, (pallet != -1) == ("PALLET" in block), arch == ("ARCH" in block))

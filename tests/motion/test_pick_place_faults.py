@@ -1,0 +1,181 @@
+"""FB_PickPlace and what stops a robot: between its commands, before them, and beside others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from both_engines import ENGINES
+from pick_bench import PickBench
+
+_PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
+_ASKING = ["DI2?", "DO(20) OFF", "DI2?", "PTP 10 at 50", "DO(20) ON", "DI2?", "PTP 20 at 50"]
+_ASKING += ["DI2?", "DO(20) OFF", "DI2?"]
+#: What is not as it has to be, and the error.
+_FAULTS = [
+    *(("StopOk", False, 0x8007), ("SafeOk", False, 0x8003), ("SO00", True, 0x8003)),
+    *(("SO03", True, 0x8004), ("SO02", False, 0x800C), ("SO01", False, 0x8002)),
+    ("Connected", False, 0x8001),
+]
+
+
+def _bench(engine: str = "auto", **pins: Any) -> PickBench:
+    return PickBench(engine, **{"SourcePoint": 10, "TargetPoint": 20, "Speed": 50.0, **pins})
+
+
+def _set(plc: PickBench, name: str, value: bool) -> None:
+    if name.startswith("SO"):
+        plc.outputs(**{name: value})
+    else:
+        plc[name] = value
+
+
+def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
+    _set(plc, name, value)
+    plc.scan()
+    _set(plc, name, not value)
+    if name.endswith("Ok"):
+        plc.scan()  # it is a pin of FB_WriteArea, which comes after the blocks
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
+def test_what_stops_a_robot_ends_it_between_two_commands(
+    engine: str, name: str, value: bool, error: int
+) -> None:
+    """As it ends a table; when it is over nothing goes on by itself.
+
+    Source: manual chapter 5, 3.1 and 3.3; design of the library, 2
+    """
+    plc = _bench(engine, Gripper__Settle="T#1s")
+    plc.until("DO(20) ON")
+    plc.scan(20)
+    assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
+    _for_one_scan(plc, name, value)
+    assert plc.end == ("Error", error, "PICK_CLOSE", False)
+    plc.scan(300)
+    assert plc.told[-1] == "DO(20) ON"
+    assert plc.work() == _PLAIN[2:]
+
+
+@pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
+def test_what_stops_a_robot_lets_it_not_begin(name: str, value: bool, error: int) -> None:
+    """Source: manual chapter 5, 3.1 and 3.3."""
+    plc = _bench()
+    _set(plc, name, value)
+    plc.scan(3)
+    assert plc.work() == []
+    assert plc.end == ("Error", error, "PICK_EMPTY", False)
+
+
+@pytest.mark.parametrize(("name", "value", "error"), _FAULTS[:5])
+@pytest.mark.parametrize(
+    ("out", "stage"), [("DO(20) ON", "CLOSE"), ("PTP 10 at 50", "CLOSE"), ("DI2?", "EMPTY")]
+)
+def test_a_command_that_is_out_ends_before_it(
+    out: str, stage: str, name: str, value: bool, error: int
+) -> None:
+    """Even if the cause has gone by then; what the command has done counts.
+
+    Source: remote command guide chapter 2: no command can be taken back
+    """
+    plc = _bench(Gripper__PartInput=21, Gripper__Settle="T#100ms")
+    plc.follows = {21: 20}
+    plc.silent = out
+    plc.until(out)
+    plc.scan(2)
+    _for_one_scan(plc, name, value)
+    plc.scan(20)
+    assert (plc.end[0], plc["Pick.Active"]) == ("Busy", True)
+    plc.silent = ""
+    plc.answer(0x0200, [0, 0x0200, 0])
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=4)
+    assert plc.end[:2] == ("Error", error)
+    assert plc.end[2] in (f"PICK_{stage}", "PICK_OPEN")
+    plc.scan(100)
+    assert plc.told[-1] == out
+
+
+@pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
+@pytest.mark.parametrize("place", range(len(_ASKING)))
+def test_a_command_that_waits_for_its_turn_is_withdrawn(
+    place: int, name: str, value: bool, error: int
+) -> None:
+    """It would go out after the stop, or after its release.
+
+    Source: docs/scan-model.md; manual chapter 5, 3.1 and 3.3
+    """
+    plc = _bench(Gripper__PartInput=21)
+    plc.follows = {21: 20}
+    plc.silent = "date"
+    if place:
+        plc.start()
+        plc.scan_until(lambda: plc.told == _ASKING[:place], most=600)
+    plc["Other.Execute"] = True
+    if not place:
+        plc.start()
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc.scan(5)
+    assert (plc.end[0], plc["Pick.Active"]) == ("Busy", False)
+    _for_one_scan(plc, name, value)
+    assert plc.end[:2] == ("Error", error)
+    stage = plc.end[2]
+    plc.scan(3)
+    plc.answer(0x0200)
+    plc.scan(100)
+    assert plc.told == [*_ASKING[:place], "date"]
+    assert plc.end[1:3] == (error, stage)
+    plc["Other.Execute"], plc.silent = False, ""
+    assert plc.work()[-1] == "DI2?"
+    assert plc.end == ("Done", 0, "PICK_START", False)
+
+
+@pytest.mark.parametrize("restart", [False, True])
+@pytest.mark.parametrize("again", [0, 1])
+def test_a_second_call_in_the_scan_of_the_error_lets_no_command_out(
+    again: int, restart: bool
+) -> None:
+    """Nor one in the next scan, nor a new edge there. Source: docs/scan-model.md, one scan"""
+    plc = _bench()
+    plc.silent = "date"
+    plc.until("DO(20) OFF")
+    plc["Other.Execute"] = True
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc.scan(5)
+    plc["Pick.Execute"] = not restart
+    plc.scan()
+    plc["StopOk"] = False
+    plc.scan()
+    plc["Twice"] = again == 0
+    plc["Pick.Execute"] = not restart or again == 0
+    plc.scan()
+    assert plc["Pick.ErrorID"] == 0x8007 or restart
+    plc["Twice"] = again == 1
+    plc["Pick.Execute"] = True
+    plc.scan()
+    plc["Twice"] = False
+    plc.answer(0x0200)
+    plc.scan(60)
+    assert plc.told == ["DO(20) OFF", "date"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> None:
+    """The controller would refuse it, or stop it at once.
+
+    Source: manual chapter 5, 3.3; RCX_REF.Settled
+    """
+    plc = _bench(engine)
+    plc["StopOk"] = False
+    plc.scan(30)
+    plc["StopOk"] = True
+    plc.start()
+    while not plc.told[-1:] == ["PTP 10 at 50"]:
+        unsettled = not plc["Robot.Settled"]
+        assert plc.end[0] == "Busy"
+        plc.scan()
+    assert not unsettled
+    assert "SI06" in plc.inputs
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert plc.told == _PLAIN
