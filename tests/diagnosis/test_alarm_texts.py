@@ -148,6 +148,10 @@ def test_english_texts_are_plain_ascii_and_each_has_a_japanese_one() -> None:
         for key in ("name", "cause", "remedy"):
             assert row[key].isascii(), row
             assert not row[f"{key}_ja"].isascii(), row
+    for row in _ERRORS:
+        keys = [key for key in row if key.startswith("panel_")]
+        assert len(keys) in (0, 4), row
+        assert [row[key].isascii() for key in sorted(keys)] == [True, False] * (len(keys) // 2)
 
 
 def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> None:
@@ -245,6 +249,7 @@ def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None
         "alarm": len(_ALARMS),
         "alarm, public list": len(spec.public_alarms().keys() - spec.alarms().keys()),
         "ErrorID": len(_ERRORS),
+        "ErrorID, for an operator": sum("panel_remedy" in row for row in _ERRORS),
         "command": len(spec.commands()) - 1,
         "signal": signals,
     }

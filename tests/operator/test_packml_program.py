@@ -12,7 +12,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.robot.ports import port
 
 _PROGRAM = ROOT / "docs/operator/PackMlCell.st"
-_ROBOT = ROOT / "plc/examples/15_panel/robot.toml"
+_ROBOT = ROOT / "docs/operator/robot.toml"
 
 
 class _Line:
@@ -45,18 +45,24 @@ class _Line:
         raise AssertionError(f"no {state}: {self.seen}, {self.cell['Main.PackMl.AbortID']:04X}")
 
 
+def _cell(robot: Path) -> Cell:
+    cell = Cell.build(_PROGRAM, robot=robot, scan="10ms", engine="builtin")
+    cell["Main.CellSafe"] = True
+    cell.run("200ms")
+    return cell
+
+
 @pytest.fixture
 def line() -> Iterator[_Line]:
     """A cell that has just been switched on."""
-    with Cell.build(_PROGRAM, robot=_ROBOT, scan="10ms", engine="builtin") as cell:
-        cell["Main.CellSafe"] = True
-        cell.run("200ms")
+    with _cell(_ROBOT) as cell:
         yield _Line(cell)
 
 
 def test_the_page_shows_this_program() -> None:
     page = (ROOT / "docs/operator/packml.md").read_text(encoding="utf-8")
-    assert Path("PackMlCell.st").name in page
+    assert _PROGRAM.name in page
+    assert _ROBOT.name in page
 
 
 def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_between(
@@ -77,7 +83,7 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
         for _ in range(10):
             line.scan()
     line.until("COMPLETE")
-    assert line.cell.robot.machine.ports.read(port("SO2()")) == 4, "to its last line"
+    assert line.cell.robot.machine.ports.read(port("SO3()")) == 4, "to its last line"
     line.command("RESET")
     line.until("IDLE")
     assert line.seen == [
@@ -87,6 +93,210 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
         *("COMPLETING", "COMPLETE", "RESETTING", "IDLE"),
     ]
     assert not line.cell.violations
+
+
+@pytest.mark.parametrize("link", ["", "link_down"])
+def test_a_second_run_is_complete_only_at_its_own_end(line: _Line, link: str) -> None:
+    """SO(20) is still ON from the first one as it starts, also where the link was lost meanwhile.
+
+    Source: docs/operator/packml.md.
+    """
+    _to_execute(line)
+    line.until("COMPLETE")
+    if link:
+        line.cell.inject(link)
+        line.until("ABORTED")
+        line.cell.inject("link_up")
+        for _ in range(50):
+            line.scan()
+        line.command("CLEAR")
+        line.until("STOPPED")
+    for command, end in (("RESET", "IDLE"), ("START", "EXECUTE")):
+        line.command(command)
+        line.until(end)
+    begun = line.cell.now_us
+    line.until("COMPLETE")
+    assert line.cell.now_us - begun >= 1_200_000, "the program takes 1.3 s"
+
+
+def _to_execute(line: _Line) -> None:
+    for command, end in (("CLEAR", "STOPPED"), ("RESET", "IDLE"), ("START", "EXECUTE")):
+        line.command(command)
+        line.until(end)
+
+
+@pytest.mark.parametrize(
+    ("event", "back", "error"),
+    [
+        ("manual_mode", "auto_mode", 0x8006),
+        ("auto_input_off", "auto_input_on", 0x8006),
+        ("manual_lock_on", "manual_lock_off", 0x8006),
+        ("parallel_stop", "parallel_stop_release", 0x8007),
+    ],
+)
+def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end(
+    tmp_path: Path, event: str, back: str, error: int
+) -> None:
+    """An Unhold that comes too early leads back to Held.
+
+    Source: manual chapter 1, 5.1; chapter 5, 2 and 3.2, SO(10), SO(13); docs/operator/packml.md.
+    """
+    robot = tmp_path / "robot.toml"
+    board = 'parallel_io = "valid"\n' if event == "parallel_stop" else ""
+    robot.write_text(board + _ROBOT.read_text(encoding="utf-8"), encoding="utf-8")
+    with _cell(robot) as cell:
+        line = _Line(cell)
+        _to_execute(line)
+        for _ in range(20):
+            line.scan()
+        cell.inject(event)
+        line.until("HELD")
+        assert "COMPLETING" not in line.seen
+        assert cell["Main.OwnID"] == error
+        line.command("UNHOLD")
+        line.until("UNHOLDING")
+        for _ in range(600):
+            line.scan()
+        assert line.seen[-4:] == ["UNHOLDING", "EXECUTE", "HOLDING", "HELD"]
+        assert cell["Main.OwnID"] != 0
+        cell.inject(back)
+        for _ in range(50):
+            line.scan()
+        if event == "manual_lock_on":
+            cell.inject("auto_mode")
+            cell.run("100ms")
+        line.command("UNHOLD")
+        line.until("COMPLETE")
+        assert cell.robot.machine.ports.read(port("SO3()")) == 4
+        assert cell["Main.OwnID"] == 0
+
+
+def test_a_program_that_ends_before_its_last_line_is_not_complete(line: _Line) -> None:
+    """Source: docs/operator/packml.md: only SO(20) tells."""
+    _to_execute(line)
+    for _ in range(20):
+        line.scan()
+    line.cell.inject("program_end")
+    line.until("HELD")
+    assert "COMPLETING" not in line.seen
+    line.command("UNHOLD")
+    line.until("COMPLETE")
+
+
+@pytest.mark.parametrize("command", ["HOLD", "SUSPEND"])
+@pytest.mark.parametrize("ahead", range(2, 9))
+def test_a_hold_near_the_end_does_not_run_the_program_again(
+    line: _Line, command: str, ahead: int
+) -> None:
+    """Wherever it falls, what has been done is not repeated.
+
+    Source: docs/operator/packml.md.
+    """
+    _to_execute(line)
+    end = line.cell.now_us
+    line.until("COMPLETING")
+    scans = (line.cell.now_us - end) // 10_000
+    line.until("COMPLETE")
+    for again, state in (("RESET", "IDLE"), ("START", "EXECUTE")):
+        line.command(again)
+        line.until(state)
+    for _ in range(scans - ahead):
+        line.scan()
+    assert line.seen[-1] == "EXECUTE"
+    line.command(command)
+    line.until("HELD" if command == "HOLD" else "SUSPENDED")
+    for _ in range(30):
+        line.scan()
+    line.command(f"UN{command}")
+    began = line.cell.now_us
+    line.until("COMPLETE")
+    assert line.cell.now_us - began < 800_000, "the whole program takes 1.3 s"
+    assert line.cell.robot.machine.ports.read(port("SO3()")) == 4
+
+
+def test_what_fails_in_resetting_and_starting_stops_and_nothing_hangs(line: _Line) -> None:
+    """Without AUTO.
+
+    Source: manual chapter 5, 2, SI(15): it is necessary that the controller is in the AUTO mode.
+    """
+    line.command("CLEAR")
+    line.until("STOPPED")
+    for reached in ("STOPPED", "IDLE"):
+        line.cell.inject("manual_mode")
+        for _ in range(5):
+            line.scan()
+        line.command("RESET" if reached == "STOPPED" else "START")
+        line.until("STOPPING")
+        line.until("STOPPED")
+        assert line.cell["Main.OwnID"] == 0x8006
+        line.cell.inject("auto_mode")
+        for _ in range(20):
+            line.scan()
+        line.command("RESET")
+        line.until("IDLE")
+        assert line.cell["Main.OwnID"] == 0
+    line.command("START")
+    line.until("COMPLETE")
+
+
+@pytest.mark.parametrize(
+    ("event", "back", "error"),
+    [
+        ("main_power_off", "main_power_on", 0x8005),
+        ("emergency_stop", "emergency_stop_release", 0x8009),
+    ],
+)
+def test_what_fails_in_clearing_aborts_and_the_servos_do_not_come_later(
+    line: _Line, event: str, back: str, error: int
+) -> None:
+    """Source: manual chapter 5, 2, SO(04), and 3.1; nothing starts by itself."""
+    line.cell.inject(event)
+    for _ in range(20):
+        line.scan()
+    line.command("CLEAR")
+    line.until("ABORTING")
+    line.until("ABORTED")
+    assert line.cell["Main.OwnID"] == error
+    line.cell.inject(back)
+    for _ in range(300):
+        line.scan()
+        assert not line.cell["Main.Robot.SO.SO02_ServoOn"]
+    line.command("CLEAR")
+    line.until("STOPPED")
+
+
+def test_what_comes_while_the_servos_come_on_aborts_and_is_over_in_aborted(line: _Line) -> None:
+    """Source: PackML, Aborting."""
+    line.command("CLEAR")
+    line.scan()
+    line.command("ABORT")
+    line.until("ABORTED")
+    on = line.cell["Main.Robot.SO.SO02_ServoOn"]
+    for _ in range(500):
+        line.scan()
+        assert line.cell["Main.Robot.SO.SO02_ServoOn"] == on
+
+
+@pytest.mark.parametrize("later", [1, 2])
+def test_no_command_of_the_line_is_lost_beside_one_of_the_programs_own(
+    line: _Line, later: int
+) -> None:
+    """The program is ended from elsewhere, and Stop comes in that scan, or in the next one.
+
+    Source: PackTags: a rising edge of CmdChangeRequest.
+    """
+    _to_execute(line)
+    for _ in range(20):
+        line.scan()
+    line.cell.inject("manual_mode")
+    while line.cell["Main.Robot.SO.SO13_ProgramRunning"]:
+        if line.seen[-1] != "EXECUTE":
+            break
+        line.scan()
+    for _ in range(later - 1):
+        line.scan()
+    line.command("STOP")
+    line.until("STOPPED")
 
 
 @pytest.mark.parametrize(
@@ -101,9 +311,7 @@ def test_what_takes_the_robot_away_aborts_and_nothing_starts_until_it_is_said(
     line: _Line, event: str, back: str, error: int
 ) -> None:
     """Source: manual chapter 1, 5 and chapter 5, 3.1; PackML, Aborting."""
-    for command, end in (("CLEAR", "STOPPED"), ("RESET", "IDLE"), ("START", "EXECUTE")):
-        line.command(command)
-        line.until(end)
+    _to_execute(line)
     line.cell.inject(event)
     line.until("ABORTED")
     assert line.cell["Main.PackMl.AbortID"] == error

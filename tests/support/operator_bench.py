@@ -35,7 +35,7 @@ class OperatorBench(PlcBench):
         self._out = 0
         if up:
             self.power_up()
-            self.outputs(SO02=True)
+            self.outputs(SO02=True, SO11=True)
             self.scan(2)
 
     def scan(self, count: int = 1) -> None:

@@ -39,6 +39,7 @@ _KEYS = ("name", "cause", "remedy")
 _ALARMS = "spec/alarms.toml"
 _ERRORS = "spec/errors.toml"
 _TESTS = "tests/diagnosis/test_alarm_texts.py"
+_PANEL_TESTS = "tests/operator/test_operator_texts.py"
 
 Row = Mapping[str, Any]
 
@@ -48,6 +49,7 @@ def text_files() -> dict[str, Callable[[], str]]:
     folder = "plc/lib/diagnosis"
     written: dict[str, Callable[[], str]] = {}
     for language in LANGUAGES:
+        written[f"plc/lib/core/FB_RcxPanelText{language}.st"] = partial(_panel_block, language)
         name = f"FB_RcxAlarmText{language}"
         written[f"plc/lib/core/{name}.st"] = partial(_alarm_block, name, language)
         for kind in _ERROR_BLOCKS:
@@ -102,10 +104,17 @@ def _assigned(row: Row, suffix: str) -> Iterator[str]:
             yield f"Text.{key.capitalize()}{number} := {literal(line)};"
 
 
-def _block(name: str, head: Sequence[str], inputs: Sequence[str], body: Sequence[str]) -> str:
-    comment = ["(*", *(f" * {line}".rstrip() for line in head), " *", f" * Tests: {_TESTS}", " *)"]
+def _block(
+    name: str,
+    head: Sequence[str],
+    inputs: Sequence[str],
+    body: Sequence[str],
+    text: str = "empty at the call",
+    tests: str = _TESTS,
+) -> str:
+    comment = ["(*", *(f" * {line}".rstrip() for line in head), " *", f" * Tests: {tests}", " *)"]
     pins = [
-        *("  VAR_IN_OUT", "    Text : RCX_TEXT;  (* empty at the call *)", "  END_VAR"),
+        *("  VAR_IN_OUT", f"    Text : RCX_TEXT;  (* {text} *)", "  END_VAR"),
         *("  VAR_INPUT", *(f"    {line}" for line in inputs), "  END_VAR"),
     ]
     rows = [f"  {line}" for line in body]
@@ -142,6 +151,26 @@ def _error_block(kind: str, language: str) -> str:
             body += [f"    {line}" for line in _assigned(row, LANGUAGES[language])]
     inputs = ["Number : INT;  (* lower byte of the ErrorID *)"]
     return _block(name, head, inputs, [*body, "END_CASE;"])
+
+
+def _panel_block(language: str) -> str:
+    name, suffix = f"FB_RcxPanelText{language}", LANGUAGES[language]
+    head = [
+        f"{name}: cause and remedy in an operator's words, in {language} (docs/errors.md).",
+        *("", "Part of FB_RcxPanelMessage: in place of the words for the programmer."),
+        f"Generated from {_ERRORS} by `make docs`.",
+    ]
+    body = ["CASE Number OF"]
+    for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+        if f"panel_remedy{suffix}" not in row:
+            continue
+        body.append(f"  {row['id'] & 0xFF}:  (* 16#{row['id']:04X} *)")
+        for key in ("cause", "remedy"):
+            first, second = [*wrapped(row[f"panel_{key}{suffix}"]), ""][:2]
+            body.append(f"    Text.{key.capitalize()}1 := {literal(first)};")
+            body.append(f"    Text.{key.capitalize()}2 := {literal(second)};")
+    inputs = ["Number : INT;  (* lower byte of the ErrorID *)"]
+    return _block(name, head, inputs, [*body, "END_CASE;"], "of the ErrorID", _PANEL_TESTS)
 
 
 def _command_names() -> str:
@@ -221,6 +250,9 @@ def _table() -> str:
     for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
         number = f"16#{row['id']:04X}"
         writer.writerow(["ErrorID", number, *(row[column] for column in columns)])
+        if "panel_remedy" in row:
+            words = [row.get(f"panel_{column}", row[column]) for column in columns]
+            writer.writerow(["ErrorID, for an operator", number, *words])
     for code, command in _named_commands():
         writer.writerow(["command", f"16#{code:04X}", command.name, *blank])
     every = spec.signals()

@@ -36,7 +36,10 @@ WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
 #: Blocks that are, or have, an FB_PowerUp, and where it is.
-_POWER_UPS: dict[str, Path] = {"FB_POWERUP": BLOCK, "FB_OPERATOR": (*BLOCK, "POWERING")}
+_POWER_UPS: dict[str, Path] = {
+    "FB_POWERUP": BLOCK,
+    "FB_OPERATOR": (*BLOCK, "SEQUENCES", "POWERING"),
+}
 
 Memory = Mapping[Path, Value]
 
@@ -162,7 +165,9 @@ def _key_pressed(step: Step) -> Any:
     """FB_Operator: the key Reset while its own Stop holds SI(06), or the key Start."""
     keys = (*BLOCK, "KEYS", "PRESSED")
     own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
-    starts = z3.And(step.now((*keys, "START")), z3.Not(step.was((*BLOCK, "START", "BUSY"))))
+    starts = z3.And(
+        step.now((*keys, "START")), z3.Not(step.was((*BLOCK, "SEQUENCES", "STARTING", "BUSY")))
+    )
     return z3.Or(own, starts)
 
 

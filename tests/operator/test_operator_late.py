@@ -1,0 +1,489 @@
+"""FB_Operator: nothing begins long after its key, or by itself; the test is the robot."""
+
+from __future__ import annotations
+
+import pytest
+
+from both_engines import ENGINES
+from operator_bench import OperatorBench
+
+_LINE, _TEACH, _SPEED, _AMOUNT, _STEP = 0x0403, 0x0028, 0x0038, 0x0027, 0x0024
+_POSITION = 0x0506
+#: Of blocks beside the panel: a point is read, and one is moved to.
+_READ, _MOVE = 0x0102, 0x0001
+_CODES = {"StepLine": _LINE, "Teach": _TEACH}
+
+
+def _under_way(plc: OperatorBench, code: int) -> None:
+    """A block beside the panel gives this command; it gets no answer until `plc.hold` is 0."""
+    plc.hold = code
+    plc["Other.Code"], plc["Other.Execute"] = code, True
+    plc.scan_until(lambda: code in plc.codes)
+
+
+def _rose(plc: OperatorBench, scans: int) -> set[str]:
+    """The dedicated inputs that were ON in one of so many scans, without SI(00) and SI(06)."""
+    found: set[str] = set()
+    for _ in range(scans):
+        plc.scan()
+        found.update(plc.inputs)
+    return found - {"SI00", "SI06"}
+
+
+# ---- StepLine and Teach
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("key", ["StepLine", "Teach"])
+@pytest.mark.parametrize("scans", [92, 104])
+def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
+    engine: str, key: str, scans: int
+) -> None:
+    """The channel is taken by a reading for 0.92 s and 1.04 s.
+
+    Source: FB_RcxPanelCommands; RCX_PANEL_KEYS.Teach: where the robot is becomes the point.
+    """
+    plc = OperatorBench(engine)
+    _under_way(plc, _READ)
+    assert plc.can(key) == [True]
+    plc.press(key)
+    plc.scan(scans - 2)
+    assert plc.codes == [_READ]
+    plc.hold = 0
+    plc.scan(20)
+    assert (_CODES[key] in plc.codes) is (scans < 100)
+    assert plc.message == (0 if scans < 100 else 0x8076)
+    assert not plc["Operator.Busy"]
+
+
+@pytest.mark.parametrize("key", ["StepLine", "Teach"])
+def test_behind_a_movement_of_another_block_no_line_and_no_teaching_is_possible(key: str) -> None:
+    """The robot is not to be where it was at the press when the key's turn comes.
+
+    Source: RCX_PANEL_KEYS.Teach; guide 4.2: category 1.
+    """
+    plc = OperatorBench()
+    _under_way(plc, _MOVE)
+    assert plc.can(key) == [False]
+    plc.press(key)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8076, True)
+    plc.hold = 0
+    plc.scan(60)
+    assert plc.codes == [_MOVE]
+    plc.press(key)
+    plc.scan(8)
+    assert plc.codes[:2] == [_MOVE, _CODES[key]]
+
+
+@pytest.mark.parametrize("key", ["StepLine", "Teach"])
+def test_a_movement_that_comes_first_withdraws_a_line_or_a_point_that_waits(key: str) -> None:
+    """Source: FB_RcxPanelCommands."""
+    plc = OperatorBench()
+    _under_way(plc, _READ)
+    plc["Third.Code"], plc["Third.Execute"] = _MOVE, True
+    plc.scan()
+    plc.press(key)
+    plc.scan(10)
+    assert (plc.message, plc["Operator.Busy"]) == (0, True)
+    plc.hold = _MOVE
+    plc.scan_until(lambda: _MOVE in plc.codes)
+    plc.scan(3)
+    assert (plc.message, plc["Operator.Busy"]) == (0x8076, False)
+    plc.hold = 0
+    plc.scan(40)
+    assert plc.codes == [_READ, _MOVE]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("key", ["StepLine", "Teach"])
+def test_a_line_and_a_point_that_wait_are_withdrawn_with_the_hmis_connection(
+    engine: str, key: str
+) -> None:
+    """Source: FB_Operator, HmiOk: only Stop acts."""
+    plc = OperatorBench(engine)
+    _under_way(plc, _READ)
+    plc.press(key)
+    plc["Operator.HmiOk"] = False
+    plc.scan(2)
+    assert not plc["Operator.Busy"]
+    plc.hold = 0
+    plc.scan(60)
+    assert plc.codes == [_READ]
+    plc["Operator.HmiOk"] = True
+    plc.scan(60)
+    assert plc.codes == [_READ]
+    assert (plc.message, plc["Operator.Error"]) == (0, False)
+
+
+@pytest.mark.parametrize("scans", range(1, 6))
+@pytest.mark.parametrize("key", ["StepLine", "Teach"])
+def test_the_hmis_loss_leaves_no_command_to_come(key: str, scans: int) -> None:
+    """Wherever it falls, the command is out by then, or does not go out.
+
+    Source: FB_Operator, HmiOk.
+    """
+    plc = OperatorBench()
+    plc.hold = _CODES[key]
+    plc.key(key)
+    plc.scan(scans)
+    out = list(plc.codes)
+    plc["Operator.HmiOk"] = False
+    plc.scan(30)
+    assert plc.codes == out
+
+
+def test_stop_withdraws_a_line_that_waits_and_that_is_no_fault() -> None:
+    """Source: RCX_PANEL_KEYS.Stop."""
+    plc = OperatorBench()
+    _under_way(plc, _READ)
+    plc.press("StepLine")
+    plc.press("Stop")
+    plc.scan(2)
+    plc.hold = 0
+    plc.scan(60)
+    assert plc.codes == [_READ]
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False)
+
+
+def test_a_point_is_taught_while_stop_is_pressed() -> None:
+    """Source: guide 4.2.9: nothing moves."""
+    plc = OperatorBench()
+    plc.key("Stop")
+    plc.scan(30)
+    plc.press("Teach")
+    plc.scan(8)
+    assert "Taught" in plc.lamps()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("way", ["hmi", "stop"])
+@pytest.mark.parametrize("what", ["line", "step"])
+def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
+    engine: str, way: str, what: str
+) -> None:
+    """SI(06) OFF in the same scan; it stays OFF until Reset; the alarm 12.400 is no problem.
+
+    Source: FB_Operator, HmiOk; manual chapter 5, 2, SI(06).
+    """
+    plc = OperatorBench(engine)
+    plc.set(Stepwise=True)
+    code = _LINE if what == "line" else _STEP
+    plc.hold = code
+    plc.press("StepLine" if what == "line" else "JogPlus")
+    plc.scan_until(lambda: code in plc.codes)
+    plc.scan(10)
+    if way == "hmi":
+        plc["Operator.HmiOk"] = False
+    else:
+        plc.key("Stop")
+    plc.scan()
+    assert plc.inputs == ["SI00"]
+    plc.key("Stop", False)
+    plc.hold, plc.refuse, plc.alarm = 0, code, (12, 400)
+    plc.scan(60)
+    assert plc.inputs == ["SI00"]
+    assert "Stopped" in plc.lamps()
+    assert (plc["Operator.Error"], plc["Operator.Busy"]) == (False, False)
+    plc["Operator.HmiOk"] = True
+    plc.scan(2)
+    assert (plc.message, plc["Panel.Following"]) == (0x8007, "PANEL_NEXT_RESET")
+    plc.press("Reset")
+    plc.scan(40)
+    assert plc.inputs == ["SI00", "SI06"]
+    assert plc.codes.count(code) == 1
+    assert plc.message == 0
+
+
+@pytest.mark.parametrize("what", ["line", "step"])
+@pytest.mark.parametrize("alarm", [(12, 401), (2, 400)])
+def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple[int, int]) -> None:
+    """Source: guide chapter 2, abnormal end."""
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    code = _LINE if what == "line" else _STEP
+    plc.hold = code
+    plc.press("StepLine" if what == "line" else "JogPlus")
+    plc.scan_until(lambda: code in plc.codes)
+    plc.press("Stop")
+    plc.hold, plc.refuse, plc.alarm = 0, code, alarm
+    plc.scan(20)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8020, True)
+
+
+def test_stop_that_stops_a_jog_shows_no_fault() -> None:
+    """Source: FB_Jog: 12.400 is its normal end."""
+    plc = OperatorBench()
+    plc.key("JogPlus")
+    plc.scan_until(lambda: "Moving" in plc.lamps())
+    plc.press("Stop")
+    assert "Moving" not in plc.lamps()
+    plc.scan(60)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False)
+
+
+# ---- ServoOn
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its_release(
+    engine: str,
+) -> None:
+    """Source: manual chapter 5, 3.1: it is released before; nothing starts by itself."""
+    plc = OperatorBench(engine)
+    plc.outputs(SO00=True, SO02=False, SO03=True)
+    plc.scan(60)
+    assert plc.can("ServoOn", "Reset") == [False, False]
+    assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_NONE", 0x8003)
+    plc.press("ServoOn")
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8003, True)
+    plc.outputs(SO00=False)
+    assert _rose(plc, 100) == set()
+    plc.outputs(SO03=False)
+    assert _rose(plc, 100) == set()
+    assert plc.can("ServoOn") == [True], "now it is"
+
+
+def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
+    """Pressed before SI(00) is back and answered: it goes on as soon as that is.
+
+    Source: manual chapter 5, 3.1, servo ON from emergency stop.
+    """
+    plc = OperatorBench()
+    plc["EmergencyStopOk"] = False
+    plc.outputs(SO00=True, SO02=False, SO03=True)
+    plc.scan(40)
+    plc["EmergencyStopOk"] = True
+    plc.scan(2)
+    assert plc.can("ServoOn") == [True]
+    plc.press("ServoOn")
+    plc.scan_until(lambda: "SI00" in plc.inputs)
+    plc.scan(10)
+    plc.outputs(SO00=False)
+    plc.scan_until(lambda: "SI16" in plc.inputs)
+
+
+def test_servo_on_is_withdrawn_where_another_emergency_stop_is_on() -> None:
+    """It shows once SI(00) is ON and has been answered.
+
+    Source: manual chapter 5, 2, SI(01): all emergency stop states are cancelled.
+    """
+    plc = OperatorBench()
+    plc["EmergencyStopOk"] = False
+    plc.outputs(SO00=True, SO02=False, SO03=True)
+    plc.scan(40)
+    plc["EmergencyStopOk"] = True
+    plc.scan(2)
+    plc.press("ServoOn")
+    plc.scan_until(lambda: not plc["Operator.Busy"], most=60)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8003, True)
+    plc.outputs(SO00=False)
+    assert _rose(plc, 100) == set()
+
+
+def test_an_emergency_stop_that_comes_withdraws_servo_on() -> None:
+    """Source: nothing starts by itself."""
+    plc = OperatorBench()
+    plc.outputs(SO02=False, SO03=True)
+    plc.scan(20)
+    plc.press("ServoOn")
+    plc.outputs(SO00=True)
+    plc.scan(4)
+    assert (plc.message, plc["Operator.Busy"]) == (0x8003, False)
+    plc.outputs(SO00=False)
+    plc.scan(15)
+    plc.outputs(SO03=False)
+    assert _rose(plc, 100) == set()
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_without_main_power_servo_on_is_not_possible_and_the_message_says_so(engine: str) -> None:
+    """Source: manual chapter 5, 2, SO(04)."""
+    plc = OperatorBench(engine)
+    plc.outputs(SO02=False, SO04=False)
+    plc.scan(20)
+    for automatic in (False, True):
+        plc.set(Automatic=automatic)
+        plc.scan(2)
+        assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8005, False)
+        assert (plc["Panel.Following"], plc.can("ServoOn")) == ("PANEL_NEXT_NONE", [False])
+    plc.press("ServoOn")
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8005, True)
+    plc.press("Start")
+    assert plc.message == 0x8005
+    plc.outputs(SO04=True)
+    assert _rose(plc, 100) == set()
+    plc.press("Reset")
+    assert (plc.message, plc["Panel.Following"]) == (0x800C, "PANEL_NEXT_SERVO_ON")
+
+
+@pytest.mark.parametrize(
+    ("what", "error"), [("alarm", 0x800A), ("power", 0x8005), ("turn", 0x8076)]
+)
+def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
+    what: str, error: int
+) -> None:
+    """The alarm is reset elsewhere, main power comes, another sequence ends: servos stay off.
+
+    Source: FB_RcxPanelSequences.
+    """
+    plc = OperatorBench()
+    plc.outputs(SO02=False, SO03=what != "turn")
+    plc.scan(20)
+    if what == "turn":
+        plc["Sequence.Execute"] = True
+        plc.scan_until(lambda: "SI15" in plc.inputs)
+    plc.press("ServoOn")
+    if what != "turn":
+        plc.scan_until(lambda: "SI16" in plc.inputs)
+    if what == "power":
+        plc.outputs(SO03=False, SO04=False)
+    plc.scan(150)
+    assert plc["Operator.Busy"]
+    plc.scan(70)
+    assert (plc.message, plc["Operator.Busy"]) == (error, False)
+    plc.outputs(SO03=False, SO04=True, SO14=True)
+    plc.scan(5)
+    assert "SI01" not in _rose(plc, 100)
+
+
+def test_the_answer_of_servo_on_may_take_as_long_as_timeout_says() -> None:
+    """Source: FB_Operator.Timeout."""
+    plc = OperatorBench()
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    plc.press("ServoOn")
+    plc.scan_until(lambda: "SI01" in plc.inputs)
+    plc.scan(900)
+    assert plc["Operator.Busy"]
+    plc.outputs(SO02=True)
+    plc.scan(2)
+    assert (plc.message, plc["Operator.Busy"]) == (0, False)
+
+
+# ---- Stop and the HMI's loss
+
+
+@pytest.mark.parametrize("way", ["stop", "hmi"])
+@pytest.mark.parametrize("scans", [1, 2, 8, 20, 30])
+def test_stop_and_the_hmis_loss_withdraw_servo_on(way: str, scans: int) -> None:
+    """At each stage; what was not ON by then does not come, and it is no fault.
+
+    Source: FB_RcxPanelSequences.
+    """
+    plc = OperatorBench()
+    plc.outputs(SO02=False, SO03=True)
+    plc.scan(20)
+    plc.press("ServoOn", scans=scans)
+    if way == "stop":
+        plc.press("Stop")
+    else:
+        plc["Operator.HmiOk"] = False
+        plc.scan(2)
+    plc.outputs(SO03=False)
+    plc.scan(15)
+    assert _rose(plc, 100) == set()
+    plc["Operator.HmiOk"] = True
+    plc.scan(2)
+    assert not plc["Operator.Error"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("way", ["stop", "hmi"])
+@pytest.mark.parametrize("waits", ["stop", "turn"])
+def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str) -> None:
+    """It waits for SI(06), or for its turn; that it does not come then is no fault.
+
+    Source: FB_RcxPanelSequences; FB_ProgramContinue.
+    """
+    plc = OperatorBench(engine)
+    plc.set(Automatic=True)
+    plc.scan(20)
+    if waits == "stop":
+        plc.press("Stop")
+        plc.scan(30)
+    else:
+        plc["Sequence.Execute"] = True
+        plc.scan_until(lambda: "SI15" in plc.inputs)
+    plc.press("Start")
+    if way == "stop":
+        plc.press("Stop")
+    else:
+        plc["Operator.HmiOk"] = False
+        plc.scan(2)
+    plc.outputs(SO14=True)
+    assert "SI12" not in _rose(plc, 100)
+    assert ("SI06" in plc.inputs) is (way == "hmi")
+    plc["Operator.HmiOk"] = True
+    plc.scan(2)
+    assert not plc["Operator.Error"]
+    assert _rose(plc, 100) == set()
+
+
+@pytest.mark.parametrize(("key", "signal"), [("ProgramReset", "SI15"), ("Reset", "SI16")])
+def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) -> None:
+    """Source: FB_Operator, HmiOk: only Stop acts."""
+    plc = OperatorBench()
+    plc["Sequence.Execute"] = True
+    plc.scan_until(lambda: "SI15" in plc.inputs)
+    plc.outputs(SO03=key == "Reset")
+    plc.scan()
+    plc.press(key)
+    assert plc["Operator.Busy"]
+    plc["Operator.HmiOk"] = False
+    plc.scan(2)
+    assert not plc["Operator.Busy"]
+    plc.outputs(SO14=True)
+    plc.scan(15)
+    plc.outputs(SO14=False)
+    assert signal not in _rose(plc, 100)
+
+
+# ---- what is possible
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) -> None:
+    """Also where it hangs: Start, Reset, jog, line and servo on would do nothing.
+
+    Source: RCX_PANEL.Can: what would do something if it was pressed now.
+    """
+    plc = OperatorBench(engine)
+    plc.key("Stop")
+    plc.scan(30)
+    assert plc.can("Start", "Reset", "JogPlus", "JogMinus", "StepLine") == [False] * 5
+    assert plc["Panel.Following"] == "PANEL_NEXT_NONE"
+    plc.outputs(SO02=False)
+    plc.scan(2)
+    assert plc.can("ServoOn") == [False]
+    plc.press("ServoOn")
+    assert plc.message == 0x8007
+    plc.press("Reset")
+    plc.outputs(SO02=True)
+    plc.set(Automatic=True)
+    plc.scan(2)
+    assert plc.can("Start", "Reset") == [False, False]
+    assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_NONE", 0x8007)
+    plc.key("Stop", False)
+    plc.scan(2)
+    assert plc.can("Start", "Reset") == [True, True]
+    assert (plc["Panel.Following"], plc.message) == ("PANEL_NEXT_START", 0)
+    plc.press("Reset")
+    assert "Stopped" not in plc.lamps()
+
+
+def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
+    """No alarm reset in an emergency stop, and none while one is at work.
+
+    Source: manual chapter 5, 3.1; RCX_PANEL.Can.
+    """
+    plc = OperatorBench()
+    plc.outputs(SO03=True, SO02=False)
+    plc.scan(20)
+    assert (plc.can("Reset"), plc["Panel.Following"]) == ([True], "PANEL_NEXT_RESET")
+    plc["EmergencyStopOk"] = False
+    plc.scan(2)
+    assert (plc.can("Reset"), plc["Panel.Following"]) == ([False], "PANEL_NEXT_NONE")
+    plc["EmergencyStopOk"] = True
+    plc.scan(40)
+    plc.press("Reset")
+    assert plc.can("Reset") == [False], "it is at work"

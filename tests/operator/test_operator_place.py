@@ -1,0 +1,136 @@
+"""FB_Operator: the position that it shows; the test is the robot."""
+
+from __future__ import annotations
+
+import pytest
+
+from both_engines import ENGINES
+from operator_bench import OperatorBench
+
+_LINE, _MOVE, _POSITION = 0x0403, 0x0001, 0x0506
+
+
+def _answered(plc: OperatorBench, micrometres: int, code: int = _POSITION) -> None:
+    """The position is asked for and answered: axis 1."""
+    if plc.words[0] != code:
+        plc.scan_until(lambda: plc.words[0] == code)
+    plc.answer(0x0200, [0, 0, 0, micrometres, 0])
+    plc.scan(5)
+    assert plc["Panel.Position"][0] == micrometres / 1000
+
+
+def test_the_position_is_read_once_the_servos_are_on() -> None:
+    """Source: guide 4.7.4: current position in mm, code 16#0506."""
+    plc = OperatorBench()
+    plc.outputs(SO02=False)
+    plc.scan(20)
+    plc.press("ServoOn")
+    plc.scan_until(lambda: "SI01" in plc.inputs)
+    plc.outputs(SO02=True)
+    plc.hold = 0x0506
+    plc.scan(10)
+    assert plc.codes == [0x0506]
+    plc.answer(0x0200, [0, 0, 0, 1500, 0])
+    plc.scan_once()
+    assert plc["Panel.Position"][0] == 1.5
+
+
+def test_a_position_that_cannot_be_read_leaves_the_last_one() -> None:
+    """Source: RCX_PANEL.Position."""
+    plc = OperatorBench()
+    plc.hold = 0x0506
+    plc.press("JogPlus", scans=20)
+    plc.scan_until(lambda: 0x0506 in plc.codes)
+    plc.answer(0x0200, [0, 0, 0, 1500, 0])
+    plc.scan(5)
+    assert plc["Panel.Position"][0] == 1.5
+    plc.hold, plc.refuse = 0, 0x0506
+    plc.press("JogPlus", scans=20)
+    plc.scan(60)
+    assert plc.codes.count(0x0506) == 2
+    assert plc["Panel.Position"][0] == 1.5
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_after_a_line_and_after_a_program_it_is_read_again(engine: str) -> None:
+    """Source: RCX_PANEL.Position; guide 4.7.4."""
+    plc = OperatorBench(engine)
+    plc.hold = _POSITION
+    plc.press("StepLine")
+    _answered(plc, 2500)
+    plc.outputs(SO13=True)
+    plc.scan(20)
+    assert plc.codes == [_LINE, _POSITION]
+    plc.outputs(SO13=False)
+    _answered(plc, 3500)
+    assert plc.codes == [_LINE, _POSITION, _POSITION]
+    plc.scan(30)
+    assert plc.codes == [_LINE, _POSITION, _POSITION], "once"
+
+
+def test_after_a_line_that_ends_with_an_alarm_too() -> None:
+    """Source: the robot may have moved."""
+    plc = OperatorBench()
+    plc.refuse, plc.hold = _LINE, _POSITION
+    plc.press("StepLine")
+    _answered(plc, 2500)
+
+
+def test_a_link_that_is_lost_is_no_end_of_a_program() -> None:
+    """Source: FB_ReadArea: without a connection all outputs read as OFF."""
+    plc = OperatorBench()
+    plc.outputs(SO13=True)
+    plc.scan(5)
+    plc["Connected"] = False
+    plc.scan(5)
+    plc.outputs(SO13=False)
+    plc["Connected"] = True
+    plc.scan(60)
+    assert plc.codes == []
+
+
+def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
+    """Another one is selected while the key is held.
+
+    Source: guide 4.7.4: the robot is in bits 15 to 12 of the code.
+    """
+    plc = OperatorBench()
+    plc.set(RobotNumber=2)
+    plc.key("JogPlus")
+    plc.scan_until(lambda: "Moving" in plc.lamps())
+    plc.set(RobotNumber=3)
+    plc.key("JogPlus", False)
+    plc.scan(60)
+    assert plc.codes == [0x2038, 0x2020, 0x2506]
+    plc.outputs(SO13=True)
+    plc.scan(3)
+    plc.outputs(SO13=False)
+    plc.scan(20)
+    assert plc.codes[3:] == [0x3506], "of the one that is selected"
+
+
+def test_what_ends_while_the_position_is_read_is_read_afterwards() -> None:
+    """Source: FB_RcxPanelPlace."""
+    plc = OperatorBench()
+    plc.hold = _POSITION
+    plc.outputs(SO13=True)
+    plc.scan(2)
+    plc.outputs(SO13=False)
+    plc.scan_until(lambda: _POSITION in plc.codes)
+    plc.press("StepLine")
+    plc.scan(5)
+    plc.answer(0x0200, [0, 0, 0, 1000, 0])
+    plc.scan_once()
+    plc.scan(1)
+    plc.scan_until(lambda: _LINE in plc.codes)
+    plc.scan_until(lambda: plc.codes[-1] == _POSITION)
+    _answered(plc, 4500)
+    assert plc.codes == [_POSITION, _LINE, _POSITION]
+
+
+def test_a_movement_of_another_block_does_not_renew_it() -> None:
+    """Source: RCX_PANEL.Position."""
+    plc = OperatorBench()
+    plc["Other.Code"], plc["Other.Execute"] = _MOVE, True
+    plc.scan(40)
+    assert plc.codes == [_MOVE]
