@@ -244,6 +244,28 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
 
 
 @_ON_BOTH
+@pytest.mark.parametrize("turn", [-360, -180, -80, 80, 100, 180, 350])
+@pytest.mark.parametrize("axis2", [-150, -110, -10, 10, 110, 150])
+def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
+    engine: str, turn: int, axis2: int
+) -> None:
+    """Arm 1 along Y, the line to the hand at `axis2` and `turn` from it; R is `axis2` and 90.
+
+    With a hand turned by 80 degrees and axis 2 at 110 the line is at 190 degrees, which is a bend
+    of -170: axis 2 is at 110 degrees then, not at -250, and axis 4 does no turn for it.
+
+    Rule: robot-hand.
+    Source: remote command guide 4.3.5: data 1 is an integer; head of FB_ScaraInverse
+    """
+    line = math.radians(axis2 + turn)
+    place = [-175 * math.sin(line), 225 + 175 * math.cos(line), 0, axis2 + 90]
+    hand = "HAND_RIGHT" if math.sin(line) > 0 else "HAND_LEFT"
+    joints, error = _inverse(place, hand, engine, HandData1Integer=turn * _UNIT)
+    assert error == 0
+    assert joints == pytest.approx([0, axis2, 0, 0, 0, 0], abs=0.004)
+
+
+@_ON_BOTH
 def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
     """The flange is at (0, 400, 0, 90); seen from (10, 20, 5) turned by 90 degrees: (380, 10).
 

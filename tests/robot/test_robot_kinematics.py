@@ -81,16 +81,44 @@ def _angles(limit: int) -> st.SearchStrategy[float]:
     return st.floats(-limit, limit, allow_nan=False)
 
 
-@given(first=_angles(132_000), second=_angles(150_000), z=_angles(150_000), r=_angles(TURN))
+@given(
+    first=_angles(132_000),
+    second=_angles(150_000),
+    z=_angles(150_000),
+    r=_angles(TURN),
+    turned=st.one_of(st.just(0.0), _angles(TURN)),
+)
 def test_inverse_of_forward_are_the_same_joints(
-    first: float, second: float, z: float, r: float
+    first: float, second: float, z: float, r: float, turned: float
 ) -> None:
-    """With the hand system of the sign of axis 2; near 0 degrees it does not matter."""
+    """With the hand system of the bend, however far a hand beside the R axis is turned.
+
+    Near to stretched and to folded it does not matter, there joints are less certain.
+    """
     joints = [first, second, z, r]
-    arm = Scara(225_000, 175_000, left=second < 0)
-    back = arm.inverse(arm.forward(joints))
-    near = 1.0 if abs(second) > 1_000 else 60.0
+    arm = Scara(225_000, 175_000, turned)
+    bend = arm.bend(joints)
+    assert bend is not None
+    back = Scara(225_000, 175_000, turned, left=bend < 0).inverse(arm.forward(joints))
+    near = 1.0 if 1 < abs(bend) < 179 else 60.0
     assert back == pytest.approx(joints, abs=near)
+
+
+@pytest.mark.parametrize(
+    ("second", "turned"), [(110, 80), (-110, -80), (150, 180), (-150, -180), (150, 350)]
+)
+def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
+    second: int, turned: int
+) -> None:
+    """A hand turned by 80 degrees and axis 2 at 110: a bend of -170, and no whole turn of R.
+
+    Rule: robot-hand.
+    """
+    line = math.radians(second + turned)
+    x, y = -175_000 * math.sin(line), 225_000 + 175_000 * math.cos(line)
+    arm = Scara(225_000, 175_000, 1000 * turned, left=math.sin(line) < 0)
+    found = arm.inverse([x, y, 0, 1000 * second + RIGHT_ANGLE])
+    assert found == pytest.approx([0, 1000 * second, 0, 0], abs=1)
 
 
 @given(

@@ -109,7 +109,7 @@ class Scara:
         return [x1 + x2, y1 + y2, *joints[_Z:_R], *r, *joints[_R + 1 :]]
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """The joints, right-handed or left-handed; axis 1 from -180 to 180 degrees."""
+        """The joints, right-handed or left-handed; axes 1 and 2 from -180 to 180 degrees."""
         x, y = place[_X], place[_Y]
         far = x * x + y * y
         cosine = (far - self.arm1**2 - self.arm2**2) / (2 * self.arm1 * self.arm2)
@@ -121,7 +121,7 @@ class Scara:
         elbow_x, elbow_y = _polar(self.arm2, bend)
         first = math.degrees(math.atan2(y, x) - math.atan2(elbow_y, self.arm1 + elbow_x)) * _UNIT
         first = (first - self._front + _HALF_TURN) % _TURN - _HALF_TURN
-        second = bend - self.offset
+        second = math.remainder(bend - self.offset, _TURN)
         r = [place[_R] - self._front - first - second] if len(place) > _R else []
         return [first, second, *place[_Z:_R], *r, *place[_R + 1 :]]
 

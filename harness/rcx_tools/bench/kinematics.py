@@ -34,6 +34,8 @@ __all__ = ["LIMITS", "Pose", "Worst", "compare", "main", "poses"]
 
 #: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
 _NEAR = 20.0
+#: What rounding to 0.001 mm moves no axis by there; whole turns are far more [pulse].
+_SAME = 1000
 _SEED = 22
 _MOST_HAND, _MOST_SHIFT = 300, 500
 
@@ -152,8 +154,9 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
             if number % 10 == 9:
                 on_r = chance.random() < 0.5
                 lengths = [chance.randint(-1000 * _MOST_HAND, 1000 * _MOST_HAND) for _ in range(3)]
-                if not on_r:  # arm 2 gets longer by up to so much
-                    lengths = [chance.randint(-60_000, 60_000), abs(lengths[1]), lengths[2]]
+                if not on_r:  # arm 2 gets longer by up to so much, and turned by up to half a turn
+                    most = round(180 * axes[1]["pulses_per_mm"])
+                    lengths = [chance.randint(-most, most), abs(lengths[1]), lengths[2]]
                 hand = (lengths[0], lengths[1], lengths[2])
                 moved = [chance.randint(-1000 * _MOST_SHIFT, 1000 * _MOST_SHIFT) for _ in range(3)]
                 shift = (moved[0], moved[1], moved[2], chance.randint(-180_000, 180_000))
@@ -218,6 +221,8 @@ def _note(
         exact = pose.frame(left=bend < 0).to_pulses(asked)
         gap = max(abs(a - b) for a, b in zip(pulses[:4], exact, strict=True))
         worst.pulses = max(worst.pulses, gap)
+        if any(abs(a - b) > _SAME for a, b in zip(pulses, pose.pulses, strict=False)):
+            raise AssertionError(f"{pose}: {pulses} are of another pose")
     there = pose.frame().to_mm(pulses[:4])
     way = max(abs(a - b) / 1000 for a, b in zip(there[:3], asked[:3], strict=True))
     worst.back = max(worst.back, way)

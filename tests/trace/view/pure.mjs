@@ -192,6 +192,16 @@ test("joints are found from pulses, and from the tool's place in shifted coordin
   near(jointsOf({ kind: "axes", axes }, [1, 2, 3, 4], "mm"), [1, 2, 3, 4]);
 });
 
+test("axis 2 comes within half a turn however far the hand beside the R axis is turned", () => {
+  for (const [axis2, turned] of [[110, 80], [-110, -80], [150, 180], [-150, -180], [150, 350]]) {
+    const line = ((axis2 + turned) * Math.PI) / 180;
+    const [x, y, left] = [-175 * Math.sin(line), 225 + 175 * Math.cos(line), Math.sin(line) < 0];
+    const found = jointsOf(scara, [x, y, 7, axis2 + 90], "mm", { left, hand: [turned, 0, 0, 0] });
+    near(found, [0, axis2, 7, 0]);
+  }
+  near(jointsOf(scara, [0, 50, 0, 270], "mm"), [0, 180, 0, 0]);
+});
+
 test("a pose holds from its time on, and the last changes of all lanes count once", () => {
   const poses = [[10, { left: true }], [20, {}]];
   assert.deepEqual([9, 10, 19, 20].map((t) => poseAt(poses, t)), [{}, { left: true }, { left: true }, {}]);

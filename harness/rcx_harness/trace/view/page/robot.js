@@ -123,7 +123,8 @@ export function jointsAt(model, place, pose = NO_POSE) {
   const [aheadX, aheadY] = along(arm2, bend);
   let first = degrees(Math.atan2(y, x) - Math.atan2(aheadY, arm1 + aheadX)) - QUARTER;
   first = ((((first + 180) % 360) + 360) % 360) - 180;
-  const second = bend - offset;
+  let second = bend - offset; // a turned hand may bring it beyond half a turn
+  if (Math.abs(second) > 180) second -= 360 * Math.round(second / 360);
   return [first, second, z, r - QUARTER - first - second].slice(0, model.axes.length);
 }
 
