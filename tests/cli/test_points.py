@@ -171,6 +171,27 @@ def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) 
     assert line.controller.machine.memory.comments == {1: "", 2: "B"}
 
 
+@pytest.mark.parametrize("text", ["A\x07", "A\0B", "A\t", "\x7f"])
+def test_a_comment_that_cannot_be_written_again_is_left_out_and_told(
+    robot: Robot, tmp_path: Path, capsys: Captured, text: str
+) -> None:
+    """Source: guide 4.3.2."""
+    file, options = tmp_path / "c.toml", ["--kind", "comments", "--numbers", "0-2"]
+    robot(RobotConfig(comments={0: "ONE"})).controller.machine.memory.comments[2] = text
+    assert main(["points", "backup", "h", str(file), *options]) == 1
+    out, err = capsys.readouterr()
+    left = "left out: comments of 2: characters other than 16#20 to 16#7E"
+    assert err == f"rcx: {left}\n"
+    assert "comments: 2 of 3 are defined\n" in out
+    written = file.read_text(encoding="utf-8")
+    assert f"# {left}\n" in written
+    assert written.endswith('[comments]\n0 = "ONE"\n')
+    line = robot(RobotConfig())
+    line.controller.machine.memory.comments[2] = text
+    assert main(["points", "restore", "h", str(file), "--write"]) == 0
+    assert line.controller.machine.memory.comments == {0: "ONE", 2: text}
+
+
 def test_a_refused_command_ends_with_1_and_no_file(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:

@@ -18,7 +18,16 @@ from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.look.points.carry import TIMEOUT_US, UNDEFINED, Carrier, RefusedError
-from rcx_harness.look.points.stored import KINDS, Key, Stored, as_csv, as_toml, from_toml, shown
+from rcx_harness.look.points.stored import (
+    KINDS,
+    Key,
+    Stored,
+    as_csv,
+    as_toml,
+    from_toml,
+    shown,
+    without_foreign,
+)
 from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
 from rcx_harness.output.files import NewFiles
 from rcx_harness.robot.stored import COUNTS, ROBOTS
@@ -95,8 +104,8 @@ def points(
     A restore reads first, writes only what differs, and compares again: what was interrupted is
     finished by the same command. It deletes nothing.
 
-    Exit code: 0, 1 where something differs, the controller refused a command, did not answer in
-    time, or the connection was lost, 130 after Ctrl-C, 2 on bad input.
+    Exit code: 0, 1 where something differs or was left out, the controller refused a command, did
+    not answer in time, or the connection was lost, 130 after Ctrl-C, 2 on bad input.
     """
     check_size(size)
     check_port("--port", port)
@@ -244,13 +253,20 @@ def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
 def _save(
     found: Stored, files: NewFiles, file: Path, csv: Path | None, head: Sequence[str]
 ) -> None:
-    tables = [as_toml(found, head), *([as_csv(found)] if csv else [])]
+    kept, foreign = without_foreign(found)
+    left = f"left out: comments of {', '.join(map(str, foreign))}" if foreign else ""
+    why = "characters other than 16#20 to 16#7E"
+    tables = [as_toml(kept, [*head, f"{left}: {why}"] if left else head)]
+    tables += [as_csv(kept)] if csv else []
     files.write(*(text.encode() for text in tables))
     for kind in KINDS:
         asked = sum(key[0] == kind for key in found.asked)
         if asked:
             print(f"{kind}: {len(found.of(kind))} of {asked} are defined")
     print(f"written: {', '.join(map(str, [file, csv] if csv else [file]))}")
+    if left:
+        print(f"rcx: {left}: {why}", file=sys.stderr)
+        raise typer.Exit(1)
 
 
 def _different(given: Stored, found: Stored) -> list[Key]:

@@ -2,9 +2,9 @@
 
 Compares what users can name of plc/lib with the table of the last release, a file of
 tests/tools/library/pins by its version: blocks and functions with their pins (type, default,
-order), and types with their members. What is new does no harm; what has changed or gone needs a
-new major version, before 1.0 a new minor one. `--write` writes the table of this version: once,
-when it is released.
+order), and types with their members, bounds and initial values. What is new does no harm; what has
+changed or gone needs a new major version, before 1.0 a new minor one. `--write` writes the table of
+this version: once, when it is released.
 """
 
 from __future__ import annotations
@@ -16,10 +16,21 @@ from itertools import takewhile
 from pathlib import Path
 
 from rcx_harness.spec import load_toml
-from rcx_tools.docs.blocks.source import ROOT, kinds, pous
+from rcx_tools.docs.blocks.source import ROOT, Kind, kinds, pous
 from rcx_tools.library.version import version, version_number
 
-__all__ = ["FOLDER", "Table", "changes", "is_major", "last", "main", "now", "read", "text"]
+__all__ = [
+    "FOLDER",
+    "Table",
+    "changes",
+    "is_major",
+    "last",
+    "main",
+    "now",
+    "of_kind",
+    "read",
+    "text",
+]
 
 FOLDER = ROOT / "tests/tools/library/pins"
 
@@ -43,10 +54,17 @@ def now() -> dict[str, list[str]]:
                 for pin in pou.pins
             ]
     for name, kind in kinds().items():
-        array = [f"1..{kind.count} OF {kind.element}"] if kind.count else []
-        fields = [f"field {one} : {of}" for one, of in kind.fields.items()]
-        found[name] = [*array, *fields, *(f"member {one}" for one in kind.members)]
+        found[name] = of_kind(kind)
     return found
+
+
+def of_kind(kind: Kind) -> list[str]:
+    """The rows of a type."""
+    last = kind.first + kind.count - 1
+    array = [f"{kind.first}..{last} OF {kind.element}"] if kind.count else []
+    starts = {one: f" := {value}" for one, value in kind.defaults.items()}
+    fields = [f"field {one} : {of}{starts.get(one, '')}" for one, of in kind.fields.items()]
+    return [*array, *fields, *(f"member {one}" for one in kind.members)]
 
 
 def text(table: Table, of: str) -> str:

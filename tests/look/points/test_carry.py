@@ -13,7 +13,15 @@ import pytest
 from probed_robot import StationLine
 from rcx_harness.errors import InputError
 from rcx_harness.look.points.carry import Carrier, RefusedError
-from rcx_harness.look.points.stored import Key, Stored, as_csv, as_toml, from_toml, shown
+from rcx_harness.look.points.stored import (
+    Key,
+    Stored,
+    as_csv,
+    as_toml,
+    from_toml,
+    shown,
+    without_foreign,
+)
 from rcx_harness.look.probe.line import LostError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config import Axis
@@ -93,6 +101,37 @@ def test_csv_has_a_line_for_each_point_and_each_comment() -> None:
     assert rows[2][1:5] == ["mm", "8191.999", "-0.001", "2000.001"]
     assert rows[2][8:] == ["2", "-1", "1", "WAIT ORG"]
     assert rows[3] == ["5", *[""] * 10, 'a "b" \\ c, d']
+
+
+@pytest.mark.parametrize("filler", ["zeros", "spaces"])
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)],
+)
+def test_a_comment_ends_before_its_filler_and_nowhere_else(
+    text: str, found: str | None, filler: str
+) -> None:
+    """Source: guide 4.3.2."""
+    line = StationLine(RobotConfig(comment_filler=filler))
+    line.controller.machine.memory.comments[1] = text
+    key = ("comments", 0, 1)
+    assert Carrier(line).read([key], _quiet).values.get(key) == found
+
+
+def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
+    """A virtual controller has none: here bit 7 of its first letter comes on the way."""
+    line, key = StationLine(RobotConfig(comments={1: "1 A"})), ("comments", 0, 1)
+    read = line.read
+
+    def katakana() -> bytes:
+        area = bytearray(read())
+        area[8] |= 0x80 * (area[1] == 2)
+        return bytes(area)
+
+    line.read = katakana  # type: ignore[method-assign]
+    found = Carrier(line).read([key], _quiet)
+    assert found.values == {key: "\xb1 A"}
+    assert without_foreign(found) == (Stored(), [1])
 
 
 def test_what_was_read_from_one_controller_is_stored_by_another() -> None:

@@ -274,7 +274,7 @@ def test_items_are_named_in_the_robot_file(tmp_path: Path) -> None:
         ('[real_time_items]\n46 = "motor_duty"', "'real_time_items' cannot be 46", "1 to 45"),
         ('[real_time_items]\n1 = "motor_dutty"', "cannot have 'motor_dutty'", "motor_duty"),
         ("[real_time_items]\n1 = 5", "'real_time_items' cannot have 5", "motor_duty"),
-        ('[real_time_items]\nx = "motor_duty"', "'real_time_items' must be a table", "write 13"),
+        ('[real_time_items]\nx = "motor_duty"', "'real_time_items.x' is not an item", "write 13"),
         ("real_time_items = 5", "'real_time_items' must be a table", "write 13"),
         ("option_slots = [1, 2, 3]", "'option_slots' cannot be (1, 2, 3)", "4 unit numbers"),
         ("option_slots = [0, 0, 0, 65536]", "'option_slots' cannot be", "4 unit numbers"),

@@ -9,6 +9,7 @@ import pytest
 
 from plc_bench import ROOT
 from rcx_tools.docs import pins
+from rcx_tools.docs.blocks.source import kind_of
 from rcx_tools.library.version import version
 
 _BEFORE = {
@@ -108,8 +109,36 @@ def test_the_table_has_what_users_can_name() -> None:
     assert table["FC_SignalName"][0] == "result STRING"
     assert table["RCX_LANGUAGE"] == ["member LANGUAGE_ENGLISH", "member LANGUAGE_JAPANESE"]
     assert table["RCX_WORDS"] == ["1..15 OF WORD"]
+    assert table["RCX_IMAGE"] == ["0..511 OF BYTE"]
     assert "field NextTicket : UDINT" in table["RCX_SHARED_AREA"]
     assert "FB_RcxJob" not in table
+
+
+@pytest.mark.parametrize(
+    ("text", "rows"),
+    [
+        ("  RCX_T : ARRAY [0..511] OF BYTE;\n", ["0..511 OF BYTE"]),
+        ("  RCX_T : ARRAY [-2..4] OF RCX_MOVE;\n", ["-2..4 OF RCX_MOVE"]),
+        (
+            "  RCX_T : STRUCT\n"
+            "    A : INT := 3;  (* one *)\n"
+            "    B : STRING;\n"
+            "    C : TIME := T#1s;\n"
+            "  END_STRUCT;\n",
+            ["field A : INT := 3", "field B : STRING", "field C : TIME := T#1s"],
+        ),
+    ],
+)
+def test_bounds_and_initial_values_of_types_count(
+    tmp_path: Path, text: str, rows: list[str]
+) -> None:
+    """An index that is legal, and what stands where nothing was written, are what users rely on."""
+    file = tmp_path / "RCX_T.st"
+    file.write_text(f"(*\n * RCX_T: a type.\n *)\nTYPE\n{text}END_TYPE\n", encoding="utf-8")
+    now = pins.of_kind(kind_of(file))
+    assert now == rows
+    other = [re.sub(r"\d+", "7", row, count=1) for row in now]
+    assert pins.changes({"RCX_T": now}, {"RCX_T": other})
 
 
 def test_a_release_has_its_table() -> None:

@@ -128,7 +128,7 @@ def _value(kind: str, answer: Answer) -> Any:
         turns = (_TURNS.get(got[name], 0) for name in ("arm1", "arm2"))
         return Point(tuple(got["positions"]), bool(got["unit"]), got["hand"] % 3, *turns)
     if kind == "comments":
-        return got["comment"].partition("\0")[0].rstrip() or None
+        return got["comment"].rstrip("\0 ") or None
     if kind == "shifts":
         return tuple(got["shift_data"])
     if kind == "hands":

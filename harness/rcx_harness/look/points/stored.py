@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,7 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.stored import Hand, Pallet, Point, Shift
 from rcx_harness.spec import load_toml
 
-__all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown"]
+__all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
 
 #: The tables, in the order in which they are read and written: pallets need their points.
 KINDS = ("points", "comments", "shifts", "hands", "pallets")
@@ -40,6 +41,21 @@ class Stored:
     def of(self, kind: str) -> dict[tuple[int, int], Any]:
         """What there is of a kind, by robot and number."""
         return {key[1:]: value for key, value in self.values.items() if key[0] == kind}
+
+
+def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
+    """What a robot file can have, and the numbers of the comments that it cannot.
+
+    Comments are of the characters 16#20 to 16#7E (guide 4.3.2); no command writes others.
+    """
+    foreign = [
+        key
+        for key, value in stored.values.items()
+        if key[0] == "comments" and not re.fullmatch("[ -~]*", value)
+    ]
+    values = {key: value for key, value in stored.values.items() if key not in foreign}
+    asked = [key for key in stored.asked if key not in foreign]
+    return Stored(values, asked), [key[2] for key in foreign]
 
 
 def as_toml(stored: Stored, head: Iterable[str]) -> str:
@@ -99,7 +115,7 @@ def from_toml(file: Path) -> Stored:
         found: Mapping[Any, Any] = getattr(config, kind)
         for key, value in sorted(found.items()):
             robot, number = key if kind == "hands" else (0, key)
-            text = value.rstrip() if kind == "comments" else value
+            text = value.rstrip(" ") if kind == "comments" else value
             if text != "":
                 stored.values[kind, robot, number] = text
             stored.asked.append((kind, robot, number))

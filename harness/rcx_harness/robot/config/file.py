@@ -123,9 +123,10 @@ def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
 
 def _items(key: str, value: Any) -> dict[int, str]:
     """`real_time_items`: a table of item numbers and names."""
+    hint = f'write 13 = "motor_duty" in [{key}]'
     if not isinstance(value, dict):
-        raise InputError(f"'{key}' must be a table", hint=f'write 13 = "motor_duty" in [{key}]')
-    return dict(_numbered(key, value, "an item number"))
+        raise InputError(f"'{key}' must be a table", hint=hint)
+    return dict(_numbered(key, value, "an item number", hint))
 
 
 def _areas(key: str, value: Any) -> dict[str, Any]:

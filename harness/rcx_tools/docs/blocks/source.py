@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rcx_harness.spec.wire import NORMAL_END
 
-__all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kinds", "pous"]
+__all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kind_of", "kinds", "pous"]
 
 ROOT = Path(__file__).resolve().parents[4]
 
@@ -21,7 +21,7 @@ _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
 _SECTION = re.compile(r"^  (VAR\w*)\n(.*?)^  END_VAR", re.DOTALL | re.MULTILINE)
 _PIN = re.compile(r"^    (\w+)\s*:\s*(\w+)(?:\s*:=\s*(.*?))?;\s*(?:\(\* (.*?) \*\))?$")
 _MEMBER = re.compile(r"^    (\w+),?\s*\(\* (.*?) \*\)$", re.MULTILINE)
-_ARRAY = re.compile(r"ARRAY \[(\d+)\.\.(\d+)\] OF (\w+)")
+_ARRAY = re.compile(r"ARRAY \[(-?\d+)\.\.(-?\d+)\] OF (\w+)")
 _UNIT = re.compile(r"(?:^|\s+)\[([^\]]+)\]")
 _POU = re.compile(r"\bF[BC]_\w+\b")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
@@ -146,7 +146,9 @@ class Kind:
         does: What it is, from its head.
         members: Each with its meaning; empty for arrays and structures.
         fields: Types of a structure's fields; empty for others.
-        count: Elements of an array, from 1 on; 0 for others.
+        defaults: Initial values of those that have one.
+        first: Lower bound of an array.
+        count: Elements of an array; 0 for others.
         element: Their type.
     """
 
@@ -154,6 +156,8 @@ class Kind:
     does: str
     members: Mapping[str, str]
     fields: Mapping[str, str]
+    defaults: Mapping[str, str]
+    first: int
     count: int
     element: str
 
@@ -168,7 +172,7 @@ def pous() -> dict[str, Pou]:
 @cache
 def kinds() -> dict[str, Kind]:
     """The types by name."""
-    return {file.stem: _kind(file) for file in sorted((ROOT / "plc/lib").rglob("RCX_*.st"))}
+    return {file.stem: kind_of(file) for file in sorted((ROOT / "plc/lib").rglob("RCX_*.st"))}
 
 
 def _pou(file: Path) -> Pou:
@@ -254,14 +258,20 @@ def _unit(comment: str) -> tuple[str, str]:
     return units[0], _UNIT.sub("", comment, count=1).strip()
 
 
-def _kind(file: Path) -> Kind:
+def kind_of(file: Path) -> Kind:
+    """The type of a file."""
     text = file.read_text(encoding="utf-8")
     does = _WHERE.sub("", _head(text)[0].partition(": ")[2])
     array = _ARRAY.search(_COMMENT.sub("", text))
     enumeration = f"{file.stem} : (\n" in text
     members = dict(_MEMBER.findall(text)) if enumeration else {}
-    fields = {}
+    fields, defaults = {}, {}
     if f"{file.stem} : STRUCT" in text:
-        fields = {name: kind for name, kind, _, _ in map(_groups, text.splitlines()) if name}
-    count = int(array[2]) - int(array[1]) + 1 if array and file.stem + " : ARRAY" in text else 0
-    return Kind(file, does, members, fields, count, array[3] if array and count else "")
+        rows = [row for row in map(_groups, text.splitlines()) if row[0]]
+        fields = {name: kind for name, kind, _, _ in rows}
+        defaults = {name: value for name, _, value, _ in rows if value}
+    first, count = 0, 0
+    if array and file.stem + " : ARRAY" in text:
+        first, count = int(array[1]), int(array[2]) - int(array[1]) + 1
+    element = array[3] if array and count else ""
+    return Kind(file, does, members, fields, defaults, first, count, element)
