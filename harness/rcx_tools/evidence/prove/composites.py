@@ -166,7 +166,7 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
         alone = z3.And(get("BUSY"), now, works[path[:-1]], _task(state, path))
         lost = z3.And(withdrawn, seen + 1 == get("SEEN"))
         yield z3.Implies(get(*path, "BUSY"), z3.Or(lost, alone))
-        yield z3.Implies(get("BUSY"), get(*path, "ERRORID") == 0)
+        yield z3.Implies(get(*path, "BUSY"), get(*path, "ERRORID") == 0)
 
 
 def _shifts(state: _State) -> Any:
