@@ -152,7 +152,7 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
             yield get(*part, pin) == within
     active = z3.Or([get(*path, "ACTIVE") for path in paths])
     yield get("ACTIVE") == z3.And(busy, z3.Not(withdrawn), active)
-    yield get("CARRY", "WITHSHIFT") == _shifts(state)
+    yield z3.Implies(z3.Not(withdrawn), get("CARRY", "WITHSHIFT") == _shifts(state))
     grips = z3.And(state.stage(*_GRIPS), get("GRIP", "CLOSE") == state.stage("CLOSE"))
     works = {
         ("CARRY",): z3.And(state.stage(*_MOVES), get("CARRY", "STAGE") == get("STAGE")),
@@ -166,7 +166,7 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
         alone = z3.And(get("BUSY"), now, works[path[:-1]], _task(state, path))
         lost = z3.And(withdrawn, seen + 1 == get("SEEN"))
         yield z3.Implies(get(*path, "BUSY"), z3.Or(lost, alone))
-        yield z3.Implies(get("BUSY"), get(*path, "ERRORID") == 0)
+        yield z3.Implies(get(*path, "BUSY"), get(*path, "ERRORID") == 0)
 
 
 def _shifts(state: _State) -> Any:
