@@ -346,6 +346,32 @@ def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
     assert "SI01" not in _rose(plc, 100)
 
 
+@pytest.mark.parametrize(
+    ("key", "signal"), [("Start", "SI12"), ("ProgramReset", "SI15"), ("Reset", "SI16")]
+)
+@pytest.mark.parametrize("scans", [190, 210])
+def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
+    key: str, signal: str, scans: int
+) -> None:
+    """Another sequence has the dedicated inputs for 1.9 s and 2.1 s.
+
+    Source: FB_RcxPanelSequences.
+    """
+    plc = OperatorBench()
+    plc.set(Automatic=key == "Start")
+    plc["Sequence.Execute"] = True
+    plc.scan_until(lambda: "SI15" in plc.inputs)
+    plc.outputs(SO03=key == "Reset")
+    plc.scan(20)
+    plc.press(key)
+    plc.scan(scans - 2)
+    plc.outputs(SO14=True)
+    plc.scan(13)
+    plc.outputs(SO14=False)
+    assert (signal in _rose(plc, 100)) is (scans < 200)
+    assert plc.message == (0x8076 if scans > 200 else 0x8004 if key == "Reset" else 0)
+
+
 def test_the_answer_of_servo_on_may_take_as_long_as_timeout_says() -> None:
     """Source: FB_Operator.Timeout."""
     plc = OperatorBench()
