@@ -322,6 +322,111 @@ def test_the_zeros_are_what_the_axes_count_from() -> None:
     assert joints == pytest.approx(expected, abs=0.002)
 
 
+@_ON_BOTH
+@pytest.mark.parametrize("zero", [20_000_001, -200_000_003, 999_000_007])
+def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> None:
+    """A REAL holds whole numbers up to 16,777,216; -60 and 120 degrees as above.
+
+    Source: heads of FB_ScaraForward and FB_ScaraInverse; comment of Zero
+    """
+    far: dict[str, Any] = {"Zero": [zero] * 4 + [0] * 2}
+    turned = [zero / _UNIT + joint for joint in (-60.0, 120.0, 12.345, 30.0)]
+    position, _, error = _forward(turned, engine, **far)
+    assert error == 0
+    assert position == pytest.approx([43.301, 200, 12.345, 180, 0, 0], abs=0.001)
+    joints, error = _inverse([43.3013, 200, 12.345, 180], "HAND_RIGHT", engine, **far)
+    assert error == 0
+    assert joints[:4] == pytest.approx(turned, abs=0.002)
+
+
+@_ON_BOTH
+@pytest.mark.parametrize("turns", [-22, -10, 1, 22])
+def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) -> None:
+    """The shift of above, (10, 20, 5) and 30 degrees, and 22 turns: seen from it R is less by them.
+
+    The flange at (0, 1200) is (-10, 1180) from its origin, which is turned by -30 degrees.
+
+    Source: head of FB_ScaraForward; remote command guide 4.3.4
+    """
+    own: dict[str, Any] = {
+        "Arm1": 600.0,
+        "Arm2": 600.0,
+        "Shift": [10.0, 20.0, 5.0, 30.0 + 360 * turns],
+    }
+    position, _, error = _forward([0] * 4, engine, **own)
+    assert error == 0
+    x, y = -10 * math.cos(math.radians(30)) + 590, 1180 * math.cos(math.radians(30)) + 5
+    assert position[:3] == pytest.approx([x, y, -5], abs=0.001)
+    assert position[3] == pytest.approx(60 - 360 * turns, abs=0.001)
+    own["Shift"][:2] = [10.0 - 600.0, 20.0 - 600.0]  # with axis 2 at 90 the flange is there
+    joints, error = _inverse([x, y, -5, 150 - 360 * turns], "HAND_RIGHT", engine, **own)
+    assert error == 0
+    assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
+
+
+@_ON_BOTH
+@pytest.mark.parametrize("turns", [-10, -1, 2, 10])
+def test_whole_turns_of_the_r_axis_change_nothing_but_r(engine: str, turns: int) -> None:
+    """A hand of 300 mm along X of R lies along Y where R is 90 degrees and so many turns.
+
+    Source: head of FB_ScaraForward
+    """
+    hand: dict[str, Any] = {"HandMount": "HAND_ON_R_AXIS", "HandData1": 300.0}
+    position, _, error = _forward([0, 0, 0, 360 * turns], engine, **hand)
+    assert error == 0
+    assert position[:3] == pytest.approx([0, 700, 0], abs=0.001)
+    assert position[3] == pytest.approx(90 + 360 * turns, abs=0.001)
+    joints, error = _inverse([-175, 525, 0, 90 + 360 * turns], "HAND_RIGHT", engine, **hand)
+    assert error == 0
+    assert joints == pytest.approx([0, 90, 0, 360 * turns - 90, 0, 0], abs=0.002)
+
+
+@pytest.mark.parametrize("k", range(4))
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
+    """Of the axes 8047, of the zeros 8061; their difference is then a double word in any case.
+
+    Source: comments of Pulses and Zero; docs/errors.md, 16#8047 and 16#8061
+    """
+    last, per = 1_000_000_000, [1_000_000.0] * 6
+    zero = [0] * 6
+    for size, error in ((last, 0), (last + 1, 0x8061), (2**31 - 1, 0x8061)):
+        zero[k] = sign * size
+        pulses = [0.0] * 4
+        pulses[k] = sign * last / _UNIT
+        assert _forward(pulses, Zero=zero, PulsesPerUnit=per)[2] == error
+        at = [0.0, 300.0, 0.0, 90.0]
+        found = _inverse(at, "HAND_RIGHT", Zero=zero)[1]
+        assert found == error or (not error and found in (0, 0x8047))
+    zero[k] = 0
+    for size, error in ((last, 0), (last + 1, 0x8047), (2**31 - 1, 0x8047)):
+        pulses[k] = sign * size / _UNIT
+        assert _forward(pulses, PulsesPerUnit=per)[2] == error
+    zero[k] = -last
+    pulses[k] = 2_000_000_000 / _UNIT
+    assert _forward(pulses, PulsesPerUnit=per, Zero=zero)[2] == 0x8047
+
+
+@pytest.mark.parametrize(
+    ("pulses", "arm"),
+    [
+        ((0, 4100, 0, 4100), {}),
+        ((0, 0, 0, 0), {"Base": [8000.0, 0.0, 0.0, 0.0], "Shift": [-8000.0, 0.0, 0.0, 0.0]}),
+        ((0, 0, 0, 0), {"Base": [0.0, 7800.0, 0.0, 0.0]}),
+        ((0, 0, 0, 0), {"Base": [0.0, 0.0, 8000.0, 0.0], "HandData3": 8000.0}),
+        ((0, 0, 0, 0), {"Shift": [0.0, 0.0, 0.0, -8150.0]}),
+    ],
+)
+def test_a_position_beyond_8192_millimetres_or_degrees_is_too_large(
+    pulses: tuple[float, ...], arm: dict[str, Any]
+) -> None:
+    """No block takes such a position, and a REAL does not hold it to 0.001 mm.
+
+    Source: docs/errors.md, 16#8047
+    """
+    assert _forward(pulses, **arm) == ([0] * 6, "HAND_NONE", 0x8047)
+
+
 def test_an_axis_may_count_the_other_way() -> None:
     other: dict[str, Any] = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
     position, _, _ = _forward([-90, 0, -10, 0], **other)
@@ -473,8 +578,10 @@ def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong:
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_pulses_beyond_8192_degrees_or_millimetres_are_too_many(k: int, sign: int) -> None:
+    """With a shift of 90 degrees R is what the axes turn together."""
+    own: dict[str, Any] = {"Shift": [0.0, 0.0, 0.0, 90.0]}
     for size, error in ((8191.0, 0), (8192.5, 0x8047)):
-        found = _forward([0.0] * k + [sign * size] + [0.0] * (3 - k))
+        found = _forward([0.0] * k + [sign * size] + [0.0] * (3 - k), **own)
         assert found[2] == error
         assert (found[0] == [0] * 6) is bool(error)
 
@@ -488,12 +595,12 @@ def test_a_position_that_is_none_is_refused(k: int, value: float) -> None:
 
 
 @pytest.mark.parametrize("k", [0, 1, 2, 3])
-def test_pulses_beyond_a_double_word_are_refused(k: int) -> None:
-    """With 1,000,000 pulses per unit: 2500 of them are more than 2^31."""
+def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
+    """With 1,000,000 pulses per unit they are beyond 1,000,000,000 together with the zero."""
     per = [1000.0] * 6
     per[k] = 1e6
     zero = [0] * 6
-    zero[k] = -2_000_000_000 if k in (1, 3) else 2_000_000_000
+    zero[k] = -1_000_000_000 if k in (1, 3) else 1_000_000_000
     assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per, Zero=zero) == ([0] * 6, 0x8047)
     assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per)[1] == 0
 
@@ -546,6 +653,59 @@ def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str, tmp_
         program.write("Main.Across", across)
         program.scan(0)
         assert program.read("Main.Angle") == pytest.approx(angle, abs=1e-4), (along, across)
+
+
+_HALF_TURNS = """PROGRAM HalfTurns
+  VAR
+    Angle, Rest : REAL;
+  END_VAR
+  Rest := FC_RcxHalfTurn(Angle := Angle);
+END_PROGRAM
+"""
+
+
+@_ON_BOTH
+def test_an_angle_without_its_whole_turns_is_exact(engine: str, tmp_path: Path) -> None:
+    """Half a turn stays what it is; where it is one and whole turns, either end is right.
+
+    Source: head of FC_RcxHalfTurn
+    """
+    file = tmp_path / "HalfTurns.st"
+    file.write_text(_HALF_TURNS, encoding="utf-8")
+    program = build([file, *needed([file], LIBRARY)], engine).program
+    for angle, rest in (
+        (0.0, 0.0),
+        (180.0, 180.0),
+        (-180.0, -180.0),
+        (180.5, -179.5),
+        (-180.5, 179.5),
+        (270.0, -90.0),
+        (-270.0, 90.0),
+        (269.5, -90.5),
+        (-269.5, 90.5),
+        (360.0, 0.0),
+        (-360.0, 0.0),
+        (539.5, 179.5),
+        (-539.5, -179.5),
+        (540.5, -179.5),
+        (-540.5, 179.5),
+        (630.0, -90.0),
+        (-630.0, 90.0),
+        (8191.5, -88.5),
+        (-8191.5, 88.5),
+        (16380.25, -179.75),
+        (720_000.0625, 0.0625),
+        (-999_999.9375, 80.0625),
+    ):
+        program.write("Main.Angle", angle)
+        program.scan(0)
+        assert program.read("Main.Rest") == rest, angle
+    for turns in range(-40, 40):
+        program.write("Main.Angle", 180.0 + 360.0 * turns)
+        program.scan(0)
+        rest = program.read("Main.Rest")
+        assert isinstance(rest, float)
+        assert abs(rest) == 180.0
 
 
 @_ON_BOTH
