@@ -36,7 +36,7 @@ const WORDS = {
   Point: ["Point to teach", "ティーチするポイント"],
   Units: ["Unit of the point", "ポイントの単位"],
   State: ["State", "状態"],
-  Position: ["Position [mm, deg]", "位置 [mm, deg]"],
+  Position: ["Position as last read [mm, deg]", "位置（最終読出し） [mm, deg]"],
   Ready: ["Ready", "準備完了"],
   NoNumber: ["There was no number in the field; the old one stays", "数値が入力されていません。前の値のままです"],
 };
