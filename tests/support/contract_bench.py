@@ -43,7 +43,6 @@ _LET_GO = 45
 _ENABLED = 18
 #: An undisturbed command, from the edge to its end [scans].
 _PROMPT = 8
-_SERVOS_OFF = 0x800C
 #: Blocks that send several commands for one rising edge, and which.
 _SEVERAL = {"FB_PickPlace": (0x0001, 0x0301)}
 
@@ -75,9 +74,9 @@ _CODES = {
     "FB_ToolPosition": {0x506},
 }
 #: Scans in which they look at what they were given, before anything goes out.
-_AHEAD = {"FB_MoveTable": 1, "FB_PointRestore": 2}
+_AHEAD = {"FB_MoveTable": 1, "FB_PickPlace": 1, "FB_PointRestore": 2}
 #: These refuse to begin while servos are off or there is an alarm.
-_CAREFUL = ("FB_MoveTable",)
+_CAREFUL = ("FB_MoveTable", "FB_PickPlace")
 #: These wait for a connection.
 _PATIENT = ("FB_PowerUp",)
 
@@ -299,9 +298,7 @@ class ContractBench:
         if self.block in _CAREFUL and self._history[-1][0][32] & _STANDING != _READY:
             return
         for _ in range(_PROMPT * self._waits):
-            pins = self._scan(True)
-            off = not int.from_bytes(self._history[-1][0][32:34], "little") & bit("SO02")
-            if pins.done or (self.subject.several and off and pins.error_id == _SERVOS_OFF):
+            if self._scan(True).done:
                 break
         else:
             self._fail(f"{self.pins} instead of Done, once all is well again")
