@@ -273,10 +273,25 @@ def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> Non
     assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in (13, 14, 15)]
     assert (plc["Head"], [plc.row(k) for k in range(1, 7)]) == whole
 
+
+def test_a_complete_record_is_not_resumed_and_so_never_looks_as_if_it_was_read_again(
+    plc: PointsBench,
+) -> None:
+    """The rows are those of the reading before; Number is the next First, as it was at its end.
+
+    Source: docs/errors.md, 16#8069; comment of Resume
+    """
+    plc.stored[0x100, 5] = POINT_50
+    assert plc.run("Backup", First=5, Count=1) == 0
+    kept = plc["Head"]
+    plc.stored[0x100, 5] = _wide([1, 0, 7777])
     plc.sent.clear()
-    assert plc.run("Backup", most=1) == 0  # complete: nothing is left to do
+    for _ in range(2):
+        assert plc.run("Backup", most=1, Resume=True) == 0x8069
     assert plc.sent == []
-    assert plc["Backup.Number"] == 16
+    assert (plc.row(1), plc["Head"], plc["Backup.Number"]) == (ROW_50, kept, 6)
+    assert plc.run("Backup", Resume=False) == 0
+    assert plc.row(1)[2][0] == 7777
 
 
 def test_there_is_nothing_to_resume_before_the_first_record(plc: PointsBench) -> None:

@@ -233,7 +233,30 @@ def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> N
         seen.append((plc["Restore.Row"], plc["Restore.Number"]))
         plc.scan()
     assert list(dict.fromkeys(seen)) == [(1, 10), (2, 11), (3, 12), (4, 13)]
-    assert (plc["Restore.Done"], plc["Restore.Row"], plc["Restore.Number"]) == (True, 4, 13)
+    assert (plc["Restore.Done"], plc["Restore.Row"], plc["Restore.Number"]) == (True, 1, 10)
+
+
+@pytest.mark.parametrize("compares", [False, True])
+@pytest.mark.parametrize("first", [1, 3])
+def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
+    plc: PointsBench, compares: bool, first: int
+) -> None:
+    """FirstRow := Row after it begins anew: a Done without work would look like a restore.
+
+    Source: comments of Row and FirstRow
+    """
+    _record(plc)
+    plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = first, compares
+    plc["Restore.Execute"] = True
+    plc.scan_until(lambda: bool(plc["Restore.Done"]))
+    assert (plc["Restore.Row"], plc["Restore.Number"]) == (1, 10)
+    plc["Restore.Execute"] = False
+    plc.scan(3)
+    assert plc["Restore.Row"] == 1
+    plc.stored.clear()
+    plc.sent.clear()
+    assert plc.run("Restore", FirstRow=plc["Restore.Row"], CompareOnly=False) == 0
+    assert [words[2] for words in plc.sent] == [10, 11, 12, 13]
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
@@ -362,7 +385,7 @@ def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     plc["Restore.Execute"] = False
     plc.scan_until(lambda: bool(plc["Restore.Done"]))
     plc.scan(10)
-    assert (plc["Restore.Done"], plc["Restore.Busy"], plc["Restore.Row"]) == (False, False, 4)
+    assert (plc["Restore.Done"], plc["Restore.Busy"], plc["Restore.Row"]) == (False, False, 1)
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 12, 13)]
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from both_engines import ENGINES
 from plc_bench import ROOT
+from points_bench import PointsBench
 from rcx_harness import Cell
 from rcx_harness.robot.stored import Point
 
@@ -31,12 +32,108 @@ def test_the_program_of_the_page_brings_back_a_point_that_was_changed(engine: st
         assert cell["Main.Head.Count"] == 100
         assert cell["Main.Rows[51].Values[2]"] == -20_000
         points[50] = Point()
-        _press(cell, "Compare", "Restore")
-        assert (cell["Main.Restore.Differences"], cell["Main.Restore.LastDifferent"]) == (1, 50)
+        _press(cell, "Compare", "Check")
+        assert (cell["Main.Check.Differences"], cell["Main.Check.LastDifferent"]) == (1, 50)
         assert points[50] == Point()
         _press(cell, "Load", "Restore")
         assert points == before
         assert not cell.violations
+
+
+class _Panel(PointsBench):
+    """The page's program with its push buttons, and a controller with points 0 to 99."""
+
+    def __init__(self, engine: str) -> None:
+        super().__init__(engine, _PROGRAM)
+        self["Connected"] = True
+        self.define(range(100))
+
+    def define(self, numbers: range, x: int = 0) -> None:
+        for number in numbers:
+            self.stored[0x100, number] = [1, 0, x or number, *[0] * 11]
+
+    def press(self, button: str, block: str) -> object:
+        """Press until it has ended; its ErrorID. What the controller gets is in `sent` alone."""
+        self.sent.clear()
+        self[button] = True
+        self.scan(2)
+        self.scan_until(lambda: not self[f"{block}.Busy"], most=3000)
+        error = self[f"{block}.ErrorID"]
+        self[button] = False
+        self.scan(3)
+        return error
+
+    @property
+    def numbers(self) -> list[int]:
+        return [words[2] for words in self.sent]
+
+
+@pytest.fixture(params=ENGINES)
+def panel(request: pytest.FixtureRequest) -> _Panel:
+    return _Panel(request.param)
+
+
+def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(
+    panel: _Panel,
+) -> None:
+    """After all rows were saved, and compared: the restore writes all, a backup says 16#8069.
+
+    Source: docs/points.md, In the PLC; docs/errors.md, 16#8069
+    """
+    assert panel.press("Save", "Backup") == 0
+    panel["GoOn"] = True
+    assert panel.press("Compare", "Check") == 0
+    assert panel.numbers == list(range(100))
+    for _ in range(2):
+        panel.stored.clear()
+        assert panel.press("Load", "Restore") == 0
+        assert panel.numbers == list(range(100))
+    panel.define(range(100), x=7777)
+    assert panel.press("Save", "Backup") == 0x8069
+    assert panel.numbers == []
+    panel["GoOn"] = False
+    assert panel.press("Save", "Backup") == 0
+    assert panel.row(1)[2][0] == 7777
+
+
+def test_go_on_goes_on_where_a_restore_stopped_and_nowhere_else(panel: _Panel) -> None:
+    """Not where a comparison stopped, and not after the record was saved anew.
+
+    Source: docs/points.md, In the PLC
+    """
+    assert panel.press("Save", "Backup") == 0
+    panel["GoOn"] = True
+    panel.refuses[40] = (12, 76)
+    assert panel.press("Compare", "Check") == 0x8020
+    panel.refuses = {60: (12, 76)}
+    assert panel.press("Load", "Restore") == 0x8020
+    assert panel.numbers == list(range(61))
+    panel.refuses.clear()
+    assert panel.press("Compare", "Check") == 0
+    assert panel.numbers == list(range(100))
+    assert panel.press("Load", "Restore") == 0
+    assert panel.numbers == list(range(60, 100))
+
+    panel.refuses = {60: (12, 76)}
+    assert panel.press("Load", "Restore") == 0x8020
+    assert panel.numbers == list(range(61))
+    panel["GoOn"] = False
+    panel.refuses.clear()
+    assert panel.press("Save", "Backup") == 0
+    panel["GoOn"] = True
+    assert panel.press("Load", "Restore") == 0
+    assert panel.numbers == list(range(100))
+
+
+def test_go_on_goes_on_behind_the_rows_that_were_saved(panel: _Panel) -> None:
+    """Source: docs/points.md, In the PLC."""
+    panel.refuses[30] = (12, 76)
+    assert panel.press("Save", "Backup") == 0x8020
+    panel.refuses.clear()
+    panel["GoOn"] = True
+    assert panel.press("Save", "Backup") == 0
+    assert panel.numbers == list(range(30, 100))
+    assert panel["Head.Count"] == 100
 
 
 def test_the_page_shows_lines_of_its_program() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from plc_bench import ROOT, PlcBench
@@ -27,8 +28,8 @@ class PointsBench(PlcBench):
         refuses: By number: the alarm in which its command ends.
     """
 
-    def __init__(self, engine: str) -> None:
-        super().__init__(program=ROOT / "tests/data/library/Points.st", engine=engine)
+    def __init__(self, engine: str, program: Path = ROOT / "tests/data/library/Points.st") -> None:
+        super().__init__(program=program, engine=engine)
         self.stored: dict[tuple[int, int], list[int]] = {}
         self.sent: list[list[int]] = []
         self.refuses: dict[int, tuple[int, int]] = {}

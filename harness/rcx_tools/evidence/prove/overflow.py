@@ -173,7 +173,7 @@ def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
     first, count = term("ROWS", "FIRST"), term("ROWS", "COUNT")
     return z3.And(
         *(row >= 1, row <= 100, start >= 1, start <= 100, first >= 0, first <= 29_999),
-        *(count >= 0, count <= 100, different >= 0, different <= row),
+        *(count >= 0, count <= 100, different >= 0, different <= 100),
         z3.Or(term("THROUGH"), different < row),
         *(z3.Implies(term("CHECKS"), different == 0), term("BUSY") == term("JOB", "BUSY")),
     )
