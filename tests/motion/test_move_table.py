@@ -244,7 +244,7 @@ def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
-    """Where that row ends normally, nothing is missing. Source: pin Done: all rows are done"""
+    """Where that row ends normally, nothing is missing. Source: pin Done: all rows are done."""
     plc = bench(*rows_to(1), engine=engine)
     start(plc)
     sent(plc)

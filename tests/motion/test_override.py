@@ -150,7 +150,7 @@ def test_a_step_up_that_waits_goes_out_with_a_percent_that_is_lower_by_then(
 
 
 def test_a_step_up_that_waits_goes_on_to_where_it_was_when_percent_is_as_before() -> None:
-    """Never beyond it. Source: pin Rise: most that one step adds"""
+    """Never beyond it. Source: pin Rise: most that one step adds."""
     plc = _moving(Percent=80)
     for percent in (5, 100):
         plc["SpeedOverride.Percent"] = percent
@@ -331,7 +331,7 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
 
 @pytest.mark.parametrize("lost", ["no end", "link", "CPU_OK", "status", "an illegal Percent first"])
 def test_the_speed_is_not_known_where_the_end_of_a_step_is_not(lost: str) -> None:
-    """The controller may have taken it. Source: pin Actual: 0 = not known"""
+    """The controller may have taken it. Source: pin Actual: 0 = not known."""
     plc = _begun(Percent=80, Timeout="T#100ms")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     assert plc["SpeedOverride.Actual"] == 50

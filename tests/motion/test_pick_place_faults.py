@@ -136,7 +136,7 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 def test_a_second_call_in_the_scan_of_the_error_lets_no_command_out(
     again: int, restart: bool
 ) -> None:
-    """Nor one in the next scan, nor a new edge there. Source: docs/scan-model.md, one scan"""
+    """Nor one in the next scan, nor a new edge there. Source: docs/scan-model.md, one scan."""
     plc = _bench()
     plc.silent = "date"
     plc.until("DO(20) OFF")
@@ -171,7 +171,7 @@ def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> Non
     plc.scan(30)
     plc["StopOk"] = True
     plc.start()
-    while not plc.told[-1:] == ["PTP 10 at 50"]:
+    while plc.told[-1:] != ["PTP 10 at 50"]:
         unsettled = not plc["Robot.Settled"]
         assert plc.end[0] == "Busy"
         plc.scan()
