@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import timedelta
 from typing import Any
 
@@ -300,6 +301,68 @@ def test_the_robot_is_in_the_code(number: int) -> None:
     plc = _plc(Enable=True, RobotNumber=number)
     plc.scan(2)
     assert plc.words[0] == number << 12 | 0x0506
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("k", range(6))
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 2_147_485.0, -2_147_485.0])
+def test_a_direct_position_that_no_controller_answers_is_an_error(
+    engine: str, k: int, value: float
+) -> None:
+    """Beyond a double word of 0.001 mm, or no number; until Enable falls, as any error.
+
+    Source: docs/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
+    """
+    plc = _plc(engine, Enable=True, Direct=True, DirectMm=[1.0] * 6)
+    plc.scan()
+    assert plc["Position.Valid"] is True
+    place = [1.0] * 6
+    place[k] = value
+    plc["Position.DirectMm"] = place
+    plc.scan()
+    shown = [plc[f"Position.{pin}"] for pin in ("Valid", "Error", "ErrorID")]
+    assert shown == [False, True, 0x8047]
+    assert plc["Position.PositionMm"] == [1.0] * 6
+    plc["Position.DirectMm"] = [2.0] * 6
+    plc.scan(3)
+    assert plc["Position.ErrorID"] == 0x8047
+    plc["Position.Enable"] = False
+    plc.scan()
+    plc["Position.Enable"] = True
+    plc.scan()
+    assert (plc["Position.Valid"], plc["Position.PositionMm"]) == (True, [2.0] * 6)
+
+
+def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() -> None:
+    """Source: docs/errors.md, 16#8047; comment of Error: until Enable falls."""
+    for words in ([4, 2], [0, 0, *_PLACE]):
+        plc = _plc(Enable=True)
+        plc.scan(2)
+        plc["Position.DirectMm"], plc["Position.Direct"] = [math.nan] * 6, True
+        plc.scan(2)
+        plc.answer(0x4000 if words == [4, 2] else 0x0200, words)
+        plc.scan(2)
+        plc.answer(0)
+        plc.scan(3)
+        shown = [plc[f"Position.{pin}"] for pin in ("ErrorID", "AlarmGroup", "Valid")]
+        assert shown == [0x8047, 0, False]
+        assert plc["Position.PositionMm"] == [0] * 6
+
+
+@pytest.mark.parametrize("value", [2_147_483.0, -2_147_483.0])
+def test_what_a_controller_can_answer_may_be_given_directly(value: float) -> None:
+    """Source: remote command guide 4.7.4."""
+    plc = _plc(Enable=True, Direct=True, DirectMm=[value] * 6)
+    plc.scan()
+    assert (plc["Position.Valid"], plc["Position.PositionMm"]) == (True, [value] * 6)
+
+
+def test_a_direct_position_counts_for_nothing_without_direct() -> None:
+    """Source: comment of DirectMm."""
+    plc = _plc(Enable=True, DirectMm=[math.nan] * 6)
+    _read(plc)
+    assert plc["Position.Valid"]
+    assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
 def test_without_enable_it_shows_nothing_whatever_its_pins_and_the_link_are() -> None:

@@ -1,0 +1,101 @@
+"""docs/position.md: its calls take the position from the real time output, and drop it in time."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import ROOT, PlcBench
+
+_PAGE = ROOT / "docs/position.md"
+_PROGRAM = """PROGRAM Directly
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected : BOOL := TRUE;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    Output : FB_EnableRealTimeOutput;
+    Ended : R_TRIG;
+    OutputOn, Enable : BOOL;
+    Value1, Value2 : FB_RealTimeValue;
+    Arm : RCX_SCARA;
+    Pulses : RCX_PULSES;
+    Forward : FB_ScaraForward;
+    Position : FB_ToolPosition;
+  END_VAR
+  Arm.Arm1 := 225.0;
+  Arm.Arm2 := 175.0;
+  Arm.PulsesPerUnit[1] := 1000.0;
+  Arm.PulsesPerUnit[2] := 1000.0;
+  Arm.PulsesPerUnit[3] := 1000.0;
+  Arm.PulsesPerUnit[4] := 1000.0;
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+{calls}
+  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+def _calls() -> str:
+    part = _PAGE.read_text(encoding="utf-8").partition("real time output, positions come")[2]
+    found = re.search(r"```iecst\n(.*?)```", part, re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+@pytest.fixture(params=ENGINES)
+def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
+    """The output is enabled; axis 2 is shown at 90000 pulses."""
+    file = tmp_path / "Directly.st"
+    file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")
+    plc = PlcBench(program=file, engine=request.param, size=256)
+    plc.power_up()
+    plc.scan(3)
+    plc.so[52:56] = (90_000).to_bytes(4, "little")  # SOW(26)
+    plc["Output.Execute"] = True
+    plc.scan_until(lambda: plc.words[0] == 0x0703)
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    plc["Enable"] = True
+    plc.scan(2)
+    return plc
+
+
+def test_the_position_is_that_of_the_words_once_the_output_is_enabled(plc: PlcBench) -> None:
+    """Source: docs/position.md, Age; remote command guide 4.9.3."""
+    assert (plc["Output.Done"], plc["Position.Valid"]) == (True, True)
+    assert plc["Position.PositionMm"] == pytest.approx([-175, 225, 0, 180, 0, 0], abs=0.001)
+
+
+@pytest.mark.parametrize("lost", ["link", "CPU_OK"])
+@pytest.mark.parametrize("held", [False, True])
+def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_again(
+    plc: PlcBench, lost: str, held: bool
+) -> None:
+    """A controller that was off shows words of 0: no position of age 0 is made of them.
+
+    That Done of before still stands, because Execute does, does not bring them back.
+
+    Source: docs/position.md, Age
+    """
+    plc["Output.Execute"] = held
+    plc.scan(2)
+    plc["Connected"] = lost != "link"
+    plc.outputs(SO01=lost == "link")
+    plc.scan()
+    assert plc["Position.Valid"] is False
+    plc["Connected"] = True
+    plc.outputs(SO01=True)
+    plc.so[48:56] = bytes(8)
+    plc["Enable"] = False
+    plc.scan()
+    plc["Enable"] = True
+    plc.scan(2)
+    assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
+    plc.scan_until(lambda: plc.words[0] == 0x0506, most=40)  # it asks instead
+    assert plc["Position.Valid"] is False
