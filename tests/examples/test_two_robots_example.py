@@ -8,6 +8,7 @@ from example_runs import finished
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.cli.app import main
+from rcx_harness.spec import folder, load_toml
 from rcx_tools.docs.examples import examples
 
 _PLACE = (150_000, 0), (-120_000, 30_000)
@@ -94,6 +95,30 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
         servo = [cell[f"Main.Robot{k}.SO.SO02_ServoOn"] for k in (1, 2)]
         assert servo == [True, False]
         cell.run_until(lambda: _placed(cell) == (2, 2), within="4s")
+
+
+@pytest.mark.parametrize(("name", "one", "other"), [_TWELVE, _FOURTEEN], ids=["12", "14"])
+@pytest.mark.parametrize("fault", ["emergency_stop", "auto_input_off", "power_off"])
+def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
+    name: str, one: str, other: str, fault: str
+) -> None:
+    """Two blocks that end in one scan: the number of one of them, never one made of both.
+
+    Source: docs/errors.md.
+    """
+    known = {int(row["id"]) for row in load_toml(folder() / "errors.toml")["error"]}
+    with _started(name) as cell:
+        found = set()
+        for _ in range(60):
+            cell.scan(7)
+            before = cell.snapshot()
+            for controller in (1, 2):
+                cell.inject(fault, controller=controller)
+                cell.run("300ms")
+                found |= {cell[f"Main.{block}.Cycle.ErrorID"] for block in (one, other)}
+                cell.restore(before)
+    assert len(found) > 1
+    assert found - {0} <= known
 
 
 def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
