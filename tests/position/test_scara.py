@@ -605,6 +605,22 @@ def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
     assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per)[1] == 0
 
 
+@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize(("turned", "error"), [(990, 0), (1010, 0x8047), (8000, 0x8047)])
+def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
+    sign: int, turned: int, error: int
+) -> None:
+    """With 1,000,000 pulses per degree: up to 8,000,000,000, which is no double word.
+
+    Source: docs/errors.md, 16#8047
+    """
+    per = [1000.0, 1000.0, 1000.0, 1e6, 0.0, 0.0]
+    place = [-175.0, 225.0, 0.0, 180.0 + sign * turned]
+    joints, found = _inverse(place, "HAND_RIGHT", PulsesPerUnit=per)
+    assert found == error
+    assert joints[3] == pytest.approx(0 if error else sign * turned * 1000, abs=10)
+
+
 def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
     assert _inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
     assert _inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
@@ -666,7 +682,7 @@ END_PROGRAM
 
 @_ON_BOTH
 def test_an_angle_without_its_whole_turns_is_exact(engine: str, tmp_path: Path) -> None:
-    """Half a turn stays what it is; where it is one and whole turns, either end is right.
+    """Half a turn stays what it is; half a turn and whole ones are 180.
 
     Source: head of FC_RcxHalfTurn
     """
@@ -700,12 +716,17 @@ def test_an_angle_without_its_whole_turns_is_exact(engine: str, tmp_path: Path) 
         program.write("Main.Angle", angle)
         program.scan(0)
         assert program.read("Main.Rest") == rest, angle
-    for turns in range(-40, 40):
+    for turns in (*range(-40, -1), *range(40)):
         program.write("Main.Angle", 180.0 + 360.0 * turns)
         program.scan(0)
-        rest = program.read("Main.Rest")
-        assert isinstance(rest, float)
-        assert abs(rest) == 180.0
+        assert program.read("Main.Rest") == 180, turns
+    for angle in (3.7e7, -3.7e7, math.inf, -math.inf):  # 100,000 turns and more
+        program.write("Main.Angle", angle)
+        program.scan(0)
+        assert program.read("Main.Rest") == angle
+    program.write("Main.Angle", math.nan)
+    program.scan(0)
+    assert math.isnan(program.read("Main.Rest"))
 
 
 @_ON_BOTH
