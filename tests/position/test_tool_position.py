@@ -349,6 +349,28 @@ def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() 
         assert plc["Position.PositionMm"] == [0] * 6
 
 
+def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
+    """Nothing goes out for who shows an error already.
+
+    Source: docs/blocks.md, the contract: an error ends the work.
+    """
+    plc = _plc()
+    plc["First.Code"], plc["First.Execute"], plc["First.Timeout"] = 0x0501, True, "T#0s"
+    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc["Position.Enable"] = True
+    plc.scan(2)
+    plc["Position.DirectMm"], plc["Position.Direct"] = [math.nan] * 6, True
+    plc.scan(2)
+    assert plc["Position.ErrorID"] == 0x8047
+    plc["First.Execute"] = False
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    for _ in range(10):
+        plc.scan()
+        assert plc.words[0] in (0, 0x0501)
+
+
 @pytest.mark.parametrize("value", [2_147_483.0, -2_147_483.0])
 def test_what_a_controller_can_answer_may_be_given_directly(value: float) -> None:
     """Source: remote command guide 4.7.4."""
