@@ -176,7 +176,7 @@ def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Pa
     sent = _sent(panel)
     _type_point(panel, "12" + Keys.TAB)
     panel.until(lambda: panel.program.read("Main.Panel.Point") == 12, "chosen")
-    panel.until(lambda: _shown_point(panel) == "12", "shown")
+    panel.until(lambda: _shown_point(panel, "dataset.shown") == "12", "heard of by the page")
     _type_point(panel, "")
     panel.browser.find_element(By.CSS_SELECTOR, "[data-key=Teach]").click()
     panel.until(lambda: panel.shows("#refused").startswith("There was no number"), "told")
@@ -202,6 +202,6 @@ def test_a_key_is_not_pressed_with_a_number_that_was_refused(panel: _Panel) -> N
 _REFUSED = "Point cannot be 30000; it takes 0 to 29999"
 
 
-def _shown_point(panel: _Panel) -> object:
-    script = "return document.querySelector('[data-number=Point]').value"
+def _shown_point(panel: _Panel, where: str = "value") -> object:
+    script = f"return document.querySelector('[data-number=Point]').{where}"
     return panel.browser.execute_script(script)
