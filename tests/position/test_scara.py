@@ -1,73 +1,21 @@
 """FB_ScaraForward and FB_ScaraInverse: poses by hand, both arms, hands, shifts; and the model.
 
-The YK400XE has arms of 225 and 175 mm (its data sheet); here each axis has 1000 pulses per unit.
+The arms have 225 and 175 mm where nothing else is said.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping, Sequence
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from alone import Alone
-from both_engines import ENGINES
-from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
 from rcx_tools.bench.kinematics import LIMITS, Pose, compare, poses
-
-_UNIT = 1000
-_ARM: dict[str, Any] = {"Arm1": 225.0, "Arm2": 175.0, "PulsesPerUnit": [float(_UNIT)] * 6}
-_NAN = math.nan
-
-_ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
+from scara_bench import ON_BOTH, UNIT, forward, inverse, scara, with_arm
 
 
-@cache
-def _block(name: str, engine: str) -> Alone:
-    return Alone(f"FB_Scara{name}", {}, engine)
-
-
-def _arm(block: Alone, arm: Mapping[str, Any]) -> None:
-    block.restart()
-    for field, value in {**_ARM, **arm}.items():
-        block[f"Block.Arm.{field}"] = value
-
-
-def _forward(
-    joints: Sequence[float], engine: str = "auto", **arm: Any
-) -> tuple[list[float], str, int]:
-    """Position, hand system and ErrorID."""
-    block = _block("Forward", engine)
-    _arm(block, arm)
-    pulses = [round(_UNIT * joint) for joint in joints]
-    block["Block.Pulses"] = [*pulses, *[0] * (6 - len(pulses))]
-    block.scan(0)
-    assert block["Block.Valid"] is (not block["Block.Error"])
-    assert block["Block.Error"] is (block["Block.ErrorID"] != 0)
-    return block["Block.PositionMm"], block["Block.HandSystem"], block["Block.ErrorID"]
-
-
-def _inverse(
-    position: Sequence[float], hand: str, engine: str = "auto", **arm: Any
-) -> tuple[list[float], int]:
-    """Joints in degrees and mm, and ErrorID."""
-    block = _block("Inverse", engine)
-    _arm(block, arm)
-    block["Block.PositionMm"] = [*position, *[0.0] * (6 - len(position))]
-    block["Block.HandSystem"] = hand
-    block.scan(0)
-    assert block["Block.Valid"] is (not block["Block.Error"])
-    assert block["Block.Error"] is (block["Block.ErrorID"] != 0)
-    return [one / _UNIT for one in block["Block.Pulses"]], block["Block.ErrorID"]
-
-
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize(
     ("joints", "place", "hand"),
     [
@@ -92,13 +40,13 @@ def test_where_the_tool_is(
     Rule: robot-coordinates, robot-arm.
     Source: public driver of the YK400XE, joints.xacro and README
     """
-    position, shown, error = _forward(joints, engine)
+    position, shown, error = forward(joints, engine)
     assert error == 0
     assert position == pytest.approx([*place, 0, 0], abs=0.001)
     assert shown == hand
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize(("hand", "sign"), [("HAND_RIGHT", 1), ("HAND_LEFT", -1)])
 def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> None:
     """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
@@ -108,13 +56,13 @@ def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> No
 
     Rule: robot-arm.
     """
-    joints, error = _inverse([0, 285.044, 5, 90], hand, engine)
+    joints, error = inverse([0, 285.044, 5, 90], hand, engine)
     assert error == 0
     expected = [sign * -37.875, sign * 90, 5, sign * -52.125, 0, 0]
     assert joints == pytest.approx(expected, abs=0.002)
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize(
     ("place", "joints"),
     [
@@ -138,7 +86,7 @@ def test_the_joints_of_a_place_right_handed(
 
     Rule: robot-arm.
     """
-    found, error = _inverse(place, "HAND_RIGHT", engine)
+    found, error = inverse(place, "HAND_RIGHT", engine)
     assert error == 0
     assert found == pytest.approx([*joints, 0, 0], abs=0.002)
 
@@ -152,10 +100,10 @@ def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand:
 
     Rule: robot-limits.
     """
-    assert _inverse(place, hand) == ([0] * 6, 0x8060)
+    assert inverse(place, hand) == ([0] * 6, 0x8060)
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize(("far", "bend"), [(399.999, 0.258), (50.005, 179.796)])
 def test_a_thousandth_from_stretched_or_folded_is_a_bend(
     engine: str, far: float, bend: float
@@ -166,7 +114,7 @@ def test_a_thousandth_from_stretched_or_folded_is_a_bend(
 
     Rule: robot-arm.
     """
-    joints, error = _inverse([0, far, 0, 90], "HAND_RIGHT", engine)
+    joints, error = inverse([0, far, 0, 90], "HAND_RIGHT", engine)
     assert error == 0
     assert joints[1] == pytest.approx(bend, abs=0.01)
 
@@ -179,7 +127,7 @@ def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
 
     Rule: robot-limits.
     """
-    joints, found = _inverse([0, far, 0, 90], "HAND_RIGHT", Arm1=200.0, Arm2=200.0)
+    joints, found = inverse([0, far, 0, 90], "HAND_RIGHT", Arm1=200.0, Arm2=200.0)
     assert found == error
     assert joints[1] == pytest.approx(0 if error else 180, abs=0.02)
 
@@ -192,18 +140,18 @@ def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
     is refused. Where arm 2 is the longer one it goes beyond the base when it is folded.
     """
     own: dict[str, Any] = {"Arm1": arms[0], "Arm2": arms[1]}
-    joints, error = _inverse([-arms[1], arms[0], 0, 180], "HAND_RIGHT", **own)
+    joints, error = inverse([-arms[1], arms[0], 0, 180], "HAND_RIGHT", **own)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
     beyond = arms[0] - arms[1]
-    joints, error = _inverse([0, beyond, 0, 270], "HAND_RIGHT", **own)
+    joints, error = inverse([0, beyond, 0, 270], "HAND_RIGHT", **own)
     if beyond:
         assert joints == pytest.approx([0, 180, 0, 0, 0, 0], abs=0.002)
     else:
         assert error == 0x8060
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize(
     ("data", "place"),
     [((100, 0, 20), (0, 500, 20, 90)), ((0, 100, 0), (-100, 400, 0, 90))],
@@ -218,13 +166,13 @@ def test_a_hand_on_the_r_axis_turns_with_it(
     """
     hand: dict[str, Any] = {f"HandData{k}": float(one) for k, one in enumerate(data, 1)}
     hand |= {"HandMount": "HAND_ON_R_AXIS"}
-    assert _forward([0] * 4, engine, **hand)[0] == pytest.approx([*place, 0, 0], abs=0.001)
-    joints, _ = _inverse([place[0] - 175, place[1] - 175, place[2], 90], "HAND_RIGHT", **hand)
+    assert forward([0] * 4, engine, **hand)[0] == pytest.approx([*place, 0, 0], abs=0.001)
+    joints, _ = inverse([place[0] - 175, place[1] - 175, place[2], 90], "HAND_RIGHT", **hand)
     assert joints[:2] == pytest.approx([0, 90], abs=0.002), "the flange is 175 mm left and back"
     assert joints[3] == pytest.approx(-90, abs=0.002)
 
 
-@_ON_BOTH
+@ON_BOTH
 def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
     """10 degrees and 25 mm more: with all axes at 0 it is at -200 sin 10, 225 + 200 cos 10.
 
@@ -233,17 +181,17 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer, data 2 and 3 are in 0.001 mm
     """
-    hand: dict[str, Any] = {"HandData1Integer": 10 * _UNIT, "HandData2": 25.0, "HandData3": 7.0}
-    position, shown, _ = _forward([0] * 4, engine, **hand)
+    hand: dict[str, Any] = {"HandData1Integer": 10 * UNIT, "HandData2": 25.0, "HandData3": 7.0}
+    position, shown, _ = forward([0] * 4, engine, **hand)
     assert position == pytest.approx([-34.730, 421.962, 7, 90, 0, 0], abs=0.001)
     assert shown == "HAND_RIGHT"
-    joints, _ = _inverse(position, shown, engine, **hand)
+    joints, _ = inverse(position, shown, engine, **hand)
     assert joints == pytest.approx([0] * 6, abs=0.002)
-    assert _forward([0, -5, 0, 0], **hand)[1] == "HAND_RIGHT"
-    assert _forward([0, -11, 0, 0], **hand)[1] == "HAND_LEFT"
+    assert forward([0, -5, 0, 0], **hand)[1] == "HAND_RIGHT"
+    assert forward([0, -11, 0, 0], **hand)[1] == "HAND_LEFT"
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize("turn", [-360, -180, -80, 80, 100, 180, 350])
 @pytest.mark.parametrize("axis2", [-150, -110, -10, 10, 110, 150])
 def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
@@ -260,12 +208,12 @@ def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
     line = math.radians(axis2 + turn)
     place = [-175 * math.sin(line), 225 + 175 * math.cos(line), 0, axis2 + 90]
     hand = "HAND_RIGHT" if math.sin(line) > 0 else "HAND_LEFT"
-    joints, error = _inverse(place, hand, engine, HandData1Integer=turn * _UNIT)
+    joints, error = inverse(place, hand, engine, HandData1Integer=turn * UNIT)
     assert error == 0
     assert joints == pytest.approx([0, axis2, 0, 0, 0, 0], abs=0.004)
 
 
-@_ON_BOTH
+@ON_BOTH
 def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
     """The flange is at (0, 400, 0, 90); seen from (10, 20, 5) turned by 90 degrees: (380, 10).
 
@@ -273,19 +221,19 @@ def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
     Source: remote command guide 4.3.4
     """
     shift: dict[str, Any] = {"Shift": [10.0, 20.0, 5.0, 90.0]}
-    position, _, _ = _forward([0] * 4, engine, **shift)
+    position, _, _ = forward([0] * 4, engine, **shift)
     assert position == pytest.approx([380, 10, -5, 0, 0, 0], abs=0.001)
-    joints, _ = _inverse([380 - 175, 10 + 175, -5, 0], "HAND_RIGHT", engine, **shift)
+    joints, _ = inverse([380 - 175, 10 + 175, -5, 0], "HAND_RIGHT", engine, **shift)
     assert joints == pytest.approx([0, 90, 0, -90, 0, 0], abs=0.002)
 
 
-@_ON_BOTH
+@ON_BOTH
 def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
     """At (1000, 2000, 100), turned by 90 degrees, the stretched arms lie along -X."""
     base: dict[str, Any] = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
-    position, _, _ = _forward([0, 0, 3, 0], engine, **base)
+    position, _, _ = forward([0, 0, 3, 0], engine, **base)
     assert position == pytest.approx([600, 2000, 103, 180, 0, 0], abs=0.001)
-    joints, _ = _inverse([775, 1825, 103, 0], "HAND_RIGHT", engine, **base)
+    joints, _ = inverse([775, 1825, 103, 0], "HAND_RIGHT", engine, **base)
     assert joints == pytest.approx([0, 90, 3, -270, 0, 0], abs=0.002)
 
 
@@ -308,21 +256,21 @@ def test_axis_1_comes_within_half_a_turn(
 
     What is not within half a turn then gets a whole one more or less.
     """
-    joints, error = _inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
+    joints, error = inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
     assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), "near to stretched: in degrees only"
 
 
 def test_the_zeros_are_what_the_axes_count_from() -> None:
     zero: dict[str, Any] = {"Zero": [-2476, 613, -1707, 40, 0, 0]}
-    position, _, _ = _forward([-2.476, 0.613, -1.707, 0.040], **zero)
+    position, _, _ = forward([-2.476, 0.613, -1.707, 0.040], **zero)
     assert position == pytest.approx([0, 400, 0, 90, 0, 0], abs=0.001)
-    joints, _ = _inverse([-175, 225, 10, 180], "HAND_RIGHT", **zero)
+    joints, _ = inverse([-175, 225, 10, 180], "HAND_RIGHT", **zero)
     expected = [-2.476, 90.613, 8.293, 0.040, 0, 0]
     assert joints == pytest.approx(expected, abs=0.002)
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize("zero", [20_000_001, -200_000_003, 999_000_007])
 def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> None:
     """A REAL holds whole numbers up to 16,777,216; -60 and 120 degrees as above.
@@ -330,16 +278,16 @@ def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; comment of Zero
     """
     far: dict[str, Any] = {"Zero": [zero] * 4 + [0] * 2}
-    turned = [zero / _UNIT + joint for joint in (-60.0, 120.0, 12.345, 30.0)]
-    position, _, error = _forward(turned, engine, **far)
+    turned = [zero / UNIT + joint for joint in (-60.0, 120.0, 12.345, 30.0)]
+    position, _, error = forward(turned, engine, **far)
     assert error == 0
     assert position == pytest.approx([43.301, 200, 12.345, 180, 0, 0], abs=0.001)
-    joints, error = _inverse([43.3013, 200, 12.345, 180], "HAND_RIGHT", engine, **far)
+    joints, error = inverse([43.3013, 200, 12.345, 180], "HAND_RIGHT", engine, **far)
     assert error == 0
     assert joints[:4] == pytest.approx(turned, abs=0.002)
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize("turns", [-22, -10, 1, 22])
 def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) -> None:
     """The shift of above, (10, 20, 5) and 30 degrees, and 22 turns: seen from it R is less by them.
@@ -353,18 +301,18 @@ def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) 
         "Arm2": 600.0,
         "Shift": [10.0, 20.0, 5.0, 30.0 + 360 * turns],
     }
-    position, _, error = _forward([0] * 4, engine, **own)
+    position, _, error = forward([0] * 4, engine, **own)
     assert error == 0
     x, y = -10 * math.cos(math.radians(30)) + 590, 1180 * math.cos(math.radians(30)) + 5
     assert position[:3] == pytest.approx([x, y, -5], abs=0.001)
     assert position[3] == pytest.approx(60 - 360 * turns, abs=0.001)
     own["Shift"][:2] = [10.0 - 600.0, 20.0 - 600.0]  # with axis 2 at 90 the flange is there
-    joints, error = _inverse([x, y, -5, 150 - 360 * turns], "HAND_RIGHT", engine, **own)
+    joints, error = inverse([x, y, -5, 150 - 360 * turns], "HAND_RIGHT", engine, **own)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
 
 
-@_ON_BOTH
+@ON_BOTH
 @pytest.mark.parametrize("turns", [-10, -1, 2, 10])
 def test_whole_turns_of_the_r_axis_change_nothing_but_r(engine: str, turns: int) -> None:
     """A hand of 300 mm along X of R lies along Y where R is 90 degrees and so many turns.
@@ -372,73 +320,27 @@ def test_whole_turns_of_the_r_axis_change_nothing_but_r(engine: str, turns: int)
     Source: head of FB_ScaraForward
     """
     hand: dict[str, Any] = {"HandMount": "HAND_ON_R_AXIS", "HandData1": 300.0}
-    position, _, error = _forward([0, 0, 0, 360 * turns], engine, **hand)
+    position, _, error = forward([0, 0, 0, 360 * turns], engine, **hand)
     assert error == 0
     assert position[:3] == pytest.approx([0, 700, 0], abs=0.001)
     assert position[3] == pytest.approx(90 + 360 * turns, abs=0.001)
-    joints, error = _inverse([-175, 525, 0, 90 + 360 * turns], "HAND_RIGHT", engine, **hand)
+    joints, error = inverse([-175, 525, 0, 90 + 360 * turns], "HAND_RIGHT", engine, **hand)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 360 * turns - 90, 0, 0], abs=0.002)
 
 
-@pytest.mark.parametrize("k", range(4))
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
-    """Of the axes 8047, of the zeros 8061; their difference is then a double word in any case.
-
-    Source: comments of Pulses and Zero; docs/errors.md, 16#8047 and 16#8061
-    """
-    last, per = 1_000_000_000, [1_000_000.0] * 6
-    zero = [0] * 6
-    for size, error in ((last, 0), (last + 1, 0x8061), (2**31 - 1, 0x8061)):
-        zero[k] = sign * size
-        pulses = [0.0] * 4
-        pulses[k] = sign * last / _UNIT
-        assert _forward(pulses, Zero=zero, PulsesPerUnit=per)[2] == error
-        at = [0.0, 300.0, 0.0, 90.0]
-        found = _inverse(at, "HAND_RIGHT", Zero=zero)[1]
-        assert found == error or (not error and found in (0, 0x8047))
-    zero[k] = 0
-    for size, error in ((last, 0), (last + 1, 0x8047), (2**31 - 1, 0x8047)):
-        pulses[k] = sign * size / _UNIT
-        assert _forward(pulses, PulsesPerUnit=per)[2] == error
-    zero[k] = -last
-    pulses[k] = 2_000_000_000 / _UNIT
-    assert _forward(pulses, PulsesPerUnit=per, Zero=zero)[2] == 0x8047
-
-
-@pytest.mark.parametrize(
-    ("pulses", "arm"),
-    [
-        ((0, 4100, 0, 4100), {}),
-        ((0, 0, 0, 0), {"Base": [8000.0, 0.0, 0.0, 0.0], "Shift": [-8000.0, 0.0, 0.0, 0.0]}),
-        ((0, 0, 0, 0), {"Base": [0.0, 7800.0, 0.0, 0.0]}),
-        ((0, 0, 0, 0), {"Base": [0.0, 0.0, 8000.0, 0.0], "HandData3": 8000.0}),
-        ((0, 0, 0, 0), {"Shift": [0.0, 0.0, 0.0, -8150.0]}),
-    ],
-)
-def test_a_position_beyond_8192_millimetres_or_degrees_is_too_large(
-    pulses: tuple[float, ...], arm: dict[str, Any]
-) -> None:
-    """No block takes such a position, and a REAL does not hold it to 0.001 mm.
-
-    Source: docs/errors.md, 16#8047
-    """
-    assert _forward(pulses, **arm) == ([0] * 6, "HAND_NONE", 0x8047)
-
-
 def test_an_axis_may_count_the_other_way() -> None:
     other: dict[str, Any] = {"PulsesPerUnit": [-1000.0, 1000.0, -1000.0, 1000.0, 0.0, 0.0]}
-    position, _, _ = _forward([-90, 0, -10, 0], **other)
+    position, _, _ = forward([-90, 0, -10, 0], **other)
     assert position == pytest.approx([-400, 0, 10, 180, 0, 0], abs=0.001)
-    joints, _ = _inverse([-400, 0, 10, 180], "HAND_RIGHT", **other)
+    joints, _ = inverse([-400, 0, 10, 180], "HAND_RIGHT", **other)
     assert joints == pytest.approx([-90, 0, -10, 0, 0, 0], abs=0.002)
 
 
 def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() -> None:
     """Source: comments of the outputs; docs/errors.md, 16#8060 and 16#8061."""
-    assert _inverse([-175, 225, 10, 180], "HAND_RIGHT", Zero=[500] * 4 + [0] * 2)[1] == 0
-    block = _block("Inverse", "auto")
+    assert inverse([-175, 225, 10, 180], "HAND_RIGHT", Zero=[500] * 4 + [0] * 2)[1] == 0
+    block = scara("Inverse", "auto")
     shown = ("ErrorID", "Valid", "Pulses")
     good = [block[f"Block.{pin}"] for pin in shown]
     assert good == [
@@ -465,11 +367,11 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
 
     Source: comment of HandSystem
     """
-    block = _block("Inverse", "auto")
-    _arm(block, {})
+    block = scara("Inverse", "auto")
+    with_arm(block, {})
     block["Block.PositionMm"] = [0.0, 285.044, 5.0, 90.0, 0.0, 0.0]
     block.scan(0)
-    assert block["Block.Pulses"][1] == pytest.approx(90 * _UNIT, abs=2)
+    assert block["Block.Pulses"][1] == pytest.approx(90 * UNIT, abs=2)
 
 
 def test_axes_5_and_6_do_not_count() -> None:
@@ -478,10 +380,10 @@ def test_axes_5_and_6_do_not_count() -> None:
     Source: comments of RCX_SCARA and of PositionMm
     """
     much = [0, 0, 0, 0, 2_100_000_000, -2_100_000_000]
-    joints, error = _inverse([-175, 225, 10, 180, 9000.0, -9000.0], "HAND_RIGHT", Zero=much)
+    joints, error = inverse([-175, 225, 10, 180, 9000.0, -9000.0], "HAND_RIGHT", Zero=much)
     assert error == 0
     assert joints == pytest.approx([0, 90, 10, 0, 0, 0], abs=0.002)
-    assert _forward([0, 0, 0, 0, 9000, -9000], Zero=much)[2] == 0
+    assert forward([0, 0, 0, 0, 9000, -9000], Zero=much)[2] == 0
 
 
 @pytest.mark.parametrize(
@@ -500,13 +402,13 @@ def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str
 
     Rule: robot-arm.
     """
-    assert _forward([0, axis2, 0, 0])[1] == hand
+    assert forward([0, axis2, 0, 0])[1] == hand
 
 
 def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_cause() -> None:
     """Source: comments of the outputs; docs/errors.md, 16#8047."""
-    assert _forward([30, 40, 50, 60])[2] == 0
-    block = _block("Forward", "auto")
+    assert forward([30, 40, 50, 60])[2] == 0
+    block = scara("Forward", "auto")
     good = block["Block.Pulses"]
     shown = ("ErrorID", "Valid", "PositionMm", "HandSystem")
     place = [block[f"Block.{pin}"] for pin in shown]
@@ -518,218 +420,14 @@ def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_caus
     assert [block[f"Block.{pin}"] for pin in shown] == place
 
 
-_LAST = 8191.9985
-_WRONG: list[tuple[dict[str, Any], bool]] = [
-    ({"Arm1": 0.99}, True),
-    ({"Arm1": 1.0}, False),
-    ({"Arm1": _NAN}, True),
-    ({"Arm1": 8192.5}, True),
-    ({"Arm2": -175.0}, True),
-    ({"Arm2": 8192.5}, True),
-    ({"HandData2": -174.0}, False),
-    ({"HandData2": -174.01}, True),
-    ({"HandMount": "HAND_ON_R_AXIS", "HandData2": -174.01}, False),
-    ({"HandData1Integer": 360_000}, False),
-    ({"HandData1Integer": 360_001}, True),
-    ({"HandData1Integer": -360_001}, True),
-    ({"HandMount": "HAND_ON_R_AXIS", "HandData1Integer": 360_001}, False),
-    *[
-        ({"HandMount": "HAND_ON_R_AXIS", f"HandData{k}": sign * size}, wrong)
-        for k in (1, 2, 3)
-        for sign in (-1, 1)
-        for size, wrong in ((_LAST, False), (8192.5, True))
-    ],
-    *[
-        ({field: [0.0] * k + [value] + [0.0] * (3 - k)}, wrong)
-        for field in ("Base", "Shift")
-        for k in range(4)
-        for value, wrong in ((_LAST, field == "Base" and k == 3), (8192.5, True), (-8192.5, True))
-    ],
-    *[({"Base": [0.0, 0.0, 0.0, turn]}, abs(turn) > 180) for turn in (180.0, 180.1, -180.1)],
-    *[
-        ({"PulsesPerUnit": [1000.0] * k + [value] + [1000.0] * (5 - k)}, wrong)
-        for k in range(6)
-        for value, wrong in (
-            *((0.0, k < 4), (0.09, k < 4), (1e6 + 1, k < 4), (_NAN, k < 4)),
-            *((0.1, False), (-0.1, False), (1e6, False)),
-        )
-    ],
-]
-
-
-@pytest.mark.parametrize("name", ["Forward", "Inverse"])
-@pytest.mark.parametrize(("arm", "wrong"), _WRONG, ids=str)
-def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
-    """Axes 5 and 6 do not count.
-
-    Source: comments of RCX_SCARA; docs/position.md
-    """
-    if name == "Forward":
-        position, hand, error = _forward([0, 1, 0, 0], **arm)
-        if wrong:
-            assert (position, hand) == ([0] * 6, "HAND_NONE")
-    else:
-        joints, error = _inverse([0, 300, 0, 0], "HAND_RIGHT", **arm)
-        if wrong:
-            assert joints == [0] * 6
-    assert (error == 0x8061) is wrong
-
-
-@pytest.mark.parametrize("k", range(4))
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_pulses_beyond_8192_degrees_or_millimetres_are_too_many(k: int, sign: int) -> None:
-    """With a shift of 90 degrees R is what the axes turn together."""
-    own: dict[str, Any] = {"Shift": [0.0, 0.0, 0.0, 90.0]}
-    for size, error in ((8191.0, 0), (8192.5, 0x8047)):
-        found = _forward([0.0] * k + [sign * size] + [0.0] * (3 - k), **own)
-        assert found[2] == error
-        assert (found[0] == [0] * 6) is bool(error)
-
-
-@pytest.mark.parametrize("k", range(4))
-@pytest.mark.parametrize("value", [8192.5, -8192.5, _NAN, math.inf])
-def test_a_position_that_is_none_is_refused(k: int, value: float) -> None:
-    place = [0.0, 300.0, 0.0, 0.0]
-    place[k] = value
-    assert _inverse(place, "HAND_RIGHT") == ([0] * 6, 0x8047)
-
-
-@pytest.mark.parametrize("k", [0, 1, 2, 3])
-def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
-    """With 1,000,000 pulses per unit they are beyond 1,000,000,000 together with the zero."""
-    per = [1000.0] * 6
-    per[k] = 1e6
-    zero = [0] * 6
-    zero[k] = -1_000_000_000 if k in (1, 3) else 1_000_000_000
-    assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per, Zero=zero) == ([0] * 6, 0x8047)
-    assert _inverse([0, 300, 5, 0], "HAND_LEFT", PulsesPerUnit=per)[1] == 0
-
-
-@pytest.mark.parametrize("sign", [-1, 1])
-@pytest.mark.parametrize(("turned", "error"), [(990, 0), (1010, 0x8047), (8000, 0x8047)])
-def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
-    sign: int, turned: int, error: int
-) -> None:
-    """With 1,000,000 pulses per degree: up to 8,000,000,000, which is no double word.
-
-    Source: docs/errors.md, 16#8047
-    """
-    per = [1000.0, 1000.0, 1000.0, 1e6, 0.0, 0.0]
-    place = [-175.0, 225.0, 0.0, 180.0 + sign * turned]
-    joints, found = _inverse(place, "HAND_RIGHT", PulsesPerUnit=per)
-    assert found == error
-    assert joints[3] == pytest.approx(0 if error else sign * turned * 1000, abs=10)
-
-
 def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
-    assert _inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
-    assert _inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
-    assert _inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
-    assert _inverse([0, 300, 0, 8193], "HAND_RIGHT", Arm1=0.0)[1] == 0x8061
+    assert inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
+    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
+    assert inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
+    assert inverse([0, 300, 0, 8193], "HAND_RIGHT", Arm1=0.0)[1] == 0x8061
 
 
-_ANGLE = """PROGRAM Angles
-  VAR
-    Along, Across, Angle : REAL;
-  END_VAR
-  Angle := FC_RcxAngle(Along := Along, Across := Across);
-END_PROGRAM
-"""
-
-
-@_ON_BOTH
-def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str, tmp_path: Path) -> None:
-    """The tangent of 30 degrees is 0.57735; a vector without a length has the angle 0.
-
-    Source: head of FC_RcxAngle
-    """
-    file = tmp_path / "Angles.st"
-    file.write_text(_ANGLE, encoding="utf-8")
-    program = build([file, *needed([file], LIBRARY)], engine).program
-    for along, across, angle in (
-        (0.0, 0.0, 0.0),
-        (2.0, 0.0, 0.0),
-        (0.0, 2.0, 90.0),
-        (-2.0, 0.0, 180.0),
-        (0.0, -2.0, -90.0),
-        (1.0, 0.57735, 30.0),
-        (0.57735, 1.0, 60.0),
-        (-0.57735, 1.0, 120.0),
-        (-1.0, 0.57735, 150.0),
-        (-1.0, -0.57735, -150.0),
-        (-0.57735, -1.0, -120.0),
-        (0.57735, -1.0, -60.0),
-        (1.0, -0.57735, -30.0),
-        (0.0, 0.5, 90.0),
-        (3.0, 3.0, 45.0),
-        (-3.0, 3.0, 135.0),
-        (-3.0, -3.0, -135.0),
-    ):
-        program.write("Main.Along", along)
-        program.write("Main.Across", across)
-        program.scan(0)
-        assert program.read("Main.Angle") == pytest.approx(angle, abs=1e-4), (along, across)
-
-
-_HALF_TURNS = """PROGRAM HalfTurns
-  VAR
-    Angle, Rest : REAL;
-  END_VAR
-  Rest := FC_RcxHalfTurn(Angle := Angle);
-END_PROGRAM
-"""
-
-
-@_ON_BOTH
-def test_an_angle_without_its_whole_turns_is_exact(engine: str, tmp_path: Path) -> None:
-    """Half a turn stays what it is; half a turn and whole ones are 180.
-
-    Source: head of FC_RcxHalfTurn
-    """
-    file = tmp_path / "HalfTurns.st"
-    file.write_text(_HALF_TURNS, encoding="utf-8")
-    program = build([file, *needed([file], LIBRARY)], engine).program
-    for angle, rest in (
-        (0.0, 0.0),
-        (180.0, 180.0),
-        (-180.0, -180.0),
-        (180.5, -179.5),
-        (-180.5, 179.5),
-        (270.0, -90.0),
-        (-270.0, 90.0),
-        (269.5, -90.5),
-        (-269.5, 90.5),
-        (360.0, 0.0),
-        (-360.0, 0.0),
-        (539.5, 179.5),
-        (-539.5, -179.5),
-        (540.5, -179.5),
-        (-540.5, 179.5),
-        (630.0, -90.0),
-        (-630.0, 90.0),
-        (8191.5, -88.5),
-        (-8191.5, 88.5),
-        (16380.25, -179.75),
-        (720_000.0625, 0.0625),
-        (-999_999.9375, 80.0625),
-    ):
-        program.write("Main.Angle", angle)
-        program.scan(0)
-        assert program.read("Main.Rest") == rest, angle
-    for turns in (*range(-40, -1), *range(40)):
-        program.write("Main.Angle", 180.0 + 360.0 * turns)
-        program.scan(0)
-        assert program.read("Main.Rest") == 180, turns
-    for angle in (3.7e7, -3.7e7, math.inf, -math.inf):  # 100,000 turns and more
-        program.write("Main.Angle", angle)
-        program.scan(0)
-        assert program.read("Main.Rest") == angle
-    program.write("Main.Angle", math.nan)
-    program.scan(0)
-    assert math.isnan(program.read("Main.Rest"))
-
-
-@_ON_BOTH
+@ON_BOTH
 def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
     """A few hundred poses of all models, with hands and shifts, in the bounds of the heads.
 

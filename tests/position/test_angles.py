@@ -1,0 +1,113 @@
+"""FC_RcxAngle and FC_RcxHalfTurn: by hand, on both engines."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from plc_bench import LIBRARY
+from rcx_harness.engine import build
+from rcx_harness.engine.needed import needed
+from scara_bench import ON_BOTH
+
+_ANGLE = """PROGRAM Angles
+  VAR
+    Along, Across, Angle : REAL;
+  END_VAR
+  Angle := FC_RcxAngle(Along := Along, Across := Across);
+END_PROGRAM
+"""
+
+
+@ON_BOTH
+def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str, tmp_path: Path) -> None:
+    """The tangent of 30 degrees is 0.57735; a vector without a length has the angle 0.
+
+    Source: head of FC_RcxAngle
+    """
+    file = tmp_path / "Angles.st"
+    file.write_text(_ANGLE, encoding="utf-8")
+    program = build([file, *needed([file], LIBRARY)], engine).program
+    for along, across, angle in (
+        (0.0, 0.0, 0.0),
+        (2.0, 0.0, 0.0),
+        (0.0, 2.0, 90.0),
+        (-2.0, 0.0, 180.0),
+        (0.0, -2.0, -90.0),
+        (1.0, 0.57735, 30.0),
+        (0.57735, 1.0, 60.0),
+        (-0.57735, 1.0, 120.0),
+        (-1.0, 0.57735, 150.0),
+        (-1.0, -0.57735, -150.0),
+        (-0.57735, -1.0, -120.0),
+        (0.57735, -1.0, -60.0),
+        (1.0, -0.57735, -30.0),
+        (0.0, 0.5, 90.0),
+        (3.0, 3.0, 45.0),
+        (-3.0, 3.0, 135.0),
+        (-3.0, -3.0, -135.0),
+    ):
+        program.write("Main.Along", along)
+        program.write("Main.Across", across)
+        program.scan(0)
+        assert program.read("Main.Angle") == pytest.approx(angle, abs=1e-4), (along, across)
+
+
+_HALF_TURNS = """PROGRAM HalfTurns
+  VAR
+    Angle, Rest : REAL;
+  END_VAR
+  Rest := FC_RcxHalfTurn(Angle := Angle);
+END_PROGRAM
+"""
+
+
+@ON_BOTH
+def test_an_angle_without_its_whole_turns_is_exact(engine: str, tmp_path: Path) -> None:
+    """Half a turn stays what it is; half a turn and whole ones are 180.
+
+    Source: head of FC_RcxHalfTurn
+    """
+    file = tmp_path / "HalfTurns.st"
+    file.write_text(_HALF_TURNS, encoding="utf-8")
+    program = build([file, *needed([file], LIBRARY)], engine).program
+    for angle, rest in (
+        (0.0, 0.0),
+        (180.0, 180.0),
+        (-180.0, -180.0),
+        (180.5, -179.5),
+        (-180.5, 179.5),
+        (270.0, -90.0),
+        (-270.0, 90.0),
+        (269.5, -90.5),
+        (-269.5, 90.5),
+        (360.0, 0.0),
+        (-360.0, 0.0),
+        (539.5, 179.5),
+        (-539.5, -179.5),
+        (540.5, -179.5),
+        (-540.5, 179.5),
+        (630.0, -90.0),
+        (-630.0, 90.0),
+        (8191.5, -88.5),
+        (-8191.5, 88.5),
+        (16380.25, -179.75),
+        (720_000.0625, 0.0625),
+        (-999_999.9375, 80.0625),
+    ):
+        program.write("Main.Angle", angle)
+        program.scan(0)
+        assert program.read("Main.Rest") == rest, angle
+    for turns in (*range(-40, -1), *range(40)):
+        program.write("Main.Angle", 180.0 + 360.0 * turns)
+        program.scan(0)
+        assert program.read("Main.Rest") == 180, turns
+    for angle in (3.7e7, -3.7e7, math.inf, -math.inf):  # 100,000 turns and more
+        program.write("Main.Angle", angle)
+        program.scan(0)
+        assert program.read("Main.Rest") == angle
+    program.write("Main.Angle", math.nan)
+    program.scan(0)
+    assert math.isnan(program.read("Main.Rest"))
