@@ -280,10 +280,18 @@ def _used(
 
 def _nodes(node: Any) -> Iterator[Any]:
     """A syntax tree's nodes, in the order of the text."""
-    if isinstance(node, tuple) and not isinstance(node, s.Position):
-        for one in node:
-            yield from _nodes(one)
-    elif is_dataclass(node):
-        yield node
-        for one in fields(node):
-            yield from _nodes(getattr(node, one.name))
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        kind: Any = type(one)
+        if kind is tuple:
+            waiting += one[::-1]
+        elif names := _fields(kind):
+            yield one
+            waiting += [getattr(one, name) for name in names]
+
+
+@cache
+def _fields(kind: type[Any]) -> tuple[str, ...]:
+    """The fields of a syntax class, the last one first; of anything else none."""
+    return tuple(one.name for one in reversed(fields(kind))) if is_dataclass(kind) else ()
