@@ -448,6 +448,30 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
     assert (plc["Table.CallNumber"], shown(plc)) == (0, "Done")
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_edge_before_a_call_has_been_shown_is_not_for_it(engine: str) -> None:
+    """Nobody can have done what nobody was asked for. Source: RCX_ARRIVAL, ARRIVE_CALL."""
+    rows = [
+        {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 7},
+        {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 8},
+        {"Kind": "MOVE_PTP", "Point": 3},
+    ]
+    plc = bench(*rows, engine=engine)
+    plc["Table.Acknowledge"] = True
+    start(plc)
+    plc.scan(5)
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (7, 1)
+    for acknowledge in (False, True, False, True):  # a contact bounces
+        plc["Table.Acknowledge"] = acknowledge
+        plc.scan()
+    plc.scan(5)
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (8, 2)
+    for acknowledge in (False, True):
+        plc["Table.Acknowledge"] = acknowledge
+        plc.scan()
+    assert runs(plc) == [3]
+
+
 def test_backwards_nothing_is_done_at_arrival() -> None:
     rows = [
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_SET", "Number": 20},

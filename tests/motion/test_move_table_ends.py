@@ -112,6 +112,8 @@ _FAULTS = [
     pytest.param({"outputs": {"SO02": False}}, 0x800C, id="servos off"),
     pytest.param({"Connected": False}, 0x8001, id="link"),
 ]
+#: What ends a table that began in AUTO mode; in MANUAL mode one may begin.
+_ENDS = [*_FAULTS, pytest.param({"outputs": {"SO10": False}}, 0x8006, id="AUTO mode off")]
 
 
 def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
@@ -125,7 +127,7 @@ def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(("fault", "error"), _FAULTS)
+@pytest.mark.parametrize(("fault", "error"), _ENDS)
 def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
     fault: dict[str, Any], error: int, engine: str
 ) -> None:
@@ -148,7 +150,7 @@ def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
     assert goes_on(plc)
 
 
-@pytest.mark.parametrize(("fault", "error"), _FAULTS)
+@pytest.mark.parametrize(("fault", "error"), _ENDS)
 def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
     fault: dict[str, Any], error: int
 ) -> None:
@@ -172,7 +174,7 @@ def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
     assert plc.words == [0] * 16
 
 
-@pytest.mark.parametrize(("fault", "error"), [one for one in _FAULTS if one.id not in (
+@pytest.mark.parametrize(("fault", "error"), [one for one in _ENDS if one.id not in (
     "CPU_OK off", "link")])  # fmt: skip
 def test_a_fault_during_a_movement_waits_for_its_end_and_ends_it_then(
     fault: dict[str, Any], error: int
@@ -387,3 +389,20 @@ def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
     plc.scan(5)
     start(plc)
     assert runs(plc) == [1]
+
+
+def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None:
+    """Source: docs/fidelity.md, program-mode: remote commands work in both modes."""
+    plc = bench(*rows_to(1, 2, 3))
+    plc.outputs(SO10=False)
+    plc.scan()
+    start(plc)
+    end_of_first = sent(plc)
+    assert end_of_first[4] == 1
+    plc.outputs(SO10=True)
+    end(plc)
+    sent(plc)
+    plc.outputs(SO10=False)
+    end(plc)
+    assert runs(plc) == [3]
+    assert shown(plc) == "Done"

@@ -149,6 +149,38 @@ def test_a_step_up_that_waits_goes_out_with_a_percent_that_is_lower_by_then(
     assert plc["Last.Busy"], "nothing of this block is between it and the step"
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_it_is_not_valid_while_a_step_is_out_that_goes_elsewhere(engine: str) -> None:
+    """Source: pins: Valid, the controller has taken Percent; Busy, on the way to it."""
+    plc = _begun(engine, Percent=80, auto=5, Rise=30)
+    plc.scan_until(lambda: plc.words[0] == 0x0039)
+    assert plc.words[2] == 35
+    plc["SpeedOverride.Percent"] = 5
+    for _ in range(20):
+        plc.scan()
+        shown = [plc[f"SpeedOverride.{pin}"] for pin in ("Valid", "Busy", "Actual")]
+        assert shown == [False, True, 5]
+    assert _percents(plc, 2) == [35, 5]
+    plc.scan(2)
+    assert plc["SpeedOverride.Valid"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("wanted", "percents"), [(50, [50]), (100, [50, 60]), (30, [30])])
+def test_a_step_down_that_waits_goes_no_lower_than_what_is_wanted_by_then(
+    engine: str, wanted: int, percents: list[int]
+) -> None:
+    """Source: head: Keep the automatic movement speed at a percentage."""
+    plc = _moving(engine, Percent=5)
+    plc["SpeedOverride.Percent"] = wanted
+    plc.scan(5)
+    assert not plc["SpeedOverride.Valid"]
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+    assert _percents(plc, len(percents)) == percents
+
+
 def test_a_step_up_that_waits_goes_on_to_where_it_was_when_percent_is_as_before() -> None:
     """Never beyond it. Source: pin Rise: most that one step adds."""
     plc = _moving(Percent=80)

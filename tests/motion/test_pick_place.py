@@ -353,50 +353,6 @@ def test_an_illegal_input_ends_it_before_the_telegram_that_it_is_for(
     assert told == _PLAIN[: len(told)], "what came before it is as always"
 
 
-def test_an_illegal_shift_is_refused_where_it_is_to_be_selected() -> None:
-    """Source: guide 4.2.17: 0 to 39."""
-    plc = _bench(Shifts__Target=40)
-    assert plc.work() == ["DO(20) OFF", "shift 0", "PTP 10 at 50", "DO(20) ON"]
-    assert plc.end == ("Error", 0x8044, "PICK_TO_TARGET", True)
-
-
-def test_an_illegal_arch_selects_no_shift() -> None:
-    """Nothing goes out after the error. Source: this library's own."""
-    plc = _bench(Shifts__Source=1, ArchAxis=3, ArchPosition=8_388_608.0)
-    assert plc.work() == ["DO(20) OFF"]
-    assert plc.end == ("Error", 0x8047, "PICK_TO_SOURCE", False)
-    plc.scan(8)
-    assert plc.told == ["DO(20) OFF"]
-
-
-def test_an_illegal_shift_above_the_source_is_refused_with_the_part_in_the_hand() -> None:
-    """It does not go on without lifting. Source: guide 4.2.17: 0 to 39."""
-    plc = _bench(Shifts__SourceAbove=1)
-    plc.refuses = "DO(20) ON"
-    plc.work()
-    assert plc.end == ("Error", 0x8020, "PICK_CLOSE", False)
-    plc["Pick.Shifts.SourceAbove"] = -1
-    assert plc.work() == ["DO(20) ON"]
-    assert plc.end == ("Error", 0x8044, "PICK_LIFT", True)
-
-
-@pytest.mark.parametrize("pin", ["ArchPosition", "ArchDistance"])
-@pytest.mark.parametrize("sign", [1, -1])
-def test_pulses_that_a_real_does_not_hold_exactly_are_refused(pin: str, sign: int) -> None:
-    """Source: IEEE 754, 24 bits of a single."""
-    plc = _bench(ArchAxis=3)
-    plc[f"Pick.{pin}"] = sign * 8_388_607.0
-    assert plc.work()[1].startswith("arch 10")
-    plc[f"Pick.{pin}"] = sign * 8_388_608.0
-    assert plc.work() == ["DO(20) OFF"]
-    assert plc.end == ("Error", 0x8047, "PICK_TO_SOURCE", False)
-    plc["Pick.ArchUnit"] = "UNIT_MM"
-    assert plc.work() == ["DO(20) OFF"], "a command refuses millimetres itself"
-    assert plc.end[1] == 0x8047
-    plc["Pick.ArchAxis"], plc["Pick.ArchUnit"] = 0, "UNIT_PULSES"
-    assert plc.work() == _PLAIN, "without an arch nobody reads them"
-
-
 @pytest.mark.parametrize(("output", "error_id"), [("SO02", 0x800C), ("SO01", 0x8002), ("", 0x8001)])
 def test_without_servos_or_controller_it_does_not_begin(output: str, error_id: int) -> None:
     """Source: manual chapter 5, 2."""

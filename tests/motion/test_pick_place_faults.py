@@ -18,6 +18,8 @@ _FAULTS = [
     *(("SO03", True, 0x8004), ("SO02", False, 0x800C), ("SO01", False, 0x8002)),
     ("Connected", False, 0x8001),
 ]
+#: What ends a work that began in AUTO mode; in MANUAL mode one may begin.
+_ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
 
 
 def _bench(engine: str = "auto", **pins: Any) -> PickBench:
@@ -40,7 +42,7 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
+@pytest.mark.parametrize(("name", "value", "error"), _ENDS)
 def test_what_stops_a_robot_ends_it_between_two_commands(
     engine: str, name: str, value: bool, error: int
 ) -> None:
@@ -69,7 +71,7 @@ def test_what_stops_a_robot_lets_it_not_begin(name: str, value: bool, error: int
     assert plc.end == ("Error", error, "PICK_EMPTY", False)
 
 
-@pytest.mark.parametrize(("name", "value", "error"), _FAULTS[:5])
+@pytest.mark.parametrize(("name", "value", "error"), [*_FAULTS[:5], _ENDS[-1]])
 @pytest.mark.parametrize(
     ("out", "stage"), [("DO(20) ON", "CLOSE"), ("PTP 10 at 50", "CLOSE"), ("DI2?", "EMPTY")]
 )
@@ -97,7 +99,7 @@ def test_a_command_that_is_out_ends_before_it(
     assert plc.told[-1] == out
 
 
-@pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
+@pytest.mark.parametrize(("name", "value", "error"), _ENDS)
 @pytest.mark.parametrize("place", range(len(_ASKING)))
 def test_a_command_that_waits_for_its_turn_is_withdrawn(
     place: int, name: str, value: bool, error: int
@@ -177,5 +179,83 @@ def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> Non
         plc.scan()
     assert not unsettled
     assert "SI06" in plc.inputs
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert plc.told == _PLAIN
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -> None:
+    """The robot may stand anywhere by then: it opens and moves to the source again.
+
+    Source: head of FB_PickPlace: before a close went out
+    """
+    plc = _bench(engine)
+    plc.silent = "date"
+    plc.until("PTP 10 at 50")
+    plc["Other.Execute"] = True
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc.scan(5)
+    assert plc.end == ("Busy", 0, "PICK_CLOSE", False)
+    _for_one_scan(plc, "SO00", True)
+    assert plc.end == ("Error", 0x8003, "PICK_CLOSE", False)
+    plc.scan(3)
+    plc.answer(0x0200)
+    plc["Other.Execute"], plc.silent = False, ""
+    plc.scan(50)
+    assert plc.work() == _PLAIN
+
+
+@pytest.mark.parametrize(("name", "value"), [("SO00", True), ("StopOk", False)])
+def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value: bool) -> None:
+    """Only from then on it may be gone: that is where it belongs.
+
+    Source: docs/errors.md, 16#8059
+    """
+    plc = _bench(Gripper__PartInput=21)
+    plc.follows = {21: 20}
+    plc.silent = "date"
+    plc.until("PTP 20 at 50")
+    plc.until("DI2?")
+    plc["Other.Execute"] = True
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc.scan(5)
+    assert plc.end == ("Busy", 0, "PICK_RELEASE", True)
+    _for_one_scan(plc, name, value)
+    plc.scan(3)
+    plc.answer(0x0200)
+    plc["Other.Execute"], plc.silent = False, ""
+    plc.follows = {}
+    plc.scan(50)
+    assert plc.work() == ["DI2?"]
+    assert plc.end == ("Error", 0x8059, "PICK_START", False)
+
+
+@pytest.mark.parametrize("part", [True, False])
+def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None:
+    """It moves to the target again and opens, whatever the input of the part says.
+
+    Source: head of FB_PickPlace
+    """
+    plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
+    plc.follows = {21: 20}
+    plc.until("PTP 20 at 50")
+    plc.follows, plc.inputs_on = {}, {21}
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
+    assert plc.end == ("Error", 0x805B, "PICK_RELEASE", True)
+    plc.inputs_on = {21} if part else set()
+    found = plc.work()
+    assert found[:2] == ["PTP 20 at 50", "DO(20) OFF"]
+    assert plc.end[0] == ("Error" if part else "Done")
+
+
+def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
+    """Source: docs/fidelity.md, program-mode: remote commands work in both modes."""
+    plc = _bench()
+    plc.outputs(SO10=False)
+    plc.scan()
+    plc.until("DO(20) OFF")
+    for auto in (True, False):
+        plc.outputs(SO10=auto)
+        plc.scan(3)
     plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
     assert plc.told == _PLAIN

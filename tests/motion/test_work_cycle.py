@@ -91,6 +91,42 @@ def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
     assert _shown(plc) == _RUN
 
 
+def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
+    """It goes on with a new Start only. Source: head of FB_WorkCycle; docs/errors.md, 16#8006."""
+    plc = _running("Cycle")
+    plc.scan_until(lambda: plc.words[0] != 0)
+    plc.outputs(SO10=False)
+    plc.scan(20)
+    assert _shown(plc, "Cycle") == _RUN, "the command that is out has its end first"
+    _end(plc)
+    plc.scan(3)
+    assert _shown(plc, "Cycle") == _fault(0x8006)
+    plc.outputs(SO10=True)
+    plc.scan(50)
+    assert _shown(plc, "Cycle") == _fault(0x8006)
+    assert not any(plc.words)
+    plc = _running()
+    plc.outputs(SO10=False)
+    plc.scan(2)
+    assert _shown(plc) == _fault(0x8006)
+    _press(plc, "Bare.Reset")
+    _press(plc, "Bare.Start")
+    plc.scan_until(lambda: bool(plc["Bare.Run"]))
+    plc.scan(20)
+    assert _shown(plc) == _RUN, "begun without it"
+
+
+def test_only_what_is_done_while_it_works_is_counted() -> None:
+    """Not a WorkDone of the first call, nor one without a Start. Source: comment of Count."""
+    plc = _bench()
+    plc["Bare.WorkDone"] = True
+    plc.scan(3)
+    for work_done in (False, True, False, True, False):
+        plc["Bare.WorkDone"] = work_done
+        plc.scan()
+    assert plc["Bare.Count"] == 0
+
+
 def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
     """Source: this library's own."""
     plc = _running("Cycle")

@@ -270,7 +270,31 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error:
     plc.key("JogPlus")
     plc.scan(20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
-    assert 0x0020 not in plc.codes
+    assert not {0x0020, 0x0038} & {*plc.codes}, "nothing is set in the controller either"
+
+
+@pytest.mark.parametrize(
+    ("selection", "error"),
+    [({"Amount": -1}, 0x8045), ({"Amount": 10_001}, 0x8045), ({"Axis": 7}, 0x8041)],
+)
+def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
+    selection: dict[str, int], error: int
+) -> None:
+    """Without Stepwise the amount does not count. Source: guide 4.2.8 and 4.2.14."""
+    plc = OperatorBench()
+    plc.set(Stepwise=True, **selection)
+    plc.key("JogMinus")
+    plc.scan(20)
+    assert plc.message == error
+    assert not {0x0024, 0x0027, 0x0038} & {*plc.codes}
+    plc.key("JogMinus", False)
+    plc.scan(5)
+    before = len(plc.codes)
+    plc.set(Stepwise="Amount" not in selection, Axis=6)
+    plc.key("JogMinus")
+    plc.scan(20)
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0, False)
+    assert {0x0020, 0x0024} & {*plc.codes[before:]}
 
 
 @pytest.mark.parametrize("scans", [96, 106])

@@ -12,6 +12,7 @@ from rcx_harness.engine import build
 from rcx_harness.engine.needed import needed
 from rcx_harness.serve.panel.plate import HOLD_S, Plate, plates_of
 from rcx_harness.serve.panel.server import PanelServer
+from rcx_tools.library.version import version
 
 pytestmark = NEEDS_BROWSER
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
@@ -106,6 +107,11 @@ def test_a_page_that_is_left_releases_its_key(panel: _Panel) -> None:
     panel.now += HOLD_S + 0.01
     panel.until(lambda: not panel.key("JogPlus"), "released")
     ActionChains(panel.browser).release().perform()
+
+
+def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
+    """That of the package, in people's form. Source: FC_LibraryVersion."""
+    panel.until(lambda: panel.shows("#version") == version(), "that of FB_Operator")
 
 
 def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _Panel) -> None:

@@ -71,7 +71,7 @@ def test_every_key_lamp_and_selection_of_the_structure_is_on_the_page(plate: Pla
     }
     chosen = {*re.findall(r'data-(?:choice|number)="(\w+)"', page), "Axis"}
     written = {"Can", "Following", "Lamp", "Mode", "MessageID", "AlarmGroup", "AlarmCategory"}
-    written |= {"Message", "Position", "name", "Key"}
+    written |= {"Message", "Position", "Version", "name", "Key"}
     assert chosen == shown.keys() - written
 
 

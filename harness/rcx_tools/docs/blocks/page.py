@@ -290,6 +290,8 @@ def _errors(pou: Pou) -> Iterator[str]:
     for error in pou.errors():
         one = _error_table()[error]
         yield f"| `16#{error:04X}` | {one['name']} | {one['cause']} | {one['remedy']} |"
+    if pou.pin("WorkErrorID"):
+        yield "\nWhat `WorkErrorID` brings is shown as it is."
     if pou.pin("AlarmGroup"):
         yield "\n`16#8020` brings the alarm in `AlarmGroup` and `AlarmCategory`; those that the"
         yield "manual names are in the [panel sheet](../panel.html)."

@@ -28,8 +28,8 @@ _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
 #: What shared functions give, but not to every caller: an odd offset is wrong in an image of words
-#: only, an odd number with double words only.
-_ODD_OFFSET, _ODD_NUMBER = 0x8032, 0x8035
+#: only, an odd number with double words only, and what is aborted has a pin for it.
+_ODD_OFFSET, _ODD_NUMBER, _ABORTED = 0x8032, 0x8035, 0x8050
 
 #: What FB_RcxJob adds on its own: a time limit and what else can happen to a turn. A remote
 #: command also ends with what FB_ReadArea finds, Robot.Inner.Answer; a channel of one's own has
@@ -134,6 +134,8 @@ class Pou:
             found.discard(_ODD_OFFSET)
         if "DoubleWord" not in self.name:
             found.discard(_ODD_NUMBER)
+        if self.pin("Abort") is None:
+            found.discard(_ABORTED)
         return sorted(found)
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import z3
 
 from rcx_harness.engine.types import BlockType, EnumType
-from rcx_harness.verify.prove import reals
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.invariants import ABNORMAL
@@ -71,17 +70,6 @@ class _State:
     def stage(self, *names: str) -> Any:
         """FB_PickPlace is in one of these stages."""
         return self.among(("STAGE",), *(f"PICK_{name}" for name in names))
-
-    def illegal(self) -> Any:
-        """The arch of FB_PickPlace is not one of pulses."""
-        unit = self.among(("CARRY", "ARCHUNIT"), "UNIT_PULSES")
-        limits = [reals.Real(-8388607.0), reals.Real(8388607.0)]
-        outside = []
-        for name in ("ARCHPOSITION", "ARCHDISTANCE"):
-            path = (*BLOCK, "CARRY", name)
-            arguments = [self._memory[path], *limits]
-            outside.append(self._machine.call_function("FC_RCXOUTSIDE", arguments))
-        return z3.And(self.get("CARRY", "ARCHAXIS") != 0, unit, z3.Or(outside))
 
 
 def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
@@ -171,14 +159,14 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
 
 def _shifts(state: _State) -> Any:
     names = ("SOURCE", "SOURCEABOVE", "TARGET", "TARGETABOVE")
-    return z3.Or([state.get("CARRY", "SHIFTS", name) != 0 for name in names])
+    return z3.Or([state.get("CARRY", "WORK", "SHIFTS", name) != 0 for name in names])
 
 
 def _task(state: _State, path: Path) -> Any:
     """The pins of a part of FB_PickPlace say that this block does its work."""
     get = state.get
     if path[0] == "CARRY":
-        return z3.And(z3.Not(state.illegal()), _movement(state, path[-1]))
+        return _movement(state, path[-1])
     if path == ("GRIP", "SWITCH"):
         switches = state.among(("GRIP", "STAGE"), "GRIP_OFF", "GRIP_SWITCH")
         return z3.And(switches, get("GRIP", "STAGE") == get("GRIP", "LAST"))
@@ -207,8 +195,10 @@ def _movement(state: _State, block: str) -> Any:
     if block == "SELECT":
         return z3.And(z3.Or(selects, last), z3.Not(selected))
     pallet = z3.If(
-        state.stage(*_AT_TARGET), get("CARRY", "TARGETPALLET"), get("CARRY", "SOURCEPALLET")
+        state.stage(*_AT_TARGET),
+        get("CARRY", "WORK", "TARGETPALLET"),
+        get("CARRY", "WORK", "SOURCEPALLET"),
     )
-    arch = z3.And(get("CARRY", "ARCHAXIS") != 0, z3.Not(state.stage(*_NEAR)))
+    arch = z3.And(get("CARRY", "WORK", "ARCHAXIS") != 0, z3.Not(state.stage(*_NEAR)))
     there = z3.And(z3.Or(selected, z3.Not(selects)), z3.Not(last))
     return z3.And(there, (pallet != -1) == ("PALLET" in block), arch == ("ARCH" in block))

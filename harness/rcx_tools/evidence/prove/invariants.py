@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import combinations
-from pathlib import Path as File
 from typing import Any
 
 import z3
@@ -16,6 +13,7 @@ from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.types import BlockType, EnumType
 from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.machine import Machine, Path
+from rcx_harness.verify.prove.tree import written
 from rcx_harness.verify.prove.values import Value, concrete
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, is_outside
@@ -280,22 +278,16 @@ def linked(machine: Machine, memory: Memory) -> Any:
 
 
 def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:
-    """Scalars of the block and those inside of it that no call writes, by the looks of it."""
+    """Scalars of the block and those inside of it that no statement of theirs writes."""
     for path, inner in _instances(library, block):
         if inner.name in BLOCKS:
             continue
         pou = library.pou(inner.name.upper())
+        assigned = written(pou)
         for symbol in pou.section("VAR"):
-            if not isinstance(symbol.type, BlockType) and not re.search(
-                rf"^\s*{symbol.name}\b[^:;]*:=", _source(pou.file), re.IGNORECASE | re.MULTILINE
-            ):
+            if not isinstance(symbol.type, BlockType) and symbol.name.upper() not in assigned:
                 for leaf in machine.leaves(symbol.type):
                     yield (*path, symbol.name.upper(), *leaf.suffix)
-
-
-@lru_cache(maxsize=64)
-def _source(file: str) -> str:
-    return File(file).read_text(encoding="utf-8")
 
 
 def call(

@@ -37,6 +37,7 @@ const WORDS = {
   Units: ["Unit of the point", "ポイントの単位"],
   State: ["State", "状態"],
   Position: ["Position as last read [mm, deg]", "位置（最終読出し） [mm, deg]"],
+  Version: ["Library", "ライブラリ"],
   Ready: ["Ready", "準備完了"],
   NoNumber: ["There was no number in the field; the old one stays", "数値が入力されていません。前の値のままです"],
 };
@@ -260,6 +261,7 @@ function show(now) {
       }),
     );
   }
+  say($("version"), [1e4, 1e2, 1].map((one) => Math.floor(now.Version / one) % 100).join("."));
   now.Position.forEach((value, place) => say(rows.children[place].lastChild, value.toFixed(3)));
 }
 
