@@ -116,7 +116,29 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
     assert _shown(plc) == _RUN, "begun without it"
 
 
-def test_only_what_is_done_while_it_works_is_counted() -> None:
+@pytest.mark.parametrize("later", [0, 1, 5])
+def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int) -> None:
+    """Once, and not one that ended in an error. Source: comment of Count."""
+    plc = _running()
+    plc.outputs(SO10=False)
+    plc.scan(later)
+    plc["Bare.WorkDone"] = True
+    plc.scan(3)
+    assert _shown(plc) == _fault(0x8006)
+    assert plc["Bare.Count"] == 1
+    plc["Bare.WorkDone"] = False
+    plc.scan(2)
+    plc["Bare.WorkDone"] = True
+    plc.scan(2)
+    assert plc["Bare.Count"] == 1
+    plc = _running()
+    for pin, value in (("WorkErrorID", 0x8059), ("WorkErrorID", 0), ("WorkDone", True)):
+        plc[f"Bare.{pin}"] = value
+        plc.scan(2)
+    assert plc["Bare.Count"] == 0
+
+
+def test_only_what_was_begun_is_counted() -> None:
     """Not a WorkDone of the first call, nor one without a Start. Source: comment of Count."""
     plc = _bench()
     plc["Bare.WorkDone"] = True
