@@ -89,6 +89,16 @@ def test_a_program_is_really_changed() -> None:
         assert changes[-1].words is not subject.words
 
 
+def test_what_lasts_so_long_lasts_so_many_times_as_long() -> None:
+    """Inputs that are set for a time, and waits of robot programs."""
+    name = "example 15_panel"
+    delays = [step for one in slower(SUBJECTS[name], 3).robot.programs for step in one.steps]
+    assert delays == ["SO2()=1", "DELAY 2700", "SO2()=2", "DELAY 1200", "SO2()=4"]
+    stimulus = slower(SUBJECTS["example 13_pallet_by_table"], 2).stimulus
+    assert stimulus is not None
+    assert [one.held_us for one in stimulus.entries][:2] == [None, 400_000]
+
+
 def _program(subject: Subject) -> str:
     return next(text for text in subject.files.values() if "PROGRAM " in text)
 

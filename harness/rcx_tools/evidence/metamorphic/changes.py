@@ -15,6 +15,7 @@ _OFFSET = re.compile(r"\b[mn]\s*:=\s*\d+\s*,\s*")
 _SIZE = re.compile(r"\bSize\s*:=\s*\d+\s*,\s*")
 _BOTH = re.compile(r"\b(FB_(?:Read|Write)(?:Bit|Port|Word|DoubleWord)|FB_RealTimeValue)\b")
 _AREA = re.compile(r"\b(FB_(?:Read|Write)Area|RCX_IMAGE)\b")
+_DELAY = re.compile(r"(?<=DELAY )\d+")
 _TIME = re.compile(r"\bT#(\d+)(ms|s)\b", re.IGNORECASE)
 _WRITE_AREA = re.compile(r"\bWriteArea\(Robot := Robot,")
 _MARGIN = re.compile(r"\s*\bMargin\s*:=\s*T#\d+m?s\s*,")
@@ -113,4 +114,5 @@ def _slower_axis(axis: Axis, factor: int) -> Axis:
 
 
 def _slower_program(program: RobotProgram, factor: int) -> RobotProgram:
-    return replace(program, duration=program.duration * factor)
+    steps = [_DELAY.sub(lambda ms: str(int(ms[0]) * factor), step) for step in program.steps]
+    return replace(program, duration=program.duration * factor, steps=tuple(steps))

@@ -126,10 +126,17 @@ def follow(subject: Subject, options: Options = Options()) -> Course:
 
 
 def slowed(stimulus: Stimulus | None, slower: int) -> Stimulus | None:
-    """A stimulus whose entries come so many times as late."""
+    """A stimulus whose entries come so many times as late, and last so many times as long."""
     if stimulus is None:
         return None
-    entries = [replace(entry, t_us=entry.t_us * slower) for entry in stimulus.entries]
+    entries = [
+        replace(
+            entry,
+            t_us=entry.t_us * slower,
+            held_us=None if entry.held_us is None else entry.held_us * slower,
+        )
+        for entry in stimulus.entries
+    ]
     return Stimulus(stimulus.file, entries)
 
 

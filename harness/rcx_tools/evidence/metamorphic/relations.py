@@ -180,7 +180,10 @@ def _uses_extension(subject: Subject) -> str:
 
 
 #: Examples whose movements or robot programs follow one another without a pause.
-_MOVES = ("example 07_pallet", "example 08_program_by_name", "example 11_emergency_stop")
+_MOVES = (
+    *("example 07_pallet", "example 08_program_by_name", "example 11_emergency_stop"),
+    "example 13_pallet_by_table",
+)
 
 
 def _cuts(subject: Subject) -> str:
