@@ -259,3 +259,28 @@ def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
         plc.scan(3)
     plc.scan_until(lambda: not plc["Pick.Busy"], most=300)
     assert plc.told == _PLAIN
+
+
+def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
+    """It would run with pins of the start before, beside the command that still waits.
+
+    Source: no section (this library's own).
+    """
+    plc = _bench()
+    plc.silent = "date"
+    plc.until("DO(20) OFF")
+    plc["Other.Execute"] = True
+    plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
+    plc["Pick.Execute"] = False
+    plc.scan(5)
+    plc["StopOk"] = False
+    plc.scan()
+    plc["StartAgain"] = True
+    plc.scan()
+    plc["StartAgain"] = False
+    plc["StopOk"] = True
+    plc.scan()
+    assert plc.end[0] in ("Error", "")
+    plc.answer(0x0200)
+    plc.scan(60)
+    assert plc.told == ["DO(20) OFF", "date"]

@@ -46,6 +46,7 @@ _CASES: list[tuple[dict[str, Any], int]] = [
     ),
     *(({name: -1}, 0) for name in ("SourcePosition", "TargetPosition")),
     *(({**_ROW, name: -1}, 0) for name in ("SourcePoint", "TargetPoint")),
+    ({**_ROW, "Gripper__PartInput": 8}, 0x8044),
     *_numbers(
         0, 39, *(f"Shifts__{one}" for one in ("Source", "SourceAbove", "Target", "TargetAbove"))
     ),

@@ -512,3 +512,19 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
     code = _STEP if stepwise else 0x0020
     sent = [words[2] for words in plc.sent if words[0] == code]
     assert sent == [0x0081, 0x0001, 0x0081]
+
+
+@pytest.mark.parametrize("stop", [False, True])
+def test_a_step_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
+    """Only after the panel's own Stop is 12.400 no problem. Source: guide 4.2.8; chapter 5, 3.3."""
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = _STEP
+    plc.press("JogPlus")
+    plc.scan_until(lambda: plc.words[0] == _STEP)
+    if stop:
+        plc.press("Stop", scans=3)
+    plc.answer(0x4000, (12, 400))
+    plc.hold = 0
+    plc.scan(5)
+    assert (plc.message == 0x8020) is not stop

@@ -513,3 +513,71 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
     plc.scan(40)
     plc.press("Reset")
     assert plc.can("Reset") == [False], "it is at work"
+
+
+@pytest.mark.parametrize("stop", [False, True])
+def test_a_line_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
+    """Only after the panel's own Stop is 12.400 no problem. Source: guide 4.6.2; chapter 5, 3.3."""
+    plc = OperatorBench()
+    plc.hold = 0x0403
+    plc.press("StepLine")
+    plc.scan_until(lambda: plc.words[0] == 0x0403)
+    if stop:
+        plc.press("Stop", scans=3)
+    plc.answer(0x4000, (12, 400))
+    plc.hold = 0
+    plc.scan(5)
+    assert (plc.message == 0x8020) is not stop
+
+
+def _reset_behind() -> OperatorBench:
+    """ProgramReset has its turn, and the controller does not answer; Reset waits behind it."""
+    plc = OperatorBench()
+    plc.press("ProgramReset")
+    plc.scan(20)
+    plc.outputs(SO03=True)
+    plc.scan(3)
+    plc.press("Reset")
+    return plc
+
+
+def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
+    """He waits for the controller as long as Timeout says. Source: docs/errors.md, 16#8076."""
+    plc = _reset_behind()
+    plc.scan(250)
+    assert plc.message == 0x8076
+    assert plc["Operator.Sequences.Again.Active"]
+    assert not plc["Operator.Sequences.Acknowledge.Busy"]
+
+
+def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
+    """But what was withdrawn in the scan before, for having waited too long.
+
+    Source: head of FB_Operator: without the HMI what waits is withdrawn
+    """
+    told = []
+    for scans in range(190, 210):
+        plc = _reset_behind()
+        plc.scan(scans)
+        before = plc.message == 0x8076
+        plc["Operator.HmiOk"] = False
+        plc.scan(20)
+        told.append((before, plc.message == 0x8076))
+        assert not plc["Operator.Busy"]
+    assert told == sorted(told)
+    assert told[0] == (False, False)
+    assert told[-1] == (True, True)
+    assert told.count((False, True)) == 1
+
+
+def test_an_emergency_stop_while_the_alarm_is_reset_is_what_is_told() -> None:
+    """Not that the alarm stays. Source: docs/errors.md, 16#8003 and 16#800A."""
+    plc = OperatorBench()
+    plc.outputs(SO02=False, SO03=True)
+    plc.scan(20)
+    plc.press("ServoOn")
+    plc.scan(20)
+    assert plc["Operator.Sequences.Powering.Stage"] == "POWER_UP_ALARM_RESET"
+    plc["EmergencyStopOk"] = False
+    plc.scan(10)
+    assert plc.message == 0x8003

@@ -134,3 +134,23 @@ def test_a_movement_of_another_block_does_not_renew_it() -> None:
     plc["Other.Code"], plc["Other.Execute"] = _MOVE, True
     plc.scan(40)
     assert plc.codes == [_MOVE]
+
+
+def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
+    """Once for all that has moved meanwhile, and not before it has ended.
+
+    Source: RCX_PANEL.Position
+    """
+    plc = OperatorBench()
+    plc.hold = _POSITION
+    plc.press("JogPlus", scans=20)
+    plc.scan_until(lambda: plc.words[0] == _POSITION)
+    for _ in range(3):
+        plc.press("JogPlus", scans=5)
+        plc.scan(40)
+    assert plc.codes.count(_POSITION) == 1
+    _answered(plc, 1000)
+    plc.scan(60)
+    _answered(plc, 2000)
+    plc.scan(60)
+    assert plc.codes.count(_POSITION) == 2

@@ -159,3 +159,10 @@ def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
     joints, found = inverse(place, "HAND_RIGHT", PulsesPerUnit=per)
     assert found == error
     assert joints[3] == pytest.approx(0 if error else sign * turned * 1000, abs=10)
+
+
+def test_of_an_illegal_arm_and_too_many_pulses_the_arm_is_told() -> None:
+    """Source: docs/errors.md, 16#8061 and 16#8047."""
+    zero = [1_000_000_001, 0, 0, 0, 0, 0]
+    pulses = [0.0, (2**31 - 1) / UNIT, 0.0, 0.0]
+    assert forward(pulses, Zero=zero, PulsesPerUnit=[1e6] * 6)[2] == 0x8061
