@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from alone import Alone
 from pick_bench import PickBench
 
 
@@ -197,3 +198,21 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
     plc.work()
     assert plc.end == ("Error", 0x8020, "PICK_CLOSE", False)
     assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
+
+
+@pytest.mark.parametrize("go", [False, True])
+@pytest.mark.parametrize("number", [-1, 8, 19, 21])
+def test_the_part_that_reads_inputs_refuses_what_is_none(go: bool, number: int) -> None:
+    """FB_PickPlace has refused it before; this is for any caller.
+
+    Source: guide 4.5.1: bits are 0 to 7
+    """
+    block = Alone("FB_RcxAwaitInput", {"Robot": "RCX_REF"}, "builtin")
+    for path, value in (("Go", go), ("Number", number)):
+        block[f"Block.{path}"] = value
+    for path in ("Connected", "SO.SO01_CpuOk"):
+        block[f"Robot.{path}"] = True
+    block.scan(0)
+    legal = number == 21
+    assert block["Block.ErrorID"] == (0x8044 if go and not legal else 0)
+    assert block["Block.Busy"] is (go and legal)
