@@ -154,3 +154,28 @@ def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
     _answered(plc, 2000)
     plc.scan(60)
     assert plc.codes.count(_POSITION) == 2
+
+
+@pytest.mark.parametrize("jogs", [False, True])
+def test_servos_that_come_on_while_it_is_read_make_it_be_read_again(jogs: bool) -> None:
+    """At once, or where an axis is moved before that, after it. Source: RCX_PANEL.Position."""
+    plc = OperatorBench()
+    plc.hold = _POSITION
+    plc.press("JogPlus", scans=20)
+    plc.scan_until(lambda: plc.words[0] == _POSITION)
+    plc.outputs(SO02=False)
+    plc.scan(5)
+    plc.press("ServoOn")
+    plc.scan_until(lambda: "SI01" in plc.inputs)
+    plc.outputs(SO02=True)
+    plc.scan(30)
+    assert plc.codes.count(_POSITION) == 1
+    plc.key("JogPlus", jogs)
+    plc.scan(3)
+    _answered(plc, 1000)
+    plc.scan(60)
+    assert (0x0020 in plc.codes[plc.codes.index(_POSITION) :]) is jogs
+    assert plc.codes.count(_POSITION) == 2 - jogs
+    plc.key("JogPlus", False)
+    _answered(plc, 2000)
+    assert plc.codes.count(_POSITION) == 2
