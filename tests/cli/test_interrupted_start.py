@@ -16,9 +16,9 @@ pytestmark = pytest.mark.skipif(
     reason="it needs process groups, and loopback addresses besides 127.0.0.1",
 )
 
-#: Each Python runs this first. The one that runs the module WHO presses Ctrl-C, which reaches the
-#: whole group of the command, when it looks for the module WHERE, at `-` before anything else, at
-#: `.` before it says its first line. A child of the command goes on when that has closed the pipe.
+#: Each Python runs this first. The process that runs the module WHO presses Ctrl-C, which reaches
+#: the whole group of the command, when it looks for the module WHERE, at `-` for its own, at `.`
+#: before it says its first line. A child of the command goes on when that has closed the pipe.
 _HOOK = """
 import os, select, signal, sys
 who, where = os.environ["WHO"], os.environ["WHERE"]
@@ -29,24 +29,25 @@ def press():
     if os.getppid() == group:
         select.select([0], [], [])
 class Finder:
+    begun = False
     def find_spec(self, name, path=None, target=None):
-        if name == where:
+        if name == who and not self.begun:
+            self.begun = True
+            if where == "-":
+                press()
+            elif where == ".":
+                sys.setprofile(said)
+        elif name == where and self.begun:
             press()
 def said(frame, event, _):
     if event == "call" and frame.f_code.co_name in ("_tell", "tell"):
         sys.setprofile(None)
         press()
-if who in sys.orig_argv:
-    if where == "-":
-        press()
-    elif where == ".":
-        sys.setprofile(said)
-    else:
-        sys.meta_path.insert(0, Finder())
+sys.meta_path.insert(0, Finder())
 """
 _STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
 _ADAPTER = ("rcx_harness.enip.target.adapter_process", ("-", "rcx_harness.enip.target.device", "."))
-_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "rcx_harness.enip.cyclic.exchange", "."))
+_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a copy has the other modules
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:

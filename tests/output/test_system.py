@@ -8,6 +8,9 @@ import os
 import select
 import signal
 import socket
+import subprocess
+import sys
+import textwrap
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -160,3 +163,101 @@ def test_the_cache_is_where_the_system_keeps_such_things(
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.platform", platform)
     assert system.cache_root() == Path(expected)
+
+
+copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies of a process")
+
+
+def _in_new_python(code: str) -> tuple[int, str, str]:
+    """Exit code and what is said: a copy of the tests' process would have their threads' locks."""
+    given = "import os, signal, subprocess, sys\nfrom rcx_harness.output.system import PipedCopy\n"
+    done = subprocess.run(
+        [sys.executable, "-c", given + textwrap.dedent(code)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        env={key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"},
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@copies
+def test_a_copy_hears_and_answers_by_its_pipes_and_ends_with_its_input() -> None:
+    """Source: the docstring."""
+    code = """
+        def work():
+            for line in sys.stdin:
+                print(line.upper(), end="", flush=True)
+        copy = PipedCopy(work, "rcx_harness.a_name_that_is_long")
+        copy.stdin.write("one\\n")
+        copy.stdin.flush()
+        print(copy.stdout.readline(), copy.poll(), os.getsid(copy.pid) == copy.pid)
+        if sys.platform == "linux":
+            assert open(f"/proc/{copy.pid}/comm").read() == "me_that_is_long\\n"
+        copy.stdin.close()
+        print(copy.wait(), copy.returncode, copy.stdout.read() == "")
+        """
+    assert _in_new_python(code) == (0, "ONE\n None True\n0 0 True\n", "")
+
+
+@copies
+def test_a_copy_has_no_open_file_of_the_process_it_is_a_copy_of() -> None:
+    """Source: the docstring; an end of a pipe that stays open would keep others from ending."""
+    code = """
+        end, other = os.pipe()
+        def work():
+            for number in (end, other, *range(3, 40)):
+                try:
+                    os.fstat(number)
+                except OSError:
+                    continue
+                print("open:", number)
+        copy = PipedCopy(work, "-")
+        print(copy.stdout.read() + str(copy.wait()))
+        """
+    assert _in_new_python(code) == (0, "0\n", "")
+
+
+@copies
+@pytest.mark.parametrize(
+    ("ends", "expected", "said"),
+    [
+        ("sys.exit(7)", 7, ""),
+        ("sys.exit('why')", 1, "why\n"),
+        ("sys.exit()", 0, ""),
+        ("1 / 0", 1, "ZeroDivisionError: division by zero\n"),
+        ("os.kill(os.getpid(), signal.SIGTERM)", -15, ""),
+        ("print('kept', end='')", 0, ""),
+    ],
+)
+def test_how_a_copy_ends_is_seen(ends: str, expected: int, said: str) -> None:
+    """Source: the docstring; the documentation of `sys.exit`."""
+    code = f"""
+        print("not twice", end=" ")
+        def work():
+            {ends}
+        copy = PipedCopy(work, "-")
+        print(copy.stdout.read(), copy.wait())
+        """
+    kept = "kept" * ("kept" in ends)
+    found = _in_new_python(code)
+    assert found[:2] == (0, f"not twice {kept} {expected}\n")
+    assert found[2].endswith(said)
+    assert bool(found[2]) == bool(said)
+
+
+@copies
+def test_a_copy_that_does_not_end_is_killed() -> None:
+    """Source: the documentation of `subprocess.Popen`."""
+    code = """
+        copy = PipedCopy(signal.pause, "-")
+        try:
+            copy.wait(0.01)
+        except subprocess.TimeoutExpired:
+            print("late")
+        copy.kill()
+        print(copy.wait())
+        copy.kill()
+        """
+    assert _in_new_python(code) == (0, "late\n-9\n", "")

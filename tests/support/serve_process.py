@@ -99,11 +99,7 @@ class ServeProcess:
 
     def process_of(self, module: str) -> int:
         """The first of its processes that runs this module."""
-        return min(
-            pid
-            for pid in self.processes()
-            if module in Path(f"/proc/{pid}/cmdline").read_text().split("\0")
-        )
+        return min(pid for pid in self.processes() if _runs(pid, module))
 
     def kill(self) -> None:
         """End it without a chance to tidy up."""
@@ -155,3 +151,15 @@ def _parents() -> dict[int, int]:
                 continue
             found[int(entry.name)] = int(stat.rpartition(")")[2].split()[1])
     return found
+
+
+def _runs(pid: int, module: str) -> bool:
+    """Has it been started for this module, or been copied for it?"""
+    process = Path(f"/proc/{pid}")
+    name = (process / "comm").read_text().strip()
+    started = name.startswith("python")
+    return (
+        module in (process / "cmdline").read_text().split("\0")
+        if started
+        else module.endswith(name)
+    )

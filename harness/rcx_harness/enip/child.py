@@ -1,6 +1,7 @@
 """A process of its own that serves a part of the network, for both ends of its pipes.
 
-Its settings are the JSON in its only argument. It says on standard output where it listens, or why
+Its settings are the JSON in its only argument. A child of such a process is a copy of it, where the
+system has copies. It says on standard output where it listens, or why
 it cannot, one JSON object a line; it ends when its standard input does, that is with its parent at
 the latest.
 """
@@ -13,16 +14,19 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
+import threading
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from importlib import import_module
 from typing import IO, Any, Literal
 
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.output import system
 
-__all__ = ["Child", "be_punctual", "how_ended", "tell"]
+__all__ = ["Child", "be_punctual", "how_ended", "run", "tell"]
 
 _STOP_S, _WAIT_S = 5.0, 1.0
+_is_child = False
 
 
 class Child:
@@ -44,13 +48,7 @@ class Child:
     """
 
     def __init__(self, module: str, settings: Mapping[str, Any], name: str) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", module, json.dumps(settings)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            encoding="utf-8",
-            **system.APART,
-        )
+        self.process = _started(module, json.dumps(settings))
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         self.orders: IO[str] = self.process.stdin
@@ -80,6 +78,30 @@ class Child:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
+
+
+def run(main: Callable[[str], None]) -> None:
+    """Do in a child what it was started for.
+
+    Args:
+        main: Takes its argument.
+    """
+    global _is_child
+    _is_child = True
+    main(sys.argv[1])
+
+
+def _started(module: str, argument: str) -> subprocess.Popen[str] | system.PipedCopy:
+    # What is not ours may have threads, which a copy would not have, and locks that they hold.
+    if system.COPIES and _is_child and threading.active_count() == 1:
+        return system.PipedCopy(lambda: import_module(module).main(argument), module)
+    return subprocess.Popen(
+        [sys.executable, "-m", module, argument],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+        **system.APART,
+    )
 
 
 def how_ended(code: int | None) -> str:

@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.enip import Adapter, Identity
+from rcx_harness.enip import Adapter, Identity, child
 from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.options import AdapterOptions
@@ -254,4 +254,4 @@ def _obey(station: Station, message: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    child.run(main)

@@ -13,9 +13,9 @@ import json
 import select
 import signal
 import socket
-import sys
 from contextlib import suppress
 
+from rcx_harness.enip import child
 from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
@@ -189,4 +189,4 @@ def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> Non
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    child.run(main)

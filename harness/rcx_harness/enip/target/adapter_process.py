@@ -19,6 +19,7 @@ import threading
 from contextlib import suppress
 from typing import Any
 
+from rcx_harness.enip import child
 from rcx_harness.enip.child import tell
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.cyclic.control import CyclicControl
@@ -194,4 +195,4 @@ class _Adapter:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    child.run(main)
