@@ -250,6 +250,11 @@ class PipedCopy:
         stdout: Its standard output, to be read.
     """
 
+    pid: int
+    returncode: int | None
+    stdin: IO[str]
+    stdout: IO[str]
+
     def __init__(self, work: Callable[[], object], name: str) -> None:
         if sys.platform == "win32":
             raise NotImplementedError
@@ -258,7 +263,7 @@ class PipedCopy:
         gc.collect()
         gc.freeze()
         sys.stdout.flush()
-        self.returncode: int | None = None
+        self.returncode = None
         self.pid = os.fork()
         if not self.pid:
             os.dup2(theirs, 0)
@@ -266,8 +271,8 @@ class PipedCopy:
             _be_another(work, name)
         os.close(theirs)
         os.close(said)
-        self.stdin: IO[str] = open(orders, "w", encoding="utf-8")  # noqa: SIM115
-        self.stdout: IO[str] = open(reports, encoding="utf-8")  # noqa: SIM115
+        self.stdin = open(orders, "w", encoding="utf-8")  # noqa: SIM115
+        self.stdout = open(reports, encoding="utf-8")  # noqa: SIM115
 
     def poll(self) -> int | None:
         """Its exit code, None as long as it runs."""
