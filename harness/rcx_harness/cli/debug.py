@@ -196,7 +196,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
     line = [str(one) for one in _several(sources if sources is not None else given)]
     if not line:
         raise InputError("no program is named", hint='write "sources": ["plc/Main.st"]')
-    options = {one.name: one for one in command.params if isinstance(one, TyperOption)}
+    options = {str(one.name): one for one in command.params if isinstance(one, TyperOption)}
     for key, value in arguments.items():
         if key in (*_OF_CLIENTS, "sources", "program") or key.startswith("__"):
             continue
