@@ -44,6 +44,13 @@ def _imported(*commands: list[str]) -> list[set[str]]:
     return [set(modules) for _, modules in report]
 
 
+def _loaded(module: str) -> set[str]:
+    """What a process has that imports this module."""
+    code = f"import sys, {module}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
+    return set(done.stdout.decode().split())
+
+
 def _below(modules: set[str], *names: str) -> set[str]:
     """Those of the modules that are one of the packages or in it."""
     return {one for one in modules if any(f"{one}.".startswith(f"{name}.") for name in names)}
@@ -78,17 +85,15 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
 
 def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
     """Source: docs/timing.md: what a process of rcx serve imports stays in memory, for each one."""
-    (parent,) = _imported(["serve", "--help"])
+    parent, found = _loaded("rcx_harness.cli.serve"), _loaded("rcx_harness.serve.station_process")
     of_programs = ("engine.frontend", "engine.load", "engine.builtin", "cell.cell", "cell.node")
-    assert not _below(parent, "lark", *(f"rcx_harness.{one}" for one in of_programs))
-    assert not _below(parent, *_HEAVY - {"asyncio"})
-    code = "import sys, rcx_harness.serve.station_process; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
-    found = set(done.stdout.decode().split())
+    of_others = ("export", "trace.view.page", "serve.terminal")
+    assert not _below(parent, *(f"rcx_harness.{one}" for one in (*of_programs, *of_others)))
+    assert not _below(parent, "rich", "lark", *_HEAVY - {"asyncio"})
     rooms = ("cell", "cli", "look", "verify", "testing", "bridge", "export", "trace.view", "watch")
     engines = ("engine.frontend", "engine.load", "engine.builtin", "engine.base")
     assert not _below(found, *(f"rcx_harness.{one}" for one in (*rooms, *engines)))
-    assert not _below(found, "rich", "typer", "pydantic", "lark", "ssl", *_HEAVY)
+    assert not _below(found, "rich", "typer", "lark", "ssl", *_HEAVY)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -111,7 +116,7 @@ def test_every_command_of_the_folder_is_in_the_table() -> None:
             found.add(file.stem.rstrip("_"))
     found.remove("app")
     assert found <= COMMANDS.keys()
-    assert COMMANDS.keys() - found == {"encode", "decode", "eds"}
+    assert COMMANDS.keys() - found == {"encode", "decode"}
     assert [*app.commands] == [*COMMANDS]
 
 

@@ -6,7 +6,7 @@ from rcx_harness.bridge.core import State
 from rcx_harness.bridge.run import news_lines
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.output.throttle import Throttle
-from rcx_harness.serve.terminal import Lines
+from rcx_harness.serve.lines import Lines
 from served import ServedHost
 
 SECOND_US = 1_000_000

@@ -16,8 +16,8 @@ from rcx_harness.cli.app import main
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.serve.host import Host, Settings
+from rcx_harness.serve.lines import Lines
 from rcx_harness.serve.run import serve, warnings
-from rcx_harness.serve.terminal import Lines
 from rcx_harness.trace import read_trace
 from serve_process import ServeProcess, own_addresses, watching
 

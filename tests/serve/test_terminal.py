@@ -10,7 +10,8 @@ from rich.console import Console
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.robot import Led
-from rcx_harness.serve.terminal import Lines, screen
+from rcx_harness.serve.lines import Lines
+from rcx_harness.serve.terminal import screen
 from rcx_harness.serve.view import LED_MEANINGS, view
 from served import ServedHost
 

@@ -49,7 +49,7 @@ COMMANDS = {
         "Run the first example against the virtual robot: its timing chart, and a page to look at.",
     ),
     "eds": (
-        "serve:eds",
+        "eds:eds",
         "Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration "
         "tool.",
     ),

@@ -15,8 +15,8 @@ from rcx_harness.errors import InputError
 from rcx_harness.units import parse_us
 
 __all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
-__all__ += ["config_instance", "counted", "duration_us", "host_port", "interval_us"]
-__all__ += ["replacements", "with_options"]
+__all__ += ["config_instance", "counted", "duration_us", "host_port", "identity_revision"]
+__all__ += ["interval_us", "replacements", "with_options"]
 
 #: Of a number in a port or an instance.
 _DIGITS = 5
@@ -149,3 +149,11 @@ def config_data(text: str) -> bytes:
     except ValueError:
         hint = "write it in hexadecimal, as 01000A00"
         raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None
+
+
+def identity_revision(text: str) -> tuple[int, int]:
+    """Major and minor revision of an identity, `1.1` (InputError: not of this form)."""
+    major, _, minor = text.partition(".")
+    if not (major.isdecimal() and minor.isdecimal()):
+        raise InputError(f"{text!r} is no revision", hint="write it as 1.1")
+    return int(major), int(minor)

@@ -42,7 +42,7 @@ from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.scale import scaled_svg, scaled_text
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
 

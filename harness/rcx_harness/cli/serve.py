@@ -1,4 +1,4 @@
-"""`rcx serve` and `rcx eds`: virtual controllers, and their electronic data sheet for PLC tools."""
+"""`rcx serve`: virtual controllers over EtherNet/IP in real time."""
 
 from __future__ import annotations
 
@@ -12,18 +12,16 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.outputs import check_outputs
-from rcx_harness.cli.options import check_port, duration_us, interval_us
+from rcx_harness.cli.options import check_port, duration_us, identity_revision, interval_us
 from rcx_harness.enip.cyclic.connections import IO_PORT
-from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
-from rcx_harness.export.output import Output, write
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
-from rcx_harness.spec.wire import SIZE, check_size
+from rcx_harness.spec.wire import check_size
 
-__all__ = ["eds", "serve"]
+__all__ = ["serve"]
 
 #: Where the web page is (serve/guard.py).
 _WEB_HOST = "127.0.0.1"
@@ -77,7 +75,7 @@ def serve(
         rpi_min_us=interval_us("--rpi-min", rpi_min),
         first_packet_us=duration_us("--first-packet", first_packet),
     )
-    major, minor = _revision(revision)
+    major, minor = identity_revision(revision)
     every = [
         Settings(
             host=one,
@@ -101,36 +99,6 @@ def serve(
     ]
     if code := asyncio.run(serve_controllers(every, web, quiet=quiet)):
         raise typer.Exit(code)
-
-
-def eds(
-    file: Annotated[
-        Path | None, typer.Argument(help="Where to write it. Default: standard output.")
-    ] = None,
-    size: Annotated[
-        int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
-    ] = SIZE,
-    product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
-    revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
-    rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
-    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
-) -> None:
-    """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
-
-    It is this project's own and describes the simulation. A real controller is connected with
-    the vendor's file.
-
-    Exit code: 0, or 2 on bad input and where the file exists.
-    """
-    major, minor = _revision(revision)
-    identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)
-    options = AdapterOptions(rpi_min_us=duration_us("--rpi-min", rpi_min))
-    text = eds_text(size, identity, options)
-    if file is None:
-        print(text, end="")
-        return
-    write(Output({"": text}), file, force=force)
-    print(f"written: {file}")
 
 
 def _addresses(texts: Sequence[str]) -> list[str]:
@@ -174,11 +142,3 @@ def _traces(files: Sequence[Path], controllers: int, robots: Sequence[Path]) -> 
     for number, file in enumerate(files):
         check_outputs({"trace": file}, None, *robots, *files[:number])
     return [str(file) for file in files] or [""] * controllers
-
-
-def _revision(text: str) -> tuple[int, int]:
-    """Major and minor revision, `1.1` (InputError: not of this form)."""
-    major, _, minor = text.partition(".")
-    if not (major.isdecimal() and minor.isdecimal()):
-        raise InputError(f"{text!r} is no revision", hint="write it as 1.1")
-    return int(major), int(minor)

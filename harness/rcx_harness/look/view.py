@@ -12,7 +12,7 @@ from typing import Any
 from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import JudgeOptions, is_capture, is_judged, judge
 from rcx_harness.trace import CutOffError, Record, Violation, read_trace
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 
 __all__ = ["Seen", "view_file"]
 

@@ -9,14 +9,10 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.live import Live
-
 from rcx_harness.errors import InputError
-from rcx_harness.output.console import draws
 from rcx_harness.output.system import told_to_end
 from rcx_harness.serve.host import Host, Settings
-from rcx_harness.serve.terminal import Lines, screen
+from rcx_harness.serve.lines import Lines
 
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
@@ -62,7 +58,7 @@ async def _serve(
             return 0
         if not quiet:
             _announce(hosts, page)
-        shown = asyncio.create_task(_show(hosts, page, quiet))
+        shown = asyncio.create_task(_show(hosts, quiet))
         await _until(stop, hosts, shown)
         with suppress(asyncio.CancelledError):
             shown.result()  # what it shows may have nowhere to go
@@ -141,18 +137,15 @@ def _announce(hosts: Sequence[Host], page: WebServer | None) -> None:
     print("Ctrl-C ends it. This is a simulation: no robot moves.", flush=True)
 
 
-async def _show(hosts: Sequence[Host], page: WebServer | None, quiet: bool) -> None:
-    console = Console()
+async def _show(hosts: Sequence[Host], quiet: bool) -> None:
     if quiet:
         await asyncio.Event().wait()
-    if not console.is_terminal:
-        lines = Lines(hosts)
-        while True:
-            for line in lines.new():
-                print(line, flush=True)
-            await asyncio.sleep(_SHOW_EVERY_S)
-    plain = not draws(console.encoding)
-    with Live(console=console, auto_refresh=False, screen=False) as live:
-        while True:
-            live.update(screen(hosts, console.height - 4, ascii_only=plain), refresh=True)
-            await asyncio.sleep(_SHOW_EVERY_S)
+    if sys.stdout.isatty():
+        from rcx_harness.serve.terminal import show  # rich takes 2 MiB
+
+        await show(hosts, _SHOW_EVERY_S)
+    lines = Lines(hosts)
+    while True:
+        for line in lines.new():
+            print(line, flush=True)
+        await asyncio.sleep(_SHOW_EVERY_S)

@@ -1,20 +1,22 @@
-"""The served controllers in the terminal: a live table, or plain lines where it is none."""
+"""The served controllers in a terminal: a live table."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from rcx_harness.output.throttle import Throttle
+from rcx_harness.output.console import draws
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
 
-__all__ = ["Lines", "screen"]
+__all__ = ["screen", "show"]
 
 _STYLES = {"green": "bold green", "red": "bold red", "off": "dim"}
 _FULL_HEIGHT = 23  # lines of a controller with all its dedicated bits
@@ -23,30 +25,14 @@ _COMMANDS = 3
 _LAMPS, _PLAIN = ("●", "○"), ("*", ".")
 
 
-class Lines:
-    """What has happened since the last look, a plain line each; of a flood only some (`Throttle`).
-
-    Args:
-        hosts: The controllers.
-    """
-
-    def __init__(self, hosts: Sequence[Host]) -> None:
-        self._hosts = hosts
-        self._before: list[dict[str, Any]] = [{} for _ in hosts]
-        self._throttles = [Throttle() for _ in hosts]
-
-    def new(self) -> list[str]:
-        """Connections, LEDs, alarms, commands at their end, broken rules, skipped cycles."""
-        lines = []
-        for number, host in enumerate(self._hosts):
-            before, now = self._before[number], _told(number, host)
-            self._before[number] = now
-            now_us = host.status.t_us
-            head = f"{host.name} {now_us / 1e6:10.3f} s"
-            throttle = self._throttles[number]
-            for kind, texts in _changes(before, now).items():
-                lines += [f"{head}  {text}" for text in throttle.let_pass(kind, texts, now_us)]
-        return lines
+async def show(hosts: Sequence[Host], every_s: float) -> NoReturn:
+    """Show the table on standard output, anew after `every_s` seconds each."""
+    console = Console()
+    plain = not draws(console.encoding)
+    with Live(console=console, auto_refresh=False, screen=False) as live:
+        while True:
+            live.update(screen(hosts, console.height - 4, ascii_only=plain), refresh=True)
+            await asyncio.sleep(every_s)
 
 
 def screen(hosts: Sequence[Host], height: int, *, ascii_only: bool = False) -> RenderableType:
@@ -54,39 +40,6 @@ def screen(hosts: Sequence[Host], height: int, *, ascii_only: bool = False) -> R
     full = len(hosts) * _FULL_HEIGHT <= height
     lamps = _PLAIN if ascii_only else _LAMPS
     return Group(*(_panel(view(number, host), full, lamps) for number, host in enumerate(hosts)))
-
-
-def _told(number: int, host: Host) -> dict[str, Any]:
-    shown = view(number, host)
-    ended = [one for one in host.status.commands if one.result]
-    return {
-        "connection": shown["connection"],
-        "leds": ", ".join(f"{led['title']} {led['state']}" for led in shown["leds"]),
-        "alarms": shown["alarms"],
-        "commands": [(one.t_us, f"{one.request}: {one.result}") for one in ended],
-        "violations": [(one.t_us, one.text) for one in host.status.violations],
-        "skipped": shown["skipped"],
-        "running": shown["running"],
-    }
-
-
-def _changes(before: dict[str, Any], now: dict[str, Any]) -> dict[str, list[str]]:
-    """What is new, by its kind."""
-    lines = {key: [now[key]] * (now[key] != before.get(key)) for key in ("connection", "leds")}
-    known = before.get("alarms", [])
-    lines["alarms"] = [
-        *(f"alarm {text}" for text in now["alarms"] if text not in known),
-        *(f"no longer: alarm {text}" for text in known if text not in now["alarms"]),
-    ]
-    for key, word in (("commands", "command"), ("violations", "rule broken")):
-        old = before.get(key, [])
-        lines[key] = [f"{word}: {one[1]}" for one in now[key] if one not in old]
-    skipped = now["skipped"] - before.get("skipped", 0)
-    cycles = "1 cycle" if skipped == 1 else f"{skipped} cycles"
-    lines["skipped"] = [f"{cycles} of 5 ms skipped: this computer was busy"] * bool(skipped)
-    ended = not now["running"] and before.get("running", True)
-    lines["running"] = ["the controller's process has ended"] * ended
-    return lines
 
 
 def _panel(shown: dict[str, Any], full: bool, lamps: tuple[str, str]) -> Panel:

@@ -15,7 +15,7 @@ from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 from rcx_harness.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]

@@ -18,7 +18,7 @@ from rcx_harness import Cell
 from rcx_harness.cell.build import default_lib
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.trace import Cycle, Record, Violation
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 from rcx_tools.bench.figure import Figure, Options, at_most, missing, shown
 from rcx_tools.chromium import MISSING, chromium, is_there, opened
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from rcx_harness import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.errors import InputError
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 from rcx_tools.chromium import MISSING, chromium, is_there, opened
 
 __all__ = ["PICTURE", "digest", "digest_in", "main", "page"]

@@ -16,7 +16,7 @@ from typing import Any
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.errors import InputError
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 from rcx_harness.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]

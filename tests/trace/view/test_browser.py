@@ -15,7 +15,7 @@ from rcx_harness import Cell
 from rcx_harness.robot import Axis, Controller, RobotConfig
 from rcx_harness.robot.shape import shapes
 from rcx_harness.trace import Cycle
-from rcx_harness.trace.view import View
+from rcx_harness.trace.view.page import View
 
 pytestmark = NEEDS_BROWSER
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")

@@ -1,5 +1,6 @@
-"""A recording as one page of HTML that is looked at in a browser."""
+"""A recording as one page of HTML that is looked at in a browser; `page.View` makes it."""
 
-from rcx_harness.trace.view.page import BEGINNING, View
+__all__ = ["BEGINNING"]
 
-__all__ = ["BEGINNING", "View"]
+#: How each page begins: what begins so may be written over.
+BEGINNING = "<!doctype html>\n<!-- rcx view -->"

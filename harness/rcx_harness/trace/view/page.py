@@ -20,10 +20,8 @@ from rcx_harness.trace.view.pack import Numbers, Packed, Texts, put_whole
 from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
 
-__all__ = ["BEGINNING", "SCRIPTS", "View"]
+__all__ = ["SCRIPTS", "View"]
 
-#: How each page begins: what begins so may be written over.
-BEGINNING = "<!doctype html>\n<!-- rcx view -->"
 #: The scripts of the page, each of which takes only from those before it.
 SCRIPTS = (
     "data.js",

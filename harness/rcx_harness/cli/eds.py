@@ -1,0 +1,46 @@
+"""`rcx eds`: the virtual controller's electronic data sheet for PLC tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.cli.options import duration_us, identity_revision
+from rcx_harness.enip.eds import eds_text
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.export.output import Output, write
+from rcx_harness.spec.wire import SIZE
+
+__all__ = ["eds"]
+
+
+def eds(
+    file: Annotated[
+        Path | None, typer.Argument(help="Where to write it. Default: standard output.")
+    ] = None,
+    size: Annotated[
+        int, typer.Option(help="Bytes of the areas that a tool proposes: 48 or 256.")
+    ] = SIZE,
+    product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
+    revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
+    rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
+    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
+) -> None:
+    """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
+
+    It is this project's own and describes the simulation. A real controller is connected with
+    the vendor's file.
+
+    Exit code: 0, or 2 on bad input and where the file exists.
+    """
+    major, minor = identity_revision(revision)
+    identity = Identity(product_code=product_code, major_revision=major, minor_revision=minor)
+    options = AdapterOptions(rpi_min_us=duration_us("--rpi-min", rpi_min))
+    text = eds_text(size, identity, options)
+    if file is None:
+        print(text, end="")
+        return
+    write(Output({"": text}), file, force=force)
+    print(f"written: {file}")
