@@ -19,7 +19,6 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.testing import OPTIONS, VALUES
 from rcx_harness.units import parse_us
-from rcx_harness.verify.coverage.output import ENGINE
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "is_on", "known", "project"]
 __all__ += ["settings_of", "unknown_key", "wrong_marker"]
@@ -86,6 +85,8 @@ def check_settings(config: pytest.Config) -> None:
         _engine(settings)
         if is_on(config, "coverage") and settings.get("engine", "auto") not in ("auto", "builtin"):
             hint = f"leave out the engine {settings['engine']}, or the coverage"
+            from rcx_harness.verify.coverage.output import ENGINE
+
             raise InputError(ENGINE, hint=hint)
     except InputError as error:
         raise pytest.UsageError(f"rcx: {error}") from None
