@@ -23,7 +23,7 @@ from rcx_harness.engine.matiec.source import join_sources
 from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
 from rcx_harness.trace import Record, Scan
-from rcx_tools.bench.figure import Figure, Options, at_most, missing, shown
+from rcx_tools.bench.figure import OUT_OF_REACH, Figure, Options, at_most, missing, shown
 
 __all__ = ["HIGHEST_RATIO", "PROGRAMS", "Cost", "costs", "measure"]
 
@@ -200,5 +200,5 @@ def measure(options: Options) -> dict[str, Figure]:
         beside = f"C by hand: {cost.peer_ns:.0f} ns per scan, the library {cost.library_ns:.0f} ns"
         found[name] = shown(cost.ratio, unit, beside)
         if cost.program == PROGRAMS[0]:
-            found[name] = at_most(cost.ratio, unit, HIGHEST_RATIO, beside)
+            found[name] = at_most(cost.ratio, unit, HIGHEST_RATIO, beside + OUT_OF_REACH)
     return found

@@ -39,7 +39,7 @@ from rcx_harness.enip.codec.encapsulation import (
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.target.adapter import Adapter
-from rcx_tools.bench.figure import Figure, Options, at_least, missing, shown
+from rcx_tools.bench.figure import OUT_OF_REACH, Figure, Options, at_least, missing, shown
 from rcx_tools.bench.processes import first_line, on_one_processor, running
 from rcx_tools.bench.simulation import demo_cell
 
@@ -105,7 +105,7 @@ def _beside_opener(slice_s: float) -> dict[str, Figure]:
         rates = [(_rate(ours, GET, slice_s), _rate(theirs, GET, slice_s)) for _ in range(_SLICES)]
     beside = f"OpENer {median(b for _, b in rates):.0f}/s, one client on one processor"
     ratio = median(a / b for a, b in rates)
-    return {"explicit_get_opener": at_least(ratio, "of OpENer", 1, beside)}
+    return {"explicit_get_opener": at_least(ratio, "of OpENer", 1, beside + OUT_OF_REACH)}
 
 
 class Asker:

@@ -10,9 +10,12 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-__all__ = ["Figure", "Options", "as_table", "at_least", "at_most", "percentile", "shown", "store"]
+__all__ = ["OUT_OF_REACH", "Figure", "Options", "as_table", "at_least", "at_most", "percentile"]
+__all__ += ["shown", "store"]
 
 NO_TARGET = "none"
+#: Stands behind the peer of a figure whose target cannot be met; that page shows why.
+OUT_OF_REACH = "; out of reach: docs/timing.md"
 
 
 @dataclass(frozen=True)
