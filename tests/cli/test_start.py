@@ -44,9 +44,9 @@ def _imported(*commands: list[str]) -> list[set[str]]:
     return [set(modules) for _, modules in report]
 
 
-def _loaded(module: str) -> set[str]:
-    """What a process has that imports this module."""
-    code = f"import sys, {module}; print(*sys.modules)"
+def _loaded(*modules: str) -> set[str]:
+    """What a process has that imports these modules."""
+    code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
     return set(done.stdout.decode().split())
 
@@ -85,7 +85,8 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
 
 def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
     """Source: docs/timing.md: what a process of rcx serve imports stays in memory, for each one."""
-    parent, found = _loaded("rcx_harness.cli.serve"), _loaded("rcx_harness.serve.station_process")
+    parent = _loaded(*(f"rcx_harness.cli.{one}" for one in ("start", "app", "serve")))
+    found = _loaded("rcx_harness.serve.station_process")
     of_programs = ("engine.frontend", "engine.load", "engine.builtin", "cell.cell", "cell.node")
     of_others = ("export", "trace.view.page", "serve.terminal")
     assert not _below(parent, *(f"rcx_harness.{one}" for one in (*of_programs, *of_others)))

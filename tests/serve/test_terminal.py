@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import signal
 import struct
+import subprocess
+import sys
+from contextlib import suppress
 
 import pytest
 from rich.console import Console
@@ -13,6 +18,7 @@ from rcx_harness.robot import Led
 from rcx_harness.serve.lines import Lines
 from rcx_harness.serve.terminal import screen
 from rcx_harness.serve.view import LED_MEANINGS, view
+from serve_process import own_addresses
 from served import ServedHost
 
 
@@ -184,3 +190,32 @@ def test_a_single_skipped_cycle_is_told_as_one() -> None:
     served.run(5)
     texts = [line.partition(" s  ")[2] for line in lines.new()]
     assert texts == ["1 cycle of 5 ms skipped: this computer was busy"]
+
+
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"),
+    reason="it needs a pseudo-terminal, and loopback addresses besides 127.0.0.1",
+)
+def test_a_terminal_gets_the_table() -> None:
+    """Anything else gets lines, as the other tests of real processes read them."""
+    ours, terminal = os.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rcx_harness", "serve", "--address", *own_addresses(1)],
+        stdin=subprocess.DEVNULL, stdout=terminal, stderr=terminal,
+        env={**os.environ, "TERM": "xterm", "PYTHONIOENCODING": "utf-8"},
+    )  # fmt: skip
+    try:
+        os.close(terminal)
+        said = b""
+        while b"Module Status" not in said:  # in a line, too; at its end without one this raises
+            said += os.read(ours, 4096)
+        assert "╭" in said.decode(errors="ignore")
+        process.send_signal(signal.SIGINT)
+        with suppress(OSError):  # how a terminal ends that nobody has open any more
+            while os.read(ours, 4096):
+                pass
+        assert process.wait() == 0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(ours)
