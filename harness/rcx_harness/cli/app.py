@@ -117,8 +117,19 @@ _SETTINGS: dict[str, Any] = {
     "pretty_exceptions_enable": False,
     "add_completion": False,
 }
+
+
+class _Commands(TyperGroup):
+    """All commands; their list is plain text, for `rich` would double the time that it takes."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write it."""
+        super(TyperGroup, self).format_help(ctx, formatter)
+
+
 _app = typer.Typer(
     name="rcx",
+    cls=_Commands,
     help="Compile the RCX3 function blocks and run them against a virtual robot controller.",
     no_args_is_help=True,
     **_SETTINGS,
@@ -127,6 +138,10 @@ _app = typer.Typer(
 
 class Later(TyperCommand):
     """A command that is listed with its first sentence, and loaded when it is called."""
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        """The sentence, whole; it goes on in the next line where it has to."""
+        return str(self.help)
 
     def loaded(self) -> Any:
         """The command itself."""
