@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine import cache, checked
+from rcx_harness.engine import cache
 from rcx_harness.engine.builtin.statements import Writer
 from rcx_harness.engine.load import build
+from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
 
 _TEXT = """PROGRAM Main
@@ -64,7 +65,7 @@ def test_the_same_sources_are_checked_and_written_once(
     assert _sum(program) == 12
     assert _kinds(kept) == [".code", ".project"]
     _forget(monkeypatch)
-    monkeypatch.setattr(checked, "analyse", _fail)
+    monkeypatch.setattr("rcx_harness.engine.frontend.load.analyse", _fail)
     monkeypatch.setattr(Writer, "write", _fail)
     assert _sum(program) == 12
 
@@ -81,6 +82,27 @@ def test_a_change_of_the_sources_is_seen(program: Path, kept: Path) -> None:
     os.utime(program, ns=(stamp, stamp))
     assert _sum(program) == 4
     assert len(_kinds(kept)) == 4
+
+
+def test_which_files_of_a_library_are_needed_is_kept_until_one_changes(
+    program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: the key: the contents of all files, and where those of the library begin."""
+    other, two = program.with_name("FC_Two.st"), "FUNCTION FC_Two : INT\nEND_FUNCTION\n"
+    other.write_text(two, encoding="utf-8")
+    assert needed([program], [other]) == []
+    assert needed([program, other], []) == []
+    assert needed([], [program, other]) == []
+    assert _kinds(kept) == [".needed"] * 3
+    _forget(monkeypatch)
+    with monkeypatch.context() as again:
+        again.setattr("rcx_harness.engine.needed.source_text", _fail)
+        assert needed([program], [other]) == []
+    stamp = program.stat().st_mtime_ns
+    text = program.read_text(encoding="utf-8")
+    program.write_text(text.replace("12 / Part", "FC_Two()"), encoding="utf-8")
+    os.utime(program, ns=(stamp + 1, stamp + 1))
+    assert needed([program], [other]) == [other]
 
 
 def test_instances_of_a_remembered_program_share_nothing(program: Path) -> None:

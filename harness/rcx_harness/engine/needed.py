@@ -9,6 +9,7 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
+from rcx_harness.engine import cache
 from rcx_harness.engine.frontend.words import ACCESS_WORDS
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
@@ -35,6 +36,15 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
         Part of `library`, in its order: those that declare a name which is needed, and those that
         declare nothing that could be named, or a configuration.
     """
+    own = list(program)
+    files = [*own, *library]
+    key = cache.sources_key(files)
+    key = key and f"{key}-{len(own)}"  # where the library begins
+    return cache.made_of("needed", key, files, lambda: _needed(own, library))
+
+
+def _needed(program: list[Path], library: Sequence[Path]) -> list[Path]:
+    """See `needed`."""
     declaring: dict[str, list[Path]] = {}
     found = set()
     for file in library:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-__all__ = ["MARK", "RECORD", "digest", "is_in_record", "own_output", "record", "recorded"]
+__all__ = ["MARK", "RECORD", "digest", "own_output", "record", "recorded", "resolved"]
 
 #: Stands at the head of each file that is exported by itself.
 MARK = "Written by `rcx export`; change the sources, not this file."
@@ -17,6 +17,8 @@ RECORD = "rcx-export.json"
 
 _ABOUT = "Files that `rcx export` wrote here; it replaces and removes those that are unchanged."
 _HEAD = 1000
+#: What is recorded, by the folder of the record.
+_Records = dict[Path, dict[str, str]]
 
 
 def digest(data: bytes) -> str:
@@ -48,25 +50,38 @@ def recorded(folder: Path) -> dict[str, str]:
     }
 
 
-def is_in_record(file: Path, known: dict[Path, dict[str, str]]) -> bool:
-    """Whether the record of a folder above a file names it.
-
-    Args:
-        file: The file, its path resolved.
-        known: Records that were read, by folder; more are added.
-    """
-    for folder in file.parents:
-        if folder not in known:
-            known[folder] = recorded(folder)
-        if known[folder] and file.relative_to(folder).as_posix() in known[folder]:
-            return True
-    return False
+def resolved(files: Iterable[Path]) -> dict[Path, Path]:
+    """Files and their resolved paths; each folder is resolved once."""
+    folders: dict[Path, Path] = {}
+    found = {}
+    for file in files:
+        folder = file.parent
+        if folder not in folders:
+            folders[folder] = folder.resolve()
+        place = folders[folder] / file.name
+        found[file] = place.resolve() if place.is_symlink() else place
+    return found
 
 
-def own_output(files: Iterable[Path]) -> set[Path]:
-    """Which of some ST files an export has written."""
-    known: dict[Path, dict[str, str]] = {}
-    return {one for one in files if is_in_record(one.resolve(), known) or _is_marked(one)}
+def own_output(files: Mapping[Path, Path]) -> set[Path]:
+    """Which of some ST files, with their resolved paths, an export has written."""
+    known: dict[Path, _Records] = {}
+    return {one for one, place in files.items() if _is_recorded(place, known) or _is_marked(one)}
+
+
+def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
+    """Whether the record of a folder above a file names it; `known` is that of `_records`."""
+    records = _records(file.parent, known)
+    return any(file.relative_to(folder).as_posix() in records[folder] for folder in records)
+
+
+def _records(folder: Path, known: dict[Path, _Records]) -> _Records:
+    """The records of a folder and of those above it; `known` are those that were read before."""
+    if folder not in known:
+        above = _records(folder.parent, known) if folder.parent != folder else {}
+        names = recorded(folder)
+        known[folder] = {**above, folder: names} if names else above
+    return known[folder]
 
 
 def _is_marked(file: Path) -> bool:
