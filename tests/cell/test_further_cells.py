@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, InputError
-from rcx_harness.engine.builtin.coverage import collecting
+from rcx_harness.engine.builtin.collector import collecting
 from rcx_harness.engine.builtin.program import BuiltinProgram
 
 _TEXT = """PROGRAM Main

@@ -266,7 +266,7 @@ sys.exit(main())
         "typer",
         "rcx_harness.cli.app",
         "rcx_harness.cell.cell",
-        "rcx_harness.engine.matiec.program",
+        "rcx_harness.engine.builtin.compile",
         "lark",
         "source_files",
         "parse_text",

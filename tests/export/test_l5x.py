@@ -15,7 +15,7 @@ from l5x_reader import read_l5x
 from l5x_structure import faults
 from plc_bench import ROOT
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.frontend import check
+from rcx_harness.engine.frontend.load import check
 from rcx_harness.engine.load import build
 from rcx_harness.engine.types import BlockType
 from rcx_harness.errors import InputError

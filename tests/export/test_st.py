@@ -11,7 +11,7 @@ from example_runs import EXAMPLES
 from exported import EXPORTED, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend import check, load
+from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 from rcx_harness.export import export

@@ -6,7 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from plcopen_structure import check_structure
-from rcx_harness.engine.projects import read_project, st_texts
+from rcx_harness.engine.projects.open import read_project
+from rcx_harness.engine.projects.texts import st_texts
 from rcx_harness.errors import InputError
 from rcx_harness.export.output import Output
 

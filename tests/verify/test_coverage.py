@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.coverage import Collector, Decision, Plan
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.builtin.collector import Collector
+from rcx_harness.engine.builtin.coverage import Decision, Plan
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.coverage.formats import tracefile
 from rcx_harness.verify.coverage.html import pages

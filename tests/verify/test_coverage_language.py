@@ -10,8 +10,9 @@ import pytest
 
 from rcx_harness.cell import Cell
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.coverage import Collector, counting, outcome
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.builtin.collector import Collector, counting
+from rcx_harness.engine.builtin.coverage import outcome
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.errors import InputError
 from rcx_harness.verify.coverage.formats import cobertura, tracefile
 from rcx_harness.verify.coverage.html import pages

@@ -9,7 +9,7 @@ from collections.abc import Hashable
 from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine import cache
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin.coverage import collecting
+from rcx_harness.engine.builtin.collector import collecting
 from rcx_harness.engine.load import build
 from rcx_harness.watch.calls_source import call_plan, steady_instances
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rcx_harness.engine.needed import declared_names, needed
-from rcx_harness.engine.projects import in_folder, is_project, project_sources
+from rcx_harness.engine.projects.formats import in_folder, is_project
 from rcx_harness.errors import InputError
-from rcx_harness.output.exported import RECORD, own_output
+from rcx_harness.output.exported import RECORD, own_output, resolved
 
 __all__ = ["INSTEAD", "Files", "SourceFiles", "blame_lib", "default_lib", "named_files"]
 __all__ += ["not_declared", "source_files", "st_files"]
@@ -89,8 +89,15 @@ def source_files(
             "--replace is for projects of PLC tools, and none is given",
             hint="change the .st file itself",
         )
-    made = project_sources(projects, {name: Path(file) for name, file in (replace or {}).items()})
-    own = [*(file for file in named if file not in projects), *made.paths]
+    own = [file for file in named if file not in projects]
+    declared: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+    if projects:
+        from rcx_harness.engine.projects.open import project_sources
+
+        instead = {name: Path(file) for name, file in (replace or {}).items()}
+        made = project_sources(projects, instead)
+        own, declared, notes = [*own, *made.paths], made.declared, made.notes
     folder = default_lib() if lib is None else Path(lib)
     if not folder.is_dir():
         raise InputError(
@@ -102,8 +109,8 @@ def source_files(
     if INSTEAD:
         own = [INSTEAD.get(file.resolve(), file) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
-    parts = _needed(tuple(own), seen, _Folder.of(folder), taken, made.declared)
-    return SourceFiles(tuple(own), parts, folder, made.notes, made.declared)
+    parts = _needed(tuple(own), seen, _Folder.of(folder), taken, declared)
+    return SourceFiles(tuple(own), parts, folder, notes, declared)
 
 
 @lru_cache(maxsize=64)
@@ -184,8 +191,9 @@ def _looked_at(folder: _Folder) -> tuple[tuple[Path, Path], ...]:
     """See `_Folder.files`; looked at again where a file has changed."""
     every = [Path(path) for path, _, _ in folder.stamps if not path.endswith(RECORD)]
     every.sort(key=lambda file: file.parts)  # as on Linux also where case is nothing
-    written = own_output(every)
-    return tuple((file, file.resolve()) for file in every if file not in written)
+    places = resolved(every)
+    written = own_output(places)
+    return tuple((file, place) for file, place in places.items() if file not in written)
 
 
 def _listed(folder: str) -> list[_Stamp]:
@@ -243,7 +251,7 @@ def _expand(path: Path) -> list[Path]:
 def _project_in(folder: Path) -> list[Path]:
     """A TwinCAT project in a folder; one that `rcx export` has written only in its own folder."""
     found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
-    written = own_output(found) if found else set()
+    written = own_output(resolved(found))
     whole = (folder / RECORD).is_file()
     return [file for file in found if whole or file not in written]
 

@@ -9,7 +9,9 @@ import typer
 
 from rcx_harness.cell.sources import named_files
 from rcx_harness.cli.options import counted
-from rcx_harness.engine.projects import is_project, read_project, st_texts
+from rcx_harness.engine.projects.formats import is_project
+from rcx_harness.engine.projects.open import read_project
+from rcx_harness.engine.projects.texts import st_texts
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
 

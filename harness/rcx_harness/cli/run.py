@@ -34,7 +34,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.engine.builtin.coverage import Collector, counting
+from rcx_harness.engine.builtin.collector import Collector, counting
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files

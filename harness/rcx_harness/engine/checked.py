@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rcx_harness.engine import cache
-from rcx_harness.engine.frontend import Project, analyse
-from rcx_harness.engine.frontend.load import runnable
+from rcx_harness.engine.frontend.project import Project, runnable
 from rcx_harness.errors import InputError
 
 __all__ = ["analysed", "load"]
@@ -21,6 +20,8 @@ def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
 
     def made() -> Project:
+        from rcx_harness.engine.frontend.load import analyse  # a tenth of a start
+
         project, found = analyse(paths)
         errors.extend(found)
         if project is None:

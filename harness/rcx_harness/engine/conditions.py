@@ -14,7 +14,6 @@ from pathlib import Path
 
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.builtin.program import BuiltinProgram
-from rcx_harness.engine.frontend import load
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.errors import InputError
 
@@ -211,6 +210,8 @@ def _compiled(
 @lru_cache(maxsize=256)
 def _evaluator(text: str) -> BuiltinProgram:
     """A program that has no memory: it may serve several conditions."""
+    from rcx_harness.engine.frontend.load import load  # few runs have conditions
+
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "conditions.st"
         file.write_text(text, encoding="utf-8")

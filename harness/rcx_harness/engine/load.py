@@ -8,17 +8,15 @@ from pathlib import Path
 
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.coverage import collecting
+from rcx_harness.engine.builtin.collector import collecting
 from rcx_harness.engine.checked import load
 from rcx_harness.engine.compiling import uncollected
-from rcx_harness.engine.frontend import Project
 from rcx_harness.engine.frontend.constructs import refuse
+from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.matiec.build import MISSING, Matiec, find_matiec
-from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.native.toolchain import find_c_compiler, find_cxx_compiler
 from rcx_harness.engine.retained import retained
 from rcx_harness.engine.strucpp.build import MISSING_STRUCPP, find_strucpp
-from rcx_harness.engine.strucpp.program import StrucppProgram
 from rcx_harness.errors import InputError
 
 __all__ = [
@@ -100,8 +98,12 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
     if collector is not None and compiled:
         collector.elsewhere.add(engine)
     if matiec is not None and compiler is not None:
+        from rcx_harness.engine.matiec.program import MatiecProgram
+
         return MatiecProgram.build(project, matiec, compiler), ""
     if strucpp is not None and compiler is not None:
+        from rcx_harness.engine.strucpp.program import StrucppProgram
+
         return StrucppProgram.build(project, strucpp, compiler), ""
     if reason := why_not(engine):
         raise InputError(f"{reason}, or use the built-in engine")

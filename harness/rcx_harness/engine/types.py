@@ -15,6 +15,7 @@ __all__ = [
     "StructType",
     "Type",
     "Variable",
+    "has_block",
 ]
 
 
@@ -148,3 +149,10 @@ def _form(kind: Type | None) -> str:
 Type: TypeAlias = (
     ElementaryType | EnumType | ArrayType | StructType | BlockType | InterfaceType | ReferenceType
 )
+
+
+def has_block(kind: Type) -> bool:
+    """Is it a block, or an array of blocks?"""
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    return isinstance(kind, BlockType)

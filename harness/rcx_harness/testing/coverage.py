@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell.sources import default_lib
-from rcx_harness.engine.builtin.coverage import Collector, counting
+from rcx_harness.engine.builtin.collector import Collector, counting
 from rcx_harness.errors import InputError
 from rcx_harness.testing import COVERAGE
 from rcx_harness.testing.settings import is_on, project

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import sources
-from rcx_harness.engine.builtin.coverage import Collector, counting
+from rcx_harness.engine.builtin.collector import Collector, counting
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.output.system import copied, copy_ended
 from rcx_harness.testing.tracing import PerTest

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 from rcx_harness.engine import cache
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse
 
 __all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan", "steady_instances"]
 
@@ -145,8 +144,14 @@ class _Block:
     works: bool
 
 
+def _declarations(file: Path) -> tuple[s.Declaration, ...]:
+    from rcx_harness.engine.frontend.parser import parse  # only where no answer is kept
+
+    return parse(file).declarations
+
+
 def _owners(file: Path) -> Iterator[s.Pou]:
-    for one in parse(file).declarations:
+    for one in _declarations(file):
         if isinstance(one, s.Pou) and one.kind in _OWNERS:
             yield one
 
@@ -423,7 +428,7 @@ def _text(node: object) -> str:
 
 
 def _instances(files: Sequence[Path]) -> set[str]:
-    declared = [entry for file in files for entry in parse(file).declarations]
+    declared = [entry for file in files for entry in _declarations(file)]
     owners = [one for one in declared if isinstance(one, s.Pou) and one.kind in _OWNERS]
     tasks = [task for one in declared if isinstance(one, s.Configuration) for task in one.tasks]
     if sum(owner.kind == "PROGRAM" for owner in owners) != 1 or len(tasks) > 1:

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
-from rcx_harness.engine.frontend.load import analyse
+from rcx_harness.engine.frontend.load import analyse, load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.scalars import INT_RANGE
 from rcx_harness.engine.frontend.tree import Pou

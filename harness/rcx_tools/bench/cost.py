@@ -17,7 +17,7 @@ from statistics import median
 from rcx_harness import Cell
 from rcx_harness.cell.build import default_lib
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
 from rcx_harness.engine.matiec.source import join_sources
 from rcx_harness.engine.needed import needed

@@ -22,7 +22,7 @@ from rcx_harness.cell.build import default_lib, source_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec.wire import CYCLE_US

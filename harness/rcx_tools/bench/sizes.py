@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rcx_harness.cell.build import default_lib
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import (
     MISSING,
     Matiec,

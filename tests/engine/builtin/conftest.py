@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import Matiec, find_c_compiler
 from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.errors import InputError

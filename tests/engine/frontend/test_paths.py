@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import Project, load, resolve, walk
+from rcx_harness.engine.frontend.load import load
+from rcx_harness.engine.frontend.paths import resolve, walk
+from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import check
+from rcx_harness.engine.frontend.load import check
 from rcx_harness.errors import InputError
 
 _FRAME = """\

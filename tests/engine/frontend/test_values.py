@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.frontend import from_python, scalar_to_python
+from rcx_harness.engine.frontend.values import from_python, scalar_to_python
 from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType, Type
 from rcx_harness.errors import InputError
 

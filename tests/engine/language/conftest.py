@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import check, load
+from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.errors import InputError
 
 Evaluate = Callable[..., list[Any]]

@@ -15,8 +15,8 @@ import pytest
 
 from matiec_habits import iec2c_takes
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
 from rcx_harness.engine.frontend.constructs import CONSTRUCTS, TRANSLATED, refuse
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import find_matiec
 from rcx_harness.engine.portability import lint
 from rcx_harness.errors import InputError

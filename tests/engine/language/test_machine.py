@@ -8,8 +8,8 @@ import pytest
 
 from rcx_harness.engine import portability
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.coverage import Collector
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.builtin.collector import Collector
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.parser import parse_portable
 from rcx_harness.errors import InputError
 

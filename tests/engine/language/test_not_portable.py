@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import Matiec, build
 from rcx_harness.engine.portability import lint
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import check, load
+from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.errors import InputError
 
 Build = Callable[[str], BuiltinProgram]

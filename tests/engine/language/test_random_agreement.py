@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import Matiec, find_c_compiler
 from rcx_harness.engine.matiec.program import MatiecProgram
 

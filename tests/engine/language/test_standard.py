@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.errors import InputError
 
 Evaluate = Callable[..., list[Any]]

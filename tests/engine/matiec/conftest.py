@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import Matiec, find_c_compiler
 from rcx_harness.engine.matiec.program import MatiecProgram
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import Project, load
+from rcx_harness.engine.frontend.load import load
+from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.matiec.build import Matiec, Message, TranslationError
 from rcx_harness.engine.matiec.program import MatiecProgram
 from rcx_harness.engine.matiec.source import SourceText, explain, join_sources

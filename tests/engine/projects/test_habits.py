@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.engine.projects import project_sources
+from rcx_harness.engine.projects.open import project_sources
 from rcx_harness.robot import Point
 
 _ROBOT = Path(__file__).parent / "data/Robot_Cell.st"

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend import check
-from rcx_harness.engine.projects import project_sources
+from rcx_harness.engine.frontend.load import check
+from rcx_harness.engine.projects.open import project_sources
 from rcx_harness.engine.source import origin, source_text
 
 _DATA = Path(__file__).parent / "data"

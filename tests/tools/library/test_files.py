@@ -9,7 +9,7 @@ import pytest
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.types import BlockType, StructType
 from rcx_tools.docs.pages import headers
 from rcx_tools.library import library

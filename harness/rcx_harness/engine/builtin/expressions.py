@@ -29,7 +29,6 @@ from rcx_harness.engine.builtin.storage import (
 )
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.resolve import has_block
 from rcx_harness.engine.frontend.scalars import (
     ANY_DURATION,
     ANY_REAL,
@@ -37,7 +36,7 @@ from rcx_harness.engine.frontend.scalars import (
     INT_RANGE,
     string_length,
 )
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type, has_block
 
 __all__ = [
     "Expressions",

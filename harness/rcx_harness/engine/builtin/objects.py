@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from rcx_harness.engine.builtin.storage import is_scalar, slot_name, stored
-from rcx_harness.engine.frontend.inherit import Objects
+from rcx_harness.engine.frontend.objects import Objects
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.types import (

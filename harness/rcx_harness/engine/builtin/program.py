@@ -9,8 +9,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from rcx_harness.engine.base import CallLog, Located, Value
-from rcx_harness.engine.builtin.compile import Module, module_of
-from rcx_harness.engine.builtin.coverage import Collector
+from rcx_harness.engine.builtin.collector import Collector
+from rcx_harness.engine.builtin.module import Module, module_of
 from rcx_harness.engine.builtin.objects import holds_pointers
 from rcx_harness.engine.builtin.references import Holders
 from rcx_harness.engine.builtin.runtime import ProgramError
@@ -117,7 +117,7 @@ class BuiltinProgram:
 
         Args:
             project: The project.
-            collector: Where it counts what is executed; None to go by `coverage.counting`.
+            collector: Where it counts what is executed; None to go by `collector.counting`.
         """
         return cls(module_of(project) if collector is None else Module(project, collector))
 

@@ -15,10 +15,9 @@ from rcx_harness.engine.builtin.storage import (
 )
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.resolve import has_block
 from rcx_harness.engine.frontend.scalars import INT_RANGE
 from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.engine.types import ArrayType
+from rcx_harness.engine.types import ArrayType, has_block
 
 __all__ = ["Branches", "Writer"]
 

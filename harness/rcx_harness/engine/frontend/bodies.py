@@ -12,13 +12,21 @@ from rcx_harness.engine.frontend.declare import Scope
 from rcx_harness.engine.frontend.expressions import Expressions, group
 from rcx_harness.engine.frontend.functions import NOTHING, same_text
 from rcx_harness.engine.frontend.references import PLACES, place_of
-from rcx_harness.engine.frontend.resolve import ConsequenceError, fills, has_block
+from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.engine.frontend.starting import Start, start_call, starting
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.frontend.widening import widens
-from rcx_harness.engine.types import ArrayType, BlockType, EnumType, ReferenceType, Type, Variable
+from rcx_harness.engine.types import (
+    ArrayType,
+    BlockType,
+    EnumType,
+    ReferenceType,
+    Type,
+    Variable,
+    has_block,
+)
 from rcx_harness.errors import InputError
 
 __all__ = ["check_body", "check_start", "root_of"]

@@ -11,7 +11,7 @@ from rcx_harness.engine.frontend.constants import NotConstantError
 from rcx_harness.engine.frontend.inherit import Inheritance
 from rcx_harness.engine.frontend.later import Later, Part
 from rcx_harness.engine.frontend.registry import Declared, Registry
-from rcx_harness.engine.frontend.resolve import Types, has_block
+from rcx_harness.engine.frontend.resolve import Types
 from rcx_harness.engine.frontend.scalars import WIDTH
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.frontend.values import describe
@@ -24,6 +24,7 @@ from rcx_harness.engine.types import (
     ReferenceType,
     Type,
     Variable,
+    has_block,
 )
 from rcx_harness.errors import InputError
 

@@ -17,7 +17,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.bodies import check_body, check_start
 from rcx_harness.engine.frontend.declare import Declarations, Scope
 from rcx_harness.engine.frontend.parser import read_text
-from rcx_harness.engine.frontend.project import Project, Run, Task, Unit
+from rcx_harness.engine.frontend.project import Project, Run, Task, Unit, runnable
 from rcx_harness.engine.frontend.registry import Declared, Registry, parts_of
 from rcx_harness.engine.frontend.resolve import ConsequenceError
 from rcx_harness.engine.frontend.scalars import TIME
@@ -27,7 +27,6 @@ from rcx_harness.engine.types import ArrayType, BlockType, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "located", "read_file"]
-__all__ += ["runnable"]
 
 #: Parses one source.
 Read = Callable[[Path], s.Source]
@@ -233,19 +232,6 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
         InputError: the first mistake, with file, line and what to do.
     """
     return runnable(checked(paths, read))
-
-
-def runnable(project: Project) -> Project:
-    """The project, where it has a program to run.
-
-    Raises:
-        InputError: it is a library.
-    """
-    if not project.instances:
-        raise InputError(
-            "there is no PROGRAM in the sources", hint="name the file of the program to run"
-        )
-    return project
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:

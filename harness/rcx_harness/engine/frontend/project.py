@@ -8,11 +8,12 @@ from typing import Any
 
 from rcx_harness.engine.base import Located
 from rcx_harness.engine.frontend.constructs import Use
-from rcx_harness.engine.frontend.inherit import Objects
+from rcx_harness.engine.frontend.objects import Objects
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.types import BlockType, Type, Variable
+from rcx_harness.errors import InputError
 
-__all__ = ["Project", "Run", "Task", "Unit"]
+__all__ = ["Project", "Run", "Task", "Unit", "runnable"]
 
 
 @dataclass(frozen=True)
@@ -95,3 +96,16 @@ class Project:
     views: bool
     key: str = ""
     uses: tuple[Use, ...] = ()
+
+
+def runnable(project: Project) -> Project:
+    """The project, where it has a program to run.
+
+    Raises:
+        InputError: it is a library.
+    """
+    if not project.instances:
+        raise InputError(
+            "there is no PROGRAM in the sources", hint="name the file of the program to run"
+        )
+    return project

@@ -33,10 +33,11 @@ from rcx_harness.engine.types import (
     ReferenceType,
     StructType,
     Type,
+    has_block,
 )
 from rcx_harness.errors import InputError
 
-__all__ = ["ConsequenceError", "Types", "default_scalar", "has_block", "is_null"]
+__all__ = ["ConsequenceError", "Types", "default_scalar", "is_null"]
 
 _MAX_ELEMENTS = 1_000_000
 
@@ -585,13 +586,6 @@ def has_address(kind: Type) -> bool:
     if isinstance(kind, StructType):
         return any(has_address(field) for _, field in kind.fields)
     return isinstance(kind, (BlockType, InterfaceType, ReferenceType))
-
-
-def has_block(kind: Type) -> bool:
-    """Is it a block, or an array of blocks?"""
-    while isinstance(kind, ArrayType):
-        kind = kind.element
-    return isinstance(kind, BlockType)
 
 
 def default_scalar(kind: ElementaryType) -> bool | int | float | str:

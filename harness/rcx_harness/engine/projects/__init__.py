@@ -1,12 +1,4 @@
-"""Projects of PLC tools: their Structured Text, with the lines that it stands in."""
+"""Projects of PLC tools: their Structured Text, with the lines that it stands in.
 
-from rcx_harness.engine.projects.open import (
-    Sources,
-    in_folder,
-    is_project,
-    project_sources,
-    read_project,
-)
-from rcx_harness.engine.projects.texts import st_texts
-
-__all__ = ["Sources", "in_folder", "is_project", "project_sources", "read_project", "st_texts"]
+`formats` knows them by their names; `open` reads them, and is loaded where there is one.
+"""

@@ -1,14 +1,15 @@
-"""Which files are projects, and what of them becomes a source."""
+"""What of project files becomes a source."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
 from rcx_harness.engine.projects import rockwell, siemens, twincat
+from rcx_harness.engine.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
 from rcx_harness.engine.projects.model import (
     Foreign,
     Lines,
@@ -24,25 +25,8 @@ from rcx_harness.engine.projects.xml import read_xml
 from rcx_harness.engine.source import Extract, Line, source_text
 from rcx_harness.errors import InputError
 
-__all__ = ["Sources", "in_folder", "is_project", "project_sources", "read_project"]
+__all__ = ["Sources", "project_sources", "read_project"]
 
-_XML, _L5X, _PLCPROJ, _TASK = ".xml", ".l5x", ".plcproj", ".tctto"
-#: Files of tools that hold programs, but cannot be read, and what to give instead.
-_CLOSED = {
-    ".project": "in CODESYS: Project > Export PLCopenXML",
-    ".library": "in CODESYS: Project > Export PLCopenXML",
-    ".acd": "in Studio 5000: save as .L5X",
-    ".l5k": "in Studio 5000: save as .L5X",
-    ".tsproj": "name the .plcproj of the PLC project",
-    ".sln": "name the .plcproj of the PLC project",
-    ".tnzip": "unpack it and name the .plcproj",
-    ".tpzip": "unpack it and name the .plcproj",
-    ".zap": "in TIA Portal: Generate source from blocks",
-    ".ap": "in TIA Portal: Generate source from blocks",
-    ".awl": "in TIA Portal: write the block in SCL",
-    ".smc2": "in Sysmac Studio: copy the bodies into .st files",
-    ".gx3": "in GX Works3: copy the bodies into .st files",
-}
 _WORD = re.compile(r"[^\W\d]\w*")
 
 
@@ -61,31 +45,6 @@ class Sources:
     notes: tuple[str, ...] = ()
 
 
-def is_project(file: Path) -> bool:
-    """Is this file read as a project, and not as Structured Text?
-
-    Raises:
-        InputError: a closed format, with what to do.
-    """
-    suffix = file.suffix.lower()
-    hint = _CLOSED.get(re.sub(r"\d+$", "", suffix), "")
-    if hint:
-        raise InputError(f"{file.suffix} cannot be read", file=file, hint=hint)
-    return suffix in (_XML, _L5X, _PLCPROJ, _TASK, *siemens.SUFFIXES, *twincat.OBJECTS)
-
-
-def in_folder(files: Iterable[Path]) -> list[Path]:
-    """Of the files of a folder those that belong to a TwinCAT project: .plcproj, or objects."""
-    suffixes: dict[str, list[Path]] = {}
-    for file in files:
-        suffixes.setdefault(file.suffix.lower(), []).append(file)
-    projects = suffixes.get(_PLCPROJ, [])
-    if projects:
-        return sorted(projects)
-    found = [file for suffix in (*twincat.OBJECTS, _TASK) for file in suffixes.get(suffix, [])]
-    return sorted(found, key=lambda file: file.parts)
-
-
 def read_project(files: Sequence[Path]) -> Project:
     """Read project files.
 
@@ -93,10 +52,10 @@ def read_project(files: Sequence[Path]) -> Project:
         InputError: one cannot be read, or is not as its format wants it.
     """
     found = Project()
-    tasks = [file for file in files if file.suffix.lower() == _TASK]
-    calls = siemens.called(file for file in files if file.suffix.lower() in siemens.SUFFIXES)
+    tasks = [file for file in files if file.suffix.lower() == TASKS]
+    calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
     for file in files:
-        if file.suffix.lower() in siemens.SUFFIXES:
+        if file.suffix.lower() in SCL:
             found = found.plus(siemens.read_scl(file, calls))
         elif file not in tasks:
             found = found.plus(_read(file))
@@ -106,9 +65,9 @@ def read_project(files: Sequence[Path]) -> Project:
 
 def _read(file: Path) -> Project:
     suffix = file.suffix.lower()
-    if suffix in twincat.OBJECTS:
+    if suffix in OBJECTS:
         return twincat.read_object(file)
-    if suffix == _PLCPROJ:
+    if suffix == PLCPROJ:
         return twincat.read_plcproj(file)
     root = read_xml(file)
     if root.name == "project":

@@ -13,15 +13,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rcx_harness.engine.frontend.lexer import KEYWORDS
+from rcx_harness.engine.projects.formats import SCL
 from rcx_harness.engine.projects.model import Piece, Project, Unit
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.source import Line
 from rcx_harness.errors import InputError
 
-__all__ = ["SUFFIXES", "called", "plain_name", "read_scl", "started"]
-
-#: External sources: blocks, types, data blocks.
-SUFFIXES = (".scl", ".udt", ".db")
+__all__ = ["called", "plain_name", "read_scl", "started"]
 
 _TOKEN = re.compile(
     r"""(?P<comment>//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)
@@ -131,9 +129,7 @@ def _decoded(content: bytes) -> str:
 
 def started(units: Sequence[Unit]) -> Project:
     """Which of several organization blocks runs: the source does not say what starts them."""
-    blocks = [
-        unit for unit in units if unit.kind == "PROGRAM" and unit.file.suffix.lower() in SUFFIXES
-    ]
+    blocks = [unit for unit in units if unit.kind == "PROGRAM" and unit.file.suffix.lower() in SCL]
     main = [unit for unit in blocks if re.fullmatch(r"MAIN|OB_?1|CYCLE\w*", unit.name.upper())]
     if len(blocks) < 2 or len(main) != 1:
         return Project()

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
+from rcx_harness.engine.projects.formats import OBJECTS, TASKS
 from rcx_harness.engine.projects.model import (
     Foreign,
     Lines,
@@ -21,11 +22,8 @@ from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.projects.xml import Element, read_xml
 from rcx_harness.errors import InputError
 
-__all__ = ["OBJECTS", "read_object", "read_plcproj", "read_tasks"]
+__all__ = ["read_object", "read_plcproj", "read_tasks"]
 
-#: Suffixes of the objects that have Structured Text.
-OBJECTS = (".tcpou", ".tcdut", ".tcgvl", ".tcio")
-_TASK = ".tctto"
 #: Libraries whose blocks and types are of the standard, or are built in.
 _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
@@ -132,7 +130,7 @@ def read_plcproj(file: Path) -> Project:
         excluded = item.first("ExcludeFromBuild")
         if excluded is not None and excluded.text().lower() == "true":
             continue
-        if suffix not in (*OBJECTS, _TASK):
+        if suffix not in (*OBJECTS, TASKS):
             continue
         place = _below(file.parent, PureWindowsPath(named))
         if place is None:
@@ -142,7 +140,7 @@ def read_plcproj(file: Path) -> Project:
                 line=item.at,
                 hint="copy the whole folder of the PLC project",
             )
-        if suffix == _TASK:
+        if suffix == TASKS:
             tasks.append(place)
         else:
             found = found.plus(read_object(place))

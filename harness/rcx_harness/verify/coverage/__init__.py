@@ -1,6 +1,6 @@
 """Coverage of Structured Text by tests: statements, branches, conditions, MC/DC.
 
-The built-in engine counts (`engine.builtin.coverage`); each process makes a part of its counts
+The built-in engine counts (`engine.builtin.collector`); each process makes a part of its counts
 (`parts`), `measure` makes results of all parts, which are written as a table, as pages with source
 lines, for lcov and as Cobertura XML (`output`).
 

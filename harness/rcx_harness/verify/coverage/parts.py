@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.builtin.coverage import Collector, Counted
+from rcx_harness.engine.builtin.collector import Collector, Counted
 from rcx_harness.engine.compiling import deeply
 from rcx_harness.errors import InputError
 from rcx_harness.verify.coverage.listing import Branch, Listed, Listing, Point, Text, listing

@@ -20,7 +20,7 @@ from rcx_harness.cell.image import find_image
 from rcx_harness.cell.node import status_path
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.builtin.storage import is_scalar
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.errors import InputError

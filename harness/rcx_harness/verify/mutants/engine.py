@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.module import Module
 from rcx_harness.engine.builtin.statements import Writer
 from rcx_harness.engine.builtin.storage import Storage
 from rcx_harness.engine.frontend import syntax as s

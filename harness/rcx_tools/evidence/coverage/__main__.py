@@ -11,7 +11,8 @@ from typing import Any
 
 from rich.console import Console
 
-from rcx_harness.engine.builtin.coverage import Collector, Plan
+from rcx_harness.engine.builtin.collector import Collector
+from rcx_harness.engine.builtin.coverage import Plan
 from rcx_harness.engine.frontend.load import checked
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.coverage.measure import FileResult, Share, measure

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.builtin.coverage import Collector
+from rcx_harness.engine.builtin.collector import Collector
 from rcx_harness.testing.coverage import Gathering
 from rcx_harness.verify.coverage.parts import Part
 

@@ -25,7 +25,7 @@ from random import Random
 from typing import Any, ClassVar, NamedTuple
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World
 from rcx_tools.evidence.explore.search import LIBRARY, longest

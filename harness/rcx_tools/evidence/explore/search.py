@@ -10,7 +10,7 @@ from random import Random
 from typing import Any
 
 from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend import load
+from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
 from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World

@@ -9,7 +9,7 @@ from pathlib import Path as File
 from typing import Any, Protocol
 
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin.compile import Module
+from rcx_harness.engine.builtin.module import Module
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.frontend.project import Project
