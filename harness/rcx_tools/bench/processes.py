@@ -19,6 +19,7 @@ __all__ = [
     "cpu_of_children",
     "first_line",
     "in_ordinary_time",
+    "keeping",
     "on_one_processor",
     "peak_memory",
     "running",
@@ -26,6 +27,18 @@ __all__ = [
 
 #: Where Linux tells of its processes; without it CPU time and memory cannot be measured.
 PROC = Path("/proc")
+
+
+def keeping(folder: Path) -> dict[str, str]:
+    """An environment in which what is compiled is kept, in a folder.
+
+    Nothing of temporary files is kept, and the repository may be among them: the folder is that
+    of temporary files, too.
+    """
+    temporary = folder.resolve() / "tmp"
+    temporary.mkdir(parents=True, exist_ok=True)
+    kept = {name: os.environ[name] for name in os.environ if name != "RCX_CACHE"}
+    return kept | {"TMPDIR": str(temporary), "XDG_CACHE_HOME": str(folder.resolve())}
 
 
 def cpu_of_children(module: str) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, missing, shown
+from rcx_tools.bench.processes import keeping
 
 __all__ = ["compile_library", "demo_cell", "demo_program", "measure"]
 
@@ -129,14 +129,10 @@ def compile_library() -> dict[str, Figure]:
             "  OutputArea[0] := InputArea[0];\nEND_PROGRAM\n",
             encoding="utf-8",
         )
-        environment = {name: os.environ[name] for name in os.environ if name != "RCX_CACHE"}
-        # Nothing of temporary files is kept, and the repository may be among them.
-        environment["TMPDIR"] = str(Path(folder) / "tmp")
-        Path(environment["TMPDIR"]).mkdir()
         first: list[float] = []
         again: list[float] = []
         for number in range(_RUNS):
-            environment["XDG_CACHE_HOME"] = str(Path(folder) / f"cache{number}")
+            environment = keeping(Path(folder) / f"cache{number}")
             for times in (first, again):
                 done = subprocess.run(
                     [sys.executable, "-m", __name__, str(program), str(library)],

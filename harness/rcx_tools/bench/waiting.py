@@ -1,7 +1,7 @@
 """Where people wait: start of commands, tests of a project, cells; and what serving holds.
 
 CPU time, medians and the best of all, with what is kept of earlier runs (a warm cache). The
-project is that of `rcx new`; it lies in out/, for of temporary files nothing is kept.
+project is that of `rcx new`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from rcx_harness.cell.build import default_lib
 from rcx_harness.engine.load import why_not
 from rcx_harness.new import new_project
 from rcx_tools.bench.figure import Figure, Options, at_most, missing
-from rcx_tools.bench.processes import PROC, children, running
+from rcx_tools.bench.processes import PROC, children, keeping, running
 
 __all__ = ["measure"]
 
-_PROJECT = Path("out/waiting")
+_PROJECT, _KEPT = Path("out/waiting"), Path("out/waiting_kept")
 _EXAMPLE = os.fspath(default_lib().parent / "examples/01_power_up")
 _RCX = (sys.executable, "-m", "rcx_harness")
 #: Commands, and how long each may take [s].
@@ -44,7 +44,8 @@ _FIRST_MIB, _FURTHER_MIB, _SETTLED_S = 60, 40, 20
 def measure(options: Options) -> dict[str, Figure]:
     """Start, tests, cells, memory; with `quick` a few of each."""
     runs, tests = (1, 10) if options.quick else (_RUNS, _TESTS)
-    shutil.rmtree(_PROJECT, ignore_errors=True)
+    for folder in (_PROJECT, _KEPT):
+        shutil.rmtree(folder, ignore_errors=True)
     new_project(_PROJECT)
     found: dict[str, Figure] = {}
     for name, (words, most) in _STARTS.items():
@@ -81,9 +82,10 @@ def _cell(engine: str, run_us: int) -> float:
 def _costs(command: Sequence[str], runs: int, folder: Path | None = None) -> list[float]:
     """CPU time of some processes, after one run that fills the cache [s]."""
     costs = []
+    environment = keeping(_KEPT)
     for _ in range(runs + 1):
         before = _children_s()
-        subprocess.run(command, stdout=subprocess.DEVNULL, check=True, cwd=folder)
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=True, cwd=folder, env=environment)
         costs.append(_children_s() - before)
     return costs[1:]
 
