@@ -123,6 +123,15 @@ def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str)
     assert function.rstrip("_") == name
 
 
+def test_the_list_of_commands_gives_each_sentence_whole(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Source: a sentence that is cut off does not say what the command is for."""
+    assert main(["--help"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert [name for name, (_, first) in COMMANDS.items() if f"{name} {first}" not in said] == []
+
+
 def test_every_command_of_the_folder_is_in_the_table() -> None:
     """Source: a module of `cli` whose `__all__` names a function as itself is a command."""
     folder = Path(str(sys.modules["rcx_harness.cli.app"].__file__)).parent

@@ -14,7 +14,7 @@ __all__ = ["analysed", "load"]
 
 
 def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
-    """What the sources mean, or everything that is wrong with them, as `frontend.analyse`."""
+    """What the sources mean, or everything that is wrong with them, as `frontend.load.analyse`."""
     key = cache.sources_key(paths)
     lasting = key if cache.is_lasting(paths) else ""
     errors: list[InputError] = []

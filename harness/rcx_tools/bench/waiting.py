@@ -60,9 +60,9 @@ def measure(options: Options) -> dict[str, Figure]:
             continue
         again = [1000 * _cell(engine, 0) for _ in range(_CELLS)][1:]
         found[f"cell_again_{engine}"] = _figure(again, "ms", 3, "further cells of a program")
-    every = [_TESTS * _cell("builtin", 5_000_000) for _ in range(tests)]
-    peer = "500 cells of 5 s, built-in engine" + OUT_OF_REACH
-    found["cells_500"] = _figure(every, "s", 12, peer)
+    every = [_cell("builtin", 5_000_000) for _ in range(tests)]
+    peer = f"500 cells of 5 s, built-in engine{OUT_OF_REACH}; at best {_TESTS * min(every):.3g}"
+    found["cells_500"] = at_most(sum(every) * _TESTS / tests, "s", 12, peer)
     return found | _memory()
 
 

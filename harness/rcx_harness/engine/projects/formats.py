@@ -8,10 +8,12 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 
-__all__ = ["L5X", "OBJECTS", "PLCPROJ", "SCL", "TASKS", "XML", "in_folder", "is_project"]
+__all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
 
-#: PLCopen, Rockwell, and of TwinCAT a project and the tasks of one.
-XML, L5X, PLCPROJ, TASKS = ".xml", ".l5x", ".plcproj", ".tctto"
+#: PLCopen, Rockwell.
+_XML, _L5X = ".xml", ".l5x"
+#: TwinCAT: a project, and the tasks of one.
+PLCPROJ, TASKS = ".plcproj", ".tctto"
 #: TwinCAT's objects: blocks, types, lists of variables, interfaces.
 OBJECTS = (".tcpou", ".tcdut", ".tcgvl", ".tcio")
 #: TIA Portal's external sources: blocks, types, data blocks.
@@ -44,7 +46,7 @@ def is_project(file: Path) -> bool:
     hint = _CLOSED.get(re.sub(r"\d+$", "", suffix), "")
     if hint:
         raise InputError(f"{file.suffix} cannot be read", file=file, hint=hint)
-    return suffix in (XML, L5X, PLCPROJ, TASKS, *SCL, *OBJECTS)
+    return suffix in (_XML, _L5X, PLCPROJ, TASKS, *SCL, *OBJECTS)
 
 
 def in_folder(files: Iterable[Path]) -> list[Path]:
