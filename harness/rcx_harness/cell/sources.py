@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,6 +29,11 @@ INSTEAD: dict[Path, Path] = {}
 _PACKAGE = Path(__file__).resolve().parents[1]
 #: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
 _FOREIGN = ("__pycache__", "site-packages")
+
+#: Folders that were looked into: which it was and when changed, the files in it and the folders.
+_NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
+#: The coarsest clock of a file system, that of FAT [ns].
+_SETTLED_NS = 2_000_000_000
 
 #: A file, its time of change [ns] and its size.
 _Stamp = tuple[str, int, int]
@@ -197,27 +203,50 @@ def _looked_at(folder: _Folder) -> tuple[tuple[Path, Path], ...]:
 
 
 def _listed(folder: str) -> list[_Stamp]:
-    """What is to be looked at in a folder and those below it: ST files, and what exports record."""
+    """What is to be looked at in a folder and those below it: ST files, and what exports record.
+
+    A file that cannot be looked at has the time 0.
+    """
     found: list[_Stamp] = []
-    with suppress(PermissionError), os.scandir(folder) as entries:
+    with suppress(PermissionError):
+        files, folders = _names(folder)
+        for path in files:
+            try:
+                seen = os.stat(path)
+            except OSError:
+                found.append((path, 0, 0))
+            else:
+                found.append((path, seen.st_mtime_ns, seen.st_size))
+        for path in folders:
+            found += _listed(path)
+    return found
+
+
+def _names(folder: str) -> tuple[list[str], list[str]]:
+    """Paths of the files in a folder that `_listed` looks at, and of the folders.
+
+    They are known from before while it is the same folder with the times that it had then, and
+    had had for long enough that whatever comes later gives it others.
+    """
+    seen = os.stat(folder)
+    times = seen.st_mtime_ns, seen.st_ctime_ns
+    same = seen.st_dev, seen.st_ino, *times
+    known = _NAMES.get(folder)
+    if known and known[0] == same:
+        return known[1]
+    files, folders = found = list[str](), list[str]()
+    with os.scandir(folder) as entries:
         for entry in entries:
             name = entry.name
             if name.startswith(".") or name in _FOREIGN:
                 continue
             if entry.is_dir(follow_symlinks=False):
-                found += _listed(entry.path)
+                folders.append(entry.path)
             elif name == RECORD or os.path.normcase(name).endswith(".st"):
-                found.append(_stamp(entry))
+                files.append(entry.path)
+    if max(times) < time.time_ns() - _SETTLED_NS:
+        _NAMES[folder] = same, found
     return found
-
-
-def _stamp(entry: os.DirEntry[str]) -> _Stamp:
-    """What `_stamped` gives; 0 where the file cannot be looked at."""
-    try:
-        seen = entry.stat()
-    except OSError:
-        return entry.path, 0, 0
-    return entry.path, seen.st_mtime_ns, seen.st_size
 
 
 def _stamped(path: str) -> Iterator[_Stamp]:

@@ -1,0 +1,102 @@
+"""A folder that stays as it is is looked into once; whatever changes in it is seen."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cell.sources import st_files
+
+_LONG_AGO = 1_000_000_000  # [s]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with one file, and one below it with another."""
+    (tmp_path / "plc/below").mkdir(parents=True)
+    (tmp_path / "plc/a.st").touch()
+    (tmp_path / "plc/below/b.st").touch()
+    for place in ("plc", "plc/below"):
+        os.utime(tmp_path / place, (_LONG_AGO, _LONG_AGO))
+    return tmp_path / "plc"
+
+
+@pytest.fixture
+def later(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten seconds from now: what was made before is not of this moment."""
+    now = time.time_ns
+    monkeypatch.setattr(time, "time_ns", lambda: now() + 10_000_000_000)
+
+
+@pytest.fixture
+def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The folders that are looked into."""
+    found: list[str] = []
+    scan = os.scandir
+
+    def counted(place: str) -> Iterator[os.DirEntry[str]]:
+        found.append(Path(place).name)
+        return scan(place)
+
+    monkeypatch.setattr(os, "scandir", counted)
+    return found
+
+
+def _names(folder: Path) -> list[str]:
+    return [file.relative_to(folder).as_posix() for file in st_files(folder)]
+
+
+@pytest.mark.usefixtures("later")
+def test_it_is_looked_into_once(folder: Path, looked: list[str]) -> None:
+    assert _names(folder) == _names(folder) == ["a.st", "below/b.st"]
+    assert looked == ["plc", "below"]
+
+
+@pytest.mark.usefixtures("later")
+def test_a_file_that_comes_or_goes_below_it_is_seen(folder: Path, looked: list[str]) -> None:
+    _names(folder)
+    (folder / "below/c.st").touch()
+    assert _names(folder) == ["a.st", "below/b.st", "below/c.st"]
+    (folder / "a.st").unlink()
+    assert _names(folder) == ["below/b.st", "below/c.st"]
+    assert looked[2:] == ["below", "plc"]
+
+
+def test_one_that_changed_just_now_is_looked_into_again(folder: Path, looked: list[str]) -> None:
+    """Two changes at one tick of the clock of a file system leave the same time."""
+    _names(folder)
+    _names(folder)
+    assert looked == ["plc", "below"] * 2
+
+
+@pytest.mark.usefixtures("later")
+def test_one_whose_time_was_set_back_is_looked_into_again(folder: Path) -> None:
+    """As programs do that unpack or copy a folder with its times."""
+    if os.name == "nt":
+        pytest.skip("Windows has no time of the last change that a program cannot set")
+    before = folder.stat()
+    _names(folder)
+    (folder / "c.st").touch()
+    while folder.stat().st_ctime_ns == before.st_ctime_ns:  # until the clock of files goes on
+        os.utime(folder, (_LONG_AGO, _LONG_AGO))
+    os.utime(folder, (_LONG_AGO, _LONG_AGO))
+    assert folder.stat().st_mtime_ns == before.st_mtime_ns
+    assert _names(folder) == ["a.st", "below/b.st", "c.st"]
+
+
+@pytest.mark.usefixtures("later")
+def test_the_same_name_elsewhere_is_another_folder(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = folder.parent / "other/plc"
+    other.mkdir(parents=True)
+    (other / "d.st").touch()
+    os.utime(other, (_LONG_AGO, _LONG_AGO))
+    monkeypatch.chdir(folder.parent)
+    assert st_files(Path("plc")) == [Path("plc/a.st"), Path("plc/below/b.st")]
+    monkeypatch.chdir(other.parent)
+    assert st_files(Path("plc")) == [Path("plc/d.st")]
