@@ -1,0 +1,61 @@
+"""CPU time as a quiet processor would have taken it.
+
+On a shared machine the same work takes up to twice as long from one second to the next, because
+others compute on the other half of a processor's core. So a piece of work whose time on the quiet
+processor of docs/timing.md is known is done before and after what is measured, on the same
+processor, and what is measured is divided by how much longer that took. It is never made longer:
+on a faster machine a figure is what was measured.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from statistics import median
+from typing import NamedTuple
+
+__all__ = ["REFERENCE_S", "Cost", "beside", "paced", "reference"]
+
+#: What `reference` takes on the quiet processor of docs/timing.md [s].
+REFERENCE_S = 0.0125
+_STEPS, _NAMES = 40_000, 977
+
+
+class Cost(NamedTuple):
+    """CPU time as it was measured, and as a quiet processor takes it [s]."""
+
+    measured: float
+    quiet: float
+
+
+def paced(measure: Callable[[], float], known: Callable[[], float] | None = None) -> Cost:
+    """What `measure` gives [s], and what a quiet processor would have made of it.
+
+    Args:
+        measure: Does something, here or in a process on the same processor; its CPU time [s].
+        known: Instead of `reference`.
+    """
+    known = known or reference
+    before = known()
+    measured = measure()
+    slower = max(1.0, (before + known()) / 2 / REFERENCE_S)
+    return Cost(measured, measured / slower)
+
+
+def beside(costs: Sequence[Cost], unit: str = "s", factor: float = 1.0) -> str:
+    """What was measured, for the peer of a figure: the median, and the best of all."""
+    every = [cost.measured * factor for cost in costs]
+    return f"as measured {median(every):.3g} {unit}, at best {min(every):.3g}"
+
+
+def reference() -> float:
+    """CPU time of the known work: names, a dictionary, lists [s]."""
+    begun = time.process_time()
+    held: dict[str, int] = {}
+    last: list[object] = []
+    for number in range(_STEPS):
+        name = f"{number % _NAMES}"
+        held[name] = held.get(name, 0) + len(name)
+        if number % 3 == 0:
+            last = [name, number, held[name], last[:1]]
+    return time.process_time() - begun
