@@ -22,8 +22,8 @@ from typing import NamedTuple
 
 from rcx_harness.cell import Cell
 from rcx_harness.cli.app import main as rcx
+from rcx_tools.bench import pace
 from rcx_tools.bench.figure import OUT_OF_REACH, Figure, Options, at_most, shown
-from rcx_tools.bench.pace import paced
 from rcx_tools.bench.planted import PLANTED
 from rcx_tools.bench.processes import on_one_processor, peak_memory
 from rcx_tools.bench.simulation import demo_cell
@@ -32,7 +32,7 @@ __all__ = ["Cost", "bend", "measure"]
 
 _SUPPORT = Path(__file__).resolve().parents[3] / "tests" / "support"
 _TURNS, _TURN_S = 5, 4.0
-_ROUNDS = {"trace": 5, "capture": 5, "seeds": 2}
+_ROUNDS = {"trace": 2, "capture": 3, "seeds": 1}
 _SIZES = {"blocks": (1, 10, 50), "robots": (1, 2, 4)}
 #: Seconds of a run (records stay in memory for the first of them), of a capture; seeds.
 _LENGTHS = {"trace": (150, 300, 600), "capture": (60, 120, 240), "seeds": (32, 64, 128)}
@@ -47,7 +47,8 @@ _OFF = 0.1
 class Cost(NamedTuple):
     """CPU time [s] and peak of memory [KiB] of a process, and the scans it has made."""
 
-    seconds: float
+    measured: float
+    seconds: float  # as a quiet processor takes it
     memory: int
     scans: int
 
@@ -96,16 +97,16 @@ def _cost(cell: Cell, seconds: float) -> float:
         cell.run(round(seconds * 1e6))
         return time.process_time() - begun
 
-    return paced(run).quiet / seconds * _SCAN_US
+    return pace.paced(run).quiet / seconds * _SCAN_US
 
 
 def _runs(what: str, sizes: Sequence[int], rounds: int) -> dict[str, Figure]:
     """Cost and memory of processes of their own, of several lengths."""
     turns = [[_alone(what, size) for size in sizes] for _ in range(rounds)]
-    least = [min(each) for each in zip(*turns, strict=True)]
+    least = [min(each, key=lambda one: one.seconds) for each in zip(*turns, strict=True)]
     unit, factor = _UNITS[what], 1e3 if what == "seeds" else 1e6
     found = {
-        f"growth_{what}_{size}": shown(one.seconds / size * factor, unit, f"{one.memory} KiB")
+        f"growth_{what}_{size}": shown(one.seconds / size * factor, unit, _peer(one, size, factor))
         for size, one in zip(sizes, least, strict=True)
     }
     grown = max(0, least[-1].memory - least[0].memory)
@@ -115,6 +116,10 @@ def _runs(what: str, sizes: Sequence[int], rounds: int) -> dict[str, Figure]:
         rate = least[-1].scans / least[-1].seconds
         found["campaign_scans"] = shown(rate, "scans/s", "of one processor, built-in engine")
     return found | _line(what, sizes, [one.seconds for one in least])
+
+
+def _peer(one: Cost, size: int, factor: float) -> str:
+    return f"{one.memory} KiB; as measured {one.measured / size * factor:.4g}"
 
 
 def _line(what: str, sizes: Sequence[int], costs: Sequence[float]) -> dict[str, Figure]:
@@ -127,26 +132,24 @@ def _alone(what: str, size: int) -> Cost:
         [sys.executable, "-m", __name__, what, str(size)], stdout=subprocess.PIPE, check=True,
         env={**os.environ, "PYTHONPATH": os.fspath(_SUPPORT)},
     )  # fmt: skip
-    seconds, memory, scans = done.stdout.split()
-    return Cost(float(seconds), int(memory), int(scans))
+    measured, seconds, memory, scans = done.stdout.split()
+    return Cost(float(measured), float(seconds), int(memory), int(scans))
 
 
-def _trace(folder: Path, seconds: int) -> tuple[float, int]:
-    """A run with a trace file: its CPU time [s], and its scans."""
+def _trace(folder: Path, seconds: int) -> tuple[pace.Cost, int]:
+    """A run with a trace file: its CPU time, and its scans."""
     with demo_cell("builtin", trace=folder / "trace.jsonl") as cell:
-        begun = time.process_time()
-        cell.run(seconds * 1_000_000)
-        return time.process_time() - begun, seconds * 1_000_000 // _SCAN_US
+        used = pace.paced_throughout(lambda: cell.run(seconds * 1_000_000))
+    return used, seconds * 1_000_000 // _SCAN_US
 
 
-def _capture(folder: Path, seconds: int) -> tuple[float, int]:
-    """`rcx judge` of a capture with one command after the other: CPU time [s], packets."""
+def _capture(folder: Path, seconds: int) -> tuple[pace.Cost, int]:
+    """`rcx judge` of a capture with one command after the other: CPU time, packets."""
     file = folder / "capture.pcap"
     words = [sys.executable, __file__, "write", str(seconds), os.fspath(file)]
     subprocess.run(words, check=True)  # apart, for it holds all packets at once
-    begun = time.process_time()
-    _rcx(["judge", os.fspath(file), "--quiet"])
-    return time.process_time() - begun, 2 * 100 * seconds
+    used = pace.paced_throughout(lambda: _rcx(["judge", os.fspath(file), "--quiet"]))
+    return used, 2 * 100 * seconds
 
 
 def _write(seconds: int, file: Path) -> None:
@@ -162,8 +165,8 @@ def _write(seconds: int, file: Path) -> None:
     captures.pcap(file, story.frames())
 
 
-def _seeds(folder: Path, seeds: int) -> tuple[float, int]:
-    """`rcx campaign` of the good cell of tests/data/planted: CPU time [s], scans."""
+def _seeds(folder: Path, seeds: int) -> tuple[pace.Cost, int]:
+    """`rcx campaign` of the good cell of tests/data/planted: CPU time, scans."""
     cell = PLANTED / "cell"
     command = next(
         line.split()[1:]
@@ -172,10 +175,11 @@ def _seeds(folder: Path, seeds: int) -> tuple[float, int]:
     )
     command[command.index("--seeds") + 1] = str(seeds)
     os.chdir(cell)
-    begun = time.process_time()
-    told = _rcx([*command, "--workers=0", "--engine=builtin", f"--out={folder / 'out'}"])
-    found = re.search(r"([\d,]+) scans", told)
-    return time.process_time() - begun, int(found[1].replace(",", "")) if found else 0
+    command += ["--workers=0", "--engine=builtin", f"--out={folder / 'out'}"]
+    told: list[str] = []
+    used = pace.paced_throughout(lambda: told.append(_rcx(command)))
+    found = re.search(r"([\d,]+) scans", told[0])
+    return used, int(found[1].replace(",", "")) if found else 0
 
 
 def _rcx(words: Sequence[str]) -> str:
@@ -191,7 +195,7 @@ def _main(what: str, size: int) -> None:
     kinds = {"trace": _trace, "capture": _capture, "seeds": _seeds}
     with tempfile.TemporaryDirectory() as folder:
         used, made = kinds[what](Path(folder), size)
-    print(used, peak_memory(), made)
+    print(used.measured, used.quiet, peak_memory(), made)
 
 
 if __name__ == "__main__":

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import signal
+from itertools import accumulate
+
 import pytest
 
-from rcx_tools.bench.pace import REFERENCE_S, Cost, beside, paced, reference
+from rcx_tools.bench.pace import REFERENCE_S, Cost, beside, paced, paced_throughout, reference
 
 
 def _takes(*factors: float) -> list[float]:
@@ -37,6 +40,34 @@ def test_the_known_work_is_done_before_and_after() -> None:
 
     paced(measure, known)
     assert order == ["known", "measured", "known"]
+
+
+def test_of_long_work_each_slice_is_divided_by_itself() -> None:
+    """Quiet for 3 s, then 3 s between quiet and twice as slow, then 2 s twice as slow."""
+    known = iter(_takes(1.0, 1.0, 2.0, 2.0))
+    # Of the clock: begun, over, begun again, and so on; the known work between takes 7 s.
+    clock = accumulate([0.0, 3.0, 7.0, 3.0, 7.0, 2.0, 7.0])
+
+    def work() -> None:
+        for _ in range(2):
+            signal.raise_signal(signal.SIGPROF)
+
+    former = signal.getsignal(signal.SIGPROF)
+    cost = paced_throughout(work, known.__next__, clock.__next__)
+    assert cost == pytest.approx((8.0, 3.0 + 3.0 / 1.5 + 2.0 / 2))
+    assert signal.getsignal(signal.SIGPROF) == former
+    assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
+
+
+def test_of_long_work_the_timer_is_taken_back_after_an_error() -> None:
+    def work() -> None:
+        raise ValueError("of the work")
+
+    former = signal.getsignal(signal.SIGPROF)
+    with pytest.raises(ValueError, match="of the work"):
+        paced_throughout(work)
+    assert signal.getsignal(signal.SIGPROF) == former
+    assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
 
 
 def test_what_was_measured_stands_beside_it() -> None:
