@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +134,9 @@ def _is_beside(file: Path, every: Sequence[Path]) -> bool:
 class Cells:
     """A compiled program with what its cells have in common.
 
+    A cell is thousands of objects that refer to each other. Python's collector would let several
+    of them wait, so it is asked for each; as long as this lives, it looks at nothing older.
+
     Args:
         compiled: The program.
         options: Arguments of `Cell.build` but the seed.
@@ -141,14 +146,13 @@ class Cells:
     def __init__(self, compiled: Compiled, options: Mapping[str, Any], demands: Demands) -> None:
         self.demands = demands
         self._compiled, self._options = compiled, dict(options)
+        gc.freeze()
+        weakref.finalize(self, gc.unfreeze)
 
     def cell(self, seed: int, **changes: Any) -> Cell:
-        """A cell at its beginning; it ends the one before."""
+        """A cell at its beginning; it ends the one before, whose memory is used again."""
+        gc.collect()
         return Cell.build(self._compiled, **{**self._options, **changes}, seed=seed)
-
-    def demanding(self, demands: Demands) -> Cells:
-        """The same cells, of which something else is demanded."""
-        return Cells(self._compiled, self._options, replace(demands))
 
     @property
     def library(self) -> frozenset[str]:
@@ -160,7 +164,3 @@ class Cells:
     def notice(self) -> str:
         """A line about the engine."""
         return self._compiled.notice
-
-    def close(self) -> None:
-        """Free the program."""
-        self._compiled.close()
