@@ -1,6 +1,7 @@
 """`make bench`, or `python -m rcx_tools.bench`: measure, print a table, write out/bench.json.
 
-Ends with 0 if all targets are met, with 1 if one is missed, with 2 if it cannot be measured.
+Ends with 0 if all targets are met but those that docs/timing.md names out of reach, with 1 if
+another one is missed, with 2 if it cannot be measured.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def main(arguments: Sequence[str]) -> int:
     except InputError as error:
         Console(stderr=True).print(f"make bench: {error}", markup=False, highlight=False)
         return 2
-    return 0 if all(one.met for one in found.values()) else 1
+    return 1 if any(one.missed for one in found.values()) else 0
 
 
 def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
@@ -78,10 +79,12 @@ def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
         store(found, OUTPUT)
         console.print(as_table(found))
         every |= found
-    missed = [name for name, one in every.items() if not one.met]
+    missed = [name for name, one in every.items() if one.missed]
+    beyond = [name for name, one in every.items() if not one.met and not one.missed]
     console.print(f"written: {OUTPUT}", highlight=False)
-    if missed:
-        console.print(f"missed: {', '.join(missed)}", highlight=False)
+    for what, names in (("out of reach", beyond), ("missed", missed)):
+        if names:
+            console.print(f"{what}: {', '.join(names)}", highlight=False)
     return every
 
 

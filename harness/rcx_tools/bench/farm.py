@@ -3,7 +3,7 @@
 An item is a seed: it draws the clocks of a cell, which then carries out two commands. Machines are
 shared, so the efficiency is made of ratios that other work hardly changes: the share of the time
 in which a worker has an item, and the processor time of the items without workers beside that in
-them.
+them, each as a quiet processor takes it (`pace`).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.verify.farm import Farm
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 from rcx_tools.bench.handshake import Case, Simulated, simulate_command
+from rcx_tools.bench.pace import slower
 
 __all__ = ["Timed", "busy", "measure", "timed", "verdict"]
 
@@ -31,7 +32,7 @@ _LEAST = 0.9
 
 
 class Timed(NamedTuple):
-    """A verdict, who gave it, from when until when [s], and its processor time [s]."""
+    """A verdict, who gave it, from when until when [s], its time on a quiet processor [s]."""
 
     verdict: Simulated
     process: int
@@ -94,7 +95,8 @@ def timed(seed: int) -> Timed:
     """The verdict of a seed, and how long it takes."""
     begin, cpu = time.monotonic(), time.process_time()
     found = verdict(seed)
-    return Timed(found, os.getpid(), begin, time.monotonic(), time.process_time() - cpu)
+    quiet = (time.process_time() - cpu) / slower()
+    return Timed(found, os.getpid(), begin, time.monotonic(), quiet)
 
 
 def verdict(seed: int) -> Simulated:

@@ -36,6 +36,11 @@ class Figure:
     peer: str = NO_TARGET
     met: bool = True
 
+    @property
+    def missed(self) -> bool:
+        """Whether it does not meet a target that can be met."""
+        return not self.met and not self.peer.endswith(OUT_OF_REACH)
+
 
 @dataclass(frozen=True)
 class Options:
@@ -82,7 +87,7 @@ def as_table(figures: Mapping[str, Figure]) -> Table:
     for name in ("target", "met", "measured beside"):
         table.add_column(name)
     for name, one in figures.items():
-        met = "" if one.target == NO_TARGET else "yes" if one.met else "NO"
+        met = "" if one.target == NO_TARGET else "yes" if one.met else "NO" if one.missed else "no"
         peer = "" if one.peer == NO_TARGET else one.peer
         target = "" if one.target == NO_TARGET else one.target
         value = "-" if one.value is None else f"{one.value:,g}"

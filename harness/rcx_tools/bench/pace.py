@@ -15,13 +15,15 @@ from collections.abc import Callable, Sequence
 from statistics import median
 from typing import NamedTuple
 
-__all__ = ["REFERENCE_S", "Cost", "beside", "paced", "paced_throughout", "reference"]
+__all__ = ["REFERENCE_S", "Cost", "beside", "paced", "paced_throughout", "reference", "slower"]
 
 #: What `reference` takes on the quiet processors that the targets are for; docs/timing.md says how
 #: it was found [s].
 REFERENCE_S = 0.0094
 _STEPS, _NAMES = 40_000, 977
 _SLICE_S = 0.25
+#: When `slower` was measured last in this process [s of its CPU time], and what it was.
+_lately = (float("-inf"), 1.0)
 
 
 class Cost(NamedTuple):
@@ -82,6 +84,15 @@ def beside(costs: Sequence[Cost], unit: str = "s", factor: float = 1.0) -> str:
     """What was measured, for the peer of a figure: the median, and the best of all."""
     every = [cost.measured * factor for cost in costs]
     return f"as measured {median(every):.3g} {unit}, at best {min(every):.3g}"
+
+
+def slower() -> float:
+    """How much longer this process takes than on a quiet processor; measured after each 0.25 s."""
+    global _lately
+    now = time.process_time()
+    if now - _lately[0] > _SLICE_S:
+        _lately = now, max(1.0, reference() / REFERENCE_S)
+    return _lately[1]
 
 
 def _quiet(measured: float, before: float, after: float) -> Cost:

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -16,8 +15,16 @@ from rcx_harness.cell.build import default_lib, source_files
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.watch.calls_source import steady_instances
-from rcx_tools.bench.figure import Figure, Options, at_least, at_most, missing, shown
-from rcx_tools.bench.pace import Cost, beside, paced
+from rcx_tools.bench.figure import (
+    OUT_OF_REACH,
+    Figure,
+    Options,
+    at_least,
+    at_most,
+    missing,
+    shown,
+)
+from rcx_tools.bench.pace import Cost, beside, paced, paced_throughout
 from rcx_tools.bench.processes import keeping, on_one_processor
 
 __all__ = ["compile_library", "demo_cell", "demo_program", "measure"]
@@ -25,7 +32,8 @@ __all__ = ["compile_library", "demo_cell", "demo_program", "measure"]
 _RUNS = 5
 _EXAMPLE, _EXAMPLE_S = Path("plc/examples/01_power_up"), 3
 _OUT = Path("out")
-_TARGETS = {"matiec": 300, "builtin": 50}
+#: How many times real time: what it must be, and what is wanted.
+_TARGETS = {"matiec": (300, 1_500), "builtin": (50, 600)}
 
 
 def demo_program(robots: int = 1, blocks: int = 1) -> str:
@@ -85,7 +93,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 def _speed(seconds: float) -> dict[str, Figure]:
     found: dict[str, Figure] = {}
-    for engine, least in _TARGETS.items():
+    for engine, (least, wanted) in _TARGETS.items():
         if engine == "matiec" and (find_matiec() is None or find_c_compiler() is None):
             why = "matiec or a C compiler is missing"
             found[f"simulation_{engine}"] = missing("x real time", f">= {least}", why)
@@ -95,6 +103,8 @@ def _speed(seconds: float) -> dict[str, Figure]:
         peer = f"the run of make demo, {_EXAMPLE_S} s; {beside(costs)}"
         factor = _EXAMPLE_S / _median(costs)
         found[f"simulation_{engine}"] = at_least(factor, "x real time", least, peer)
+        peer = "what is wanted" + OUT_OF_REACH
+        found[f"simulation_{engine}_wanted"] = at_least(factor, "x real time", wanted, peer)
         with demo_cell(engine) as cell:
             factor = seconds / _median(_costs(cell, seconds))
         peer = "one command after the other"
@@ -141,7 +151,7 @@ def compile_library() -> dict[str, Figure]:
             words = [sys.executable, "-m", __name__, str(program), str(library)]
             environment = keeping(Path(folder) / f"cache{number}")
             for costs in (first, again):
-                costs.append(paced(partial(_said, words, environment)))
+                costs.append(_said(words, environment))
     peer = f"{len(blocks)} blocks, without the start of Python; "
     return {
         "compile_library": at_most(_median(first), "s", 2, peer + beside(first)),
@@ -149,10 +159,10 @@ def compile_library() -> dict[str, Figure]:
     }
 
 
-def _said(words: list[str], environment: dict[str, str]) -> float:
-    """The CPU time that a process tells of itself [s]."""
+def _said(words: list[str], environment: dict[str, str]) -> Cost:
+    """The CPU time that a process tells of itself."""
     done = subprocess.run(words, stdout=subprocess.PIPE, check=True, env=environment)
-    return float(done.stdout)
+    return Cost(*map(float, done.stdout.split()))
 
 
 def _costs(cell: Cell, seconds: float) -> list[Cost]:
@@ -173,11 +183,13 @@ def _median(costs: list[Cost]) -> float:
 
 def _compile(program: Path, library: Path) -> None:
     """Find the files, compile them, and look which instances are steady: what a cell needs."""
-    start = time.process_time()
-    files = source_files(program, library)
-    build(files.all, "builtin").program.close()
-    steady_instances(files.own, files.lib)
-    print(time.process_time() - start)
+
+    def work() -> None:
+        files = source_files(program, library)
+        build(files.all, "builtin").program.close()
+        steady_instances(files.own, files.lib)
+
+    print(*paced_throughout(work))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,15 @@ import pytest
 from rcx_tools.bench import Figure
 from rcx_tools.bench.__main__ import POINTS, main
 from rcx_tools.bench.cyclic import Case, Run, figures
-from rcx_tools.bench.figure import as_table, at_least, at_most, percentile, store
+from rcx_tools.bench.figure import (
+    OUT_OF_REACH,
+    as_table,
+    at_least,
+    at_most,
+    percentile,
+    shown,
+    store,
+)
 from rcx_tools.bench.growth import bend
 from rcx_tools.bench.simulation import demo_cell
 from rcx_tools.bench.suite import read
@@ -89,6 +97,33 @@ def test_limits_belong_to_what_meets_them() -> None:
     assert not at_most(1, "scans", 0).met
     assert at_most(1, "scans", 0).target == "0"
     assert as_table({"a": at_most(1, "scans", 0)}).row_count == 1
+
+
+def test_what_is_named_out_of_reach_is_not_missed() -> None:
+    """Source: docs/timing.md: the bench ends with 1 where another target is missed."""
+    beyond = at_least(1, "x", 2, "peer" + OUT_OF_REACH)
+    assert not beyond.met
+    assert not beyond.missed
+    assert at_least(1, "x", 2, "peer").missed
+    assert not at_least(2, "x", 2, "peer").missed
+    assert not shown(1, "x").missed
+    table = as_table({"a": beyond, "b": at_least(1, "x", 2), "c": at_least(2, "x", 2)})
+    assert list(table.columns[4].cells) == ["no", "NO", "yes"]
+
+
+@pytest.mark.parametrize(("value", "code"), [(1.0, 0), (0.0, 1)])
+def test_the_bench_ends_with_1_where_a_target_is_missed(
+    value: float, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """Source: the head of rcx_tools/bench/__main__.py; one that is out of reach is none."""
+    monkeypatch.chdir(tmp_path)
+    found = {"far": at_least(0, "x", 2, OUT_OF_REACH), "near": at_least(value, "x", 1)}
+    monkeypatch.setattr("rcx_tools.bench.view.measure", lambda _: found)
+    assert main(["--only", "view"]) == code
+    said = capsys.readouterr().out
+    assert "out of reach: far" in said
+    assert ("missed: near" in said) is bool(code)
 
 
 def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:

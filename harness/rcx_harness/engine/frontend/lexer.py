@@ -305,8 +305,9 @@ class _Lexer:
 
     def _is_access(self, word: str, behind: int) -> bool:
         """Is this PUBLIC or INTERNAL before the name of a type or program?"""
-        named = re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40])
-        return word in _ACCESS and self._previous in ("TYPE", "PROGRAM") and named is not None
+        if word not in _ACCESS or self._previous not in ("TYPE", "PROGRAM"):
+            return False
+        return re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40]) is not None
 
     def _line_end(self, offset: int) -> int:
         line = bisect_right(self._starts, offset)
