@@ -21,7 +21,7 @@ from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.verify.farm import Farm
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 from rcx_tools.bench.handshake import Case, Simulated, simulate_command
-from rcx_tools.bench.pace import slower
+from rcx_tools.bench.pace import Slower
 
 __all__ = ["Timed", "busy", "measure", "timed", "verdict"]
 
@@ -29,6 +29,8 @@ __all__ = ["Timed", "busy", "measure", "timed", "verdict"]
 _ROUNDS, _QUICK = (4, 250), (1, 12)
 _HERE, _WORKERS = 0, (1, 2, 4)
 _LEAST = 0.9
+#: Of this process.
+_slower = Slower()
 
 
 class Timed(NamedTuple):
@@ -95,7 +97,7 @@ def timed(seed: int) -> Timed:
     """The verdict of a seed, and how long it takes."""
     begin, cpu = time.monotonic(), time.process_time()
     found = verdict(seed)
-    quiet = (time.process_time() - cpu) / slower()
+    quiet = (time.process_time() - cpu) / _slower()
     return Timed(found, os.getpid(), begin, time.monotonic(), quiet)
 
 

@@ -15,15 +15,13 @@ from collections.abc import Callable, Sequence
 from statistics import median
 from typing import NamedTuple
 
-__all__ = ["REFERENCE_S", "Cost", "beside", "paced", "paced_throughout", "reference", "slower"]
+__all__ = ["REFERENCE_S", "Cost", "Slower", "beside", "paced", "paced_throughout", "reference"]
 
 #: What `reference` takes on the quiet processors that the targets are for; docs/timing.md says how
 #: it was found [s].
 REFERENCE_S = 0.0094
 _STEPS, _NAMES = 40_000, 977
 _SLICE_S = 0.25
-#: When `slower` was measured last in this process [s of its CPU time], and what it was.
-_lately = (float("-inf"), 1.0)
 
 
 class Cost(NamedTuple):
@@ -86,15 +84,6 @@ def beside(costs: Sequence[Cost], unit: str = "s", factor: float = 1.0) -> str:
     return f"as measured {median(every):.3g} {unit}, at best {min(every):.3g}"
 
 
-def slower() -> float:
-    """How much longer this process takes than on a quiet processor; measured after each 0.25 s."""
-    global _lately
-    now = time.process_time()
-    if now - _lately[0] > _SLICE_S:
-        _lately = now, max(1.0, reference() / REFERENCE_S)
-    return _lately[1]
-
-
 def _quiet(measured: float, before: float, after: float) -> Cost:
     """What was measured between two times of the known work."""
     return Cost(measured, measured / max(1.0, (before + after) / 2 / REFERENCE_S))
@@ -111,3 +100,27 @@ def reference() -> float:
         if number % 3 == 0:
             last = [name, number, held[name], last[:1]]
     return time.process_time() - begun
+
+
+class Slower:
+    """How much longer this process takes than on a quiet processor; measured after each 0.25 s.
+
+    Args:
+        known: CPU time of the known work [s].
+        clock: CPU time of this process so far [s].
+    """
+
+    def __init__(
+        self,
+        known: Callable[[], float] = reference,
+        clock: Callable[[], float] = time.process_time,
+    ) -> None:
+        self._known, self._clock = known, clock
+        self._measured_s, self._slower = float("-inf"), 1.0
+
+    def __call__(self) -> float:
+        """At least 1."""
+        now = self._clock()
+        if now - self._measured_s > _SLICE_S:
+            self._measured_s, self._slower = now, max(1.0, self._known() / REFERENCE_S)
+        return self._slower

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import signal
 from itertools import accumulate
-from types import SimpleNamespace
 
 import pytest
 
-from rcx_tools.bench import pace
-from rcx_tools.bench.pace import REFERENCE_S, Cost, beside, paced, paced_throughout, reference
+from rcx_tools.bench.pace import (
+    REFERENCE_S,
+    Cost,
+    Slower,
+    beside,
+    paced,
+    paced_throughout,
+    reference,
+)
 
 
 def _takes(*factors: float) -> list[float]:
@@ -72,14 +78,10 @@ def test_of_long_work_the_timer_is_taken_back_after_an_error() -> None:
     assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
 
 
-def test_how_much_slower_a_process_is_is_asked_again_after_a_quarter_of_a_second(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_how_much_slower_a_process_is_is_asked_again_after_a_quarter_of_a_second() -> None:
     known, clock = iter(_takes(2.0, 0.5)), iter([10.0, 10.25, 10.3])
-    monkeypatch.setattr(pace, "_lately", (float("-inf"), 1.0))
-    monkeypatch.setattr(pace, "reference", known.__next__)
-    monkeypatch.setattr(pace, "time", SimpleNamespace(process_time=clock.__next__))
-    assert [pace.slower() for _ in range(3)] == pytest.approx([2.0, 2.0, 1.0])
+    slower = Slower(known.__next__, clock.__next__)
+    assert [slower() for _ in range(3)] == pytest.approx([2.0, 2.0, 1.0])
 
 
 def test_what_was_measured_stands_beside_it() -> None:
