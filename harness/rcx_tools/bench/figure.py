@@ -87,7 +87,7 @@ def as_table(figures: Mapping[str, Figure]) -> Table:
     for name in ("target", "met", "measured beside"):
         table.add_column(name)
     for name, one in figures.items():
-        met = "" if one.target == NO_TARGET else "yes" if one.met else "NO" if one.missed else "no"
+        met = "" if one.target == NO_TARGET else "yes" if one.met else "NO"
         peer = "" if one.peer == NO_TARGET else one.peer
         target = "" if one.target == NO_TARGET else one.target
         value = "-" if one.value is None else f"{one.value:,g}"

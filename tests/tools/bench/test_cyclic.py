@@ -92,7 +92,7 @@ def test_a_line_tells_of_each_run_and_the_first_of_their_length(
     assert {name for name, one in found.items() if one.target != "none"} == {
         "cyclic_2ms_missing", "cyclic_2ms_rate", "cyclic_2ms_flood_rate",
         "cyclic_2ms_ordinary_missing", "cyclic_2ms_ordinary_gap_p99", "cyclic_10ms_x16_missing",
-            "cyclic_2ms_cpu", "cyclic_2ms_ordinary_cpu",
+        "cyclic_2ms_cpu", "cyclic_2ms_ordinary_cpu",
     }  # fmt: skip
 
 
