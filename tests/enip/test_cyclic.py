@@ -247,6 +247,28 @@ def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> No
     assert device.owner() is OwnerState.TIMED_OUT
 
 
+def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
+    """From 10 s to 16 intervals of 2 ms after it; the robot's next packet is much later."""
+    device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=3_200_000), 0)
+    assert device.poll(10_000) == 3_210_000
+    device.exchange.receive(packet(1, 1), MASTER, 20_000)
+    assert device.poll(20_000) == 52_000
+    device.poll(52_000)
+    assert device.ended == [(1, EndReason.TIMED_OUT)]
+
+
+def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
+    """Also where it comes when nothing is due for long, and the first one goes."""
+    device.exchange.add(replace(OWNER, t_to_o_api_us=3_200_000), 0)
+    assert device.poll(10_000) == 3_210_000
+    device.exchange.add(replace(INPUT_ONLY, t_to_o_api_us=5_000), 20_000)
+    assert device.poll(20_000) == 25_000
+    device.exchange.remove(1)
+    assert device.poll(24_000) == 25_000
+    assert device.poll(25_000) == 30_000
+    assert len(device.sent) == 2
+
+
 def test_the_robot_falls_silent_when_the_master_does(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)

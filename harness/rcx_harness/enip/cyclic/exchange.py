@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from operator import attrgetter
+from typing import NamedTuple
 
 from rcx_harness.enip.cyclic.connections import (
     FIRST_PACKET_US,
@@ -39,8 +40,7 @@ _RUN_IDLE = struct.Struct("<I")
 _RUN = 1
 
 
-@dataclass(frozen=True)
-class Packet:
+class Packet(NamedTuple):
     """One packet, taken apart.
 
     Attributes:
@@ -127,8 +127,7 @@ class Producer:
         return skipped
 
 
-@dataclass(frozen=True)
-class Arrival:
+class Arrival(NamedTuple):
     """A packet that was taken.
 
     Attributes:
@@ -269,6 +268,8 @@ class Exchange:
         self._connections: dict[int, _Connection] = {}
         self._by_id: dict[int, _Connection] = {}
         self._productions: dict[tuple[bool, int], _Production] = {}
+        self._due_us: int | None = None
+        """Nothing is due before; None without a connection."""
 
     def add(self, parameters: ConnectionParameters, now_us: int) -> None:
         """Open a connection.
@@ -290,6 +291,7 @@ class Exchange:
             )
         production.users[parameters.number] = self._produced(parameters).api_us
         production.producer.api_us = min(production.users.values())
+        self._due_us = self._first_due_us()
         self._images.count(_OPEN[parameters.kind], 1)
         if self._is_watched(parameters):
             self._images.set_owner(OwnerState.WAITING, parameters)
@@ -319,6 +321,10 @@ class Exchange:
         arrival = None
         if connection.parameters.peer == host and packet.content is not None:
             arrival = connection.consumer.take(packet.number, packet.content, now_us)
+            # The first packet brings the end nearer.
+            end_us = connection.consumer.deadline_us
+            if self._due_us is None or end_us < self._due_us:
+                self._due_us = end_us
         if arrival is None:
             self._images.count(Word.DROPPED)
             return True
@@ -337,6 +343,8 @@ class Exchange:
         Returns:
             When to poll again; None without a connection.
         """
+        if self._due_us is None or now_us < self._due_us:
+            return self._due_us
         for production in self._productions.values():
             if production.producer.due_us <= now_us:
                 self._produce(production, now_us, send)
@@ -345,6 +353,10 @@ class Exchange:
                 self._end(connection, OwnerState.TIMED_OUT)
                 self._on_ended(number, EndReason.TIMED_OUT)
                 self._end_listeners()
+        self._due_us = self._first_due_us()
+        return self._due_us
+
+    def _first_due_us(self) -> int | None:
         times = [production.producer.due_us for production in self._productions.values()]
         times += [connection.consumer.deadline_us for connection in self._connections.values()]
         return min(times, default=None)
@@ -380,6 +392,7 @@ class Exchange:
             self._productions[key].producer.api_us = min(users.values())
         else:
             del self._productions[key]
+        self._due_us = self._first_due_us()
         self._images.count(_OPEN[parameters.kind], -1)
         if self._is_watched(parameters):
             self._images.set_owner(state, None)

@@ -13,7 +13,6 @@ import json
 import select
 import signal
 import socket
-from contextlib import suppress
 
 from rcx_harness.enip import child
 from rcx_harness.enip.child import be_punctual, tell
@@ -25,10 +24,10 @@ from rcx_harness.output.system import DirectInput, RelayedInput, StandardInput, 
 __all__ = ["main"]
 
 _DATAGRAM = 2048
-_AT_ONCE = 128
-"""So many packets are read before the next ones are sent: a flood delays nothing."""
 _LOOK_US = 50_000
 """The link's state is looked at least that often while there are connections."""
+_AT_ONCE = 128
+"""So many packets are read at most before what is due goes out: a flood delays nothing."""
 _TTL = 1
 
 
@@ -69,7 +68,7 @@ class _Cyclic:
                 self._obey()
             for one in sockets:
                 if one in ready and one.fileno() != -1:
-                    self._receive(one)
+                    self._receive(one, due_us)
             due_us = self._poll()
         # Whoever still looks at the images is not to believe that packets come.
         self._exchange.clear()
@@ -84,7 +83,8 @@ class _Cyclic:
         due_us = self._exchange.poll(at_us, self._send if sends else _send_nothing)
         return None if due_us is None else min(due_us, at_us + _LOOK_US)
 
-    def _receive(self, one: socket.socket) -> None:
+    def _receive(self, one: socket.socket, due_us: int | None) -> None:
+        """Read a packet; where something is due all of them: what has come has not failed to."""
         for _ in range(_AT_ONCE):
             try:
                 datagram, (host, _) = one.recvfrom(_DATAGRAM)
@@ -92,20 +92,27 @@ class _Cyclic:
                 return
             except OSError:  # a peer that no longer listens
                 continue
-            if self._images.link is not LinkState.UP:
-                continue
-            if self._exchange.receive(datagram, host, now_us()):
-                continue
-            # Its connection may have been opened a moment ago.
-            if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
-                self._images.count(Word.DROPPED)
+            at_us = now_us()
+            if self._images.link is LinkState.UP:
+                self._take(datagram, host, at_us)
+            if due_us is None or at_us < due_us:
+                return
+
+    def _take(self, datagram: bytes, host: str, at_us: int) -> None:
+        if self._exchange.receive(datagram, host, at_us):
+            return
+        # Its connection may have been opened a moment ago.
+        if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
+            self._images.count(Word.DROPPED)
 
     def _send(self, packet: bytes, destination: tuple[str, int], dscp: int) -> None:
         if dscp != self._dscp:
             self._dscp = dscp
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, dscp << 2)
-        with suppress(OSError):  # no route, no buffer: a packet that is lost, as others are
+        try:
             self._socket.sendto(packet, destination)
+        except OSError:  # no route, no buffer: a packet that is lost, as others are
+            return
 
     def _obey(self) -> bool:
         """Carry out the orders that have come; was there one?"""

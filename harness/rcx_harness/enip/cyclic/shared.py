@@ -63,6 +63,8 @@ class Word(IntEnum):
 
 
 _WORDS = len(Word)
+# In their order, which is their number: found once per packet.
+_LINK_STATES, _OWNER_STATES = tuple(LinkState), tuple(OwnerState)
 
 
 @dataclass(frozen=True)
@@ -221,7 +223,7 @@ class SharedImages(Closing):
     @property
     def link(self) -> LinkState:
         """Is the adapter connected, is it on?"""
-        return LinkState(self._words[Word.LINK])
+        return _LINK_STATES[self._words[Word.LINK]]
 
     @link.setter
     def link(self, state: LinkState) -> None:
@@ -248,7 +250,7 @@ class SharedImages(Closing):
     @property
     def owner(self) -> OwnerState:
         """What became of the connection that owns the outputs."""
-        return OwnerState(self._words[Word.OWNER] & 0xFF)
+        return _OWNER_STATES[self._words[Word.OWNER] & 0xFF]
 
     @property
     def arrived_us(self) -> int:
