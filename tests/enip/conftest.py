@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -67,6 +68,7 @@ class Bench:
         self.owner = OwnerState.NONE
         self.master_image, self.robot_image = MemoryImage(size), MemoryImage(size)
         self.cyclic = FakeCyclicPart()
+        settings.setdefault("draw_id", itertools.count(0x10001).__next__)
         self.device = Device(
             self.master_image,
             self.robot_image,

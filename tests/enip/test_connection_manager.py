@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import itertools
 from typing import Any
 
 import pytest
@@ -10,7 +12,8 @@ from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refus
 from rcx_harness.enip import AdapterOptions, EnipError
 from rcx_harness.enip.codec.encapsulation import Item
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters
-from rcx_harness.enip.target.connection_manager import Origin
+from rcx_harness.enip.target.connection_manager import Origin, random_id
+from rcx_harness.enip.target.device import Device
 
 OTHER = "0200 4D00 EFBEADDE"
 INPUT_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C03 2C64"}
@@ -157,11 +160,9 @@ def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> No
     assert bench.device.connections.is_owned
 
 
-def test_a_connection_id_comes_again_only_after_its_connection_has_gone(
-    bench: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The ids have come round: there are eight of them here instead of 65,536."""
-    monkeypatch.setattr("rcx_harness.enip.target.connection_manager.MANY_IDS", 8)
+def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_bench: Any) -> None:
+    """Eight ids come round and round; 0 is among them, which is not given out."""
+    bench = make_bench(draw_id=itertools.cycle(range(8)).__next__)
     class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
     group = {**INPUT_ONLY, "t_to_o": MULTICAST}
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in (0x11, 0x12, 0x13)]
@@ -175,7 +176,7 @@ def test_a_connection_id_comes_again_only_after_its_connection_has_gone(
     for _ in range(20):
         reply = bench.ask(forward_open(**INPUT_ONLY))
         assert reply[2] == 0
-        assert reply[4:8] not in living
+        assert reply[4:8] not in {*living, bytes(4)}
         assert bench.ask(forward_close(path=INPUT_ONLY["path"]))[2] == 0
 
 
@@ -325,42 +326,62 @@ def test_a_reply_names_the_port_of_the_cyclic_part(bench: Any) -> None:
     assert dict(sender.items)[Item.O_TO_T_ADDRESS][2:4] == bytes.fromhex("4321")
 
 
-def test_a_connection_is_closed_by_its_triad_and_path(bench: Any) -> None:
-    """The key and what else is no application path need not be repeated."""
-    key = "3404 7C02 2B00 0500 0101"
-    bench.ask(forward_open(path=f"{key} 2004 2405 2C96 2C64 8000"))
-    assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param("2004 2405 2C96 2C64", id="the path that was opened"),
+        pytest.param("3404 0000 0000 0000 0000 2004 2405 2C96 2C64", id="with an electronic key"),
+        pytest.param("2004 2C96 2C64", id="without its configuration instance"),
+        pytest.param("2002 2401", id="the Message Router, as in an example of Omron"),
+        pytest.param("2006 2401", id="the Connection Manager"),
+        pytest.param("0100 2002 2401", id="a route to the backplane"),
+        pytest.param("", id="none"),
+        pytest.param("2004 0100", id="no path at all"),
+    ],
+)
+def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path: str) -> None:
+    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close); OpENer accepts all of these."""
+    bench.ask(forward_open(path="3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64 8000"))
+    assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
     assert bench.cyclic.removed == [1]
     assert not bench.device.connections.is_owned
-    assert bench.ask(forward_close()) == refused("0701", "CE")
+    assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
+
+
+def test_an_explicit_connection_is_closed_by_its_triad_too(bench: Any) -> None:
+    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
+    bench.ask(forward_open(transport="A3", path="2002 2401", o_to_t="F843", t_to_o="F843"))
+    assert bench.ask(forward_close(path="")) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
+    assert bench.device.connections.explicit_connections == 0
 
 
 @pytest.mark.parametrize(
     ("request_", "peer", "reply"),
     [
         (forward_close(triad=OTHER), "192.168.0.10", refused("0701", "CE", OTHER)),
-        (forward_close(path="2004 2C96 2C64"), "192.168.0.10", refused("1603", "CE")),
-        (forward_close(path="2004 2405 2C96 2C65"), "192.168.0.10", refused("1603", "CE")),
-        (
-            forward_close(path="2004 0100"),
-            "192.168.0.10",
-            refused("1503", "CE", remaining="01"),
-        ),
         (forward_close(), "192.168.0.11", bytes.fromhex(f"CE00 0F00 {TRIAD} 00 00")),
     ],
 )
 def test_a_refused_forward_close_leaves_the_connection(
     bench: Any, request_: str, peer: str, reply: bytes
 ) -> None:
-    """0x107 unknown, 0x316 another path, 0x315 not a path; 0x0F from another machine."""
+    """0x107 for another triad; 0x0F from another machine."""
     bench.ask(forward_open())
     assert bench.ask(request_, origin(peer)) == reply
     assert bench.device.connections.is_owned
     assert bench.cyclic.removed == []
 
 
-def test_connection_ids_differ_from_those_of_an_earlier_life(make_bench: Any) -> None:
-    assert make_bench(incarnation=0xABCD).ask(forward_open()) == opened("0100CDAB")
+def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
+    make_bench: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who opens a connection of its own does not learn the id of the owner's from its own."""
+    drawn = iter([0x8C3F01A7, 0x0152E9D4])
+    monkeypatch.setattr("secrets.randbits", lambda bits: next(drawn) if bits == 32 else 0)
+    bench = make_bench(draw_id=random_id)
+    assert inspect.signature(Device).parameters["draw_id"].default is random_id
+    assert bench.ask(forward_open()) == opened("A7013F8C")
+    assert bench.ask(forward_open(**INPUT_ONLY, triad=OTHER)) == opened("D4E95201", triad=OTHER)
 
 
 def test_a_connection_outlives_the_session_that_opened_it(bench: Any) -> None:

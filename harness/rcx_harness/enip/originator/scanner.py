@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import random
+import secrets
 import statistics
 from contextlib import suppress
 from dataclasses import dataclass
@@ -373,7 +374,7 @@ class Scanner(Closing):
         t_to_o = SEQUENCE_SIZE + asked.input_size
         return OpenRequest(
             triad=Triad(next(self._serials) & 0xFFFF, _VENDOR, self._originator),
-            t_to_o_id=random.getrandbits(32),
+            t_to_o_id=secrets.randbits(32),
             rpi_us=self._rpi_us,
             o_to_t_length=o_to_t,
             t_to_o_length=t_to_o,

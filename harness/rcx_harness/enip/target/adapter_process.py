@@ -141,7 +141,6 @@ class _Adapter:
             self._control,
             lambda: self._shared.owner,
             interface,
-            incarnation=random.getrandbits(16),
         )
 
     def _reset(self) -> None:

@@ -6,6 +6,7 @@ which is told here; the messages of class 3 are answered here. CIP volume 1, cha
 
 from __future__ import annotations
 
+import secrets
 from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -56,6 +57,7 @@ __all__ = [
     "CyclicPart",
     "ExplicitConnection",
     "Origin",
+    "random_id",
 ]
 
 
@@ -148,8 +150,12 @@ MAX_CYCLIC = {
 MAX_EXPLICIT, MAX_EXPLICIT_OF_PEER = 32, 16
 MAX_CYCLIC_OF_PEER = 8
 
-#: So many connection ids are given out before one comes again.
-MANY_IDS = 0x10000
+_ID_BITS = 32
+
+
+def random_id() -> int:
+    """Return 32 bits that nobody can guess."""
+    return secrets.randbits(_ID_BITS)
 
 
 class CyclicPart(Protocol):
@@ -186,8 +192,8 @@ class ConnectionManager:
         options: Connection points, limits and manners.
         cyclic: The cyclic part, None if there are explicit connections only.
         clock: Seconds, monotonic.
-        incarnation: 16 bits that differ from those of the last start: the upper half of all
-            connection ids, so that packets of an earlier life are not mistaken.
+        draw_id: Gives 32 bits for each connection id. Whoever knows the ids of some connections,
+            also of those before the last start, must not be able to guess another one.
         group: Multicast address to produce to.
         dscp: Code point for each priority (0 low to 3 urgent).
     """
@@ -199,7 +205,7 @@ class ConnectionManager:
         options: AdapterOptions,
         cyclic: CyclicPart | None,
         clock: Callable[[], float],
-        incarnation: int = 1,
+        draw_id: Callable[[], int] = random_id,
         group: str = "239.192.1.0",
         dscp: Callable[[int], int] = lambda _: 0,
     ) -> None:
@@ -208,13 +214,12 @@ class ConnectionManager:
         self._options = options
         self._cyclic = cyclic
         self._clock = clock
-        self._ids = (incarnation & 0xFFFF) << 16
-        self._last_id = 0
+        self._draw_id = draw_id
         self._last_number = 0
         self._group = group
         self._dscp = dscp
         self._explicit: dict[int, ExplicitConnection] = {}
-        self._paths: dict[Triad, tuple[ConnectionPath, str]] = {}
+        self._peers: dict[Triad, str] = {}
         self._class1: dict[Triad, ConnectionParameters] = {}
 
     @property
@@ -274,7 +279,7 @@ class ConnectionManager:
     def forget_cyclic(self) -> None:
         """The cyclic part has ended, and all class 1 connections with it."""
         for triad in self._class1:
-            del self._paths[triad]
+            del self._peers[triad]
         self._class1.clear()
 
     def close_all(self) -> None:
@@ -285,7 +290,7 @@ class ConnectionManager:
 
     def _open(self, request: ForwardOpen, origin: Origin) -> bytes:
         self.expire()
-        if request.triad in self._paths:
+        if request.triad in self._peers:
             kinds = (request.o_to_t.kind, request.t_to_o.kind)
             null = kinds == (ConnectionType.NULL, ConnectionType.NULL)
             raise refused(
@@ -308,7 +313,7 @@ class ConnectionManager:
             request, self._new_id(), origin.session, origin.peer, self._clock()
         )
         self._explicit[connection.connection_id] = connection
-        self._paths[request.triad] = path, origin.peer
+        self._peers[request.triad] = origin.peer
         return bytes_of.open_reply(
             connection.connection_id,
             request.t_to_o_id,
@@ -353,7 +358,7 @@ class ConnectionManager:
         except EnipError:  # its process has ended
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS) from None
         self._class1[request.triad] = parameters
-        self._paths[request.triad] = path, origin.peer
+        self._peers[request.triad] = origin.peer
         ours = socket_address(origin.local, self._cyclic.port)
         origin.items.append((Item.O_TO_T_ADDRESS, ours))
         if multicast:
@@ -390,13 +395,12 @@ class ConnectionManager:
 
     def _close(self, request: bytes_of.ForwardClose, origin: Origin) -> bytes:
         self.expire()
-        if request.triad not in self._paths:
+        if request.triad not in self._peers:
             raise refused(ExtendedStatus.CONNECTION_NOT_FOUND)
-        path, peer = self._paths[request.triad]
-        if peer != origin.peer:
+        # The triad alone names the connection. Scanners repeat its path, or send a route, the
+        # Connection Manager's own path or none at all (CIP volume 1, chapter 3, 5.5.3).
+        if self._peers[request.triad] != origin.peer:
             raise Refusal(Status.PRIVILEGE_VIOLATION)
-        if decode_connection_path(request.path).application() != path.application():
-            raise refused(ExtendedStatus.CLOSE_PATH_MISMATCH)
         if request.triad in self._class1:
             self._remove(request.triad)
         else:
@@ -412,26 +416,25 @@ class ConnectionManager:
 
     def _forget(self, triad: Triad) -> None:
         """Strike it off; listeners that are left alone go with it, as in the cyclic part."""
-        del self._class1[triad], self._paths[triad]
+        del self._class1[triad], self._peers[triad]
         if len(self._class1) == self._count(ConnectionKind.LISTEN_ONLY):
             for alone in list(self._class1):
-                del self._class1[alone], self._paths[alone]
+                del self._class1[alone], self._peers[alone]
 
     def _drop(self, which: Callable[[ExplicitConnection], bool]) -> None:
         for connection in [each for each in self._explicit.values() if which(each)]:
-            del self._explicit[connection.connection_id], self._paths[connection.triad]
+            del self._explicit[connection.connection_id], self._peers[connection.triad]
 
     def _count(self, kind: ConnectionKind) -> int:
         return Counter(each.kind for each in self._class1.values())[kind]
 
     def _new_id(self) -> int:
-        """A connection id that none of ours has."""
-        taken = {*self._explicit}
+        """Return a connection id that none of ours has; 0 is not an id."""
+        taken = {0, *self._explicit}
         for each in self._class1.values():
             taken |= {each.o_to_t_id, each.t_to_o_id}
         while True:
-            self._last_id = (self._last_id + 1) % MANY_IDS
-            if (number := self._ids | self._last_id) not in taken:
+            if (number := self._draw_id()) not in taken:
                 return number
 
     def _words(self, refusal: Refusal) -> tuple[int, ...]:

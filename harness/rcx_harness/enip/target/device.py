@@ -29,7 +29,12 @@ from rcx_harness.enip.codec.encapsulation import (
 from rcx_harness.enip.cyclic.connections import OwnerState, multicast_address
 from rcx_harness.enip.cyclic.shared import Image
 from rcx_harness.enip.options import AdapterOptions, Identity
-from rcx_harness.enip.target.connection_manager import ConnectionManager, CyclicPart, Origin
+from rcx_harness.enip.target.connection_manager import (
+    ConnectionManager,
+    CyclicPart,
+    Origin,
+    random_id,
+)
 from rcx_harness.enip.target.listing import Listing
 from rcx_harness.enip.target.network_interface import NetworkInterface
 from rcx_harness.enip.target.objects import ObjectModel
@@ -194,7 +199,7 @@ class Device:
         owner_state: What the cyclic part says of the owner.
         interface: The network interface.
         clock: Seconds, monotonic.
-        incarnation: Differs from start to start, 16 bits.
+        draw_id: Gives 32 bits for each connection id.
 
     Attributes:
         router: Answers CIP requests.
@@ -214,7 +219,7 @@ class Device:
         owner_state: Callable[[], OwnerState] = lambda: OwnerState.NONE,
         interface: NetworkInterface | None = None,
         clock: Callable[[], float] = time.monotonic,
-        incarnation: int = 1,
+        draw_id: Callable[[], int] = random_id,
     ) -> None:
         identity = identity or Identity()
         options = options or AdapterOptions()
@@ -231,7 +236,7 @@ class Device:
             options=options,
             cyclic=cyclic,
             clock=clock,
-            incarnation=incarnation,
+            draw_id=draw_id,
             group=group,
             dscp=lambda priority: self.objects.dscp(priority),
         )
