@@ -25,7 +25,8 @@ from rcx_harness.enip.cyclic.connections import (
     EndReason,
     OwnerState,
 )
-from rcx_harness.enip.cyclic.shared import SharedImages
+from rcx_harness.enip.cyclic.journal import ConnectionEvent
+from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 
 # The robot's packets
 
@@ -156,19 +157,23 @@ def test_without_run_idle_header_the_master_runs(device: Device) -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("wrong", "reason"),
     [
-        packet(8, 2)[:-1],  # the item is longer than the datagram
-        packet(8, 2) + b"\0",
-        bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}"),  # no header
-        bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3500 0200 01000000 {DATA[:-2]}"),
-        packet(7, 2),  # the number before once more
-        packet(6, 2),
-        packet(0x80000007, 2),
+        (packet(8, 2)[:-1], Drop.LENGTH),  # the item is longer than the datagram
+        (packet(8, 2) + b"\0", Drop.LENGTH),
+        (bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}"), Drop.LENGTH),
+        (
+            bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3500 0200 01000000 {DATA[:-2]}"),
+            Drop.LENGTH,
+        ),
+        (packet(7, 2), Drop.OLD),  # the number before once more
+        (packet(6, 2), Drop.OLD),
+        (packet(0x80000007, 2), Drop.OLD),
+        (packet(0x70000000, 2), Drop.JUMP),
     ],
 )
-def test_a_wrong_length_and_an_old_number_are_dropped_and_counted(
-    owned: Device, wrong: bytes
+def test_what_is_dropped_is_counted_with_its_reason(
+    owned: Device, wrong: bytes, reason: Drop
 ) -> None:
     owned.exchange.receive(packet(7, 1), MASTER, 0)
     owned.images.to_robot.write(bytes(48))
@@ -176,13 +181,34 @@ def test_a_wrong_length_and_an_old_number_are_dropped_and_counted(
     assert owned.images.to_robot.read() == bytes(48)
     status = owned.images.status()
     assert (status.received, status.dropped) == (1, 1)
+    assert status.drops[reason] == 1
+
+
+def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: Device) -> None:
+    """Whoever sends under the owner's address and id, hundreds of times: the owner goes on."""
+    owned.exchange.receive(packet(1, 1), MASTER, 0)
+    for number in range(2, 50):
+        forged = packet(0x70000000 + number, number)[:-48] + b"\xff" * 48
+        assert owned.exchange.receive(forged, MASTER, 10_000 * number)
+        owned.exchange.receive(packet(number, number), MASTER, 10_000 * number)
+        assert owned.images.to_robot.read() == IMAGE
+    status = owned.images.status()
+    assert (status.received, status.drops[Drop.JUMP], status.missing) == (49, 48, 0)
+
+
+def test_the_length_of_a_packet_dropped_for_it_is_told_beside_the_right_one(owned: Device) -> None:
+    """48 bytes without the header of 4: 50 with the count of 2, where 54 are agreed."""
+    wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
+    owned.exchange.receive(wrong, MASTER, 0)
+    status = owned.images.status()
+    assert (status.wrong_length, status.right_length) == (50, 54)
 
 
 def test_a_packet_from_another_host_is_dropped_and_counted(owned: Device) -> None:
     assert owned.exchange.receive(packet(1, 1), OTHER, 0)
     assert owned.images.to_robot.read() == bytes(48)
     assert owned.owner() is OwnerState.WAITING
-    assert owned.images.status().dropped == 1
+    assert owned.images.status().drops == (0, 1, 0, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -263,7 +289,7 @@ def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
     assert device.poll(10_000) == 3_210_000
     device.exchange.add(replace(INPUT_ONLY, t_to_o_api_us=5_000), 20_000)
     assert device.poll(20_000) == 25_000
-    device.exchange.remove(1)
+    device.exchange.remove(1, 0)
     assert device.poll(24_000) == 25_000
     assert device.poll(25_000) == 30_000
     assert len(device.sent) == 2
@@ -287,7 +313,7 @@ def test_a_packet_after_the_time_out_belongs_to_nobody(owned: Device) -> None:
 
 def test_a_closed_connection_ends_without_report(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
-    owned.exchange.remove(1)
+    owned.exchange.remove(1, 0)
     assert owned.owner() is OwnerState.CLOSED
     assert owned.ended == []
     assert owned.poll(20_000) is None
@@ -296,7 +322,7 @@ def test_a_closed_connection_ends_without_report(owned: Device) -> None:
 
 
 def test_closing_what_is_not_open_does_no_harm(owned: Device) -> None:
-    owned.exchange.remove(99)
+    owned.exchange.remove(99, 0)
     assert owned.images.status().owners == 1
 
 
@@ -311,8 +337,48 @@ def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
 
 def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
-    owned.exchange.clear()
+    owned.exchange.clear(0)
     assert owned.ended == [(1, EndReason.OFF), (2, EndReason.OFF)]
     assert owned.images.status().connections == 0
     assert owned.owner() is OwnerState.NONE
     assert owned.poll(0) is None
+
+
+# The journal of what happens
+
+
+def told(device: Device) -> list[tuple[int, str, str, str, int]]:
+    """What the journal says since the last look: time, kind, state, peer, readers."""
+    events = [ConnectionEvent.from_record(one) for one in device.images.events.read().records]
+    return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
+
+
+def test_each_change_of_each_connection_is_told_once_with_its_own_time(device: Device) -> None:
+    device.exchange.add(OWNER, 1_000)
+    device.exchange.receive(packet(1, 1), MASTER, 2_000)
+    device.exchange.receive(packet(2, 2), MASTER, 12_000)
+    device.exchange.add(INPUT_ONLY, 13_000)
+    device.exchange.receive(packet(3, 3, run=0), MASTER, 22_000)
+    device.exchange.remove(2, 23_000)
+    owner, reader = ("exclusive owner", MASTER), ("input only", OTHER)
+    assert told(device) == [
+        (1_000, owner[0], "waiting", MASTER, 0),
+        (2_000, owner[0], "run", MASTER, 0),
+        (13_000, reader[0], "waiting", OTHER, 1),
+        (22_000, owner[0], "idle", MASTER, 1),
+        (23_000, reader[0], "closed", OTHER, 0),
+    ]
+    device.poll(182_000)
+    assert told(device) == [(182_000, owner[0], "timed out", MASTER, 0)]
+    device.exchange.add(OWNER, 200_000)
+    device.exchange.clear(210_000)
+    assert told(device)[1:] == [(210_000, owner[0], "off", MASTER, 0)]
+
+
+def test_five_openings_and_closings_are_ten_entries_however_near_they_are(device: Device) -> None:
+    for at_us in range(0, 500, 100):
+        device.exchange.add(OWNER, at_us)
+        device.exchange.remove(1, at_us + 50)
+    assert [(one[0], one[2]) for one in told(device)] == [
+        (at_us, "closed" if at_us % 100 else "waiting") for at_us in range(0, 500, 50)
+    ]

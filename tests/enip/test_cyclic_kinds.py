@@ -64,7 +64,7 @@ def test_a_heartbeat_writes_nothing_to_the_robot(device: Device) -> None:
 
 def test_the_end_of_an_owner_leaves_an_input_only_connection_alone(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
-    owned.exchange.remove(1)
+    owned.exchange.remove(1, 0)
     owned.poll(20_000)
     assert owned.destinations() == [OTHER]
     assert owned.ended == []
@@ -76,7 +76,7 @@ def test_listen_only_ends_with_the_last_connection_of_another_kind(
 ) -> None:
     device.exchange.add(companion, 0)
     device.exchange.add(LISTEN_ONLY, 0)
-    device.exchange.remove(companion.number)
+    device.exchange.remove(companion.number, 0)
     assert device.ended == [(3, EndReason.NO_OWNER)]
     assert device.images.status().connections == 0
 
@@ -91,10 +91,10 @@ def test_listen_only_ends_when_the_owner_times_out(owned: Device) -> None:
 def test_listen_only_lives_on_while_another_one_does(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
     owned.exchange.add(LISTEN_ONLY, 0)
-    owned.exchange.remove(1)
+    owned.exchange.remove(1, 0)
     assert owned.ended == []
     assert owned.images.status().listen_only == 1
-    owned.exchange.remove(2)
+    owned.exchange.remove(2, 0)
     assert owned.ended == [(3, EndReason.NO_OWNER)]
 
 
@@ -129,10 +129,10 @@ def test_who_joins_later_finds_the_sequence_running(device: Device) -> None:
 def test_multicast_goes_on_while_one_connection_lives(device: Device) -> None:
     for one in (OWNER, INPUT_ONLY):
         device.exchange.add(multicast(one), 0)
-    device.exchange.remove(1)
+    device.exchange.remove(1, 0)
     device.poll(10_000)
     assert device.destinations() == [GROUP]
-    device.exchange.remove(2)
+    device.exchange.remove(2, 0)
     assert device.poll(20_000) is None
     assert device.destinations() == []
 
@@ -142,7 +142,7 @@ def test_multicast_comes_at_the_shortest_interval_of_all(device: Device) -> None
     device.exchange.add(multicast(INPUT_ONLY, 5_000), 0)
     device.exchange.add(multicast(LISTEN_ONLY, 40_000), 0)
     assert device.poll(10_000) == 15_000
-    device.exchange.remove(2)
+    device.exchange.remove(2, 0)
     device.poll(15_000)
     device.destinations()
     device.poll(34_999)

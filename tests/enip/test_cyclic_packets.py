@@ -9,7 +9,14 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.enip.cyclic.exchange import Arrival, Consumer, Packet, Producer, decode_packet
+from rcx_harness.enip.cyclic.exchange import (
+    Arrival,
+    Consumer,
+    Packet,
+    Producer,
+    decode_packet,
+)
+from rcx_harness.enip.cyclic.shared import Drop
 
 
 def hexa(text: str) -> bytes:
@@ -167,13 +174,74 @@ def test_the_first_data_after_idle_is_new_whatever_its_count() -> None:
         (7, 0xFFFFFFF0),
         (0, 0xFFFFFFFF),
         (5, 0x80000005),
+        (0x10, 0xFFFFFC10),  # 1,024 before it, across the end
     ],
 )
 def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: int) -> None:
     into = consumer()
     into.take(last, hexa("0100 01000000 A1A2A3A4"), 1_000)
-    assert into.take(number, hexa("0200 01000000 B1B2B3B4"), 50_000) is None
+    assert into.take(number, hexa("0200 01000000 B1B2B3B4"), 50_000) is Drop.OLD
     assert into.deadline_us == 161_000
+
+
+@pytest.mark.parametrize(
+    ("last", "number"),
+    [
+        (7, 7 + 1025),
+        (7, 0x70000000),
+        (5, 0x80000004),  # the furthest that is not an old one
+        (0xFFFFFFFF, 1024),  # across the end
+        (0xFFFFFE00, 0x201),
+    ],
+)
+def test_a_jump_of_the_sequence_number_is_dropped_and_the_owner_goes_on(
+    last: int, number: int
+) -> None:
+    """Neither its data nor its number counts: the next packet of the owner is taken.
+
+    1,024 is twice the longest time-out in packets, 512 intervals (CIP volume 1, chapter 3, 5.5.1).
+    """
+    into = consumer()
+    into.take(last, hexa("0100 01000000 A1A2A3A4"), 1_000)
+    assert into.take(number, hexa("0200 01000000 B1B2B3B4"), 50_000) is Drop.JUMP
+    assert into.deadline_us == 161_000
+    following = (last + 1) & 0xFFFFFFFF
+    taken = into.take(following, hexa("0200 01000000 C1C2C3C4"), 60_000)
+    assert taken == Arrival(hexa("C1C2C3C4"), True, 0)
+
+
+def test_packets_that_overtake_each_other_are_taken_once_and_the_late_one_is_dropped() -> None:
+    into = consumer()
+    took = [
+        into.take(number, bytes([number, 0]) + hexa("01000000 A1A2A3A4"), 0)
+        for number in (1, 2, 4, 3, 5, 5)
+    ]
+    reasons = [one if isinstance(one, Drop) else one.missing for one in took]
+    assert reasons == [0, 0, 1, Drop.OLD, 0, Drop.OLD]
+
+
+def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
+    """511 packets are lost of a connection whose multiplier allows for 512 intervals."""
+    into = consumer(timeout_us=5_120_000)
+    into.take(100, hexa("0100 01000000 A1A2A3A4"), 0)
+    taken = into.take(612, hexa("0002 01000000 B1B2B3B4"), 5_119_000)
+    assert taken == Arrival(hexa("B1B2B3B4"), True, 511)
+
+
+@pytest.mark.parametrize("first", [0, 1, 0x70000000, 0xFFFFFFFF])
+def test_a_connection_begins_with_any_sequence_number(first: int) -> None:
+    """A scanner that starts again counts from 0 on its new connection, or goes on."""
+    taken = consumer().take(first, hexa("0000 01000000 A1A2A3A4"), 0)
+    assert taken == Arrival(hexa("A1A2A3A4"), True, 0)
+
+
+def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
+    """Of the count of 16 bits only a repetition says something: that the data is not new."""
+    into = consumer()
+    into.take(1, hexa("FFFF 01000000 A1A2A3A4"), 0)
+    for number, count in enumerate(("0000", "0500", "0200"), 2):
+        taken = into.take(number, hexa(f"{count} 01000000 B1B2B3B4"), 0)
+        assert taken == Arrival(hexa("B1B2B3B4"), True, 0)
 
 
 @pytest.mark.parametrize(
@@ -183,7 +251,8 @@ def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: i
         (7, 10, 2),
         (0xFFFFFFFF, 0, 0),
         (0xFFFFFFFE, 1, 2),
-        (5, 0x80000004, 0x7FFFFFFE),
+        (7, 7 + 1024, 1023),
+        (0xFFFFFFFF, 1023, 1023),
     ],
 )
 def test_a_gap_of_the_sequence_number_is_counted_also_across_its_end(
@@ -201,7 +270,7 @@ def test_a_gap_of_the_sequence_number_is_counted_also_across_its_end(
 )
 def test_another_length_is_dropped(content: str) -> None:
     into = consumer()
-    assert into.take(7, hexa(content), 0) is None
+    assert into.take(7, hexa(content), 0) is Drop.LENGTH
     assert into.deadline_us == 10_000_000
 
 
@@ -213,8 +282,9 @@ def test_a_heartbeat_comes_with_or_without_its_count(content: str) -> None:
 
 
 def test_a_heartbeat_may_carry_the_header_if_that_was_agreed() -> None:
-    assert consumer(size=0, run_idle=True).take(7, hexa("0100 00000000"), 0) is not None
-    assert consumer(size=0, run_idle=False).take(7, hexa("0100 00000000"), 0) is None
+    arrival = Arrival(None, True, 0)
+    assert consumer(size=0, run_idle=True).take(7, hexa("0100 00000000"), 0) == arrival
+    assert consumer(size=0, run_idle=False).take(7, hexa("0100 00000000"), 0) is Drop.LENGTH
 
 
 def test_the_first_packet_has_ten_seconds_the_next_ones_the_time_out() -> None:
@@ -228,7 +298,7 @@ def test_a_limit_for_the_first_packet_leaves_the_time_out_of_the_next_ones() -> 
     """3.2 s times 512 are 1,638.4 s: not before the first packet has come."""
     into = Consumer(4, True, 1_638_400_000, now_us=0, first_us=10_000_000)
     assert into.deadline_us == 10_000_000
-    assert into.take(1, hexa("0100 01000000 00000000"), 5) is not None
+    assert into.take(1, hexa("0100 01000000 00000000"), 5) == Arrival(bytes(4), True, 0)
     assert into.deadline_us == 1_638_400_005
 
 

@@ -92,7 +92,7 @@ def test_a_scanner_alone_may_listen_only(images: SharedImages) -> None:
     scanner = Device(images, Role.ORIGINATOR)
     for one in (INPUT_ONLY, LISTEN_ONLY):
         scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)
-    scanner.exchange.remove(INPUT_ONLY.number)
+    scanner.exchange.remove(INPUT_ONLY.number, 0)
     scanner.poll(0)
     assert scanner.ended == []
     assert [one[0][6:10].hex() for one in scanner.sent] == ["55555555"]

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters, OwnerState
-from rcx_harness.enip.cyclic.shared import GAPS, LinkState, SharedImage, SharedImages, Word
+from rcx_harness.enip.cyclic.shared import GAPS, Drop, LinkState, SharedImage, SharedImages, Word
 from rcx_harness.output.system import SharedMemory
 
 OWNER = ConnectionParameters(
@@ -225,9 +225,12 @@ def test_a_state_is_published_after_all_that_belongs_to_it() -> None:
 
 def test_the_status_counts_packets_and_connections(images: SharedImages) -> None:
     for number, counter in enumerate(
-        (Word.OWNERS, Word.INPUT_ONLY, Word.LISTEN_ONLY, Word.SENT, Word.DROPPED), 1
+        (Word.OWNERS, Word.INPUT_ONLY, Word.LISTEN_ONLY, Word.SENT), 1
     ):
         images.count(counter, number)
+    for reason, number in ((Drop.UNKNOWN, 2), (Drop.JUMP, 3)):
+        for _ in range(number):
+            images.drop(reason)
     images.count(Word.MISSING, 6)
     images.count(Word.SKIPPED, 7)
     images.arrive(1_000, None)
@@ -236,6 +239,7 @@ def test_the_status_counts_packets_and_connections(images: SharedImages) -> None
     assert (status.owners, status.input_only, status.listen_only) == (1, 2, 3)
     assert status.connections == 6
     assert (status.sent, status.dropped, status.missing, status.skipped) == (4, 5, 6, 7)
+    assert status.drops == (2, 0, 0, 0, 3)
     assert status.received == 2
     assert images.arrived_us == 3_500
     assert images.gaps_us() == [2_500]
@@ -279,3 +283,33 @@ def test_closing_twice_does_no_harm() -> None:
 def test_memory_of_an_unknown_name_is_not_found() -> None:
     with pytest.raises(FileNotFoundError):
         SharedImages.attach("rcx-no-such-memory")
+
+
+def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: SharedImages) -> None:
+    with SharedImages.attach(images.name) as theirs:
+        for number in range(3):
+            theirs.events.write({"number": number})
+        theirs.refusals.write({"text": "no"})
+        assert images.events.read() == ([{"number": 0}, {"number": 1}, {"number": 2}], 0)
+        assert images.events.read() == ([], 0)
+        theirs.events.write({"number": 3})
+        assert images.events.read() == ([{"number": 3}], 0)
+        assert images.refusals.read() == ([{"text": "no"}], 0)
+
+
+def test_a_reader_of_a_journal_that_is_too_slow_learns_how_much_it_has_missed(
+    images: SharedImages,
+) -> None:
+    """127 of 128 places are sure to be whole: the writer may be at the next one."""
+    for number in range(1000):
+        images.events.write({"number": number})
+    records, lost = images.events.read()
+    assert [one["number"] for one in records] == list(range(873, 1000))
+    assert lost == 873
+
+
+def test_a_process_shows_that_it_is_alive_by_the_clock(images: SharedImages) -> None:
+    images.beat(Word.CYCLIC_ALIVE, 7_000)
+    images.beat(Word.ADAPTER_ALIVE, 8_000)
+    assert images.heard_us(Word.CYCLIC_ALIVE) == 7_000
+    assert images.heard_us(Word.ADAPTER_ALIVE) == 8_000

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.cyclic.shared import LinkState, Status
+from rcx_harness.enip.cyclic.shared import Drop, LinkState, Status
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.station import Station
@@ -69,7 +69,7 @@ class NetworkInMemory:
             listen_only=self.listeners,
             received=0,
             sent=0,
-            dropped=0,
+            drops=(0,) * len(Drop),
             missing=0,
             skipped=0,
         )

@@ -26,9 +26,27 @@ from rcx_harness.enip.cyclic.connections import (
     OwnerState,
     Way,
 )
-from rcx_harness.enip.cyclic.shared import SharedImages, Word
+from rcx_harness.enip.cyclic.journal import ConnectionEvent
+from rcx_harness.enip.cyclic.shared import Drop, SharedImages, Word
 
-__all__ = ["Arrival", "Consumer", "Exchange", "Packet", "Producer", "Role", "Send", "decode_packet"]
+__all__ = [
+    "WINDOW",
+    "Arrival",
+    "Consumer",
+    "Exchange",
+    "Packet",
+    "Producer",
+    "Role",
+    "Send",
+    "decode_packet",
+]
+
+WINDOW = 1024
+"""A sequence number may be so far ahead of the one before.
+
+It is twice the 512 intervals of the longest time-out: a connection that has lost more packets in a
+row has timed out. A number further ahead is not the originator's next one.
+"""
 
 _SEQUENCED_ADDRESS, _CONNECTED_DATA = 0x8002, 0x00B1
 # Number of items; type, length, connection id, sequence number; type, length.
@@ -173,8 +191,16 @@ class Consumer:
         self._number: int | None = None
         self._count: int | None = None
 
-    def take(self, number: int, content: bytes, now_us: int) -> Arrival | None:
+    @property
+    def length(self) -> int:
+        """Bytes of connected data that are expected."""
+        return max(self._lengths)
+
+    def take(self, number: int, content: bytes, now_us: int) -> Arrival | Drop:
         """Take a packet of this connection.
+
+        The first packet may have any number. From then on a number counts as the next one up to
+        `WINDOW` ahead, also across the end of its 32 bits.
 
         Args:
             number: Its sequence number of 32 bits.
@@ -182,15 +208,17 @@ class Consumer:
             now_us: It arrived now.
 
         Returns:
-            None for a wrong length or an old sequence number; time runs on then.
+            Why it is dropped, if it is; the time-out runs on then.
         """
         if len(content) not in self._lengths:
-            return None
+            return Drop.LENGTH
         missing = 0
         if self._number is not None:
             ahead = (number - self._number) & 0xFFFFFFFF
             if not 0 < ahead < 0x80000000:
-                return None
+                return Drop.OLD
+            if ahead > WINDOW:
+                return Drop.JUMP
             missing = ahead - 1
         self._number = number
         self.deadline_us = now_us + self._timeout_us
@@ -295,17 +323,18 @@ class Exchange:
         self._images.count(_OPEN[parameters.kind], 1)
         if self._is_watched(parameters):
             self._images.set_owner(OwnerState.WAITING, parameters)
+        self._note(parameters, _STATES[OwnerState.WAITING], now_us)
 
-    def remove(self, number: int) -> None:
+    def remove(self, number: int, now_us: int) -> None:
         """The originator has closed a connection; an unknown number does no harm."""
         if (connection := self._connections.get(number)) is not None:
-            self._end(connection, OwnerState.CLOSED)
-            self._end_listeners()
+            self._end(connection, OwnerState.CLOSED, _STATES[OwnerState.CLOSED], now_us)
+            self._end_listeners(now_us)
 
-    def clear(self) -> None:
+    def clear(self, now_us: int) -> None:
         """The adapter goes off: all connections are gone."""
         for number, connection in list(self._connections.items()):
-            self._end(connection, OwnerState.NONE)
+            self._end(connection, OwnerState.NONE, EndReason.OFF.value, now_us)
             self._on_ended(number, EndReason.OFF)
 
     def receive(self, datagram: bytes, host: str, now_us: int) -> bool:
@@ -318,20 +347,25 @@ class Exchange:
         connection = self._by_id.get(packet.connection_id) if packet else None
         if packet is None or connection is None:
             return False
-        arrival = None
-        if connection.parameters.peer == host and packet.content is not None:
-            arrival = connection.consumer.take(packet.number, packet.content, now_us)
+        arrival: Arrival | Drop = Drop.PEER
+        if connection.parameters.peer == host:
+            arrival = Drop.LENGTH
+            if packet.content is not None:
+                arrival = connection.consumer.take(packet.number, packet.content, now_us)
             # The first packet brings the end nearer.
             end_us = connection.consumer.deadline_us
             if self._due_us is None or end_us < self._due_us:
                 self._due_us = end_us
-        if arrival is None:
-            self._images.count(Word.DROPPED)
+        if isinstance(arrival, Drop):
+            self._images.drop(arrival)
+            if arrival is Drop.LENGTH:
+                length = len(datagram) - _HEADER.size
+                self._images.note_length(length, connection.consumer.length)
             return True
         if arrival.missing:
             self._images.count(Word.MISSING, arrival.missing)
         if self._is_watched(connection.parameters):
-            self._publish(connection.parameters, arrival)
+            self._publish(connection.parameters, arrival, now_us)
         # Last, too: a scanner's reader believes the data once something has arrived.
         last_us, connection.arrived_us = connection.arrived_us, now_us
         self._images.arrive(now_us, None if last_us is None else now_us - last_us)
@@ -350,9 +384,10 @@ class Exchange:
                 self._produce(production, now_us, send)
         for number, connection in list(self._connections.items()):
             if connection.consumer.deadline_us <= now_us and number in self._connections:
-                self._end(connection, OwnerState.TIMED_OUT)
-                self._on_ended(number, EndReason.TIMED_OUT)
-                self._end_listeners()
+                reason = EndReason.TIMED_OUT
+                self._end(connection, OwnerState.TIMED_OUT, reason.value, now_us)
+                self._on_ended(number, reason)
+                self._end_listeners(now_us)
         self._due_us = self._first_due_us()
         return self._due_us
 
@@ -373,15 +408,16 @@ class Exchange:
         if skipped := producer.advance(now_us):
             self._images.count(Word.SKIPPED, skipped)
 
-    def _publish(self, parameters: ConnectionParameters, arrival: Arrival) -> None:
+    def _publish(self, parameters: ConnectionParameters, arrival: Arrival, now_us: int) -> None:
         # The data first: who sees the state RUN also sees the data.
         if arrival.data is not None:
             self._sink.write(arrival.data)
         state = OwnerState.RUN if arrival.run else OwnerState.IDLE
         if self._images.owner is not state:
             self._images.set_owner(state, parameters)
+            self._note(parameters, _STATES[state], now_us)
 
-    def _end(self, connection: _Connection, state: OwnerState) -> None:
+    def _end(self, connection: _Connection, state: OwnerState, how: str, now_us: int) -> None:
         parameters = connection.parameters
         del self._connections[parameters.number]
         del self._by_id[self._consumed(parameters).identifier]
@@ -396,8 +432,22 @@ class Exchange:
         self._images.count(_OPEN[parameters.kind], -1)
         if self._is_watched(parameters):
             self._images.set_owner(state, None)
+        self._note(parameters, how, now_us)
 
-    def _end_listeners(self) -> None:
+    def _note(self, parameters: ConnectionParameters, state: str, now_us: int) -> None:
+        """Tell who reads the journal of a change."""
+        event = ConnectionEvent(
+            at_us=now_us,
+            kind=parameters.kind,
+            state=state,
+            peer=parameters.peer,
+            o_to_t_api_us=parameters.o_to_t_api_us,
+            t_to_o_api_us=parameters.t_to_o_api_us,
+            readers=sum(not one.parameters.is_owner for one in self._connections.values()),
+        )
+        self._images.events.write(event.as_record())
+
+    def _end_listeners(self, now_us: int) -> None:
         """A listen-only connection lives as long as one of another kind does."""
         if not self._is_target:
             return
@@ -405,8 +455,9 @@ class Exchange:
         kinds = {connection.parameters.kind for _, connection in connections}
         if kinds == {ConnectionKind.LISTEN_ONLY}:
             for number, connection in connections:
-                self._end(connection, OwnerState.CLOSED)
-                self._on_ended(number, EndReason.NO_OWNER)
+                reason = EndReason.NO_OWNER
+                self._end(connection, OwnerState.CLOSED, reason.value, now_us)
+                self._on_ended(number, reason)
 
     def _is_watched(self, parameters: ConnectionParameters) -> bool:
         """Does its state count: the target's owner, and whatever a scanner has opened."""
@@ -428,6 +479,12 @@ class Exchange:
         return False, parameters.number
 
 
+_STATES = {
+    OwnerState.WAITING: "waiting",
+    OwnerState.RUN: "run",
+    OwnerState.IDLE: "idle",
+    OwnerState.CLOSED: "closed",
+}
 _OPEN = {
     ConnectionKind.EXCLUSIVE_OWNER: Word.OWNERS,
     ConnectionKind.INPUT_ONLY: Word.INPUT_ONLY,

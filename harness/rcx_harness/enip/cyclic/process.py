@@ -18,14 +18,16 @@ from rcx_harness.enip import child
 from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
-from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, Word, now_us
+from rcx_harness.enip.cyclic.shared import Drop, LinkState, SharedImages, Word, now_us
 from rcx_harness.output.system import DirectInput, RelayedInput, StandardInput, group_address
 
-__all__ = ["main"]
+__all__ = ["BEAT_US", "main"]
 
 _DATAGRAM = 2048
 _LOOK_US = 50_000
 """The link's state is looked at least that often while there are connections."""
+BEAT_US = 250_000
+"""Without connections it shows that it is alive at least so often."""
 _AT_ONCE = 128
 """So many packets are read at most before what is due goes out: a flood delays nothing."""
 _TTL = 1
@@ -57,13 +59,13 @@ class _Cyclic:
         """Send and receive until the parent closes our standard input."""
         due_us = self._poll()
         while self._parent_lives:
-            timeout = None if due_us is None else max(0, due_us - now_us()) / 1e6
+            wait_us = BEAT_US if due_us is None else max(0, due_us - now_us())
             # A scanner leaves what comes before the reply to its Forward Open until it knows of it.
             idle = due_us is None and self._role is Role.ORIGINATOR
             sockets = () if idle else (self._socket, *self._groups.values())
             # A packet may be that of a connection whose order has come before it.
             waiting: list[DirectInput | RelayedInput | socket.socket] = [self._input, *sockets]
-            ready = select.select(waiting, (), (), timeout)[0]
+            ready = select.select(waiting, (), (), wait_us / 1e6)[0]
             if self._input in ready:
                 self._obey()
             for one in sockets:
@@ -71,13 +73,14 @@ class _Cyclic:
                     self._receive(one, due_us)
             due_us = self._poll()
         # Whoever still looks at the images is not to believe that packets come.
-        self._exchange.clear()
+        self._exchange.clear(now_us())
 
     def _poll(self) -> int | None:
         link = self._images.link
-        if link is LinkState.OFF:
-            self._exchange.clear()
         at_us = now_us()
+        self._images.beat(Word.CYCLIC_ALIVE, at_us)
+        if link is LinkState.OFF:
+            self._exchange.clear(at_us)
         ends_us = self._images.sending_ends_us
         sends = link is LinkState.UP and (not ends_us or at_us < ends_us)
         due_us = self._exchange.poll(at_us, self._send if sends else _send_nothing)
@@ -103,7 +106,7 @@ class _Cyclic:
             return
         # Its connection may have been opened a moment ago.
         if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
-            self._images.count(Word.DROPPED)
+            self._images.drop(Drop.UNKNOWN)
 
     def _send(self, packet: bytes, destination: tuple[str, int], dscp: int) -> None:
         if dscp != self._dscp:
@@ -128,7 +131,7 @@ class _Cyclic:
                 self._add(ConnectionParameters.from_message(order["add"]))
             else:
                 self._leave(order["remove"])
-                self._exchange.remove(order["remove"])
+                self._exchange.remove(order["remove"], now_us())
         return bool(lines)
 
     def _add(self, parameters: ConnectionParameters) -> None:

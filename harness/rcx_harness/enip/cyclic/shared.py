@@ -13,13 +13,24 @@ import struct
 import time
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
+from typing import Literal, Protocol
 
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
+from rcx_harness.enip.cyclic.journal import Journal
 from rcx_harness.output.system import SharedMemory
 
-__all__ = ["GAPS", "Image", "LinkState", "SharedImage", "SharedImages", "Status", "Word", "now_us"]
+__all__ = [
+    "GAPS",
+    "Drop",
+    "Image",
+    "LinkState",
+    "SharedImage",
+    "SharedImages",
+    "Status",
+    "Word",
+    "now_us",
+]
 
 GAPS = 8192
 """So many gaps between packets are kept, the latest."""
@@ -39,7 +50,7 @@ class LinkState(IntEnum):
 
 
 class Word(IntEnum):
-    """Words of the status block; written by the process of the cyclic part, but for five."""
+    """Words of the status block; written by the process of the cyclic part, but for some."""
 
     SIZE = 0  # once, by the creator
     LINK = 1  # by the parent
@@ -53,16 +64,39 @@ class Word(IntEnum):
     LISTEN_ONLY = 9
     RECEIVED = 10
     SENT = 11
-    DROPPED = 12
-    MISSING = 13
-    SKIPPED = 14
-    ARRIVED = 15  # monotonic clock in microseconds
-    GAPS = 16  # how many have been kept
-    SENDING_ENDS = 17  # monotonic clock in microseconds, 0 for never; by the scanner
-    TO_ROBOT_SIZE = 18  # once, by the creator
+    MISSING = 12
+    SKIPPED = 13
+    ARRIVED = 14  # monotonic clock in microseconds
+    GAPS = 15  # how many have been kept
+    SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
+    TO_ROBOT_SIZE = 17  # once, by the creator
+    CYCLIC_ALIVE = 18  # monotonic clock in microseconds
+    ADAPTER_ALIVE = 19  # the same, by the adapter's process
+    WRONG_LENGTH = 20  # bytes of the connected data of the last packet that was dropped for them
+    RIGHT_LENGTH = 21  # bytes that its connection expects
+    DROPPED = 22  # one word for each `Drop`, in their order
 
 
-_WORDS = len(Word)
+class Drop(IntEnum):
+    """Why a packet is not taken."""
+
+    text: str
+
+    def __new__(cls, number: int, text: str) -> Drop:
+        """Return the member; `text` continues "12 packets"."""
+        member = int.__new__(cls, number)
+        member._value_ = number
+        member.text = text
+        return member
+
+    UNKNOWN = 0, "of no connection"
+    PEER = 1, "from another address than the master's"
+    LENGTH = 2, "of a wrong length"
+    OLD = 3, "with an old sequence number"
+    JUMP = 4, "whose sequence number is too far ahead"
+
+
+_WORDS = len(Word) - 1 + len(Drop)
 # In their order, which is their number: found once per packet.
 _LINK_STATES, _OWNER_STATES = tuple(LinkState), tuple(OwnerState)
 
@@ -82,7 +116,9 @@ class Status:
         listen_only: Listen-only connections open.
         received: Packets taken.
         sent: Packets sent.
-        dropped: Packets of an unknown id, peer, length or with an old sequence number.
+        drops: Packets that were not taken, for each `Drop` in their order.
+        wrong_length: Bytes of connected data in the last packet dropped for its length.
+        right_length: Bytes that its connection expects.
         missing: Packets that never came, by their sequence numbers.
         skipped: Packets not sent because their time had passed.
     """
@@ -97,9 +133,16 @@ class Status:
     listen_only: int
     received: int
     sent: int
-    dropped: int
+    drops: tuple[int, ...]
     missing: int
     skipped: int
+    wrong_length: int = 0
+    right_length: int = 0
+
+    @property
+    def dropped(self) -> int:
+        """Packets that were not taken, for whatever reason."""
+        return sum(self.drops)
 
     @property
     def connections(self) -> int:
@@ -176,6 +219,8 @@ class SharedImages(Closing):
         size: Bytes of assembly 100; as a rule, of each.
         to_master: Assembly 100, written by the robot.
         to_robot: Assembly 150, written by the master.
+        events: A `ConnectionEvent` for each change; written by the process of the cyclic part.
+        refusals: A `RefusedOpen` for each; written by the adapter's process.
     """
 
     def __init__(self, memory: SharedMemory) -> None:
@@ -190,7 +235,11 @@ class SharedImages(Closing):
         end = at + SharedImage.needs(size)
         self.to_master = SharedImage(self._buffer[at:end], size)
         other = self._words[Word.TO_ROBOT_SIZE]
-        self.to_robot = SharedImage(self._buffer[end : end + SharedImage.needs(other)], other)
+        at = end + SharedImage.needs(other)
+        self.to_robot = SharedImage(self._buffer[end:at], other)
+        self.events = Journal(self._buffer[at : at + Journal.NEEDS])
+        at += Journal.NEEDS
+        self.refusals = Journal(self._buffer[at : at + Journal.NEEDS])
 
     @classmethod
     def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
@@ -202,6 +251,7 @@ class SharedImages(Closing):
         """
         other = size if to_robot_size is None else to_robot_size
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
+        needs += 2 * Journal.NEEDS
         memory = SharedMemory(size=needs)
         struct.pack_into("=Q", memory.buf, Word.SIZE * _WORD, size)
         struct.pack_into("=Q", memory.buf, Word.TO_ROBOT_SIZE * _WORD, other)
@@ -273,9 +323,11 @@ class SharedImages(Closing):
             listen_only=words[Word.LISTEN_ONLY],
             received=words[Word.RECEIVED],
             sent=words[Word.SENT],
-            dropped=words[Word.DROPPED],
+            drops=tuple(words[Word.DROPPED : Word.DROPPED + len(Drop)]),
             missing=words[Word.MISSING],
             skipped=words[Word.SKIPPED],
+            wrong_length=words[Word.WRONG_LENGTH],
+            right_length=words[Word.RIGHT_LENGTH],
         )
 
     def gaps_us(self) -> list[int]:
@@ -293,6 +345,27 @@ class SharedImages(Closing):
     def count(self, counter: Word, number: int = 1) -> None:
         """Add to a counter; for the process of the cyclic part."""
         self._words[counter] += number
+
+    def drop(self, reason: Drop) -> None:
+        """Count a packet that is not taken; for the process of the cyclic part."""
+        self._words[Word.DROPPED + reason] += 1
+
+    def note_length(self, wrong: int, right: int) -> None:
+        """Keep the length of a packet that is dropped for it; for the process of the cyclic part.
+
+        Args:
+            wrong: Bytes of connected data that have come.
+            right: Bytes that the connection expects.
+        """
+        self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
+
+    def beat(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], now_us: int) -> None:
+        """Show that a process is alive."""
+        self._words[part] = now_us
+
+    def heard_us(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE]) -> int:
+        """Return when a process has shown last that it is alive, by the monotonic clock."""
+        return self._words[part]
 
     def arrive(self, now_us: int, gap_us: int | None) -> None:
         """A packet was taken, `gap_us` after the one before; for the process of the cyclic part."""
@@ -312,6 +385,8 @@ class SharedImages(Closing):
         """Let go of the memory; more than once does no harm."""
         self.to_master.release()
         self.to_robot.release()
+        self.events.release()
+        self.refusals.release()
         self._words.release()
         self._gaps.release()
         self._memory.close()

@@ -1,0 +1,125 @@
+"""What happens to connections, in memory that several processes share: one writes, any may read.
+
+The writer never waits for a reader. A record is written into the next of a few slots and then
+published by its number. A reader that is too slow misses records, and learns how many.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from rcx_harness.enip.cyclic.connections import ConnectionKind
+
+__all__ = ["ConnectionEvent", "Journal", "Read", "RefusedOpen"]
+
+_SLOTS, _SLOT = 128, 1024
+_WORD = 8
+_LENGTH = struct.Struct("=H")
+
+
+class Read(NamedTuple):
+    """What a reader gets.
+
+    Attributes:
+        records: The records, in their order.
+        lost: How many records were overwritten before they could be read.
+    """
+
+    records: list[dict[str, Any]]
+    lost: int
+
+
+class Journal:
+    """A ring of short records.
+
+    Args:
+        memory: Its part of the shared memory, `NEEDS` bytes, all zero at first.
+    """
+
+    NEEDS = _WORD + _SLOTS * _SLOT
+
+    def __init__(self, memory: memoryview) -> None:
+        self._written = memory[:_WORD].cast("Q")
+        self._ring = memory[_WORD : self.NEEDS]
+        self._read = 0
+
+    def write(self, record: Mapping[str, Any]) -> None:
+        """Publish a record; a text in it that is too long for a slot is an error of ours."""
+        data = json.dumps(record, separators=(",", ":")).encode()
+        number = self._written[0]
+        at = number % _SLOTS * _SLOT
+        _LENGTH.pack_into(self._ring, at, len(data))
+        at += _LENGTH.size
+        self._ring[at : at + len(data)] = data
+        self._written[0] = number + 1
+
+    def read(self) -> Read:
+        """Return what has been written since the last call in this process."""
+        first, last = self._read, self._written[0]
+        if first == last:
+            return Read([], 0)
+        self._read = last
+        copies = [self._slot(number) for number in range(first, last)[-_SLOTS:]]
+        # While they were copied, the writer may have gone on to the oldest of these slots.
+        oldest = self._written[0] - _SLOTS + 1
+        whole = copies[max(0, oldest - (last - len(copies))) :]
+        records = [json.loads(each[_LENGTH.size :][: _length(each)]) for each in whole]
+        return Read(records, last - first - len(whole))
+
+    def release(self) -> None:
+        """Let go of the memory."""
+        self._written.release()
+        self._ring.release()
+
+    def _slot(self, number: int) -> bytes:
+        at = number % _SLOTS * _SLOT
+        return bytes(self._ring[at : at + _SLOT])
+
+
+def _length(slot: bytes) -> int:
+    return int(_LENGTH.unpack_from(slot)[0])
+
+
+@dataclass(frozen=True)
+class ConnectionEvent:
+    """A change of one class 1 connection.
+
+    Attributes:
+        at_us: When, by the clock of `shared.now_us`.
+        kind: Application type.
+        state: `waiting` (just opened), `run`, `idle`; or how it has ended: `closed`, or one of
+            `EndReason`.
+        peer: IPv4 address of the originator.
+        o_to_t_api_us: Packet interval from the originator.
+        t_to_o_api_us: Packet interval to the originator.
+        readers: How many connections that write nothing are open now.
+    """
+
+    at_us: int
+    kind: ConnectionKind
+    state: str
+    peer: str
+    o_to_t_api_us: int
+    t_to_o_api_us: int
+    readers: int
+
+    def as_record(self) -> dict[str, Any]:
+        """Return it for a `Journal`."""
+        return {**asdict(self), "kind": self.kind.value}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> ConnectionEvent:
+        """Return what `as_record` gave."""
+        return cls(**{**record, "kind": ConnectionKind(record["kind"])})
+
+
+@dataclass(frozen=True)
+class RefusedOpen:
+    """A Forward Open that was refused: when, and by whom, for what and why in words."""
+
+    at_us: int
+    text: str
