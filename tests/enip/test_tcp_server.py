@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import struct
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
 import pytest
 
+from forward_open_bytes import forward_open
 from rcx_harness.enip.target.servers import MAX_CONNECTIONS_OF_PEER, TcpServer
 
 LONG_S = 30.0
@@ -97,6 +99,73 @@ def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> No
         assert len(taken) == 56
         for host in ("127.0.0.7", "127.0.0.8"):
             assert (await say(await connect(host), REGISTER, 28))[8:12] == bytes(4)
+
+    serve(bench, talk)
+
+
+def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench: Any) -> None:
+    """Who has said nothing gives way, the oldest first; an owner's session never does.
+
+    64 connections are all there can be: the owner's, 40 without a session and 23 with one that has
+    asked for nothing. No time passes.
+    """
+
+    async def talk(tcp: TcpServer, port: int) -> None:
+        async def connect(number: int) -> Streams:
+            host = f"127.0.1.{number}"
+            return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
+
+        owner = await connect(200)
+        session = (await say(owner, REGISTER, 28))[4:8]
+        message = bytes.fromhex(forward_open())
+        items = bytes.fromhex("00000000 0000 0200 0000 0000 B200") + struct.pack("<H", len(message))
+        head = bytes.fromhex("6F00") + struct.pack("<H", len(items + message)) + session + bytes(16)
+        header = await say(owner, head + items + message, 24)
+        await owner[0].readexactly(int.from_bytes(header[2:4], "little"))
+        assert bench.device.connections.is_owned
+
+        silent, sessions = [], []
+        for number in range(1, 81):
+            bench.now += 0.001
+            streams = await connect(number)
+            if number % 2:
+                await say(streams, REGISTER, 28)
+                sessions.append(streams)
+            else:
+                while len(tcp.connections) < min(number + 1, 64):
+                    await asyncio.sleep(0)
+                silent.append(streams)
+        master = await connect(201)
+        assert (await say(master, REGISTER, 28))[8:12] == bytes(4)
+        assert len(tcp.connections) == 64
+        assert await has_ended(silent[0]), "the oldest without a session has gone first"
+        await say(sessions[0], bytes.fromhex("6400 0000") + bytes(20), 26)
+        await say(owner, bytes.fromhex("6400 0000") + bytes(20), 26)
+
+    serve(bench, talk)
+
+
+@pytest.mark.parametrize(("silent_s", "gets_in"), [(9.9, False), (10.0, True)])
+def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
+    bench: Any, silent_s: float, gets_in: bool
+) -> None:
+    async def talk(tcp: TcpServer, port: int) -> None:
+        async def connect(number: int) -> Streams:
+            host = f"127.0.1.{number}"
+            return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
+
+        working = [await connect(number) for number in range(1, 65)]
+        for streams in working:
+            session = (await say(streams, REGISTER, 28))[4:8]
+            await say(streams, GET_SIZE[:4] + session + GET_SIZE[8:], 46)
+        bench.now += silent_s
+        late = await connect(100)
+        late[1].write(REGISTER)
+        answer = b""
+        with suppress(ConnectionError):
+            answer = await late[0].read(28)
+        assert len(answer) == (28 if gets_in else 0)
+        assert len(tcp.connections) == len(working)
 
     serve(bench, talk)
 

@@ -17,13 +17,15 @@ import socket
 import sys
 import threading
 from contextlib import suppress
+from dataclasses import asdict
 from typing import Any
 
 from rcx_harness.enip import child
 from rcx_harness.enip.child import tell
 from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.cyclic.control import CyclicControl
-from rcx_harness.enip.cyclic.shared import LinkState, SharedImages
+from rcx_harness.enip.cyclic.journal import RefusedOpen
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, Word, now_us
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.device import Device
@@ -141,7 +143,11 @@ class _Adapter:
             self._control,
             lambda: self._shared.owner,
             interface,
+            on_refused=self._note_refused,
         )
+
+    def _note_refused(self, text: str) -> None:
+        self._shared.refusals.write(asdict(RefusedOpen(now_us(), text)))
 
     def _reset(self) -> None:
         # Not before the reply to the reset is on its way.
@@ -179,6 +185,7 @@ class _Adapter:
         """Follow the link's state at once, and time-outs by the second; until a part has died."""
         assert self._device is not None
         for turn in itertools.count():
+            self._shared.beat(Word.ADAPTER_ALIVE, now_us())
             link = self._shared.link
             self._tcp.accepts = self._udp.answers = link is LinkState.UP
             if link is not LinkState.UP:

@@ -49,6 +49,7 @@ from rcx_harness.enip.target.admission import (
     key_mismatch,
     refused,
 )
+from rcx_harness.enip.target.refusal_text import Facts, refusal_text
 
 __all__ = [
     "MAX_CYCLIC",
@@ -81,6 +82,7 @@ class Origin:
 
 
 _FIRST_S = 10.0
+_OPENING = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN)
 
 
 class ExplicitConnection:
@@ -194,6 +196,7 @@ class ConnectionManager:
         clock: Seconds, monotonic.
         draw_id: Gives 32 bits for each connection id. Whoever knows the ids of some connections,
             also of those before the last start, must not be able to guess another one.
+        on_refused: Takes a sentence for each Forward Open that is refused.
         group: Multicast address to produce to.
         dscp: Code point for each priority (0 low to 3 urgent).
     """
@@ -206,6 +209,7 @@ class ConnectionManager:
         cyclic: CyclicPart | None,
         clock: Callable[[], float],
         draw_id: Callable[[], int] = random_id,
+        on_refused: Callable[[str], None] = lambda text: None,
         group: str = "239.192.1.0",
         dscp: Callable[[int], int] = lambda _: 0,
     ) -> None:
@@ -215,12 +219,15 @@ class ConnectionManager:
         self._cyclic = cyclic
         self._clock = clock
         self._draw_id = draw_id
+        self._on_refused = on_refused
         self._last_number = 0
         self._group = group
         self._dscp = dscp
         self._explicit: dict[int, ExplicitConnection] = {}
         self._peers: dict[Triad, str] = {}
         self._class1: dict[Triad, ConnectionParameters] = {}
+        self._openers: dict[Triad, int] = {}
+        """The session that has opened a class 1 connection; it may have ended since."""
 
     @property
     def is_owned(self) -> bool:
@@ -239,19 +246,21 @@ class ConnectionManager:
 
     def perform(self, request: Request, origin: Origin) -> bytes:
         """Reply to Forward Open, Large Forward Open or Forward Close; 0x08 to all others."""
+        asked = None
+        opens = request.service in _OPENING
         try:
             if request.service == ConnectionService.FORWARD_CLOSE:
                 data = self._close(bytes_of.decode_forward_close(request), origin)
-            elif request.service in (
-                ConnectionService.FORWARD_OPEN,
-                ConnectionService.LARGE_FORWARD_OPEN,
-            ):
-                data = self._open(bytes_of.decode_forward_open(request), origin)
+            elif opens:
+                asked = bytes_of.decode_forward_open(request)
+                data = self._open(asked, origin)
             else:
                 return encode_reply(request.service, Status.SERVICE_NOT_SUPPORTED)
         except Refusal as refusal:
             remaining = refusal.remaining if isinstance(refusal, PathRefusal) else 0
             data = bytes_of.refusal_data(request, remaining)
+            if opens:
+                self._on_refused(refusal_text(origin.peer, asked, refusal, self._facts()))
             return encode_reply(request.service, refusal.status, data, self._words(refusal))
         return encode_reply(request.service, Status.SUCCESS, data)
 
@@ -260,6 +269,12 @@ class ConnectionManager:
         self.expire()
         found = self._explicit.get(connection_id)
         return found if found is not None and found.session == session else None
+
+    def is_used_by(self, session: int) -> bool:
+        """Return whether a connection that this session has opened is alive, of whatever class."""
+        self.expire()
+        explicit = {connection.session for connection in self._explicit.values()}
+        return session in explicit | set(self._openers.values())
 
     def session_ended(self, session: int) -> None:
         """Close the session's class 3 connections; those of class 1 go on."""
@@ -281,6 +296,7 @@ class ConnectionManager:
         for triad in self._class1:
             del self._peers[triad]
         self._class1.clear()
+        self._openers.clear()
 
     def close_all(self) -> None:
         """Close everything, as a reset does."""
@@ -358,6 +374,7 @@ class ConnectionManager:
         except EnipError:  # its process has ended
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS) from None
         self._class1[request.triad] = parameters
+        self._openers[request.triad] = origin.session
         self._peers[request.triad] = origin.peer
         ours = socket_address(origin.local, self._cyclic.port)
         origin.items.append((Item.O_TO_T_ADDRESS, ours))
@@ -416,10 +433,10 @@ class ConnectionManager:
 
     def _forget(self, triad: Triad) -> None:
         """Strike it off; listeners that are left alone go with it, as in the cyclic part."""
-        del self._class1[triad], self._peers[triad]
+        del self._class1[triad], self._peers[triad], self._openers[triad]
         if len(self._class1) == self._count(ConnectionKind.LISTEN_ONLY):
             for alone in list(self._class1):
-                del self._class1[alone], self._peers[alone]
+                del self._class1[alone], self._peers[alone], self._openers[alone]
 
     def _drop(self, which: Callable[[ExplicitConnection], bool]) -> None:
         for connection in [each for each in self._explicit.values() if which(each)]:
@@ -427,6 +444,12 @@ class ConnectionManager:
 
     def _count(self, kind: ConnectionKind) -> int:
         return Counter(each.kind for each in self._class1.values())[kind]
+
+    def _facts(self) -> Facts:
+        owners = [one.peer for one in self._class1.values() if one.is_owner]
+        cyclic = self._cyclic is not None
+        owner = owners[0] if owners else ""
+        return Facts(self._size, self._identity, self._options, owner, cyclic)
 
     def _new_id(self) -> int:
         """Return a connection id that none of ours has; 0 is not an id."""

@@ -40,10 +40,13 @@ from rcx_harness.enip.target.network_interface import NetworkInterface
 from rcx_harness.enip.target.objects import ObjectModel
 from rcx_harness.enip.target.router import Router
 
-__all__ = ["MAX_SESSIONS", "SLOW_S", "Device", "Session"]
+__all__ = ["IDLE_S", "MAX_SESSIONS", "SLOW_S", "Device", "Session"]
 
 SLOW_S = 10.0
 """Longest time for one frame to arrive whole, in seconds."""
+
+IDLE_S = 10.0
+"""A session that has been silent for so long gives way to a newcomer, if there is no room."""
 
 
 #: Where a header says how much data follow.
@@ -68,6 +71,7 @@ class Session:
         self._local = local
         self._peer = peer
         self._handle = 0
+        self._has_asked = False
         self._received = bytearray()
         self._last_frame = self._started = device.clock()
         self._commands: dict[int, Callable[[Frame], Frame | None]] = {
@@ -99,6 +103,21 @@ class Session:
             return True
         limit = self._device.inactivity_s
         return limit > 0 and now - self._last_frame >= limit
+
+    def gives_way(self) -> tuple[bool, float] | None:
+        """Return how readily it may be closed for a newcomer; the least goes first.
+
+        A connection without a session goes before one with a session, and the one that has been
+        silent for longest goes first. None if it must stay: it has opened a connection that lives,
+        or its last request is not long ago.
+        """
+        if not self._handle:
+            return False, self._last_frame
+        if self._device.connections.is_used_by(self._handle):
+            return None
+        if self._has_asked and self._device.clock() - self._last_frame < IDLE_S:
+            return None
+        return True, self._last_frame
 
     def close(self) -> None:
         """The connection is gone, whoever closed it; its class 3 connections go with it."""
@@ -148,6 +167,7 @@ class Session:
     def _send_rr_data(self, frame: Frame) -> Frame:
         if not self._is_ours(frame):
             return frame.answer(status=EncapsulationStatus.INVALID_SESSION)
+        self._has_asked = True
         found = unconnected_items(frame.data)
         if found is None or len(found[0]) < 2:
             return frame.answer(status=EncapsulationStatus.INCORRECT_DATA)
@@ -200,6 +220,7 @@ class Device:
         interface: The network interface.
         clock: Seconds, monotonic.
         draw_id: Gives 32 bits for each connection id.
+        on_refused: Takes a sentence for each Forward Open that is refused.
 
     Attributes:
         router: Answers CIP requests.
@@ -220,6 +241,7 @@ class Device:
         interface: NetworkInterface | None = None,
         clock: Callable[[], float] = time.monotonic,
         draw_id: Callable[[], int] = random_id,
+        on_refused: Callable[[str], None] = lambda text: None,
     ) -> None:
         identity = identity or Identity()
         options = options or AdapterOptions()
@@ -237,6 +259,7 @@ class Device:
             cyclic=cyclic,
             clock=clock,
             draw_id=draw_id,
+            on_refused=on_refused,
             group=group,
             dscp=lambda priority: self.objects.dscp(priority),
         )

@@ -27,6 +27,7 @@ __all__ = [
 ]
 
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
+_NEWCOMERS = 1
 
 #: So many bytes of one connection are answered before the others have their turn. They are
 #: received into memory that stays: asyncio's `Protocol` takes and gives back 256 KiB each time.
@@ -54,6 +55,24 @@ class TcpServer:
         """May one more connection come from this address?"""
         taken = (each.peer for each in self.connections)
         return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
+
+    def make_room(self, peer: str) -> bool:
+        """Close what is idle if a newcomer would find no room; is there room now?
+
+        A newcomer is an address with at most one connection: a master that has lost its old one
+        without a word comes from such an address, too.
+        """
+        if self.has_room(peer):
+            return True
+        own = sum(each.peer == peer for each in self.connections)
+        if not self.accepts or own > _NEWCOMERS:
+            return False
+        ways = [(way, each) for each in self.connections if (way := each.session.gives_way())]
+        if not ways:
+            return False
+        _, oldest = min(ways, key=lambda one: one[0])
+        oldest.give_way()
+        return True
 
     def add(self, connection: _Connection) -> None:
         """A connection has come."""
@@ -97,7 +116,7 @@ class _Connection(asyncio.BufferedProtocol):
         assert isinstance(transport, asyncio.Transport)
         self.transport = transport
         self.peer = transport.get_extra_info("peername")[0]
-        if not self._server.has_room(self.peer):
+        if not self._server.make_room(self.peer):
             transport.abort()
             return
         device = self._server.device
@@ -130,9 +149,18 @@ class _Connection(asyncio.BufferedProtocol):
         """It has taken them."""
         self.transport.resume_reading()
 
+    def give_way(self) -> None:
+        """Close it at once; its place and its session are free."""
+        self.transport.abort()
+        self._leave()
+
     def connection_lost(self, error: Exception | None) -> None:
         """The connection is gone; its session with it."""
+        self._leave()
+
+    def _leave(self) -> None:
         if self._admitted:
+            self._admitted = False
             self._server.discard(self)
             self.session.close()
 

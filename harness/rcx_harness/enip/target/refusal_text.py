@@ -1,0 +1,195 @@
+"""Says for people who was refused a connection, why, and what to set at which side.
+
+A PLC's tool often shows no more than the code of a refusal. The controller knows both what was
+asked for and what it has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rcx_harness.enip.codec.cip import ExtendedStatus, Refusal, Status, extended_text, status_text
+from rcx_harness.enip.codec.forward_open import ForwardOpen, decode_connection_path
+from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE
+from rcx_harness.enip.options import AdapterOptions, Identity
+from rcx_harness.enip.target.admission import EXPLICIT_CLASS
+from rcx_harness.spec.wire import AREA_SIZES, TO_MASTER, TO_ROBOT
+from rcx_harness.units import format_us
+
+__all__ = ["Facts", "refusal_text"]
+
+_HEADER = "the 32-bit run/idle header"
+_TRIES = 8  # numbers of a path that are shown
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the controller has.
+
+    Attributes:
+        size: Bytes of each assembly.
+        identity: What electronic keys are compared with.
+        options: Connection points and limits.
+        owner: IPv4 address of the exclusive owner; empty without one.
+        cyclic: There is cyclic I/O at all.
+    """
+
+    size: int
+    identity: Identity
+    options: AdapterOptions
+    owner: str
+    cyclic: bool
+
+
+def refusal_text(peer: str, request: ForwardOpen | None, refusal: Refusal, facts: Facts) -> str:
+    """Return one sentence: who asked for what, the code, its meaning, and a remedy.
+
+    Args:
+        peer: IPv4 address of the originator.
+        request: What it asked for; None where that could not be read.
+        refusal: How it was refused.
+        facts: What the controller has.
+    """
+    if refusal.status != Status.CONNECTION_FAILURE or not refusal.extended:
+        code, meaning = f"0x{refusal.status:02X}", status_text(refusal.status)
+    else:
+        code, meaning = f"0x{refusal.extended[0]:04X}", extended_text(refusal.extended[0])
+    asked = "a connection" if request is None else _asked(request, facts.options)
+    remedy = "" if request is None else _remedy(request, refusal, facts)
+    text = f"{peer} asked for {asked}: refused with {code}, {meaning}"
+    return f"{text}; {remedy}" if remedy else text
+
+
+def _asked(request: ForwardOpen, options: AdapterOptions) -> str:
+    if request.transport_class == EXPLICIT_CLASS:
+        return "a connection for explicit messages (class 3)"
+    kinds = {
+        TO_ROBOT: "an exclusive owner connection",
+        options.input_only: "an input only connection",
+        options.listen_only: "a listen only connection",
+    }
+    numbers = _numbers(request)
+    what = kinds.get(numbers[-2], "a connection") if len(numbers) > 1 else "a connection"
+    sizes = f"{request.o_to_t.size} bytes to the controller, {request.t_to_o.size} from it"
+    every = format_us(request.o_to_t_rpi)
+    if request.t_to_o_rpi != request.o_to_t_rpi:
+        every += f" and {format_us(request.t_to_o_rpi)}"
+    return f"{what} ({sizes}, every {every})"
+
+
+def _numbers(request: ForwardOpen) -> tuple[int, ...]:
+    try:
+        return decode_connection_path(request.path).numbers
+    except Refusal:
+        return ()
+
+
+def _remedy(request: ForwardOpen, refusal: Refusal, facts: Facts) -> str:
+    if refusal.status != Status.CONNECTION_FAILURE or not refusal.extended:
+        return ""
+    code, options = refusal.extended[0], facts.options
+    if code == ExtendedStatus.O_TO_T_SIZE and request.transport_class != EXPLICIT_CLASS:
+        return _to_controller(request, facts)
+    if code == ExtendedStatus.T_TO_O_SIZE and request.transport_class != EXPLICIT_CLASS:
+        return _from_controller(request, facts)
+    if code == ExtendedStatus.OWNERSHIP_CONFLICT:
+        return (
+            f"{facts.owner} is its master: disconnect that one or wait for its time-out, "
+            f"or only read, by connection point {options.input_only} (input only)"
+        )
+    if code in (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE):
+        return _interval(request, refusal, options)
+    if code in _KEYS:
+        own = facts.identity
+        return (
+            "switch off the check of the electronic key in the PLC, or use its identity: "
+            f"vendor {own.vendor}, device type {own.device_type}, product code "
+            f"{own.product_code} (--product-code), revision {own.major_revision}."
+            f"{own.minor_revision} (--revision)"
+        )
+    if code == ExtendedStatus.CONFIGURATION_PATH:
+        allowed = ", ".join(map(str, options.configurations))
+        return f"set its configuration instance to none or one of {allowed}, with size 0"
+    if code in (ExtendedStatus.CONSUMING_PATH, ExtendedStatus.PRODUCING_PATH, *_PATHS):
+        named = ", ".join(map(str, _numbers(request)[:_TRIES])) or "no assembly"
+        return (
+            f"it named {named}; the output is assembly {TO_ROBOT} (only to read: {_points(options)}"
+            f"), the input assembly {TO_MASTER}"
+        )
+    if code == ExtendedStatus.OUT_OF_CONNECTIONS and not facts.cyclic:
+        return "this adapter has no cyclic I/O"
+    return _OTHERS.get(code, "")
+
+
+_KEYS = (
+    ExtendedStatus.KEY_VENDOR_OR_PRODUCT,
+    ExtendedStatus.KEY_DEVICE_TYPE,
+    ExtendedStatus.KEY_REVISION,
+)
+_PATHS = (ExtendedStatus.INCONSISTENT_PATHS, ExtendedStatus.SEGMENT_IN_PATH)
+_CLASS_1 = "set transport class 1, cyclic, at the client's side"
+_OTHERS: dict[int, str] = {
+    ExtendedStatus.DUPLICATE_FORWARD_OPEN: "close it first, or wait for its time-out",
+    ExtendedStatus.CONFIGURATION_SIZE: "set the size of the configuration to 0",
+    ExtendedStatus.ONLY_LISTENERS: "connect a master or an input only connection first",
+    ExtendedStatus.TRANSPORT_CLASS: _CLASS_1,
+    ExtendedStatus.PRODUCTION_TRIGGER: _CLASS_1,
+    ExtendedStatus.DIRECTION: _CLASS_1,
+    ExtendedStatus.O_TO_T_TYPE: "set point to point for the output",
+    ExtendedStatus.T_TO_O_TYPE: "set point to point or multicast for the input",
+    ExtendedStatus.REDUNDANT_OWNER: "set an exclusive owner that is not redundant",
+    ExtendedStatus.TIMEOUT_MULTIPLIER: "set 4 to 512 intervals",
+    ExtendedStatus.INHIBIT_TIME_ABOVE_RPI: "set a shorter production inhibit time",
+    ExtendedStatus.OUT_OF_CONNECTIONS: "close connections that are not needed",
+}
+
+
+def _points(options: AdapterOptions) -> str:
+    return f"{options.input_only} input only, {options.listen_only} listen only"
+
+
+def _to_controller(request: ForwardOpen, facts: Facts) -> str:
+    size, asked = facts.size, request.o_to_t.size
+    numbers = _numbers(request)
+    if len(numbers) > 1 and numbers[-2] != TO_ROBOT:
+        return "a connection that only reads sends no data: set size 0 for its output"
+    right = SEQUENCE_SIZE + RUN_IDLE_SIZE + size
+    if asked == SEQUENCE_SIZE + size:
+        return f"the output needs {_HEADER} before its {size} bytes: choose it in the PLC"
+    return f"this controller has {size} bytes, {right} with {_HEADER} and the count: " + _set_size(
+        asked - SEQUENCE_SIZE, size, "with that header"
+    )
+
+
+def _from_controller(request: ForwardOpen, facts: Facts) -> str:
+    size, asked = facts.size, request.t_to_o.size
+    if asked == SEQUENCE_SIZE + RUN_IDLE_SIZE + size:
+        return f"the input has no header before its {size} bytes: choose pure data in the PLC"
+    return f"this controller has {size} bytes, {SEQUENCE_SIZE + size} with the count: " + _set_size(
+        asked - SEQUENCE_SIZE, size, "without a header"
+    )
+
+
+def _set_size(asked: int, size: int, header: str) -> str:
+    """What to set; the other size of the controller where that was asked for."""
+    text = f"set {size} bytes {header} in the PLC"
+    for other in AREA_SIZES:
+        if other != size and asked in (other, other + RUN_IDLE_SIZE):
+            return f"{text}, or start the controller with --size {other}"
+    return text
+
+
+def _interval(request: ForwardOpen, refusal: Refusal, options: AdapterOptions) -> str:
+    least, greatest = options.rpi_min_us, options.rpi_max_us
+    asked = (request.o_to_t_rpi, request.t_to_o_rpi)
+    if request.transport_class == EXPLICIT_CLASS:
+        return "set at least 1 ms"
+    if all(least <= one <= greatest for one in asked) and len(refusal.extended) >= 6:
+        shared = refusal.extended[4] | refusal.extended[5] << 16
+        return f"its multicast input is sent every {format_us(shared)}: set that, or point to point"
+    return (
+        f"set {format_us(least)} to {format_us(greatest)} in the PLC, or start the controller with "
+        "a smaller --rpi-min"
+        if min(asked) < least
+        else f"set {format_us(least)} to {format_us(greatest)} in the PLC"
+    )
