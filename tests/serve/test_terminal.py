@@ -14,8 +14,8 @@ import pytest
 from rich.console import Console
 
 from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.cyclic.shared import Drop
 from rcx_harness.robot import Led
-from rcx_harness.serve.lines import Lines
 from rcx_harness.serve.terminal import screen
 from rcx_harness.serve.view import LED_MEANINGS, view
 from serve_process import own_addresses
@@ -73,6 +73,41 @@ def test_the_connection_is_told_in_a_sentence(state: OwnerState, text: str) -> N
     assert view(0, served)["connection"] == cut
 
 
+def test_a_master_whose_packets_have_a_wrong_length_does_not_send_nothing() -> None:
+    """195 packets of 300 bytes where 54 were agreed, and 3 that came before it had connected."""
+    served = ServedHost()
+    served.network.drops[Drop.LENGTH] = 3
+    served.network.become(OwnerState.WAITING)
+    served.run(5)
+    served.network.drops[Drop.LENGTH], served.network.lengths = 198, (300, 54)
+    served.run(5)
+    assert view(0, served)["connection"] == (
+        "a master has opened the connection, but none of its packets is taken: 192.168.0.10, "
+        "every 10 ms; dropped: 195 of a wrong length (300 bytes instead of 54)"
+    )
+    assert view(0, served)["packets"]["dropped"] == (
+        "198 of a wrong length (300 bytes instead of 54)"
+    )
+    assert "dropped         198 of a wrong length" in _text(served, 40)
+
+
+def test_a_refused_connection_is_shown_until_a_master_has_connected() -> None:
+    served = ServedHost()
+    served.network.refuse("192.168.0.10 asked for 256 bytes: refused")
+    served.run(5)
+    refused = "no master has connected yet; 192.168.0.10 asked for 256 bytes: refused"
+    assert view(0, served)["connection"] == refused
+    served.network.become(OwnerState.WAITING)
+    served.network.become(OwnerState.RUN)
+    served.run(5)
+    assert view(0, served)["connection"] == "connected: 192.168.0.10, every 10 ms"
+
+
+def test_a_controller_that_stands_still_says_so(served: ServedHost) -> None:
+    served.silent = True
+    assert view(0, served)["connection"].startswith("the controller's process stands still")
+
+
 def test_a_controller_without_power_or_not_booted_says_so(served: ServedHost) -> None:
     asyncio.run(served.ask({"event": "power_off", "args": {}}))
     assert view(0, served)["connection"] == "the controller is off"
@@ -123,73 +158,6 @@ def test_the_terminal_shows_the_last_command_alarms_and_broken_rules(served: Ser
     assert "ReadPositionPulses (16#R505): Current position reference, pulse units: normal" in text
     assert "12.762" in text
     assert "may be set only in status 16#0000; not executed" in text
-
-
-def test_plain_lines_tell_each_change_once(served: ServedHost) -> None:
-    lines = Lines([served])
-    assert lines.new() == [
-        "127.0.0.1      0.300 s  connected: 192.168.0.10, every 10 ms",
-        "127.0.0.1      0.300 s  Module Status green, Network Status green",
-    ]
-    served.run(100)
-    assert lines.new() == []
-    served.network.become(OwnerState.TIMED_OUT)
-    served.run(5)
-    assert lines.new() == [
-        "127.0.0.1      0.405 s  the master fell silent: the connection has timed out",
-        "127.0.0.1      0.405 s  Module Status green, flashing, Network Status red, flashing",
-        "127.0.0.1      0.405 s  alarm 12.552 EtherNet/IP overtime error",
-        "127.0.0.1      0.405 s  alarm 12.600 Emergency stop on",
-    ]
-
-
-def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedHost) -> None:
-    lines = Lines([served])
-    lines.new()
-    served.network.send(_image(0x41, 0x0505))
-    served.run(5)
-    assert lines.new() == [], "it still runs"
-    served.run(50)
-    served.network.send(_image(0x41, 0x0FFF))
-    served.run(10)
-    texts = [line.partition(" s  ")[2] for line in lines.new()]
-    assert texts == [
-        "command: ReadPositionPulses (16#R505): Current position reference, pulse units: "
-        "normal end",
-        "rule broken: command 16#0FFF is set while the status is 16#0200; a command may be set "
-        "only in status 16#0000; not executed",
-    ]
-
-
-def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
-    served = ServedHost()
-    served.run(200)
-    lines = Lines([served])
-    lines.new()
-    served.network.send(_image(0x01))
-    served.now_us += 15_000
-    served.station.step(served.now_us, skipped=2)
-    served.run(5)
-    served.ended.set()
-    texts = [line.partition(" s  ")[2] for line in lines.new()]
-    assert texts[2:] == [
-        "no longer: alarm 12.551 EtherNet/IP link error",
-        "2 cycles of 5 ms skipped: this computer was busy",
-        "the controller's process has ended",
-    ]
-    assert lines.new() == []
-
-
-def test_a_single_skipped_cycle_is_told_as_one() -> None:
-    served = ServedHost()
-    served.run(200)
-    lines = Lines([served])
-    lines.new()
-    served.now_us += 10_000
-    served.station.step(served.now_us, skipped=1)
-    served.run(5)
-    texts = [line.partition(" s  ")[2] for line in lines.new()]
-    assert texts == ["1 cycle of 5 ms skipped: this computer was busy"]
 
 
 @pytest.mark.skipif(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
-from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.cyclic.shared import Drop, LinkState, Status
+from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
+from rcx_harness.enip.cyclic.journal import ConnectionEvent, Journal, RefusedOpen
+from rcx_harness.enip.cyclic.shared import Drop, LinkState, Status, Word
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.station import Station
@@ -43,11 +45,32 @@ class NetworkInMemory:
         self.owner = OwnerState.NONE
         self.generation = 0
         self.listeners = 0
+        self.now_us = 0
+        self.drops = [0] * len(Drop)
+        self.lengths = (0, 0)
+        self.heard = {Word.CYCLIC_ALIVE: 0, Word.ADAPTER_ALIVE: 0}
+        self.events, self.refusals = (
+            Journal(memoryview(bytearray(Journal.NEEDS))) for _ in range(2)
+        )
 
     def become(self, owner: OwnerState) -> None:
-        """The owner's connection changes its state."""
+        """The owner's connection changes its state, now."""
         self.owner = owner
         self.generation += 1
+        self.tell(ConnectionKind.EXCLUSIVE_OWNER, owner.name.lower().replace("_", " "))
+
+    def tell(self, kind: ConnectionKind, state: str, peer: str = "192.168.0.10") -> None:
+        """A connection changes, as the cyclic part writes it down."""
+        event = ConnectionEvent(self.now_us, kind, state, peer, 10_000, 10_000, self.listeners)
+        self.events.write(event.as_record())
+
+    def refuse(self, text: str) -> None:
+        """A connection is refused, as the adapter's process writes it down."""
+        self.refusals.write(asdict(RefusedOpen(self.now_us, text)))
+
+    def heard_us(self, part: Word) -> int:
+        """When a process has shown its life."""
+        return self.heard[part]
 
     def send(self, image: bytes) -> None:
         """A packet of the master's running program."""
@@ -69,9 +92,11 @@ class NetworkInMemory:
             listen_only=self.listeners,
             received=0,
             sent=0,
-            drops=(0,) * len(Drop),
+            drops=tuple(self.drops),
             missing=0,
             skipped=0,
+            wrong_length=self.lengths[0],
+            right_length=self.lengths[1],
         )
 
 
@@ -98,6 +123,7 @@ class ServedHost(Host):
         for _ in range(max(1, milliseconds * 1000 // CYCLE_US)):
             self.now_us += CYCLE_US
             self.station.step(self.now_us)
+        self.network.now_us = self.now_us
         self.take(Report.from_table(json.loads(self.station.report().to_json())))
         return self.status
 

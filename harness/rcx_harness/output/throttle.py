@@ -16,7 +16,7 @@ EVERY_US = 5_000_000
 
 @dataclass
 class _Kind:
-    room: float = BURST
+    room: float
     looked_us: int = 0
     held: int = 0
     last: str = ""
@@ -24,9 +24,14 @@ class _Kind:
 
 
 class Throttle:
-    """Lets lines pass as long as they are few; no clock of its own."""
+    """Lets lines pass as long as they are few; no clock of its own.
 
-    def __init__(self) -> None:
+    Args:
+        burst: So many lines of a kind pass at once.
+    """
+
+    def __init__(self, burst: int = BURST) -> None:
+        self._burst = burst
         self._kinds: dict[str, _Kind] = {}
 
     def let_pass(self, kind: str, lines: Sequence[str], now_us: int) -> list[str]:
@@ -35,11 +40,12 @@ class Throttle:
         Args:
             kind: Each kind has room of its own: noise of one hides nothing of another.
             lines: In their order; none only asks for those that were held.
-            now_us: Any time that does not go back.
+            now_us: The time; one that goes back counts as the latest.
         """
-        one = self._kinds.setdefault(kind, _Kind())
-        one.room = min(BURST, one.room + (now_us - one.looked_us) / EVERY_US)
-        one.looked_us = now_us
+        one = self._kinds.setdefault(kind, _Kind(self._burst))
+        passed_us = max(0, now_us - one.looked_us)
+        one.room = min(self._burst, one.room + passed_us / EVERY_US)
+        one.looked_us += passed_us
         passed = []
         if one.held and one.room >= 1:
             passed.append(_summary(one))
@@ -52,6 +58,10 @@ class Throttle:
                 one.alike = not one.held or (one.alike and line == one.last)
                 one.held, one.last = one.held + 1, line
         return passed
+
+    def flush(self, now_us: int) -> list[str]:
+        """Return what may be written now of lines of all kinds that were held before."""
+        return [line for kind in self._kinds for line in self.let_pass(kind, (), now_us)]
 
 
 def _summary(one: _Kind) -> str:

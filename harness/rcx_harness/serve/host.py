@@ -8,6 +8,7 @@ import json
 import shutil
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -21,7 +22,7 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
 from rcx_harness.output import system
 from rcx_harness.serve.history import History
-from rcx_harness.serve.status import Status
+from rcx_harness.serve.status import Event, Status
 
 __all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 
@@ -30,6 +31,7 @@ MODULE = "rcx_harness.serve.station_process"
 STOP_S = 5.0
 _ANSWER_S = 5.0
 _LONGEST_LINE = 1 << 20
+_MOST_EVENTS = 5000
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,9 @@ class Host:
         shapes: What its robots look like (`rcx_harness.robot.shape`).
         drawn: How often that has changed.
         failure: Which part has ended by itself, and how; empty as long as all run.
+        events: What has happened, until somebody takes it away; the latest ones.
+        reports: How many it has told.
+        silent: Its process stands still; for who watches it to set.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -91,6 +96,9 @@ class Host:
         self._folder = ""  # of the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
+        self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
+        self.reports = 0
+        self.silent = False
 
     @property
     def name(self) -> str:
@@ -227,6 +235,8 @@ class Host:
     def take(self, status: Status) -> None:
         """Take what the controller tells."""
         self.status = status
+        self.reports += 1
+        self.events += status.events
         if status.shapes:
             self.shapes, self.drawn = status.shapes, self.drawn + 1
         self.history.add(status.changes, status.t_us)

@@ -9,10 +9,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.errors import InputError
 from rcx_harness.output.system import told_to_end
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.lines import Lines
+from rcx_harness.serve.stalls import Stalls
 
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
@@ -59,7 +61,9 @@ async def _serve(
         if not quiet:
             _announce(hosts, page)
         shown = asyncio.create_task(_show(hosts, quiet))
+        watching = asyncio.create_task(_watch(hosts))
         await _until(stop, hosts, shown)
+        watching.cancel()
         with suppress(asyncio.CancelledError):
             shown.result()  # what it shows may have nowhere to go
         dead = [host for host in hosts if host.ended.is_set()]
@@ -135,6 +139,14 @@ def _announce(hosts: Sequence[Host], page: WebServer | None) -> None:
     if page is not None:
         print(f"web page: {page.address}")
     print("Ctrl-C ends it. This is a simulation: no robot moves.", flush=True)
+
+
+async def _watch(hosts: Sequence[Host]) -> None:
+    stalls = Stalls(hosts)
+    while True:
+        for line in stalls.new(now_us()):
+            print(f"rcx: {line}", file=sys.stderr, flush=True)
+        await asyncio.sleep(_SHOW_EVERY_S)
 
 
 async def _show(hosts: Sequence[Host], quiet: bool) -> None:

@@ -10,12 +10,13 @@ from typing import Any, Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import Image, LinkState
-from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses, shapes
+from rcx_harness.serve.network_news import NetworkJournals, NetworkNews
+from rcx_harness.serve.news import News, drops_text
 from rcx_harness.serve.recorder import Recorder
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
@@ -38,7 +39,7 @@ _NO_INPUTS = bytes(4)
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
 
 
-class Images(Protocol):
+class Images(NetworkJournals, Protocol):
     """What the station needs of `rcx_harness.enip.cyclic.shared.SharedImages`."""
 
     link: LinkState
@@ -50,9 +51,6 @@ class Images(Protocol):
     @property
     def to_robot(self) -> Image:
         """Assembly 150."""
-
-    def status(self) -> NetworkStatus:
-        """State of the cyclic connections."""
 
 
 class Station:
@@ -66,6 +64,7 @@ class Station:
 
     Attributes:
         now_us: Time of its last cycle [us].
+        begin_us: Its time 0 on the clock of the adapter's processes [us].
     """
 
     def __init__(
@@ -83,7 +82,13 @@ class Station:
         self._images = images
         self._trace = trace
         self._cut = False
-        self.now_us = 0
+        self.now_us = self.begin_us = 0
+        self._news = News()
+        self._place: tuple[bool, bool, bool] | None = None  # powered, online, cut
+        self._leds = ""
+        self._active: tuple[int, ...] = ()
+        self._skipped_told = 0
+        self._network = NetworkNews(images, self._news)
         self._generation: int | None = None  # of the owner's connection in the cycle before
         self._last_run: bytes | None = None
         self._si: bytes | None = None
@@ -114,6 +119,8 @@ class Station:
         self._so = self.controller.cycle(now_us, self._si)
         self._images.to_master.write(self._so)
         self._switch_link()
+        self._network.look(now_us, self.begin_us)
+        self._note_state()
         self._watch()
 
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
@@ -189,6 +196,8 @@ class Station:
         """Its state now, with what has changed since the last report."""
         machine = self.controller.machine
         network = self._images.status()
+        self._note_skipped()
+        self._network.note_drops(network, self.now_us)
         changes = tuple(self._changes)
         self._changes.clear()
         return Status(
@@ -203,6 +212,9 @@ class Station:
                 received=network.received,
                 sent=network.sent,
                 others=network.input_only + network.listen_only,
+                dropped=drops_text(network.drops, network),
+                untaken=self._network.untaken(network),
+                refused=self._network.refused,
             ),
             si="" if self._si is None else self._si.hex(),
             so=self._so.hex(),
@@ -232,6 +244,8 @@ class Station:
             violation_count=self._violation_count,
             violations=tuple(self._violations),
             changes=changes,
+            stalled=self._network.stalled(self.begin_us + self.now_us),
+            events=self._news.take(self.now_us),
         )
 
     def _shapes(self) -> tuple[dict[str, Any], ...]:
@@ -269,6 +283,37 @@ class Station:
         if self._images.link is not link:
             self._images.link = link
 
+    def _note_state(self) -> None:
+        """Note power, cable, LEDs and alarms where they have changed."""
+        controller = self.controller
+        place = (controller.machine.powered, controller.online, self._cut)
+        if place != self._place:
+            before, self._place = self._place, place
+            self._news.note(self.now_us, "connection", _place_text(before, place))
+        leds = f"Module Status {controller.module_led.value}, "
+        leds += f"Network Status {controller.network_led.value}"
+        if leds != self._leds:
+            self._leds = leds
+            self._news.note(self.now_us, "leds", leds)
+        active = tuple(one.number for one in controller.alarms.active)
+        if active != self._active:
+            before_active, self._active = self._active, active
+            for number in active:
+                if number not in before_active:
+                    self._news.note(self.now_us, "alarms", f"alarm {alarm_text(number)}")
+            for number in before_active:
+                if number not in active:
+                    text = f"no longer: alarm {alarm_text(number)}"
+                    self._news.note(self.now_us, "alarms", text)
+
+    def _note_skipped(self) -> None:
+        """Note how many cycles have been left out."""
+        if skipped := self._skipped - self._skipped_told:
+            self._skipped_told = self._skipped
+            cycles = "1 cycle" if skipped == 1 else f"{skipped} cycles"
+            text = f"{cycles} of 5 ms skipped: this computer was busy"
+            self._news.note(self.now_us, "skipped", text)
+
     def _watch(self) -> None:
         self._note_recorded()
         if self._recorder is not None and self._recorder.is_full:
@@ -285,6 +330,7 @@ class Station:
             if violation.t_us - self._skipped_us < _SKIPS_MATTER_US:
                 text += " (this computer was late just before: perhaps not the master's fault)"
             self._violations.append(Note(violation.t_us, text))
+            self._news.note(violation.t_us, "violations", f"rule broken: {text}")
             text = f"robot, cycle {self._cycles - 1}: {violation.rule}: {text}"
             if self._trace is not None:
                 self._trace.add(replace(violation, text=text))
@@ -327,3 +373,18 @@ class Station:
         else:
             return
         self._commands[-1] = CommandNote(latest.t_us, latest.request, result)
+        self._news.note(self.now_us, "commands", f"command: {latest.request}: {result}")
+
+
+def _place_text(before: tuple[bool, bool, bool] | None, place: tuple[bool, bool, bool]) -> str:
+    """Return in words where the controller is on its network."""
+    powered, online, cut = place
+    if not powered:
+        return "the controller is off"
+    if not online:
+        return "the controller starts, or has no IP address of its own"
+    if cut:
+        return "the network cable is unplugged"
+    if before is not None and before[2] and before[:2] == place[:2]:
+        return "the network cable is plugged in again"
+    return "no master has connected yet"

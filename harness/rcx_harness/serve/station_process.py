@@ -162,7 +162,8 @@ def run(
     Returns:
         What `failure` told; empty if the channel has ended.
     """
-    pace = Pace(clock_us(), CYCLE_US)
+    station.begin_us = clock_us()
+    pace = Pace(station.begin_us, CYCLE_US)
     while not channel.ended.is_set():
         if wait_us := pace.wait_us(clock_us()):
             sleep_us(wait_us)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-__all__ = ["Change", "CommandNote", "Connection", "Note", "Status"]
+__all__ = ["Change", "CommandNote", "Connection", "Event", "Note", "Status"]
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,27 @@ class Note:
 
 
 @dataclass(frozen=True)
+class Event:
+    """Something that has happened, in words: when, and of which kind.
+
+    Kinds are connection, readers, refused, dropped, leds, alarms, commands, violations, skipped and
+    lost. A flood of one kind must not hide the others.
+    """
+
+    t_us: int
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
 class Connection:
     """The master's connection: `state` is none, waiting, run, idle, timed out or closed.
 
     `peer` is the master's address; the packet intervals are in microseconds, 0 without one.
     `received` and `sent` count packets, `others` the further connections, which write nothing.
+    `dropped` says which packets were not taken, and why, since the start; `untaken` the same since
+    a master that waits has opened its connection. `refused` is the last connection that was
+    refused, in a sentence; it is empty once a master has connected since.
     """
 
     state: str = "none"
@@ -55,6 +71,9 @@ class Connection:
     received: int = 0
     sent: int = 0
     others: int = 0
+    dropped: str = ""
+    untaken: str = ""
+    refused: str = ""
 
 
 @dataclass(frozen=True)
@@ -64,7 +83,9 @@ class Status:
     `si` and `so` are the areas in hexadecimal, `si` empty where the controller sees none. LEDs are
     those of `rcx_harness.robot.Led`. Positions are robot by robot, in pulses and in mm; `poses` and
     `shapes` those of `rcx_harness.robot.shape`, `shapes` empty where they have not changed.
-    `workpieces` are axis and pulses, `held` the outputs that are held or forced.
+    `workpieces` are axis and pulses, `held` the outputs that are held or forced. `stalled` names
+    the processes of its network that stand still, `events` what has happened since the status
+    before.
     """
 
     t_us: int = 0
@@ -99,6 +120,8 @@ class Status:
     violation_count: int = 0
     violations: tuple[Note, ...] = ()
     changes: tuple[Change, ...] = ()
+    stalled: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
 
     def to_json(self) -> str:
         """One line, without its end."""
@@ -112,11 +135,12 @@ class Status:
             "commands": CommandNote,
             "violations": Note,
             "changes": Change,
+            "events": Event,
         }
         for name, kind in kinds.items():
             table[name] = tuple(kind(**entry) for entry in table[name])
         table["connection"] = Connection(**table["connection"])
-        for name in ("positions", "mm", "poses", "shapes", "alarms", "held"):
+        for name in ("positions", "mm", "poses", "shapes", "alarms", "held", "stalled"):
             table[name] = tuple(table[name])
         table["workpieces"] = tuple((axis, at) for axis, at in table["workpieces"])
         return cls(**table)

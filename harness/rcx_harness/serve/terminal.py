@@ -60,6 +60,8 @@ def _panel(shown: dict[str, Any], full: bool, lamps: tuple[str, str]) -> Panel:
         f"cycles {shown['cycles']}, skipped {shown['skipped']}; "
         f"commands {shown['executed']}; broken rules {shown['violation_count']}",
     )
+    if packets["dropped"]:
+        head.add_row("dropped", Text(packets["dropped"], "yellow"))
     if shown["alarms"]:
         head.add_row("alarms", Text(", ".join(shown["alarms"]), "bold red"))
     for one in shown["commands"][: _COMMANDS if full else 1]:

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from typing import Any
 
 from rcx_harness.serve.host import Host
-from rcx_harness.serve.status import Connection, Note, Status
+from rcx_harness.serve.news import intervals_text
+from rcx_harness.serve.status import Note, Status
 from rcx_harness.spec import Signal, signals
 from rcx_harness.spec.wire import DEDICATED_AT
-from rcx_harness.units import format_us
 
 __all__ = ["LED_MEANINGS", "connection_text", "view"]
 
@@ -37,11 +37,14 @@ LED_MEANINGS = {
 _STATES = {
     "none": "no master has connected yet",
     "waiting": "a master has opened the connection, but sends nothing yet",
+    "untaken": "a master has opened the connection, but none of its packets is taken",
     "run": "connected",
     "idle": "connected, but the master's program stands still (idle)",
     "timed out": "the master fell silent: the connection has timed out",
     "closed": "the master has closed the connection",
 }
+
+_STILL = "the controller's process stands still: it was stopped, or this computer is too busy"
 
 _PLACES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
 _PORTS = (*range(8), *range(10, 16))  # SI0() to SI7(), SI10() to SI15(): bytes 32 to 45
@@ -68,7 +71,7 @@ def view(number: int, host: Host) -> dict[str, Any]:
         "cycles": status.cycles,
         "skipped": status.skipped,
         "connected": bool(status.si),
-        "connection": connection_text(status),
+        "connection": _STILL if host.silent else connection_text(status),
         "packets": asdict(status.connection),
         "leds": [
             _led("module", "Module Status", status.module_led),
@@ -132,19 +135,18 @@ def connection_text(status: Status) -> str:
     if not status.online:
         return "the controller starts, or has no IP address of its own"
     connection = status.connection
-    text = _STATES.get(connection.state, connection.state)
+    state = "untaken" if connection.untaken else connection.state
+    text = _STATES.get(state, state)
     if connection.peer:
-        text += f": {connection.peer}, {_rpi(connection)}"
+        every = intervals_text(connection.to_robot_us, connection.to_master_us)
+        text += f": {connection.peer}, {every}"
+    if connection.untaken:
+        text += f"; dropped: {connection.untaken}"
+    if connection.refused:
+        text += f"; {connection.refused}"
     if connection.others:
         text += f"; {connection.others} more that only listen"
     return f"the network cable is unplugged ({text})" if status.link_cut else text
-
-
-def _rpi(connection: Connection) -> str:
-    to_robot, to_master = connection.to_robot_us, connection.to_master_us
-    if to_robot == to_master:
-        return f"every {format_us(to_robot)}"
-    return f"every {format_us(to_robot)} to the robot, {format_us(to_master)} back"
 
 
 def _led(kind: str, title: str, state: str) -> dict[str, str]:

@@ -1,0 +1,121 @@
+"""What the adapter's processes tell: connections, refusals, drops, and that they are alive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Protocol
+
+from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
+from rcx_harness.enip.cyclic.journal import ConnectionEvent, Journal, RefusedOpen
+from rcx_harness.enip.cyclic.shared import Drop, Status, Word
+from rcx_harness.serve.news import News, drops_text, event_text
+from rcx_harness.serve.watchdog import Watchdog
+
+__all__ = ["DROPS_EVERY_US", "NetworkJournals", "NetworkNews"]
+
+DROPS_EVERY_US = 5_000_000
+"""Dropped packets are told at most so often."""
+
+#: Processes that show their life in the shared memory.
+_PARTS: dict[Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], str] = {
+    Word.ADAPTER_ALIVE: "the process of the EtherNet/IP adapter",
+    Word.CYCLIC_ALIVE: "the process of the cyclic I/O",
+}
+
+
+class NetworkJournals(Protocol):
+    """What is needed of `rcx_harness.enip.cyclic.shared.SharedImages`."""
+
+    @property
+    def events(self) -> Journal:
+        """Changes of connections."""
+
+    @property
+    def refusals(self) -> Journal:
+        """Connections that were refused."""
+
+    def status(self) -> Status:
+        """State of the cyclic connections."""
+
+    def heard_us(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE]) -> int:
+        """When a process of the adapter has shown last that it is alive; 0: not yet."""
+
+
+class NetworkNews:
+    """Turns what the adapter's processes have written into events.
+
+    Args:
+        network: Where they write.
+        news: Takes the events.
+
+    Attributes:
+        refused: The last connection that was refused, in a sentence; empty if a master has
+            connected since.
+    """
+
+    def __init__(self, network: NetworkJournals, news: News) -> None:
+        self._network, self._news = network, news
+        self.refused = ""
+        self._drops: Sequence[int] = (0,) * len(Drop)
+        self._drops_at_opening = self._drops
+        self._drops_told_us = -DROPS_EVERY_US
+        self._watchdogs = {part: Watchdog() for part in _PARTS}
+
+    def look(self, now_us: int, begin_us: int) -> None:
+        """Read the journals.
+
+        Args:
+            now_us: Time of the controller.
+            begin_us: Its time 0 on the clock of the adapter's processes.
+        """
+
+        def time_of(at_us: int) -> int:
+            return max(0, min(at_us - begin_us, now_us))
+
+        events, lost = self._network.events.read()
+        for record in events:
+            event = ConnectionEvent.from_record(record)
+            if event.kind is ConnectionKind.EXCLUSIVE_OWNER and event.state == "waiting":
+                self.refused = ""
+                self._drops_at_opening = self._network.status().drops
+            kind, text = event_text(event)
+            if text:
+                self._news.note(time_of(event.at_us), kind, text)
+        refusals, lost_refusals = self._network.refusals.read()
+        for record in refusals:
+            refusal = RefusedOpen(**record)
+            self.refused = refusal.text
+            self._news.note(time_of(refusal.at_us), "refused", refusal.text)
+        for number, what in ((lost, "changes of connections"), (lost_refusals, "refusals")):
+            if number:
+                text = f"{number} {what} are not shown: they came too fast"
+                self._news.note(now_us, "lost", text)
+
+    def note_drops(self, network: Status, now_us: int) -> None:
+        """Tell of packets that were dropped since this was told last, from time to time."""
+        if network.drops == self._drops or now_us - self._drops_told_us < DROPS_EVERY_US:
+            return
+        text = drops_text(_difference(network.drops, self._drops), network)
+        self._drops, self._drops_told_us = network.drops, now_us
+        self._news.note(now_us, "dropped", f"packets dropped: {text}")
+
+    def untaken(self, network: Status) -> str:
+        """Return what was dropped since a master that still waits has opened its connection."""
+        if network.owner is not OwnerState.WAITING:
+            return ""
+        return drops_text(_difference(network.drops, self._drops_at_opening), network)
+
+    def stalled(self, now_us: int) -> tuple[str, ...]:
+        """Return which processes stand still.
+
+        Args:
+            now_us: By the clock of these processes.
+        """
+        for part, watchdog in self._watchdogs.items():
+            watchdog.look(self._network.heard_us(part), now_us)
+        silent = [part for part, one in self._watchdogs.items() if one.silent_since_us is not None]
+        return tuple(_PARTS[part] for part in silent)
+
+
+def _difference(drops: Sequence[int], before: Sequence[int]) -> tuple[int, ...]:
+    return tuple(now - then for now, then in zip(drops, before, strict=True))
