@@ -86,7 +86,7 @@ class Station:
         self._news = News()
         self._place: tuple[bool, bool, bool] | None = None  # powered, online, cut
         self._leds = ""
-        self._active: tuple[int, ...] = ()
+        self._active: tuple[str, ...] = ()
         self._skipped_told = 0
         self._network = NetworkNews(images, self._news)
         self._generation: int | None = None  # of the owner's connection in the cycle before

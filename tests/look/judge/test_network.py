@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -221,6 +222,48 @@ def test_a_capture_that_begins_later_takes_the_address_from_the_options(tmp_path
 def test_without_the_option_it_says_which_one_to_give(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"20 of class 1; perhaps --controller 192\.168\.0\.10$"):
         Heard(tmp_path, _headless(_quiet(Story())))
+
+
+_OF_64 = (
+    r"the areas of 192\.168\.0\.10 have 64 bytes, those of a controller 48 or 256: set one of "
+    r"these in controller and PLC, unless it is another device$"
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "advice"),
+    [
+        ({}, _OF_64),
+        ({"hosts": [HOST]}, _OF_64),
+        (
+            {"hosts": [bytes([192, 168, 0, 1])]},
+            r"192\.168\.0\.1 is the master: perhaps --controller 192\.168\.0\.10$",
+        ),
+        (
+            {"hosts": [bytes([192, 168, 0, 99])]},
+            r"no such packet goes to 192\.168\.0\.99 or comes from there; those in it are of "
+            r"192\.168\.0\.1, 192\.168\.0\.10$",
+        ),
+    ],
+)
+@pytest.mark.parametrize("begins_later", [True, False])
+def test_areas_of_64_bytes_are_named_whatever_the_options_say(
+    tmp_path: Path, options: dict[str, Any], advice: str, *, begins_later: bool
+) -> None:
+    """Source: manual chapter 1, 4.2 (48 bytes, or 256)."""
+    story = Story()
+    story.open(0, o_to_t="4648", t_to_o="4248")
+    for k in range(1, 11):
+        story.both(10_000 * k, FREE + bytes(16), OK + bytes(16))
+    with pytest.raises(InputError, match=advice):
+        Heard(tmp_path, _headless(story) if begins_later else story, **options)
+
+
+def test_areas_of_another_size_than_the_option_says_are_named_with_the_option(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(InputError, match=r"192\.168\.0\.10 have 48 bytes: --size 48$"):
+        Heard(tmp_path, _headless(_quiet(Story())), hosts=[HOST], sizes=(256,))
 
 
 @pytest.mark.parametrize(("size", "found"), [((48,), True), ((256,), False)])

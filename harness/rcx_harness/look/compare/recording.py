@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.look.judge.advice import advice
 from rcx_harness.look.judge.capture import Capture, host_text
 from rcx_harness.look.judge.judge import is_capture
 from rcx_harness.look.judge.network import Network, Sample
@@ -180,7 +181,7 @@ def _of_capture(
         samples += [one for one in network.take(packet) if isinstance(one, Sample)]
     found = sorted({one.controller for one in samples})
     if not found:
-        hint = "capture from before the PLC connects, or name the controller with --controller"
+        hint = advice(network, hosts, sizes)
         raise InputError("no connection of a controller in it", file=path, hint=hint)
     if len(found) > 1:
         names = ", ".join(host_text(host) for host in network.robots)

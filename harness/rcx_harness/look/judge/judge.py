@@ -9,7 +9,8 @@ from typing import Any
 
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
-from rcx_harness.look.judge.capture import ENDINGS, Capture, host_text
+from rcx_harness.look.judge.advice import advice
+from rcx_harness.look.judge.capture import ENDINGS, Capture
 from rcx_harness.look.judge.follow import Follower
 from rcx_harness.look.judge.network import Network, Note, Sample
 from rcx_harness.robot import Violation
@@ -264,7 +265,8 @@ def _judge_capture(
                     one.take(found)
         one.result.last_us = capture.last_us
         if not any(robot.connections for robot in network.robots.values()):
-            raise InputError(_nothing(capture, network), file=options.file, hint=_advice(network))
+            hint = advice(network, options.hosts, options.sizes)
+            raise InputError(_nothing(capture, network), file=options.file, hint=hint)
     finally:
         one.close()
     return one.finish()
@@ -276,17 +278,6 @@ def _nothing(capture: Capture, network: Network) -> str:
     seen = f"{capture.packets} packets, {network.cyclic} of class 1"
     others = "".join(f", {count} {what}" for what, count in capture.others.most_common())
     return f"no connection of a controller in it: {seen}{others}"
-
-
-def _advice(network: Network) -> str:
-    """What to do where nothing was found."""
-    if not network.cyclic:
-        return "capture TCP port 44818 and UDP port 2222 at a mirror port, or with rcx record"
-    for one in network.strangers.values():
-        for size in AREA_SIZES:
-            if one.length == size + 6:
-                return f"perhaps --controller {host_text(one.destination)}"
-    return "name the controller with --controller, or begin before the PLC connects"
 
 
 def _judge_trace(
