@@ -26,6 +26,7 @@ class FakeScanner:
         self.ended: EndReason | None = None
         self.failure = ""
         self.connected = False
+        self.dropped = ""
         self.refusal = refusal
         self.done: list[str] = []
         self.written: list[tuple[bytes, int | None]] = []
@@ -45,6 +46,10 @@ class FakeScanner:
         assert run
         self.done.append("write")
         self.written.append((image, valid_us))
+
+    def drops(self) -> str:
+        """Why packets were dropped."""
+        return self.dropped
 
     def statistics(self) -> ScannerStatistics:
         """All 0."""
@@ -82,6 +87,10 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
     assert link.read() == Lost("robot: not connected yet")
     link.opener.open()
     assert link.read() == Lost("robot: packets have not come yet")
+    scanner.dropped = "of a wrong length (20 bytes instead of 50)"
+    assert link.read() == Lost(
+        "robot: no packet is taken, those that come are of a wrong length (20 bytes instead of 50)"
+    )
     scanner.connected = True
     assert link.read() == RobotSeen(bytes([7] * 48))
 

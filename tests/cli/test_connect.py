@@ -16,6 +16,7 @@ from rcx_harness.cli.connect import confirm, ended_by_sigterm
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
+from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from rcx_harness.errors import InputError
 from rcx_harness.trace import Scan, read_trace
 from serve_process import ServeProcess, own_addresses
@@ -186,6 +187,71 @@ def test_the_demo_drives_a_served_controller(
 
 #: SO(00), SO(02) servo ON and SO(14) program reset, in bytes 32 and 33 (chapter 5, 2).
 _SIGNALS = (("SO00", 32, 0), ("SO02", 32, 2), ("SO14", 33, 4))
+
+
+class SilentScanner:
+    """A connection that is opened, and on which nothing is taken."""
+
+    ended = None
+    failure = ""
+    why = ""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        """There is a controller."""
+
+    def open(self) -> None:
+        """It agrees."""
+
+    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
+        """What is sent goes nowhere."""
+
+    def read(self) -> Received:
+        """Nothing has come."""
+        return Received(bytes(48), None, connected=False)
+
+    def drops(self) -> str:
+        """Why packets were dropped."""
+        return self.why
+
+    def statistics(self) -> ScannerStatistics:
+        """All 0."""
+        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
+
+    def close(self) -> None:
+        """It ends."""
+
+
+@pytest.mark.parametrize(
+    ("drops", "message"),
+    [
+        (
+            "",
+            "rcx: no connection in the whole run: 127.0.0.1: packets have not come yet; does a "
+            "firewall stop UDP port 2222\n",
+        ),
+        (
+            "of a wrong length (20 bytes instead of 50)",
+            "rcx: no connection in the whole run: 127.0.0.1: no packet is taken, those that come "
+            "are of a wrong length (20 bytes instead of 50)\n",
+        ),
+    ],
+)
+def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, drops: str, message: str
+) -> None:
+    monkeypatch.setattr("rcx_harness.cell.elsewhere.Scanner", SilentScanner)
+    monkeypatch.setattr(SilentScanner, "why", drops)
+    program, trace = tmp_path / "main.st", tmp_path / "trace.jsonl"
+    program.write_text(
+        "PROGRAM Main VAR InputArea : ARRAY [0..511] OF BYTE; OutputArea : ARRAY [0..511] OF BYTE; "
+        "END_VAR OutputArea[45] := InputArea[45]; END_PROGRAM"
+    )
+    options = ["--connect", "127.0.0.1", "--engine", "builtin", "--trace", str(trace)]
+    assert main(["run", str(program), "--for", "30ms", *options]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.endswith(message)
+    assert "3 scans" in captured.out
+    assert trace.exists(), "what was seen is written all the same"
 
 
 def test_ctrl_c_ends_the_run_with_zeros_and_all_that_was_asked_for(

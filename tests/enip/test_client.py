@@ -47,6 +47,16 @@ def adapter_that_says() -> Iterator[Serve]:
         end()
 
 
+def test_an_answer_that_drips_in_byte_by_byte_has_no_more_time_than_another(
+    adapter_that_says: Serve,
+) -> None:
+    """Each byte comes within 5 s, but of the 28 the second is not waited for: 6 s have passed."""
+    times = iter([0.0, 1.0, 6.0])
+    host, port = adapter_that_says(REGISTERED[:1])
+    with pytest.raises(EnipError, match="nothing within 5 s"):
+        Client(host, port, clock=lambda: next(times))
+
+
 def test_requests_are_the_bytes_of_the_protocol() -> None:
     sent = []
     with socket.create_server(("127.0.0.1", 0)) as server:

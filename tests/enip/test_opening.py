@@ -23,6 +23,7 @@ class FakeScanner:
         self.ended: EndReason | None = None
         self.failure = ""
         self.connected = False
+        self.dropped = ""
 
     def open(self) -> None:
         """Open."""
@@ -33,6 +34,10 @@ class FakeScanner:
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
         """Nothing."""
+
+    def drops(self) -> str:
+        """Why packets were dropped."""
+        return self.dropped
 
     def statistics(self) -> ScannerStatistics:
         """All 0."""

@@ -93,7 +93,43 @@ def test_forward_close_names_the_connection_and_its_path() -> None:
 
 def test_the_reply_tells_ids_and_actual_intervals() -> None:
     reply = hexa("01000000 44332211 3412 7856 F0DEBC9A 10270000 204E0000 00 00")
-    assert decode_open_reply(reply) == OpenReply(1, 0x11223344, 10_000, 20_000)
+    assert decode_open_reply(reply) == OpenReply(1, 0x11223344, 10_000, 20_000, REQUEST.triad)
+    assert REQUEST.problem(OpenReply(1, 0x11223344, 10_000, 20_000, REQUEST.triad)) == ""
+
+
+@pytest.mark.parametrize(
+    ("reply", "problem"),
+    [
+        (
+            "01000000 44332211 0000 0000 00000000 10270000 10270000 00 00",
+            "names another connection than the one that was asked for",
+        ),
+        (
+            "01000000 44332211 3412 7856 F0DEBC9A 00000000 10270000 00 00",
+            "sets a packet to it every 0 ms, where every 10 ms was asked for",
+        ),
+        (
+            "01000000 44332211 3412 7856 F0DEBC9A 10270000 00000000 00 00",
+            "sets a packet from it every 0 ms, where every 10 ms was asked for",
+        ),
+        (
+            "01000000 44332211 3412 7856 F0DEBC9A 10270000 FFFFFFFF 00 00",
+            "sets a packet from it every 4294967.295 ms, where every 10 ms was asked for",
+        ),
+    ],
+)
+def test_a_reply_that_cannot_be_meant_is_named(reply: str, problem: str) -> None:
+    agreed = decode_open_reply(hexa(reply))
+    assert agreed is not None
+    assert REQUEST.problem(agreed) == problem
+
+
+def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> None:
+    """Twice as long, or as short as 0.5 ms; and as long as was asked for, however long that is."""
+    for api_us in (500, 20_000, 10_000_000):
+        assert REQUEST.problem(OpenReply(1, 2, api_us, api_us, REQUEST.triad)) == ""
+    slow = replace(REQUEST, rpi_us=60_000_000)
+    assert slow.problem(OpenReply(1, 2, 60_000_000, 60_000_000, REQUEST.triad)) == ""
 
 
 @pytest.mark.parametrize("length", [0, 23])

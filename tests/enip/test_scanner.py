@@ -9,17 +9,18 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import struct
 from collections.abc import Callable, Iterator
 
 import pytest
 
-from rcx_harness.enip.codec.forward_open import OpenRequest
+from rcx_harness.enip.codec.forward_open import OpenRequest, decode_open_reply
 from rcx_harness.enip.cyclic.connections import ConnectionKind, EndReason, OwnerState
 from rcx_harness.enip.cyclic.shared import SharedImages
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import Client
-from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.originator.scanner import Scanner, no_packet
 from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.errors import InputError
 
@@ -324,6 +325,67 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
         with pytest.raises(ProcessDiedError, match="killed by SIGKILL"):
             scanner.open()
     assert scanner.failure == ""
+
+
+def test_a_reply_that_cannot_be_meant_opens_nothing_and_is_named(
+    adapter: Adapter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An interval of 0 us, half a reply; what the adapter has opened is closed again."""
+    for cut, text in (
+        (lambda data: data[:16] + bytes(8), "sets a packet to it every 0 ms, where every 4 ms"),
+        (lambda data: data[:9], "is too short"),
+    ):
+        with scan(adapter) as scanner:
+            monkeypatch.setattr(
+                "rcx_harness.enip.originator.scanner.decode_open_reply",
+                lambda data: decode_open_reply(cut(data)),  # noqa: B023
+            )
+            with pytest.raises(EnipError, match=f"the reply to the Forward Open {text}"):
+                scanner.open()
+            assert scanner.connection is None
+            eventually(adapter, lambda: adapter.shared.status().connections == 0)
+
+
+class Silent:
+    """A scanner whose packets are dropped, or do not come."""
+
+    def __init__(self, drops: str) -> None:
+        self._drops = drops
+
+    def drops(self) -> str:
+        """Why."""
+        return self._drops
+
+
+@pytest.mark.parametrize(
+    ("drops", "message"),
+    [
+        (
+            "",
+            "connected, but no packet came within 10 s; does a firewall stop UDP port 2222",
+        ),
+        (
+            "of a wrong length (20 bytes instead of 50)",
+            "connected, but none of the packets within 10 s can be used: they are of a wrong "
+            "length (20 bytes instead of 50); compare the size of the areas, and look who else "
+            "sends to this address",
+        ),
+    ],
+)
+def test_packets_that_cannot_be_used_are_not_called_silence(drops: str, message: str) -> None:
+    assert str(no_packet(Silent(drops), 10.0)) == message
+
+
+def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
+    """22 bytes come to its port in the adapter's name."""
+    with scan(adapter) as scanner, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        scanner.open()
+        assert scanner.connection is not None
+        other.bind((HOST, 0))
+        head = struct.pack("<HHHIIHH", 2, 0x8002, 8, scanner.connection.t_to_o_id, 1, 0xB1, 22)
+        other.sendto(head + bytes(22), (HOST, scanner.io_port))
+        eventually(adapter, lambda: scanner.drops() != "")
+        assert scanner.drops() == "of a wrong length (22 bytes instead of 50)"
 
 
 def test_where_the_usual_port_is_taken_another_one_is_told(adapter: Adapter) -> None:

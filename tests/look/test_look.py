@@ -17,6 +17,7 @@ from rcx_harness.enip import Adapter
 from rcx_harness.enip.codec.forward_open import OpenRequest
 from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
+from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions, output_image
@@ -463,6 +464,31 @@ def test_the_identity_is_told_in_words(status: str, words: str) -> None:
         "RCX: vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678",
         words,
     ]
+
+
+def test_a_name_with_escape_sequences_is_shown_escaped() -> None:
+    """It is a text of ISO 8859-1 from whatever device answers."""
+    name = b"\x1b[2J\r\nrcx: fake\x9b31m\xe9"
+    attributes = bytes.fromhex("7C02 2B00 0500 0101 3000 78563412") + bytes([len(name)]) + name
+    first, _ = identity_lines(attributes)
+    assert first.startswith("\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9: vendor 636")
+    assert first.isprintable()
+
+
+def test_a_device_without_a_name_is_shown_as_such() -> None:
+    first, _ = identity_lines(bytes.fromhex("7C02 2B00 0500 0101 3000 78563412 00"))
+    assert first.startswith("(no name): vendor 636")
+
+
+@pytest.mark.parametrize("written", [b"", b"\1\2"])
+def test_a_device_that_gives_less_of_an_assembly_is_shown_nevertheless(
+    adapter: Adapter, scan: Run, capsys: Captured, monkeypatch: pytest.MonkeyPatch, written: bytes
+) -> None:
+    monkeypatch.setattr(Client, "get_assembly", lambda client, instance: written)
+    assert scan() == 0
+    lines = capsys.readouterr().out.splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("master to robot"))
+    assert lines[at + 1] == ("     0  01 02" if written else "  cannot be read")
 
 
 def test_an_identity_cut_short_is_shown_as_it_is() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from imports import modules
-from rcx_harness.output.console import draws, quoted, spare_no_character
+from rcx_harness.output.console import draws, escaped, quoted, spare_no_character
 
 
 @pytest.mark.parametrize(
@@ -68,6 +68,21 @@ def test_what_the_user_has_chosen_for_such_characters_stays(
 def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected: str) -> None:
     """Source: quoting of POSIX shells, of cmd and of PowerShell."""
     assert quoted(name) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("RCX3 virtual controller", "RCX3 virtual controller"),
+        ("\x1b[2J\x1b]0;PWN\x07", r"\x1b[2J\x1b]0;PWN\x07"),
+        ("\r\nrcx: fake\t", r"\r\nrcx: fake\t"),
+        ("\x9b31m\x85", r"\x9b31m\x85"),  # C1 control characters of ISO 8859-1
+        ("Größe \u65e5\u672c", "Größe \u65e5\u672c"),
+        ("\u202eevil\u2028", r"\u202eevil\u2028"),  # right to left, line separator
+    ],
+)
+def test_what_is_no_character_to_print_is_written_as_its_code(text: str, shown: str) -> None:
+    assert escaped(text) == shown
 
 
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:

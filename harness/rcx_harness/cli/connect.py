@@ -20,7 +20,7 @@ from rcx_harness.units import format_us
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
-__all__ = ["Teller", "confirm", "ended_by_sigterm"]
+__all__ = ["Teller", "confirm", "ended_by_sigterm", "no_connection"]
 
 _QUESTION = """\
 The program will drive the controller at {name}. If that is a real one, its robot moves.
@@ -58,14 +58,32 @@ def _is_here(host: str) -> bool:
         return False
 
 
+def no_connection(reason: str) -> InputError:
+    """Return the error for a run in which no packet of the controller was taken.
+
+    Args:
+        reason: What the connection has told last.
+    """
+    from rcx_harness.enip.originator.kept import WAITS
+
+    hint = "does a firewall stop UDP port 2222" if reason.endswith(WAITS) else ""
+    return InputError(f"no connection in the whole run: {reason}", hint=hint)
+
+
 class Teller:
-    """Tells on stderr when the connection comes and goes; of a flood only some."""
+    """Tells on stderr when the connection comes and goes; of a flood only some.
+
+    Attributes:
+        last: What there was to tell last.
+    """
 
     def __init__(self) -> None:
         self._throttle = Throttle()
+        self.last = ""
 
     def __call__(self, now_us: int, text: str) -> None:
         """Tell a line with the time of the run."""
+        self.last = text
         for line in self._throttle.let_pass("connection", [text], now_us):
             print(f"{format_us(now_us)}: {line}", file=sys.stderr, flush=True)
 

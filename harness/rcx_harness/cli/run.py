@@ -22,7 +22,7 @@ from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
-from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm
+from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm, no_connection
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -241,6 +241,7 @@ class _Outcome:
     notice: str
     timeline: Timeline
     ever_connected: bool
+    silence: str  # of a controller elsewhere, from which nothing has come: why
     coverage: Outcome | None
 
 
@@ -251,7 +252,8 @@ def run(options: RunOptions) -> None:
     With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
     zeros go out before the connection is closed.
 
-    Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input.
+    Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input, and
+    with --connect if no packet came from the controller.
     """
     collector = _collector(options)
     _check_panel(options)
@@ -260,6 +262,8 @@ def run(options: RunOptions) -> None:
     with _Progress() as progress, counting(collector) if collector else nullcontext():
         outcome = _run(options, progress, collector)
     _print_outcome(options, outcome)
+    if options.connect is not None and not outcome.ever_connected:
+        raise no_connection(outcome.silence)
     if outcome.cell.violations or not (outcome.coverage is None or outcome.coverage.passed):
         raise typer.Exit(1)
 
@@ -318,7 +322,8 @@ def _run(
     late = stimulus.late(end_us) if stimulus is not None else ""
     connected = False
     try:
-        made = Cell.build(list(options.files), **options.of_cell())
+        given = options.of_cell()
+        made = Cell.build(list(options.files), **given)
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
@@ -366,7 +371,8 @@ def _run(
             replace_files({options.view: view.page(_title(options, cell)).encode()})
     notice = "\n".join(filter(None, (cell.notice, late)))
     coverage = _concluded(options, collector) if collector is not None else None
-    return _Outcome(cell, end_us, notice, timeline, connected, coverage)
+    silence = given["connect"].tell.last if options.connect is not None else ""
+    return _Outcome(cell, end_us, notice, timeline, connected, silence, coverage)
 
 
 def _check_panel(options: RunOptions) -> None:
@@ -485,7 +491,7 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
         print(outcome.notice)
     if not cell.matched:
         print("no connection: the areas of PLC and robot differ in size")
-    elif not outcome.ever_connected:
+    elif not outcome.ever_connected and options.connect is None:
         print("no connection in the whole run")
     for violation in violations[:_MOST_SHOWN]:
         print(f"violation at {format_us(violation.t_us)}: {violation.text}")

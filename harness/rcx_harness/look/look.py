@@ -10,10 +10,10 @@ from pathlib import Path
 from rcx_harness import spec
 from rcx_harness.enip.codec.cip import ClassId, Service, encode_path
 from rcx_harness.enip.cyclic.connections import ConnectionKind
-from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
+from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.opening import refusal_hint
-from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
+from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner, no_packet
 from rcx_harness.errors import InputError
 from rcx_harness.look.text import (
     area_lines,
@@ -170,18 +170,15 @@ def _first(scanner: Scanner) -> Received:
         if failure := scanner.failure:
             raise ProcessDiedError(failure)
         if time.monotonic() > deadline:
-            raise EnipError(
-                f"connected, but no packet came within {_FIRST_S:g} s",
-                hint="does a firewall stop UDP port 2222",
-            )
+            raise no_packet(scanner, _FIRST_S)
         time.sleep(_LOOK_S)
     return received
 
 
 def _written(scanner: Scanner, asked: Assemblies) -> bytes | None:
-    """What the master writes, where the controller lets it be read."""
+    """Return what the master writes; None where it cannot be read, or nothing is in it."""
     try:
-        return scanner.client.get_assembly(asked.output_instance)
+        return scanner.client.get_assembly(asked.output_instance) or None
     except CipError:
         return None
 
@@ -200,7 +197,8 @@ def _tell_areas(
     tell(f"master to robot (assembly {asked.output_instance}{_area_text(to_robot, 'n')})")
     for line in ["  cannot be read"] if to_robot is None else _content(to_robot, "I"):
         tell(line)
-    if len(to_master) not in AREA_SIZES or len(to_robot or to_master) not in AREA_SIZES:
+    seen = [area for area in (to_master, to_robot) if area is not None]
+    if any(len(area) not in AREA_SIZES for area in seen):
         return
     tell("")
     tell("remote command")

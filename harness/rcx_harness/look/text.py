@@ -6,6 +6,7 @@ import struct
 from collections.abc import Iterator
 
 from rcx_harness import spec
+from rcx_harness.output.console import escaped
 from rcx_harness.spec.plain import request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, READY, RESERVED_AT, SIZE
 from rcx_harness.units import format_word
@@ -44,7 +45,7 @@ def identity_lines(attributes: bytes) -> Iterator[str]:
     vendor, kind, product, major, minor, status, serial = _IDENTITY.unpack_from(attributes)
     name = attributes[_IDENTITY.size + 1 :][: attributes[_IDENTITY.size]]
     yield (
-        f"{name.decode('ascii', 'replace')}: vendor {vendor}, device type {kind}, "
+        f"{escaped(name.decode('latin-1')) or '(no name)'}: vendor {vendor}, device type {kind}, "
         f"product code {product}, revision {major}.{minor}, serial number 16#{serial:08X}"
     )
     owned = "owned by a master" if status & 1 else "owned by no master"

@@ -6,7 +6,7 @@ import io
 import re
 import sys
 
-__all__ = ["draws", "quoted", "spare_no_character"]
+__all__ = ["draws", "escaped", "quoted", "spare_no_character"]
 
 #: All that charts and tables draw with.
 _DRAWN = "▁▂▃▄▅▆▇█▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
@@ -25,6 +25,16 @@ def quoted(word: object) -> str:
     """A file's name in a command to copy, for POSIX shells, cmd and PowerShell."""
     text = str(word)
     return text if re.fullmatch(r"[\w./\\:~+-]+", text) else f'"{text}"'
+
+
+def escaped(text: str) -> str:
+    r"""Return a text of somebody else's with what is no character to print written as `\x1b`.
+
+    Escape sequences would clear the screen of who reads it, or show lines that nobody has written.
+    """
+    return "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode() for each in text
+    )
 
 
 def spare_no_character() -> None:

@@ -7,8 +7,8 @@ from typing import Literal, Protocol
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.cyclic.journal import ConnectionEvent, Journal, RefusedOpen
-from rcx_harness.enip.cyclic.shared import Drop, Status, Word
-from rcx_harness.serve.news import News, drops_text, event_text
+from rcx_harness.enip.cyclic.shared import Drop, Status, Word, drops_text
+from rcx_harness.serve.news import News, event_text
 from rcx_harness.serve.watchdog import Watchdog
 
 __all__ = ["DROPS_EVERY_US", "NetworkJournals", "NetworkNews"]
@@ -95,7 +95,7 @@ class NetworkNews:
         """Tell of packets that were dropped since this was told last, from time to time."""
         if network.drops == self._drops or now_us - self._drops_told_us < DROPS_EVERY_US:
             return
-        text = drops_text(_difference(network.drops, self._drops), network)
+        text = drops_text(network, _difference(network.drops, self._drops))
         self._drops, self._drops_told_us = network.drops, now_us
         self._news.note(now_us, "dropped", f"packets dropped: {text}")
 
@@ -103,7 +103,7 @@ class NetworkNews:
         """Return what was dropped since a master that still waits has opened its connection."""
         if network.owner is not OwnerState.WAITING:
             return ""
-        return drops_text(_difference(network.drops, self._drops_at_opening), network)
+        return drops_text(network, _difference(network.drops, self._drops_at_opening))
 
     def stalled(self, now_us: int) -> tuple[str, ...]:
         """Return which processes stand still.

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind, EndReason
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
-from rcx_harness.enip.cyclic.shared import Drop
-from rcx_harness.enip.cyclic.shared import Status as NetworkStatus
 from rcx_harness.serve.status import Event
 from rcx_harness.units import format_us
 
-__all__ = ["News", "drops_text", "event_text", "intervals_text"]
+__all__ = ["News", "event_text", "intervals_text"]
 
 _MOST = 1000
 _OWNER = {
@@ -81,20 +78,3 @@ def intervals_text(to_robot_us: int, to_master_us: int) -> str:
     if to_robot_us == to_master_us:
         return f"every {format_us(to_robot_us)}"
     return f"every {format_us(to_robot_us)} to the robot, {format_us(to_master_us)} back"
-
-
-def drops_text(drops: Sequence[int], network: NetworkStatus) -> str:
-    """Return how many packets were dropped for which reason; empty if none were.
-
-    Args:
-        drops: Numbers for each `Drop`, in their order.
-        network: The lengths of the last packet with a wrong one.
-    """
-    texts = []
-    for reason, number in zip(Drop, drops, strict=True):
-        if number:
-            text = f"{number} {reason.text}"
-            if reason is Drop.LENGTH:
-                text += f" ({network.wrong_length} bytes instead of {network.right_length})"
-            texts.append(text)
-    return ", ".join(texts)

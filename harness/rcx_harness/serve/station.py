@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.enip.cyclic.shared import Image, LinkState
+from rcx_harness.enip.cyclic.shared import Image, LinkState, drops_text
 from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.serve.network_news import NetworkJournals, NetworkNews
-from rcx_harness.serve.news import News, drops_text
+from rcx_harness.serve.news import News
 from rcx_harness.serve.recorder import Recorder
 from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Status
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
@@ -212,7 +212,7 @@ class Station:
                 received=network.received,
                 sent=network.sent,
                 others=network.input_only + network.listen_only,
-                dropped=drops_text(network.drops, network),
+                dropped=drops_text(network),
                 untaken=self._network.untaken(network),
                 refused=self._network.refused,
             ),

@@ -25,6 +25,7 @@ from rcx_harness.enip.codec.cip import (
     encode_request,
     encode_segment,
 )
+from rcx_harness.units import format_us
 
 __all__ = [
     "ConnectionPath",
@@ -323,6 +324,7 @@ _PATIENCE = struct.pack("<BB", 0x0A, 0x0E)
 _CLASS_1_CYCLIC = 0x01
 _SCHEDULED = 2
 _REPLY = struct.Struct("<IIHHIII")
+_SHORTEST_API_US, _LONGEST_API_US = 500, 10_000_000
 
 
 @dataclass(frozen=True)
@@ -389,6 +391,21 @@ class OpenRequest:
         data = _PATIENCE + self.triad.encode() + struct.pack("<Bx", len(path) // 2) + path
         return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
 
+    def problem(self, agreed: OpenReply) -> str:
+        """Return what cannot be true in a reply that says success; empty if nothing is.
+
+        A device may set another interval than the one that was asked for, but one of 0 us, or of
+        an hour, is a mistake.
+        """
+        if agreed.triad != self.triad:
+            return "names another connection than the one that was asked for"
+        longest_us = max(_LONGEST_API_US, self.rpi_us)
+        for api_us, way in ((agreed.o_to_t_api_us, "to"), (agreed.t_to_o_api_us, "from")):
+            if not _SHORTEST_API_US <= api_us <= longest_us:
+                every, asked = format_us(api_us), format_us(self.rpi_us)
+                return f"sets a packet {way} it every {every}, where every {asked} was asked for"
+        return ""
+
     def _parameters(self, kind: int, length: int) -> bytes:
         """Type, priority and size; of fixed length, not redundant."""
         flags = kind << 13 | _SCHEDULED << 10
@@ -401,17 +418,18 @@ class OpenRequest:
 
 @dataclass(frozen=True)
 class OpenReply:
-    """What the adapter has agreed to: the ids, and the actual packet intervals."""
+    """What the adapter has agreed to: the ids, whose connection, and the actual intervals."""
 
     o_to_t_id: int
     t_to_o_id: int
     o_to_t_api_us: int
     t_to_o_api_us: int
+    triad: Triad
 
 
 def decode_open_reply(data: bytes) -> OpenReply | None:
     """The data of a reply that says success; None if it is too short."""
     if len(data) < _REPLY.size:
         return None
-    o_to_t_id, t_to_o_id, _, _, _, o_to_t_api_us, t_to_o_api_us = _REPLY.unpack_from(data)
-    return OpenReply(o_to_t_id, t_to_o_id, o_to_t_api_us, t_to_o_api_us)
+    o_to_t_id, t_to_o_id, *triad, o_to_t_api_us, t_to_o_api_us = _REPLY.unpack_from(data)
+    return OpenReply(o_to_t_id, t_to_o_id, o_to_t_api_us, t_to_o_api_us, Triad(*triad))

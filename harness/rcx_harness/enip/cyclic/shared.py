@@ -11,6 +11,7 @@ from __future__ import annotations
 import ipaddress
 import struct
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal, Protocol
@@ -29,6 +30,7 @@ __all__ = [
     "SharedImages",
     "Status",
     "Word",
+    "drops_text",
     "now_us",
 ]
 
@@ -90,7 +92,7 @@ class Drop(IntEnum):
         return member
 
     UNKNOWN = 0, "of no connection"
-    PEER = 1, "from another address than the master's"
+    PEER = 1, "from another address than that of its connection"
     LENGTH = 2, "of a wrong length"
     OLD = 3, "with an old sequence number"
     JUMP = 4, "whose sequence number is too far ahead"
@@ -148,6 +150,24 @@ class Status:
     def connections(self) -> int:
         """Connections open, of all kinds."""
         return self.owners + self.input_only + self.listen_only
+
+
+def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
+    """Return how many packets were dropped for which reason; empty if none were.
+
+    Args:
+        status: Of one end of the connections.
+        drops: Other numbers for each `Drop`, in their order; None for those of the status.
+        numbers: Say how many; else only why.
+    """
+    texts = []
+    for reason, number in zip(Drop, status.drops if drops is None else drops, strict=True):
+        if number:
+            text = f"{number} {reason.text}" if numbers else reason.text
+            if reason is Drop.LENGTH:
+                text += f" ({status.wrong_length} bytes instead of {status.right_length})"
+            texts.append(text)
+    return ", ".join(texts)
 
 
 class Image(Protocol):

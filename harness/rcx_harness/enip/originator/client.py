@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import socket
 import struct
+import time
+from collections.abc import Callable
 
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec import cip
@@ -36,6 +38,7 @@ class Client(Closing):
         port: Its TCP port.
         timeout_s: Longest wait for the connection and for each answer, in seconds.
         source: IPv4 address of this machine to connect from; empty for the usual one.
+        clock: Seconds, monotonic.
 
     Attributes:
         socket: The connection.
@@ -46,10 +49,16 @@ class Client(Closing):
     """
 
     def __init__(
-        self, host: str, port: int = PORT, timeout_s: float = 5.0, source: str = ""
+        self,
+        host: str,
+        port: int = PORT,
+        timeout_s: float = 5.0,
+        source: str = "",
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._name = f"{host}:{port}"
         self._timeout_s = timeout_s
+        self._clock = clock
         self._contexts = itertools.count(1)
         self._received = bytearray()
         self._session = 0
@@ -154,8 +163,14 @@ class Client(Closing):
         context = struct.pack("<Q", next(self._contexts))
         question = Frame(command, self._session, context=context, data=data)
         try:
+            deadline = self._clock() + self._timeout_s
+            self.socket.settimeout(self._timeout_s)
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
+                # The whole answer has to come in time, not each of its bytes.
+                if (left := deadline - self._clock()) <= 0:
+                    raise TimeoutError
+                self.socket.settimeout(left)
                 received = self.socket.recv(_CHUNK)
                 if not received:
                     raise self._failed("the end of the connection")

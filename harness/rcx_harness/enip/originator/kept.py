@@ -10,9 +10,9 @@ from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from rcx_harness.errors import InputError
 
-__all__ = ["KeptConnection"]
+__all__ = ["WAITS", "KeptConnection"]
 
-_WAITS = "packets have not come yet"
+WAITS = "packets have not come yet"
 
 
 class KeptConnection:
@@ -53,9 +53,12 @@ class KeptConnection:
                 return self.opener.reason or self._state
             received = self._scanner.read()
             ended, failure = self._scanner.ended, self._scanner.failure
+            drops = "" if received.connected else self._scanner.drops()
         if received.connected:
             return received
-        reason = _WAITS if ended is None else f"the connection has ended: {ended.value}"
+        reason = WAITS if ended is None else f"the connection has ended: {ended.value}"
+        if ended is None and drops:
+            reason = f"no packet is taken, those that come are {drops}"
         if failure:
             reason = f"{failure}; it is started again"
         return f"{self.name}: {reason}"

@@ -73,6 +73,8 @@ class MasterLink(Protocol):
 
     def statistics(self) -> ScannerStatistics: ...  # noqa: D102
 
+    def drops(self) -> str: ...  # noqa: D102
+
     def close(self) -> None: ...  # noqa: D102
 
 

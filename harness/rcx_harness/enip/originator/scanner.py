@@ -12,6 +12,7 @@ import secrets
 import statistics
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Protocol
 
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.codec.cip import ConnectionService
@@ -28,14 +29,14 @@ from rcx_harness.enip.cyclic.connections import (
 )
 from rcx_harness.enip.cyclic.control import CyclicControl
 from rcx_harness.enip.cyclic.exchange import Role
-from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, now_us
+from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, drops_text, now_us
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import PORT, Client
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT, check_size
 
-__all__ = ["LARGEST", "Assemblies", "Received", "Scanner", "ScannerStatistics"]
+__all__ = ["LARGEST", "Assemblies", "Received", "Scanner", "ScannerStatistics", "no_packet"]
 
 LARGEST = 1400
 """Bytes of data that fit into one datagram of the Ethernet."""
@@ -81,6 +82,24 @@ class Assemblies:
             raise InputError("configuration data need the instance that they are for")
         if len(self.configuration_data) % 2 or len(self.configuration_data) > 2 * 0xFF:
             raise InputError("configuration data are an even number of bytes, at most 510")
+
+
+class _Dropping(Protocol):
+    def drops(self) -> str: ...
+
+
+def no_packet(scanner: _Dropping, within_s: float) -> EnipError:
+    """Return the error for a connection that is open, but on which nothing was taken."""
+    if drops := scanner.drops():
+        return EnipError(
+            f"connected, but none of the packets within {within_s:g} s can be used: they are "
+            f"{drops}",
+            hint="compare the size of the areas, and look who else sends to this address",
+        )
+    return EnipError(
+        f"connected, but no packet came within {within_s:g} s",
+        hint="does a firewall stop UDP port 2222",
+    )
 
 
 _HEARTBEATS = {
@@ -216,10 +235,16 @@ class Scanner(Closing):
             # Anything but the usual port must be told.
             items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
         reply, answered = self._ask(request.forward_open(), *items)
-        agreed = decode_open_reply(reply)
-        if agreed is None:
-            raise EnipError("the adapter's reply to the Forward Open is too short")
         self._request = request
+        agreed = decode_open_reply(reply)
+        if agreed is None or (problem := request.problem(agreed)):
+            with suppress(EnipError):  # it may think that the connection is open
+                self.close_connection()
+            text = "is too short" if agreed is None else problem
+            raise EnipError(
+                f"{self._adapter[0]}: the reply to the Forward Open {text}",
+                hint="it does not keep to the protocol; update or replace it",
+            )
         addresses = {kind: decode_socket_address(data) for kind, data in answered}
         _, destination_port = addresses.get(Item.O_TO_T_ADDRESS) or ("", IO_PORT)
         join = (addresses.get(Item.T_TO_O_ADDRESS) if self._multicast else None) or ("", IO_PORT)
@@ -256,6 +281,11 @@ class Scanner(Closing):
         return self._control.pid
 
     @property
+    def io_port(self) -> int:
+        """UDP port that packets to this scanner go to."""
+        return self._control.port
+
+    @property
     def alive(self) -> bool:
         """Does the process that sends and receives still run?"""
         return self._control.alive
@@ -287,6 +317,10 @@ class Scanner(Closing):
         image = self.shared.to_master.read()
         age_us = max(0, now_us() - arrived_us) if arrived_us else None
         return Received(image, age_us, connected)
+
+    def drops(self) -> str:
+        """Return for which reasons packets were dropped, in words; empty if none were."""
+        return drops_text(self.shared.status(), numbers=False)
 
     def statistics(self) -> ScannerStatistics:
         """Counters of packets, and the gaps between the last 8,192 that came."""

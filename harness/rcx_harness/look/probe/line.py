@@ -8,7 +8,7 @@ from typing import Protocol
 from rcx_harness.enip.codec.cip import ClassId, Service, encode_path
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.originator.scanner import Scanner
+from rcx_harness.enip.originator.scanner import Scanner, no_packet
 from rcx_harness.look.text import identity_lines
 from rcx_harness.spec.wire import CYCLE_US
 
@@ -136,7 +136,8 @@ class NetworkLine:
         deadline_us = self.now_us + _FIRST_US
         while self._scanner.read().age_us is None or not self._scanner.read().connected:
             if self.now_us > deadline_us:
-                raise NotConnectedError("connected, but no packet came")
+                error = no_packet(self._scanner, _FIRST_US / 1e6)
+                raise NotConnectedError(error.message, error.hint)
             self.wait(_LOOK_US)
         self._open = True
 
