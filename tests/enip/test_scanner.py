@@ -327,23 +327,24 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
     assert scanner.failure == ""
 
 
+@pytest.mark.parametrize(
+    ("length", "text"),
+    [(16, "sets a packet to it every 0 ms, where every 4 ms"), (9, "is too short")],
+)
 def test_a_reply_that_cannot_be_meant_opens_nothing_and_is_named(
-    adapter: Adapter, monkeypatch: pytest.MonkeyPatch
+    adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str
 ) -> None:
     """An interval of 0 us, half a reply; what the adapter has opened is closed again."""
-    for cut, text in (
-        (lambda data: data[:16] + bytes(8), "sets a packet to it every 0 ms, where every 4 ms"),
-        (lambda data: data[:9], "is too short"),
-    ):
-        with scan(adapter) as scanner:
-            monkeypatch.setattr(
-                "rcx_harness.enip.originator.scanner.decode_open_reply",
-                lambda data: decode_open_reply(cut(data)),  # noqa: B023
-            )
-            with pytest.raises(EnipError, match=f"the reply to the Forward Open {text}"):
-                scanner.open()
-            assert scanner.connection is None
-            eventually(adapter, lambda: adapter.shared.status().connections == 0)
+    rest = bytes(8 if length == 16 else 0)
+    monkeypatch.setattr(
+        "rcx_harness.enip.originator.scanner.decode_open_reply",
+        lambda data: decode_open_reply(data[:length] + rest),
+    )
+    with scan(adapter) as scanner:
+        with pytest.raises(EnipError, match=f"the reply to the Forward Open {text}"):
+            scanner.open()
+        assert scanner.connection is None
+        eventually(adapter, lambda: adapter.shared.status().connections == 0)
 
 
 class Silent:

@@ -54,7 +54,8 @@ class CyclicControl(Closing):
             self._child.stop()
             raise EnipError(
                 f"cyclic I/O cannot use UDP port {port} of {host}: {self._child.started['error']}",
-                hint="end what uses the port, or choose another address of this machine",
+                hint="end what uses the port (a program that binds 0.0.0.0 takes it of every "
+                "address), or choose another address or port",
             )
         self.port = int(self._child.started["port"])
         self._reader = threading.Thread(target=self._read, daemon=True)

@@ -136,8 +136,8 @@ class NetworkLine:
         deadline_us = self.now_us + _FIRST_US
         while self._scanner.read().age_us is None or not self._scanner.read().connected:
             if self.now_us > deadline_us:
-                error = no_packet(self._scanner, _FIRST_US / 1e6)
-                raise NotConnectedError(error.message, error.hint)
+                silence = no_packet(self._scanner, _FIRST_US / 1e6)
+                raise NotConnectedError(silence.message, silence.hint)
             self.wait(_LOOK_US)
         self._open = True
 
