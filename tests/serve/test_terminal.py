@@ -103,6 +103,19 @@ def test_a_refused_connection_is_shown_until_a_master_has_connected() -> None:
     assert view(0, served)["connection"] == "connected: 192.168.0.10, every 10 ms"
 
 
+def test_a_refusal_beside_a_master_is_shown_for_a_minute() -> None:
+    served = ServedHost()
+    served.network.become(OwnerState.RUN)
+    served.network.refuse("192.168.0.11 asked for a connection: refused")
+    served.run(59_995)
+    shown = "connected: 192.168.0.10, every 10 ms"
+    assert view(0, served)["connection"] == (
+        f"{shown}; 192.168.0.11 asked for a connection: refused"
+    )
+    served.run(10)
+    assert view(0, served)["connection"] == shown
+
+
 def test_a_controller_that_stands_still_says_so(served: ServedHost) -> None:
     served.silent = True
     assert view(0, served)["connection"].startswith("the controller's process stands still")

@@ -16,6 +16,8 @@ __all__ = ["DROPS_EVERY_US", "NetworkJournals", "NetworkNews"]
 DROPS_EVERY_US = 5_000_000
 """Dropped packets are told at most so often."""
 
+#: So long a refusal is shown beside the state of the connection.
+_REFUSED_FOR_US = 60_000_000
 #: Processes that show their life in the shared memory.
 _PARTS: dict[Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], str] = {
     Word.ADAPTER_ALIVE: "the process of the EtherNet/IP adapter",
@@ -49,13 +51,14 @@ class NetworkNews:
         news: Takes the events.
 
     Attributes:
-        refused: The last connection that was refused, in a sentence; empty if a master has
-            connected since.
+        refused: The last connection that was refused, in a sentence; empty after a minute, or if a
+            master has connected since.
     """
 
     def __init__(self, network: NetworkJournals, news: News) -> None:
         self._network, self._news = network, news
         self.refused = ""
+        self._refused_us = 0
         self._drops: Sequence[int] = (0,) * len(Drop)
         self._drops_at_opening = self._drops
         self._drops_told_us = -DROPS_EVERY_US
@@ -84,8 +87,10 @@ class NetworkNews:
         refusals, lost_refusals = self._network.refusals.read()
         for record in refusals:
             refusal = RefusedOpen(**record)
-            self.refused = refusal.text
+            self.refused, self._refused_us = refusal.text, now_us
             self._news.note(time_of(refusal.at_us), "refused", refusal.text)
+        if self.refused and now_us - self._refused_us >= _REFUSED_FOR_US:
+            self.refused = ""
         for number, what in ((lost, "changes of connections"), (lost_refusals, "refusals")):
             if number:
                 text = f"{number} {what} are not shown: they came too fast"

@@ -11,7 +11,7 @@ from rcx_harness.units import format_us
 
 __all__ = ["News", "event_text", "intervals_text"]
 
-_MOST = 1000
+_MOST = 500
 _OWNER = {
     "waiting": "a master has opened the connection",
     "run": "connected",

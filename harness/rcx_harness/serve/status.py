@@ -61,7 +61,7 @@ class Connection:
     `received` and `sent` count packets, `others` the further connections, which write nothing.
     `dropped` says which packets were not taken, and why, since the start; `untaken` the same since
     a master that waits has opened its connection. `refused` is the last connection that was
-    refused, in a sentence; it is empty once a master has connected since.
+    refused, in a sentence; it is empty after a minute, or once a master has connected since.
     """
 
     state: str = "none"

@@ -40,6 +40,7 @@ from rcx_harness.enip.target.servers import TcpServer, UdpServer
 __all__ = ["main"]
 
 _LOOK_S, _LOOKS_PER_CHECK = 0.05, 20
+_LONGEST_TEXT = 900  # what a record of the journal holds
 _TRIES = 20  # for a port that is free for TCP and UDP
 
 
@@ -147,7 +148,7 @@ class _Adapter:
         )
 
     def _note_refused(self, text: str) -> None:
-        self._shared.refusals.write(asdict(RefusedOpen(now_us(), text)))
+        self._shared.refusals.write(asdict(RefusedOpen(now_us(), text[:_LONGEST_TEXT])))
 
     def _reset(self) -> None:
         # Not before the reply to the reset is on its way.

@@ -75,6 +75,7 @@ function showState(one) {
   const figures = [
     ["Area", `${one.size} bytes`],
     ["Packets in / out", `${packets.received} / ${packets.sent}`],
+    ...(packets.dropped ? [["Packets dropped", packets.dropped]] : []),
     ["Controller cycles", `${one.cycles} of 5 ms`],
     ["Cycles skipped", String(one.skipped)],
   ];
