@@ -145,7 +145,8 @@ async def _watch(hosts: Sequence[Host]) -> None:
     stalls = Stalls(hosts)
     while True:
         for line in stalls.new(now_us()):
-            print(f"rcx: {line}", file=sys.stderr, flush=True)
+            with suppress(OSError):  # nobody reads it; that is no reason to end
+                print(f"rcx: {line}", file=sys.stderr, flush=True)
         await asyncio.sleep(_SHOW_EVERY_S)
 
 
