@@ -131,12 +131,23 @@ class Rig:
         self._seen: list[bytes] = []
 
     def cases(self, fault: Fault, *, every: bool = False) -> list[Case]:
-        """Return the cases with this fault; the module's head says what is left out without `every`."""
+        """Return the cases with this fault; `every` leaves none out."""
         answers = [Answer(fate, name) for name in self.scenario.answers for fate in _FATES]
         if fault is NONE:
             return list(self._without_fault(answers, every))
         shaped = list(self._around_changes(fault, answers))
         return [*self._at_each_scan(fault, every), *_thinned(shaped, _MOST_SHAPED, every)]
+
+    def one_of_each(self) -> list[Case]:
+        """Return one case for each fault in the middle of the work, and for each bad answer."""
+        middle = self._course(NORMAL).ended // 2
+        faults = (fault for fault in FAULTS.values() if fault is not NONE)
+        found = [Case(_BASIC[turn % 3], NORMAL, fault, middle) for turn, fault in enumerate(faults)]
+        answers = [Answer(fate, name) for name in self.scenario.answers for fate in _FATES]
+        return [
+            *found,
+            *(Case(_BASIC[turn % 3], answer, NONE, 0) for turn, answer in enumerate(answers)),
+        ]
 
     def _without_fault(self, answers: list[Answer], every: bool) -> Iterator[Case]:
         ended = self._course(NORMAL).ended
