@@ -66,6 +66,7 @@ def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
     return found
 
 
+@pytest.mark.exhaustive
 def test_undone_the_statements_are_those_of_the_library(
     sources: Sources, files: Mapping[str, str]
 ) -> None:

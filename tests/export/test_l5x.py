@@ -66,6 +66,7 @@ def test_all_of_the_library_is_carried(library: Output) -> None:
         assert {one.attrib["Name"] for one in used} <= set(declared[:place])
 
 
+@pytest.mark.exhaustive
 def test_one_import_brings_the_whole_library(library: Output) -> None:
     """Source: 1756-PM010, importing: the instructions that one refers to come with it."""
     root = ET.fromstring(library.files[""])

@@ -79,6 +79,7 @@ def _rows(text: str) -> dict[str, list[str]]:
     return {line[0]: line[1:] for line in lines}
 
 
+@pytest.mark.exhaustive
 def test_undone_the_statements_are_those_of_the_library(
     sources: Sources, files: Mapping[str, str]
 ) -> None:

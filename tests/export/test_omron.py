@@ -96,6 +96,7 @@ class _Again:
         return f"{name} : {self._spec(kind)}{value};\nEND_VAR"
 
 
+@pytest.mark.exhaustive
 def test_put_together_again_the_library_is_sound_and_the_example_runs_as_recorded(
     files: dict[str, str], tmp_path: Path
 ) -> None:

@@ -82,6 +82,7 @@ def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
     assert b"rcx_tools" not in told
 
 
+@pytest.mark.exhaustive
 def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     wheel: Path, tmp_path: Path
 ) -> None:
