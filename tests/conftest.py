@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import random
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -31,8 +32,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the count of the tests that the markers leave out."""
+    """Start the count of the tests that the markers leave out; let Ctrl-C reach all children.
+
+    A shell starts background jobs with SIGINT ignored, and every child inherits that. The tests of
+    Ctrl-C need children that do not ignore it.
+    """
     config.stash[_LEFT_OUT] = 0
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(tryfirst=True)
