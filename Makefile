@@ -1,5 +1,6 @@
 # make demo   run the first example against the virtual robot and draw its timing chart: rcx demo
-# make test   run all tests
+# make test   run the quick tests: every block, command and rule, a sample of the large matrices
+# make test-all  run all tests
 # make fuzz   attack the EtherNet/IP adapter: FOR=60s or COUNT=20000, SEED=1 to repeat a run
 # make bench  measure speed beside targets, out/bench.json: ONLY=handshake,cyclic RPI=10ms FOR=60s
 #             ONLY=language: what is accepted of the libraries (folders, projects) in RCX_LIBRARIES
@@ -29,13 +30,17 @@ PIP := -m pip install --quiet --disable-pip-version-check
 COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
   --custom-compile-command "make lock" $(MORE)
 
-.PHONY: demo test fuzz bench lint docs site site-test newest lock clean verification $(CHECKS)
+.PHONY: demo test test-all fuzz bench lint docs site site-test newest lock clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx demo
 
 test: $(READY)
-	@$(BIN)/python -m pytest -n auto --dist worksteal
+	@echo "make test takes about two and a half minutes on two quiet cores"
+	@$(BIN)/python -m pytest -n auto --dist worksteal -q -m "not exhaustive" $(MORE)
+
+test-all: $(READY)
+	@$(BIN)/python -m pytest -n auto --dist worksteal -q $(MORE)
 
 fuzz: $(READY)
 	@$(BIN)/python tests/support/enip_fuzz.py --for $(or $(FOR),60s) \
@@ -63,7 +68,7 @@ site: .venv/.site
 	@$(BIN)/python -m rcx_tools.site
 
 site-test: site
-	@RCX_SITE=all $(BIN)/python -m pytest tests/tools/site
+	@$(BIN)/python -m pytest -m external tests/tools/site
 
 .venv/.site: $(READY) requirements/site.txt
 	@$(BIN)/python -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

@@ -2,27 +2,103 @@
 
 from __future__ import annotations
 
-import os
+import gc
 import random
-from collections.abc import Callable, Iterator
+import signal
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from rcx_harness import Cell
+from run_report import left_out_line, repeat_line, skip_lines
 from shown import hexadecimal_comparison
+from tiers import keep_samples
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """In the order that RCX_ORDER says: `reverse`, or a number that draws one."""
-    order = os.environ.get("RCX_ORDER", "")
+_LEFT_OUT: pytest.StashKey[int] = pytest.StashKey()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options of this repository's tests."""
+    group = parser.getgroup("suite", "tests of this repository")
+    group.addoption("--order", default="", help="`reverse`, or the seed of a random order")
+    group.addoption(
+        "--every-case", action="store_true", help="leave no case of tests/faults out (hours)"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Start the count of the tests that the markers leave out; let Ctrl-C reach all children.
+
+    A shell starts background jobs with SIGINT ignored, and every child inherits that. The tests of
+    Ctrl-C need children that do not ignore it.
+    """
+    config.stash[_LEFT_OUT] = 0
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Order the tests as `--order` says, keep the samples, skip what needs something external."""
+    keep_samples(items, whole=not any("::" in argument for argument in config.args))
+    order = config.getoption("order")
     if order == "reverse":
         items.reverse()
     elif order:
         random.Random(int(order)).shuffle(items)
+    if "external" not in config.getoption("markexpr"):
+        for item in items:
+            if mark := item.get_closest_marker("external"):
+                item.add_marker(pytest.mark.skip(reason=mark.kwargs["reason"]))
+
+
+def pytest_collection_finish() -> None:
+    """Take what is there for good out of the garbage collector's way: 7 % of the run."""
+    gc.collect()
+    gc.freeze()
+
+
+def pytest_deselected(items: Sequence[pytest.Item]) -> None:
+    """Count the exhaustive tests that a run leaves out."""
+    for item in items:
+        if item.get_closest_marker("exhaustive"):
+            item.config.stash[_LEFT_OUT] += 1
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Hand the count of a worker process over to the process that reports."""
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["left_out"] = session.config.stash[_LEFT_OUT]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any, error: object) -> None:
+    """Take the count of a worker process over; all workers collect the same tests."""
+    output = getattr(node, "workeroutput", None) or {}
+    node.config.stash[_LEFT_OUT] = output.get("left_out", node.config.stash[_LEFT_OUT])
+
+
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter, config: pytest.Config
+) -> None:
+    """Say in a few last lines what was skipped or left out, and how to repeat a failure."""
+    stats = terminalreporter.stats
+    skipped = [report.longrepr[2] for report in stats.get("skipped", [])]
+    if skipped:
+        terminalreporter.write_line("skipped:")
+    for line in skip_lines(skipped):
+        terminalreporter.write_line(line)
+    if count := config.stash[_LEFT_OUT]:
+        terminalreporter.write_line(left_out_line(count))
+    failed = [*stats.get("failed", []), *stats.get("error", [])]
+    if failed:
+        terminalreporter.write_line(repeat_line(failed[0].nodeid))
 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:

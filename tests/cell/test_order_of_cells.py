@@ -131,6 +131,7 @@ def _orders() -> list[Sequence[str]]:
     return [list(reversed(_ACTS)), random.Random(1).sample(list(_ACTS), len(_ACTS))]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])
 def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) -> None:
     """Source: docs/testing.md: `cell` is new for every test."""
@@ -145,6 +146,7 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
             )
 
 
+@pytest.mark.exhaustive
 def test_a_run_after_others_is_that_of_a_process_of_its_own(project: Path) -> None:
     """Source: docs/testing.md: `cell` is new for every test."""
     for act in ("_has_other_points", "_loses_its_power", "_starts"):

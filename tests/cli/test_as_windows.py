@@ -100,6 +100,7 @@ def test_such_a_process_lacks_what_windows_lacks(tmp_path: Path, windows: dict[s
     assert dict(zip(_PROBES, done.stdout.splitlines(), strict=True)) == _PROBES
 
 
+@pytest.mark.exhaustive
 def test_a_new_project_is_checked_and_its_tests_pass(
     rcx: Rcx, tmp_path: Path, windows: dict[str, str]
 ) -> None:
@@ -139,6 +140,7 @@ def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
         assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "here" / name).read_bytes()
 
 
+@pytest.mark.exhaustive
 def test_every_export_is_the_same_byte_for_byte(
     tmp_path: Path, windows: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -165,6 +167,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
     }
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("network", [("--link", "enip"), ("--link", "enip", "--realtime")])
 def test_a_run_over_real_ethernet_ip_connects(rcx: Rcx, network: tuple[str, ...]) -> None:
     rcx("new", "cell")
@@ -173,6 +176,7 @@ def test_a_run_over_real_ethernet_ip_connects(rcx: Rcx, network: tuple[str, ...]
     assert "no connection" not in said
 
 
+@pytest.mark.exhaustive
 def test_a_served_controller_is_scanned_and_ends_with_ctrl_c(
     rcx: Rcx, windows: dict[str, str]
 ) -> None:
@@ -185,6 +189,7 @@ def test_a_served_controller_is_scanned_and_ends_with_ctrl_c(
         assert served.end() == (0, "")
 
 
+@pytest.mark.exhaustive
 def test_the_demo_and_an_import_are_written(rcx: Rcx, repository: Path, tmp_path: Path) -> None:
     rcx("demo", "-o", "demo")
     assert len(_contents(tmp_path / "demo")) == 4
@@ -193,6 +198,9 @@ def test_the_demo_and_an_import_are_written(rcx: Rcx, repository: Path, tmp_path
     assert "FB_MovePtp.st" in _contents(tmp_path / "st")
 
 
+@pytest.mark.exhaustive(
+    but=["arguments0-ascii", "arguments0-cp1252", "arguments2-cp1252", "arguments2-ascii"]
+)
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
 @pytest.mark.parametrize(
     "arguments",
@@ -220,6 +228,7 @@ def test_whatever_is_printed_finds_its_characters(
         assert b"\\u25cf" in done.stdout
 
 
+@pytest.mark.exhaustive
 def test_sources_and_settings_with_crlf_run_and_export_as_those_with_lf(tmp_path: Path) -> None:
     for ending in (b"\n", b"\r\n"):
         folder = tmp_path / ("unix" if ending == b"\n" else "dos")

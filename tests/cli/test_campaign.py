@@ -64,6 +64,7 @@ def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captu
     assert "expect: NOT (Main.Running AND NOT Main.Closed) does not hold" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_a_cell_that_does_not_recover_is_found_and_results_of_others_are_redone(
     here: Path, capsys: Captured
 ) -> None:
@@ -150,6 +151,7 @@ def test_an_unknown_variable_in_python_is_one_message(here: Path, capsys: Captur
     assert "did you mean Fed" in said
 
 
+@pytest.mark.exhaustive
 def test_the_verdicts_do_not_depend_on_the_number_of_workers(here: Path) -> None:
     feeder(here, runs_open=True)
     results = []
@@ -178,6 +180,7 @@ def alive(cell):
 """
 
 
+@pytest.mark.exhaustive
 def test_a_worker_that_is_killed_in_the_middle_changes_nothing(
     here: Path, capsys: Captured
 ) -> None:
@@ -296,6 +299,7 @@ def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Capture
     assert "the cell recovers from all of them" in said
 
 
+@pytest.mark.exhaustive
 def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Captured) -> None:
     """Robot 1 of example 12 has lost its Reset: it alone does not come back."""
     changed_example(here, "12_two_robots", (("Reset := Reset1,", "Reset := FALSE,"),))

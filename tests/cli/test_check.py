@@ -23,6 +23,7 @@ def block(declarations: str = "    a : INT;\n", body: str = "  a := 1;\n") -> st
     return f"FUNCTION_BLOCK FB_It\n  VAR\n{declarations}  END_VAR\n{body}END_FUNCTION_BLOCK\n"
 
 
+@pytest.mark.exhaustive
 def test_the_library_keeps_its_own_rules(repository: Path, capsys: Captured) -> None:
     assert main(["check", str(repository / "plc" / "lib")]) == 0
     assert "no errors, no broken rules, no warnings" in capsys.readouterr().out

@@ -251,6 +251,12 @@ def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captur
     assert f"stops: {file}:8" in said
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;-body3",
+        "On : FB_ServoOn; Move : FB_MovePtp;-body0",
+    ]
+)
 @pytest.mark.parametrize(
     ("variables", "body"),
     [
@@ -304,6 +310,7 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return numbers
 
 
+@pytest.mark.exhaustive(but=["program0-words0-0-explored to the end"])
 @pytest.mark.parametrize(
     ("program", "words", "code", "said"),
     [

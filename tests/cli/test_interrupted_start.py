@@ -69,6 +69,7 @@ def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple
 _CASES = [(who, where) for who, places in (_STATION, _ADAPTER, _CYCLIC) for where in places]
 
 
+@pytest.mark.exhaustive(but=["rcx_harness.enip.target.adapter_process-.-True"])
 @pytest.mark.parametrize(
     ("who", "where", "realtime"),
     [(*case, True) for case in _CASES[3:]] + [(*case, False) for case in _CASES[3:6]],
@@ -83,6 +84,7 @@ def test_ctrl_c_while_a_network_starts_is_one_line(
     assert _interrupted(tmp_path, who, where, *given) == (130, "rcx: interrupted\n")
 
 
+@pytest.mark.exhaustive(but=["rcx_harness.enip.cyclic.process--"])
 @pytest.mark.parametrize(("who", "where"), _CASES)
 def test_ctrl_c_while_a_served_controller_starts_is_its_end(
     tmp_path: Path, who: str, where: str

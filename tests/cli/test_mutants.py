@@ -114,6 +114,7 @@ def _survivors() -> set[tuple[int, str]]:
     return {(row["line"], row["after"]) for row in rows}
 
 
+@pytest.mark.exhaustive
 def test_survivors_are_told_and_a_better_test_finds_them(project: Path, capsys: Captured) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--", "pytest", "-q"]
     before = {path for path in project.rglob("*") if "__pycache__" not in path.parts}
@@ -156,6 +157,7 @@ def test_survivors_are_told_and_a_better_test_finds_them(project: Path, capsys: 
     assert "more with a reason: 100.0 %" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys: Captured) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--minutes", "0", "--", "pytest"]
     assert main([*command[:4], "--fail-under", "0", *command[4:]]) == 0
@@ -165,6 +167,7 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
     assert not Path(".rcx/mutants.jsonl").exists()
 
 
+@pytest.mark.exhaustive
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
     project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -190,6 +193,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
     assert found["mutants"] - len(found["unreached"]) == 3  # type: ignore[operator, arg-type]
 
 
+@pytest.mark.exhaustive
 def test_a_process_of_its_own_judges_as_a_copy_does(
     project: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -224,6 +228,7 @@ def test_tests_must_pass_at_first(project: Path, capsys: Captured) -> None:
     assert "make all tests pass first" in said
 
 
+@pytest.mark.exhaustive
 def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) -> None:
     other = "def test_nothing():\n    pass\n"
     (project / "tests" / "test_lamp.py").write_text(other, encoding="utf-8")

@@ -46,6 +46,7 @@ def test_a_full_disk_is_one_line(
     assert capsys.readouterr().err == "rcx: /dev/full: cannot be written: No space left on device\n"
 
 
+@pytest.mark.exhaustive(but=["chart"])
 @pytest.mark.parametrize("kind", _KINDS)
 def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
     repository: Path, tmp_path: Path, kind: str
@@ -219,6 +220,17 @@ def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
             )
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "eds-/proc/none/below",
+        "new-/dev/full",
+        "eds-/dev/full/below",
+        "new-/proc/none/below",
+        "new-/dev/full/below",
+        "eds-/dev/full",
+        "export-/dev/full",
+    ]
+)
 @pytest.mark.parametrize("place", ["/dev/full", "/dev/full/below", "/proc/none/below"])
 @pytest.mark.parametrize(
     "command",
@@ -260,6 +272,7 @@ sys.exit(main())
 """
 
 
+@pytest.mark.exhaustive(but=["rcx_harness.cli.app", "typer", "rcx_harness.cell.cell", "Cell.run"])
 @pytest.mark.parametrize(
     "moment",
     [

@@ -318,6 +318,7 @@ def test_bad_input_is_one_line(
     assert error.count("\n") == 1
 
 
+@pytest.mark.exhaustive
 def test_over_the_network_a_backup_of_one_controller_is_restored_to_another(
     tmp_path: Path, capsys: Captured
 ) -> None:

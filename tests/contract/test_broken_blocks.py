@@ -27,6 +27,18 @@ def _told(lib: Path, block: str) -> Iterator[str]:
             yield str(failure).split(": ", 2)[2].partition(" (scan")[0]
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "a level block that is Valid without Enable",
+        "a falling Execute cancels the work",
+        "Done without the answer",
+        "the end is not cleared",
+        "Error without ErrorID",
+        "a jog that is not stopped",
+        "the data come with the code",
+        "the group is not that of the alarm",
+    ]
+)
 @pytest.mark.parametrize(
     ("block", "file", "right", "wrong", "expected"),
     [

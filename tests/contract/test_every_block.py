@@ -5,11 +5,12 @@ Source: design of the library, 2 and 3; manual chapter 5, 3, caution; guide chap
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
 
 from contract_bench import BLOCKS, ContractBench, cases
+from contract_cases import Case, one_of_each_kind
 from fault_cell import CaseFailure, library
 
 _TOLD = 3
@@ -32,16 +33,28 @@ def test_every_command_block_and_every_sequence_is_there() -> None:
 
 
 @pytest.mark.parametrize("block", BLOCKS)
+def test_the_contract_holds_in_one_case_of_each_kind(block: str) -> None:
+    """Each block meets each loss, each stop, each answer and each missing answer once."""
+    _run(block, one_of_each_kind(cases(block)))
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("block", BLOCKS)
 def test_the_contract_holds(block: str, record_property: Callable[[str, object], None]) -> None:
     """Every scan of every case keeps the contract and the rules of the wire."""
+    every = cases(block)
+    record_property("scans", _run(block, every))
+    record_property("instances", len(every))
+
+
+def _run(block: str, every: Sequence[Case]) -> int:
+    """Run cases of a block; return the scans that were judged."""
     bench = ContractBench(block)
     failures = []
-    every = cases(block)
     for case in every:
         try:
             bench.run(case)
         except CaseFailure as failure:
             failures.append(str(failure))
-    record_property("instances", len(every))
-    record_property("scans", bench.scans)
     assert not failures, f"{len(failures)} of {len(every)} cases:\n" + "\n".join(failures[:_TOLD])
+    return bench.scans

@@ -38,6 +38,7 @@ def target() -> Iterator[Bench]:
         yield made
 
 
+@pytest.mark.exhaustive(but=["2"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_hostile_input_is_answered_or_cut_off_and_nobody_else_notices(
     target: Bench, seed: int

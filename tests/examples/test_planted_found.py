@@ -26,6 +26,7 @@ _MOST_LINES = 20
 _SEEDS = {"lost part": 36, "latch": 8, "link loss": 33, "race": 14, "time limit": 0}
 
 
+@pytest.mark.exhaustive(but=["latch"])
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_a_planted_fault_is_found_and_its_replay_shows_it(
     fault: Fault, tmp_path: Path, capsys: Captured
@@ -55,6 +56,7 @@ def test_a_planted_fault_is_found_and_its_replay_shows_it(
         assert (shown in said) == breaks
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("example", sorted({one.example for one in FAULTY}))
 def test_storms_find_faults_in_examples_and_nothing_else(example: str, tmp_path: Path) -> None:
     """Each fault fails in its seed, as it is expected to; the example as it is does not."""

@@ -40,6 +40,7 @@ def _sweep(name: str, out: Path, program: Path, faults: tuple[str, ...], every: 
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("name", "every"), [("04_pick_and_place", 157), ("07_pallet", 283)], ids=list(_RUNS)
 )
@@ -52,6 +53,7 @@ def test_the_example_comes_back_from_every_fault(
     assert "the cell recovers from all of them" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_one_that_starts_by_itself_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

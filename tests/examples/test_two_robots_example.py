@@ -97,6 +97,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
         cell.run_until(lambda: _placed(cell) == (2, 2), within="4s")
 
 
+@pytest.mark.exhaustive(but=["emergency_stop-12"])
 @pytest.mark.parametrize(("name", "one", "other"), [_TWELVE, _FOURTEEN], ids=["12", "14"])
 @pytest.mark.parametrize("fault", ["emergency_stop", "auto_input_off", "power_off"])
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
@@ -139,6 +140,9 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
         assert emergency == [True, True]
 
 
+@pytest.mark.exhaustive(
+    but=["manual_mode-14_one_table-Placer-Taker", "power_cycle-14_one_table-Placer-Taker"]
+)
 @pytest.mark.parametrize(("name", "first", "second"), [_TWELVE, _FOURTEEN])
 @pytest.mark.parametrize("how", ["emergency_stop", "link_down", "power_cycle", "manual_mode"])
 def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
@@ -236,6 +240,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
         assert not cell.violations
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("example", ["12_two_robots", "14_one_table"])
 def test_it_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -24,11 +23,13 @@ from rcx_harness.export.output import Output, write
 from rcx_harness.export.parts import sources_of
 from rcx_tools.docs.examples import Example
 
-_ALL = os.environ.get("RCX_EXPORT") == "all"
-
 #: What is read back: 01, and 06 with texts, arrays of structures and a table of the user's.
 _CARRIED = [one for one in EXAMPLES if one.name[:2] != "09"]
-_READ_BACK = [one for one in _CARRIED if _ALL or one.name[:2] in ("01", "06")]
+_QUICK = ("01", "06")
+_READ_BACK = [
+    example if example.name[:2] in _QUICK else pytest.param(example, marks=pytest.mark.exhaustive)
+    for example in _CARRIED
+]
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +66,7 @@ def test_all_of_the_library_is_carried(library: Output) -> None:
         assert {one.attrib["Name"] for one in used} <= set(declared[:place])
 
 
+@pytest.mark.exhaustive
 def test_one_import_brings_the_whole_library(library: Output) -> None:
     """Source: 1756-PM010, importing: the instructions that one refers to come with it."""
     root = ET.fromstring(library.files[""])
@@ -141,7 +143,7 @@ def test_a_wrong_translation_would_be_seen(cell: Path, tmp_path: Path, old: str,
     assert trace_of(EXAMPLES[0], files, tmp_path) != recorded(EXAMPLES[0])
 
 
-@pytest.mark.skipif(not _ALL, reason="RCX_EXPORT=all reads the whole library back")
+@pytest.mark.exhaustive
 def test_the_whole_library_read_back_is_sound(library: Output, tmp_path: Path) -> None:
     """Every tag is declared, and every value is of the type that its place wants."""
     (file,) = write(library, tmp_path / "library.L5X")

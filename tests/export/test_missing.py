@@ -176,6 +176,7 @@ def test_a_second_program_is_named_where_a_file_holds_one(tmp_path: Path, capsys
     assert f"not carried: {file}:7: PROGRAM Second: a file holds one" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive(but=["st", "l5x", "keyence", "twincat"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_library_is_carried_whole(target: str) -> None:
     """Where there are no bytes, the blocks for words stand for the others."""
@@ -196,6 +197,7 @@ _BYTES = {
 _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 
 
+@pytest.mark.exhaustive
 def test_what_the_library_has_for_words_is_no_reason_to_stop(
     tmp_path: Path, capsys: Captured
 ) -> None:

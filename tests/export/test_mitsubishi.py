@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from exported_dialect import declared, differing, library, untyped
+from exported_dialect import SOME_BLOCKS, declared, differing, library, untyped
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.export import TARGETS, export
 from rcx_harness.export.expressions import init_text
@@ -79,6 +79,14 @@ def _rows(text: str) -> dict[str, list[str]]:
     return {line[0]: line[1:] for line in lines}
 
 
+def test_undone_the_statements_of_some_blocks_are_those_of_the_library(
+    sources: Sources, files: Mapping[str, str]
+) -> None:
+    some = {f"{block}.st": files[f"{block}.st"] for block in SOME_BLOCKS}
+    assert differing(sources, some, _WORDS, _RENAMED, pins=_EDGES) == []
+
+
+@pytest.mark.exhaustive
 def test_undone_the_statements_are_those_of_the_library(
     sources: Sources, files: Mapping[str, str]
 ) -> None:

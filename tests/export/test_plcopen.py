@@ -91,6 +91,7 @@ def back(document: Path) -> list[Path]:
     return write(read_plcopen(document), document.parent / "back")
 
 
+@pytest.mark.exhaustive
 def test_read_back_it_declares_the_same_blocks(back: list[Path]) -> None:
     assert shapes(back) == by_position(shapes([*LIB, *CELL]))
 
@@ -100,6 +101,7 @@ def test_no_comment_is_lost(back: list[Path]) -> None:
     assert not lost
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("old", "new"),
     [

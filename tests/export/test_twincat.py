@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -20,7 +19,7 @@ from rcx_harness.output.exported import RECORD
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
 
-#: One of each kind. RCX_EXPORT=all parses every object, which takes minutes.
+#: One object of each kind; the exhaustive test parses every object, which takes minutes.
 _SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxByteWithBit", "FB_RcxJob", "FB_ReadArea")
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
@@ -33,6 +32,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+def _objects(folder: Path) -> list[Path]:
+    return sorted((folder / "RCX3").rglob("*.Tc*"))
+
+
 def _errors(file: Path) -> list[str]:
     results = list(parse(file))
     assert results
@@ -41,10 +44,16 @@ def _errors(file: Path) -> list[str]:
 
 def test_blark_parses_the_objects(folder: Path) -> None:
     """Read by a parser of Beckhoff's dialect and file formats, blark."""
-    files = sorted((folder / "RCX3").rglob("*.Tc*"))
-    some = [file for file in files if file.stem in (*_SOME, "PowerUp")]
-    assert len(some) == len(_SOME) + 1
-    for file in files if os.environ.get("RCX_EXPORT") == "all" else some:
+    files = [file for file in _objects(folder) if file.stem in (*_SOME, "PowerUp")]
+    assert len(files) == len(_SOME) + 1
+    for file in files:
+        assert _errors(file) == [], file.name
+
+
+@pytest.mark.exhaustive
+def test_blark_parses_every_object(folder: Path) -> None:
+    """Read by a parser of Beckhoff's dialect and file formats, blark."""
+    for file in _objects(folder):
         assert _errors(file) == [], file.name
 
 

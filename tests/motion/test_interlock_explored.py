@@ -37,6 +37,7 @@ def test_two_robots_are_explored_to_the_end() -> None:
     assert result.states > 50
 
 
+@pytest.mark.exhaustive
 def test_a_robot_that_keeps_asking_is_let_in_once_the_other_has_left() -> None:
     """The other is called again, gives up, and is outside: one of these in each scan.
 
@@ -56,6 +57,15 @@ def test_of_a_robot_with_a_time_limit_no_grant_is_demanded() -> None:
     assert set(explored(pair).bounds) == {"robot 1 keeps asking, the others leave"}
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "released while it is inside",
+        "two hold it",
+        "granted in the first scan",
+        "no turns",
+        "an intruder is not seen",
+    ]
+)
 @pytest.mark.parametrize(
     "bug", [one for one in SEEDED if one.model == "entry"], ids=lambda bug: bug.name
 )

@@ -183,6 +183,7 @@ def test_undisturbed_every_row_is_done_once() -> None:
         assert watched.done == _ALL
 
 
+@pytest.mark.exhaustive(but=["link-1", "stop-1"])
 @pytest.mark.parametrize("lasts", [1, 15])
 @pytest.mark.parametrize("fault", _FAULTS)
 def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, lasts: int) -> None:
@@ -213,6 +214,7 @@ def _before_each_scan(watched: _Watched, fault: str, lasts: int) -> int:
     return tried
 
 
+@pytest.mark.exhaustive
 def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
     text = "  Answer := Run.ErrorID;\n"
     wrong = f"{text}  IF Out AND Failure <> WORD#16#0000 THEN\n    Row := Last;\n  END_IF;\n"

@@ -116,6 +116,7 @@ def test_each_of_them_ends_with_0_in_a_new_project(
     assert main([*words, *_VERIFY[command]]) == 0
 
 
+@pytest.mark.exhaustive
 def test_mutants_of_it_are_tried_with_its_tests(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:

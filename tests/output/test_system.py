@@ -24,6 +24,7 @@ from system_names import SYSTEMS, names_of, used
 SYSTEM = "rcx_harness.output.system"
 
 
+@pytest.mark.exhaustive
 def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
     """Source: docs/architecture.md, the rooms."""
     found = {
@@ -34,6 +35,7 @@ def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
     assert {name: names for name, names in found.items() if names} == {}
 
 
+@pytest.mark.exhaustive
 def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
     """Source: docs/architecture.md, the rooms."""
     asks = {

@@ -198,6 +198,9 @@ def test_the_warning_comes_also_where_it_is_told_to_end_at_once(
     assert said.out == ""
 
 
+@pytest.mark.exhaustive(
+    but=["serve.station_process-its process has ended by itself (killed by SIGKILL)-True"]
+)
 @pytest.mark.parametrize("quiet", [False, True])
 @pytest.mark.parametrize(
     ("part", "said"),

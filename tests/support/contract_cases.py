@@ -20,6 +20,7 @@ __all__ = [
     "command_cases",
     "composite_cases",
     "level_cases",
+    "one_of_each_kind",
     "sequence_cases",
 ]
 
@@ -171,6 +172,15 @@ def level_cases(signal: str) -> list[Case]:
     ]
     answers = _answers(patterns) if signal == "Status" else _shown(patterns, [signal])
     return [*answers, *events]
+
+
+def one_of_each_kind(cases: Sequence[Case]) -> list[Case]:
+    """Return one case for each answer and each event: the one in the middle of its like."""
+    kinds: dict[object, list[Case]] = {}
+    for case in cases:
+        kind = (case.fate.name, case.signal, case.shown, case.event.name)
+        kinds.setdefault(kind, []).append(case)
+    return [like[len(like) // 2] for like in kinds.values()]
 
 
 def _answers(patterns: Sequence[Pattern]) -> Iterator[Case]:

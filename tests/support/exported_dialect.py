@@ -12,7 +12,16 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse_text
 from rcx_harness.export.parts import Part, Sources, sources_of
 
-__all__ = ["WITH_INITIAL_VALUES", "declared", "differing", "library", "untyped"]
+__all__ = ["SOME_BLOCKS", "WITH_INITIAL_VALUES", "declared", "differing", "library", "untyped"]
+
+#: What the quick tier reads back: the handshake, the job, a sequence, a command, a function.
+SOME_BLOCKS = (
+    "core/FB_RcxHandshake",
+    "core/FB_RcxJob",
+    "sequence/FB_ServoOn",
+    "command/movement/FB_MovePtp",
+    "core/FC_RcxByteWithBit",
+)
 
 #: With a BYTE that is masked: their texts are compared with texts worked out by hand.
 _MASKED = ("FC_RcxBitMask", "FC_RcxByteWithBit", "FC_RcxByteOfWord")

@@ -7,12 +7,11 @@ documented recovery brings the cell back, and the block does its work.
 With normal answers a fault comes at each scan of the sequence, under each pattern (in a long
 sequence the patterns take turns). With an answer that is missing, late or withdrawn it comes
 around each change on the wire; of these cases at most 24 are taken for a block and a fault
-(160 without a fault). RCX_FAULTS=all takes them all.
+(160 without a fault). The option --every-case takes them all.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -36,9 +35,6 @@ _LATE = 8
 _LONG = 20
 #: Cases with a disturbed answer for a block and a fault.
 _MOST_SHAPED = 24
-
-#: Leave nothing out.
-EVERYTHING = os.environ.get("RCX_FAULTS") == "all"
 
 
 class Pattern(NamedTuple):
@@ -134,15 +130,26 @@ class Rig:
         self._end_causes: list[Callable[[], None]] = []
         self._seen: list[bytes] = []
 
-    def cases(self, fault: Fault) -> list[Case]:
-        """All cases with this fault; see the module's head for what is thinned out."""
+    def cases(self, fault: Fault, *, every: bool = False) -> list[Case]:
+        """Return the cases with this fault; `every` leaves none out."""
         answers = [Answer(fate, name) for name in self.scenario.answers for fate in _FATES]
         if fault is NONE:
-            return list(self._without_fault(answers))
+            return list(self._without_fault(answers, every))
         shaped = list(self._around_changes(fault, answers))
-        return [*self._at_each_scan(fault), *_thinned(shaped, _MOST_SHAPED)]
+        return [*self._at_each_scan(fault, every), *_thinned(shaped, _MOST_SHAPED, every)]
 
-    def _without_fault(self, answers: list[Answer]) -> Iterator[Case]:
+    def one_of_each(self) -> list[Case]:
+        """Return one case for each fault in the middle of the work, and for each bad answer."""
+        middle = self._course(NORMAL).ended // 2
+        faults = (fault for fault in FAULTS.values() if fault is not NONE)
+        found = [Case(_BASIC[turn % 3], NORMAL, fault, middle) for turn, fault in enumerate(faults)]
+        answers = [Answer(fate, name) for name in self.scenario.answers for fate in _FATES]
+        return [
+            *found,
+            *(Case(_BASIC[turn % 3], answer, NONE, 0) for turn, answer in enumerate(answers)),
+        ]
+
+    def _without_fault(self, answers: list[Answer], every: bool) -> Iterator[Case]:
         ended = self._course(NORMAL).ended
         for pattern in (*_BASIC, *map(_dropped, range(2, ended + 2))):
             yield Case(pattern, NORMAL, NONE, 0)
@@ -151,15 +158,15 @@ class Rig:
             for answer in answers
             for pattern in (*_BASIC, *map(_dropped, self._course(answer).moments()[2:]))
         ]
-        yield from _thinned(shaped, 4 * _MOST_SHAPED)
+        yield from _thinned(shaped, 4 * _MOST_SHAPED, every)
 
-    def _at_each_scan(self, fault: Fault) -> Iterator[Case]:
+    def _at_each_scan(self, fault: Fault, every: bool) -> Iterator[Case]:
         ended = self._course(NORMAL).ended
         for scan in range(ended + 2):
             patterns = [HELD, ONE_SCAN, RETRIGGERED]
             if scan > 1:
                 patterns.append(_dropped(scan))
-            if ended > _LONG and not EVERYTHING:
+            if ended > _LONG and not every:
                 patterns = [patterns[scan % len(patterns)]]
             yield from (Case(pattern, NORMAL, fault, scan) for pattern in patterns)
 
@@ -345,9 +352,9 @@ class Rig:
             cell.fail("the outputs stay although Execute is FALSE, after recovery")
 
 
-def _thinned(cases: list[Case], most: int) -> list[Case]:
+def _thinned(cases: list[Case], most: int, every: bool) -> list[Case]:
     """Every n-th of them, so that there are not more; n is no multiple of 3, the patterns."""
-    step = 1 if EVERYTHING else max(1, -(-len(cases) // most))
+    step = 1 if every else max(1, -(-len(cases) // most))
     return cases[:: step + (step > 1 and step % 3 == 0)]
 
 

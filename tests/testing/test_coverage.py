@@ -101,6 +101,7 @@ def test_several_programs_count_together(run: Run) -> None:
     ]
 
 
+@pytest.mark.exhaustive
 def test_the_workers_of_xdist_count_together(run: Run) -> None:
     """Each has one test; MC/DC needs both."""
     result = run(_DARK + _LIT, "--rcx-coverage", workers=2)
@@ -108,6 +109,7 @@ def test_the_workers_of_xdist_count_together(run: Run) -> None:
     assert "DA:4,4" in Path("out/coverage/coverage.lcov").read_text().splitlines()
 
 
+@pytest.mark.exhaustive
 def test_the_part_of_a_worker_that_died_is_told_as_missing(run: Run) -> None:
     dies = "import os\ndef test_dies(cell):\n    cell.scan()\n    os._exit(3)\n"
     result = run(dies + _DARK, "--rcx-coverage", "--max-worker-restart=1", workers=1)

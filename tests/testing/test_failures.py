@@ -325,6 +325,7 @@ def test_the_files_are_named_in_the_junit_report(run: Run, pytester: pytest.Pyte
     assert Path(found["rcx_trace"]).is_file()
 
 
+@pytest.mark.exhaustive
 def test_with_xdist_the_report_and_the_files_come_from_the_workers(
     run: Run, pytester: pytest.Pytester
 ) -> None:

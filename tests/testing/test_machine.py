@@ -26,6 +26,7 @@ def _project(pytester: pytest.Pytester, **bugs: bool) -> None:
     )
 
 
+@pytest.mark.exhaustive
 def test_a_cell_that_keeps_what_is_demanded_passes(pytester: pytest.Pytester) -> None:
     _project(pytester)
     pytester.runpytest_subprocess().assert_outcomes(passed=1)

@@ -333,6 +333,7 @@ def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Pat
     assert again["killed"] == figures["killed"]
 
 
+@pytest.mark.exhaustive
 def test_tests_that_fail_with_the_original_are_told_and_judge_nothing(house: Path) -> None:
     test = house / "tests/area/test_sample.py"
     test.write_text(_TEST.replace("== 2", "== 3"), encoding="utf-8")

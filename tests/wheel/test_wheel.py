@@ -1,7 +1,7 @@
 """The wheel brings all that a user without the repository needs.
 
-By default it is built and unpacked beside what is installed already; with RCX_WHEEL=all it is
-installed by pip into an empty environment, which needs a package index.
+By default it is built and unpacked beside what is installed already; with `pytest -m external` it
+is installed by pip into an empty environment, which needs a package index and some minutes.
 """
 
 from __future__ import annotations
@@ -17,10 +17,7 @@ import pytest
 
 from rcx_harness.export import TARGETS
 
-_FULL = pytest.mark.skipif(
-    os.environ.get("RCX_WHEEL") != "all",
-    reason="some minutes and a package index: set RCX_WHEEL=all",
-)
+_FULL = pytest.mark.external(reason="needs a package index: pytest -m external tests/wheel")
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +82,7 @@ def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
     assert b"rcx_tools" not in told
 
 
+@pytest.mark.exhaustive
 def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     wheel: Path, tmp_path: Path
 ) -> None:

@@ -2,7 +2,7 @@
 
 Runs tests/contract (every block on a bench without a robot) and tests/faults (every kind of block
 on the virtual controller), and counts their cases: block x Execute pattern x answer x moment.
-Further arguments go to pytest; RCX_FAULTS=all leaves no case out.
+Further arguments go to pytest; --every-case leaves none out.
 """
 
 from __future__ import annotations

@@ -24,6 +24,18 @@ def _nested(opening: str, core: str, closing: str, depth: int) -> str:
     return opening * depth + core + closing * depth
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "((((((((((((-0",
+        "-(-(-(-(-(-(-",
+        "ADD(X, X, X,-",
+        "F1(F1(F1(F1(-",
+        "ABS(ABS(ABS(-1",
+        "ABS(ABS(ABS(-0",
+        "A[A[A[A[A[A[-",
+        "M * M * M * -",
+    ]
+)
 @pytest.mark.parametrize(
     ("expression", "value"),
     [
@@ -62,6 +74,7 @@ def test_a_long_sum_of_reals_is_rounded_after_each_term_from_the_left(run: Run) 
     assert run(variables, f"S := {terms};\nT1 := {added};", "S T1") == (value, value)
 
 
+@pytest.mark.exhaustive(but=["FALSE-NOT (NOT (NO-", "TRUE-B = B = B = -"])
 @pytest.mark.parametrize(
     ("last", "expression", "value"),
     [
@@ -102,6 +115,7 @@ def test_a_fault_inside_a_long_expression_has_its_line(tmp_path: Path) -> None:
     assert (error.value.file, error.value.line) == (str(file), 4)
 
 
+@pytest.mark.exhaustive(but=["case-500", "case-0", "case-50"])
 @pytest.mark.parametrize("chosen", [0, 50, 499, 500])
 @pytest.mark.parametrize("form", ["elsif", "case"])
 def test_of_many_branches_the_one_that_fits_is_done(run: Run, form: str, chosen: int) -> None:
@@ -124,6 +138,7 @@ def test_a_first_branch_that_changes_the_condition_of_a_later_one_stays_the_only
     assert run("X : INT := 7; N : INT;", body, "X N") == (150, 1)
 
 
+@pytest.mark.exhaustive
 def test_many_statements_variables_labels_and_comments_are_taken(run: Run) -> None:
     variables = "".join(f"V{k} : INT;\n" for k in range(3_000)) + "X : INT; Y : INT;"
     labels = ", ".join(map(str, range(3_000)))
@@ -156,6 +171,24 @@ _TOO_DEEP = [
 ]
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "check-body4-16 loops-20",
+        "check-body3-16 loops-20",
+        "check-body9-a literal of 5003 characters-3",
+        "check-body5-16 loops-20",
+        "run-body3-16 loops-20",
+        "run-body9-a literal of 5003 characters-3",
+        "run-body4-16 loops-20",
+        "run-body5-16 loops-20",
+        "check-body0-64 statements-67",
+        "run-body0-64 statements-67",
+        "check-body1-64 statements-66",
+        "run-body2-64 statements-67",
+        "check-body2-64 statements-67",
+        "check-body10-constant expression is too large-3",
+    ]
+)
 @pytest.mark.parametrize(("body", "message", "line"), _TOO_DEEP)
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_what_is_too_deep_is_refused_with_its_line(
@@ -210,6 +243,7 @@ def _in_a_row(kind: str, number: int) -> str:
     return "".join([first, *every, last])
 
 
+@pytest.mark.exhaustive(but=["STRUCT", "ARRAY"])
 @pytest.mark.parametrize(
     "kind", ["FUNCTION", "FUNCTION_BLOCK", "ARRAY", "STRUCT", "STRUCT and INT"]
 )

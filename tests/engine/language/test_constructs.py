@@ -393,6 +393,7 @@ def test_check_for_matiec_says_what_matiec_does(row: Row, tmp_path: Path) -> Non
     assert takes is (row.construct in tools()["matiec"].takes)
 
 
+@pytest.mark.exhaustive(but=["scl", "plcopen"])
 @pytest.mark.parametrize("target", sorted(TARGETS))
 def test_an_export_names_what_it_does_not_carry(
     target: str, written: Callable[[Row], Path]
@@ -455,6 +456,7 @@ def test_the_lint_of_the_library_refuses_its_syntax(
         assert any(text.startswith(row.construct) for text in texts)
 
 
+@pytest.mark.exhaustive
 def test_the_library_and_the_examples_have_none(repository: Path) -> None:
     library = sorted((repository / "plc" / "lib").rglob("*.st"))
     assert load_library(library) == ()

@@ -155,6 +155,7 @@ def test_what_was_taken_out_of_a_file_is_a_value() -> None:
     assert all(path.resolve() == (_DATA / "beremiz.xml").resolve() for path in paths)
 
 
+@pytest.mark.exhaustive(but=["02_extended_area", "01_power_up", "06_teach_points"])
 @pytest.mark.parametrize("example", EXPORTED, ids=lambda one: one.name)
 def test_an_example_runs_from_its_plcopen_project_as_from_its_sources(
     example: Example, tmp_path: Path
@@ -185,6 +186,19 @@ END_ORGANIZATION_BLOCK
 """
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "01_power_up-twincat",
+        "02_extended_area-twincat",
+        "03_general_io-twincat",
+        "01_power_up-scl",
+        "02_extended_area-scl",
+        "03_general_io-scl",
+        "01_power_up-l5x",
+        "02_extended_area-l5x",
+        "06_teach_points-l5x",
+    ]
+)
 @pytest.mark.parametrize("target", ["twincat", "l5x", "scl"])
 @pytest.mark.parametrize("example", EXPORTED, ids=lambda one: one.name)
 def test_an_example_runs_from_what_a_tool_gets_of_it(

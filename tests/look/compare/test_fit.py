@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
@@ -23,8 +22,6 @@ from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.signals import REQUESTS
 from recorded_robot import RecordedMaster, busy_run, exercised, short_run
 
-ALL = os.environ.get("RCX_FIT") == "all"
-WHOLE = pytest.mark.skipif(not ALL, reason="some minutes; RCX_FIT=all asks for it")
 Patch = Callable[[pytest.MonkeyPatch], None]
 
 
@@ -119,7 +116,7 @@ def test_what_no_key_expresses_is_left_over_and_the_search_goes_on_behind_it() -
     assert found.config.servo_on_delay == 80.0
 
 
-@WHOLE
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("number", range(len(CASES)))
 def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
     """Thirty robot files with other values in all sections."""
@@ -151,7 +148,8 @@ _SLOW = "the end status has a bit too many"  # every command is waited for in va
 
 
 @pytest.mark.parametrize(
-    "bug", [pytest.param(one, marks=WHOLE) if one == _SLOW else one for one in BUGS]
+    "bug",
+    [pytest.param(one, marks=pytest.mark.exhaustive) if one == _SLOW else one for one in BUGS],
 )
 def test_a_controller_with_a_bug_is_told_from_every_legal_one(
     bug: str, monkeypatch: pytest.MonkeyPatch
@@ -166,7 +164,7 @@ def test_a_controller_with_a_bug_is_told_from_every_legal_one(
     assert fit(replay, RobotConfig()).left
 
 
-#: These are tried always, the others with RCX_FIT=all.
+#: These are tried always, the others in the exhaustive tier.
 _ALWAYS = (
     "responses one word too late in the area",
     "run status once more between the end and the ready status",
@@ -176,7 +174,8 @@ _ALWAYS = (
 
 
 @pytest.mark.parametrize(
-    "wrong", [one if one in _ALWAYS else pytest.param(one, marks=WHOLE) for one in WRONG]
+    "wrong",
+    [one if one in _ALWAYS else pytest.param(one, marks=pytest.mark.exhaustive) for one in WRONG],
 )
 def test_wrong_answers_are_told_from_those_of_every_legal_controller(wrong: str) -> None:
     master = RecordedMaster(7)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rcx_tools.bench.farm import Timed, busy, measure, verdict
 from rcx_tools.bench.figure import Options
 
 
+@pytest.mark.exhaustive
 def test_workers_give_the_verdicts_of_this_process() -> None:
     """Source: docs/cluster.md, what is the same."""
     found = measure(Options(quick=True))

@@ -16,6 +16,7 @@ _FRONT = ["README.md", "CONTRIBUTING.md", "plc/examples/README.md"]
 _BY_HAND = [*_FRONT, *sorted(_WRITTEN - set(docs.pages()))]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("path", docs.pages())
 def test_a_generated_page_is_current(path: str) -> None:
     written = (_ROOT / path).read_bytes()

@@ -25,6 +25,16 @@ def _base(name: str) -> Course:
     return follow(SUBJECTS[name], BUILTIN)
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "example 03_general_io-engine",
+        "chart remote_command-engine",
+        "chart remote_command-areas",
+        "chart remote_command-size",
+        "chart remote_command-scan time",
+        "example 03_general_io-areas",
+    ]
+)
 @pytest.mark.parametrize("relation", RELATIONS)
 @pytest.mark.parametrize("name", QUICK)
 def test_what_must_not_matter_does_not_matter(name: str, relation: str) -> None:
@@ -37,6 +47,12 @@ def test_what_must_not_matter_does_not_matter(name: str, relation: str) -> None:
     assert one.differs(_base(name), course) == "", variant.name
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "with 256 bytes a byte behind the head is written",
+        "the inputs are also written at the beginning of the image",
+    ]
+)
 @pytest.mark.parametrize("seeded", SEEDED, ids=lambda seeded: seeded.name)
 def test_a_broken_block_is_found(seeded: Seeded) -> None:
     assert find(seeded, SUBJECTS[seeded.subject])

@@ -375,6 +375,7 @@ def _run(house: Path) -> tuple[int, str, list[dict[str, object]]]:
     return done.returncode, done.stdout + done.stderr, list(map(json.loads, outcomes.splitlines()))
 
 
+@pytest.mark.exhaustive
 def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree_alone(
     house: Path,
 ) -> None:
@@ -519,6 +520,7 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
     assert all(tests.startswith(folders) for tests in bug.tests)
 
 
+@pytest.mark.exhaustive
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
     """All are put in by `make mutants`."""
     tasks = [

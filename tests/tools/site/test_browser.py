@@ -1,12 +1,11 @@
 """The playground of out/site in a real browser.
 
-The first test runs wherever the site is built; the others are those of `make site-test`.
+The first test runs where the site is built; `make site-test` runs the others.
 """
 
 from __future__ import annotations
 
 import gzip
-import os
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 _SITE = ROOT / "out/site"
 _BUILT = (_SITE / "play/harness.zip").is_file()
-_EVERY = os.environ.get("RCX_SITE") == "all"
 _LONGEST_S = 600
 _MOST_BYTES = 10_000_000
 
@@ -32,7 +30,7 @@ pytestmark = [
     NEEDS_BROWSER,
     pytest.mark.skipif(not _BUILT, reason="out/site is not built: make site, which needs npm"),
 ]
-_full = pytest.mark.skipif(not _EVERY, reason="make site-test runs it")
+_full = pytest.mark.external(reason="needs npm: make site-test")
 
 
 class _Server(ThreadingHTTPServer):

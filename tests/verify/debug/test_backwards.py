@@ -159,6 +159,7 @@ def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repositor
 # --- how much is run again ----------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) -> None:
     """Of 60,000 scans, 10 minutes of 10 ms: at most 1,000 snapshots, so one in 64.
 

@@ -188,6 +188,7 @@ def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> No
     assert editor.value("Scans") == "20", "scans are counted from 0 in messages of rules"
 
 
+@pytest.mark.exhaustive
 def test_a_failed_test_leaves_one(pytester: pytest.Pytester, editor: Editor) -> None:
     """In the folder of its chart and trace; a test that passes leaves none."""
     shutil.copy(LAMPS, pytester.path)

@@ -93,6 +93,7 @@ def test_a_result_that_its_worker_takes_along_is_made_again(
     assert next(taken, None) is None
 
 
+@pytest.mark.exhaustive
 def test_an_item_that_kills_its_workers_is_named_and_no_other_one_is(
     farm: Farm, tmp_path: Path
 ) -> None:
@@ -140,6 +141,7 @@ def test_a_users_error_arrives_as_it_was_raised(farm: Farm) -> None:
     assert str(caught.value) == "a.st:2: no such pin; name another"
 
 
+@pytest.mark.exhaustive
 def test_a_worker_that_is_added_meanwhile_gets_work() -> None:
     with distributed.LocalCluster(n_workers=1, **_ALONE) as cluster:
         farm = Farm(cluster=Cluster(cluster.scheduler_address))
@@ -165,6 +167,7 @@ def test_a_worker_does_one_item_at_a_time_and_the_user_is_told_that_its_threads_
     assert "start more of them, each with --nthreads 1" in shown.getvalue()
 
 
+@pytest.mark.exhaustive
 def test_a_cluster_that_goes_in_the_middle_is_told() -> None:
     with distributed.LocalCluster(n_workers=1, **_ALONE) as cluster:
         address = cluster.scheduler_address
@@ -238,6 +241,7 @@ def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
             list(Farm(cluster=Cluster(address)).run(math.factorial, [1]))
 
 
+@pytest.mark.exhaustive
 def test_a_worker_with_other_sources_that_comes_later_gives_no_verdict(
     tmp_path: Path, repository: Path
 ) -> None:
@@ -268,6 +272,7 @@ def certificates(tmp_path: Path, repository: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.exhaustive
 def test_with_tls_only_who_has_a_certificate_of_theirs_is_heard(certificates: Path) -> None:
     """Source: docs/cluster.md, certificates."""
 

@@ -74,6 +74,7 @@ def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
     assert len(prepared) <= max(1, workers)
 
 
+@pytest.mark.exhaustive(but=["1-1"])
 @pytest.mark.parametrize("deaths", [1, 2])
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_item_whose_worker_is_killed_is_done_again(

@@ -14,6 +14,8 @@ survivors_harness.toml; these tables lie in tests/tools/evidence.
 
 Of the generated command blocks, which are alike, and of all that is not the library, a sample is
 taken: drawn by the seed, of each operator one first. `--all` or MUTANTS=all takes them all.
+
+The tests that `make test` leaves out run last: so each run also tells the score of the quick tier.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from rcx_harness.verify.mutants.report import print_report, write_rows
 from rcx_tools.evidence.mutants.harness import KINDS, HarnessRun
 from rcx_tools.evidence.mutants.library import LibraryRun
 from rcx_tools.evidence.mutants.pool import PATIENCE_S
+from rcx_tools.evidence.mutants.tiers import QUICK_GOAL, print_quick_tier
 
 __all__ = ["main"]
 
@@ -91,6 +94,7 @@ def _report(console: Console, found: dict[str, dict[str, Any]], out: Path, show:
     for kind, one in found.items():
         table = "survivors.toml" if kind == _LIBRARY else "survivors_harness.toml"
         print_report(console, one, show=show, kind=kind, table_of=table)
+        print_quick_tier(console, kind, one)
         if kind == _LIBRARY:
             write_rows(out / "mutants-without-reason.toml", one["survivors"])
         elif kind != _SEEDED:
@@ -99,7 +103,7 @@ def _report(console: Console, found: dict[str, dict[str, Any]], out: Path, show:
 
 
 def _is_met(kind: str, figures: dict[str, Any]) -> bool:
-    if figures["not_run"]:
+    if figures["not_run"] or figures["quick"]["share"] < QUICK_GOAL:
         return False
     if kind == _SEEDED:
         return bool(figures["killed"] == figures["mutants"])

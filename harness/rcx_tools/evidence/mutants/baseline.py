@@ -19,6 +19,7 @@ class Baseline:
         failed: Tests that fail with the original; they judge nothing.
         builders: Tests that were the first to build a program: with these, all are compiled.
         states: Of each file of tests, by its path, as it was.
+        exhaustive: Tests that `make test` leaves out.
     """
 
     ran: dict[str, frozenset[str]]
@@ -26,6 +27,7 @@ class Baseline:
     failed: tuple[str, ...]
     builders: tuple[str, ...]
     states: dict[str, str]
+    exhaustive: frozenset[str] = frozenset()
 
     @classmethod
     def read(cls, file: Path, library: str) -> Baseline | None:
@@ -39,7 +41,8 @@ class Baseline:
         names = found["names"]
         ran = {node: frozenset(names[k] for k in pous) for node, pous in found["ran"].items()}
         failed, builders = tuple(found["failed"]), tuple(found["builders"])
-        return cls(ran, found["seconds"], failed, builders, found["states"])
+        exhaustive = frozenset(found.get("exhaustive", ()))
+        return cls(ran, found["seconds"], failed, builders, found["states"], exhaustive)
 
     def holds(self, node: str, state: str) -> bool:
         """Whether a test was run from a file in this state."""
@@ -57,6 +60,7 @@ class Baseline:
             "failed": self.failed,
             "builders": self.builders,
             "states": self.states,
+            "exhaustive": sorted(self.exhaustive),
         }
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(content), encoding="utf-8")

@@ -21,7 +21,7 @@ import pytest
 
 from rcx_harness.errors import InputError
 from rcx_harness.testing.tracing import PerTest
-from rcx_tools.evidence.mutants.suite import pytest_options, settle_hypothesis
+from rcx_tools.evidence.mutants.suite import exhaustive_of, pytest_options, settle_hypothesis
 
 __all__ = ["Copies", "Traced"]
 
@@ -43,6 +43,11 @@ class Traced(PerTest):
         super().__init__()
         self._folder = str(folder)
         self._codes: set[Any] = set()
+        self.exhaustive: set[str] = set()
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Note the tests that `make test` leaves out."""
+        self.exhaustive = exhaustive_of(items)
 
     def take(self) -> set[Any]:
         """The code that has run since the last time."""
@@ -129,7 +134,12 @@ class Copies:
     # --- in a child ---
 
     def first_failure(
-        self, changed: Mapping[str, str], nodes: Sequence[str], *, regenerate: bool = False
+        self,
+        changed: Mapping[str, str],
+        nodes: Sequence[str],
+        *,
+        exhaustive: Collection[str] = (),
+        regenerate: bool = False,
     ) -> str | None:
         """Run tests in a copy up to the first that fails; that one, or what failed else.
 
@@ -137,8 +147,10 @@ class Copies:
             changed: Texts of files, by their paths in the repository.
             nodes: The tests, or whole files of them, in the order in which they run; those that
                 there are no more count as passed.
+            exhaustive: Tests that run after all others.
             regenerate: Write the generated files of plc/lib anew.
         """
+        quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
         with suppress(OSError, ValueError):  # not everywhere
             resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
@@ -149,14 +161,15 @@ class Copies:
         try:
             if regenerate:
                 _regenerate(own)
-            files = list(dict.fromkeys(node.partition("::")[0] for node in nodes))
-            for part in (files[:_FEW], files[_FEW:]):
-                wanted = [node for node in nodes if node.partition("::")[0] in part]
-                if wanted:
-                    first = _First(wanted)
-                    code = _pytest(own, part, first, ["-x"])
-                    if first.failed or code not in (pytest.ExitCode.OK, _NO_TESTS):
-                        return first.failed or "the tests cannot be started"
+            for tier in (quick, [node for node in nodes if node not in quick]):
+                files = list(dict.fromkeys(node.partition("::")[0] for node in tier))
+                for part in (files[:_FEW], files[_FEW:]):
+                    wanted = [node for node in tier if node.partition("::")[0] in part]
+                    if wanted:
+                        first = _First(wanted)
+                        code = _pytest(own, part, first, ["-x"])
+                        if first.failed or code not in (pytest.ExitCode.OK, _NO_TESTS):
+                            return first.failed or "the tests cannot be started"
         except Exception as error:
             return f"nothing runs: {type(error).__name__}"
         return None

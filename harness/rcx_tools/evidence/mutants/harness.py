@@ -47,6 +47,7 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
+from rcx_tools.evidence.mutants.tiers import quick_tier
 
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 
@@ -181,6 +182,7 @@ class HarnessRun:
         here = {*files, *(file for file in kept.states if (self._root / file).is_file())}
         states = {file: self._states.of(file) for file in here}
         new = sorted(file for file in files if kept.states.get(file) != states[file])
+        exhaustive = {node for node in kept.exhaustive if _file(node) not in new}
         seconds = {
             node: took
             for node, took in kept.seconds.items()
@@ -189,9 +191,10 @@ class HarnessRun:
         ran = {node: kept.ran[node] for node in seconds if node in kept.ran}
         for one in self._traced(copies, new):
             seconds |= one["seconds"]
+            exhaustive |= {*one["exhaustive"]}
             ran |= {node: self._named(one["ran"][node]) for node in one["passed"]}
         failed = tuple(sorted(node for node in seconds if node not in ran))
-        baseline = Baseline(ran, seconds, failed, (), states)
+        baseline = Baseline(ran, seconds, failed, (), states, frozenset(exhaustive))
         baseline.write(kept_in, state)
         judging = in_suite(sorted(node for node in ran if _file(node) in files))
         return replace(baseline, ran={node: ran[node] for node in judging})
@@ -239,7 +242,7 @@ class HarnessRun:
     def _kind(self, copies: Copies, kind: Kind, baseline: Baseline) -> dict[str, Any]:
         mutants = [one for file in self._files(kind) for one in self._mutants(kind, file)]
         ran = self._about(mutants, kind.folders, baseline)
-        judges = Judges(self._states, ran, baseline.seconds)
+        judges = Judges(self._states, ran, baseline.seconds, exhaustive=baseline.exhaustive)
         tasks = []
         for mutant in mutants:
             own = _own(mutant.file, ran)
@@ -263,7 +266,9 @@ class HarnessRun:
             ran = self._about([mutant], bug.tests, baseline)
             tests = [node for node, about in ran.items() if mutant.pou.upper() in about]
             tasks.append(self._task(mutant, tests, baseline))
-        judges = Judges(self._states, baseline.ran, baseline.seconds)
+        judges = Judges(
+            self._states, baseline.ran, baseline.seconds, exhaustive=baseline.exhaustive
+        )
         return self._judged(copies, "seeded", tasks, judges)
 
     def _about(
@@ -313,7 +318,12 @@ class HarnessRun:
             mutant = task.mutant
             nodes = judges.ordered(mutant.pou, task.tests, _own(mutant.file, judges.ran))
             changed = {mutant.file: mutant.text}
-            return copies.first_failure(changed, nodes, regenerate=_is_table(mutant.file))
+            return copies.first_failure(
+                changed,
+                nodes,
+                exhaustive=judges.exhaustive,
+                regenerate=_is_table(mutant.file),
+            )
 
         jobs, patience_s = self._options.jobs, self._options.patience
         judged = self._judging.of(
@@ -322,11 +332,14 @@ class HarnessRun:
             judges,
             lambda todo: run_tasks(todo, run, jobs, copies.discard, patience_s),
         )
-        return self._told(judged, len(tasks))
+        return self._told(judged, len(tasks), judges.exhaustive)
 
-    def _told(self, judged: Sequence[Judged], of: int) -> dict[str, Any]:
+    def _told(
+        self, judged: Sequence[Judged], of: int, exhaustive: Collection[str]
+    ) -> dict[str, Any]:
         reasons = Reasons(self._root / "tests/tools/evidence/survivors_harness.toml")
-        return figures(judged, reasons, folder_of) | {"not_run": of - len(judged)}
+        tier = {"quick": quick_tier(judged, exhaustive)}
+        return figures(judged, reasons, folder_of) | tier | {"not_run": of - len(judged)}
 
 
 def _is_table(file: str) -> bool:
@@ -363,6 +376,7 @@ def _write(file: Path, traced: Traced) -> None:
     """Keep what a child has noted; paths from the package's folder on."""
     base = file.parents[1]
     content = {
+        "exhaustive": sorted(traced.exhaustive),
         "passed": [node for node, passed in traced.passed.items() if passed],
         "failed": [node for node, passed in traced.passed.items() if not passed],
         "seconds": {node: round(seconds, 4) for node, seconds in traced.seconds.items()},

@@ -26,10 +26,12 @@ from rcx_tools.evidence.mutants.select import (
 )
 from rcx_tools.evidence.mutants.suite import (
     Suite,
+    exhaustive_of,
     forget_benches,
     private_folder,
     remove_folders,
 )
+from rcx_tools.evidence.mutants.tiers import quick_tier
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
 
@@ -73,7 +75,13 @@ class LibraryRun:
             self._console.print(f"fails with the original, judges nothing: {node}", markup=False)
         naming = naming_tests(self._root)
         named = {one: (*named_tests(one), *naming.get(one.stem, ())) for one in self._library}
-        judges = Judges(self._states, baseline.ran, baseline.seconds, self._options.named)
+        judges = Judges(
+            self._states,
+            baseline.ran,
+            baseline.seconds,
+            self._options.named,
+            baseline.exhaustive,
+        )
         mutants = Mutants(self._root, self._library)
         tasks = self._tasks(mutants, judges, named)
 
@@ -96,6 +104,7 @@ class LibraryRun:
         self._found = figures(judged, reasons, folder_of, complete) | {
             "no_mutants": {"refused": mutants.counted.refused, "equal": mutants.counted.equal},
             "not_run": len(tasks) - len(judged),
+            "quick": quick_tier(judged, baseline.exhaustive),
             "tests": len(baseline.ran),
             "tests_that_fail": list(baseline.failed),
             "of_each_generated_block": "all" if self._options.all else SAMPLE,
@@ -136,7 +145,8 @@ class LibraryRun:
         forget_benches(self._root / "tests")
         ran = {node: ran[node] for node in items if node in ran}
         failed = tuple(node for node in items if node not in ran)
-        baseline = Baseline(ran, seconds, failed, tuple(builders), states)
+        exhaustive = frozenset(exhaustive_of(items.values()))
+        baseline = Baseline(ran, seconds, failed, tuple(builders), states, exhaustive)
         baseline.write(file, library)
         return baseline
 

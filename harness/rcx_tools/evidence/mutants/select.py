@@ -77,12 +77,14 @@ class Judges:
         ran: Upper-case names of the POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
         named_only: Take only the tests that the head of the file names.
+        exhaustive: Tests that `make test` leaves out; they come last.
     """
 
     states: TestStates
     ran: Mapping[str, frozenset[str]]
     seconds: Mapping[str, float]
     named_only: bool = False
+    exhaustive: frozenset[str] = frozenset()
     _kills: dict[str, Counter[str]] = field(default_factory=dict)
     _chosen: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -112,10 +114,11 @@ class Judges:
         key = pou.upper()
         kills = self._kills.get(key, Counter())
 
-        def rank(node: str) -> tuple[float, bool, bool, float]:
+        def rank(node: str) -> tuple[bool, float, bool, bool, float]:
             seconds = self.seconds.get(node, 1.0) + 0.005
             other_file = node.partition("::")[0] not in named
-            return -kills[node] / seconds, not _is_own(node, key), other_file, seconds
+            last = node in self.exhaustive
+            return last, -kills[node] / seconds, not _is_own(node, key), other_file, seconds
 
         return sorted(nodes, key=rank)
 

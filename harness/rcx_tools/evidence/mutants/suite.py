@@ -19,6 +19,7 @@ from _pytest.runner import runtestprotocol
 __all__ = [
     "FOLDERS",
     "Suite",
+    "exhaustive_of",
     "forget_benches",
     "in_suite",
     "private_folder",
@@ -48,6 +49,11 @@ def spread(items: Sequence[str], most: int) -> list[str]:
     if len(items) <= most:
         return list(items)
     return [items[k * len(items) // most] for k in range(most)]
+
+
+def exhaustive_of(items: Iterable[pytest.Item]) -> set[str]:
+    """Return the identifiers of the tests that `make test` leaves out."""
+    return {item.nodeid for item in items if item.get_closest_marker("exhaustive")}
 
 
 def in_suite(nodes: Sequence[str]) -> list[str]:

@@ -14,6 +14,7 @@ from rcx_tools.evidence.prove.functions import PROPERTIES
 _PART = "FC_RCXMILLISECONDS"
 
 
+@pytest.mark.exhaustive
 def test_the_loops_lose_nothing(tmp_path: Path) -> None:
     """The last goals, which take seconds, are left to `make prove`.
 

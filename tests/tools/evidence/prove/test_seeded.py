@@ -223,10 +223,12 @@ def test_a_run_from_the_start_shows_the_bug_and_is_replayed_from_its_stimulus(
     assert all(Path(file).is_file() for file in found.files)
 
 
+@pytest.mark.exhaustive
 def test_the_library_as_it_is_shows_nothing(tmp_path: Path) -> None:
     assert _hunted(tmp_path, _bug_in(tmp_path, "interval-not-waited-for", False), 6) is None
 
 
+@pytest.mark.exhaustive
 def test_a_bug_in_a_function_is_shown_by_calling_it(tmp_path: Path) -> None:
     """499.5 us and more are a millisecond: only durations that are finer than that tell."""
     found = _hunted(tmp_path, _bug_in(tmp_path, "half-a-millisecond-is-lost"), 40)
@@ -234,6 +236,7 @@ def test_a_bug_in_a_function_is_shown_by_calling_it(tmp_path: Path) -> None:
     assert "FC_RcxMilliseconds(Value := F1Value)" in Path(found.files[0]).read_text()
 
 
+@pytest.mark.exhaustive
 def test_what_breaks_a_goal_is_tried_at_the_pins(tmp_path: Path) -> None:
     """Guide 4.2: torque 1 to 100 %; 777 is in no list of numbers that are tried."""
     bug = replace(_bug_in(tmp_path, "torque-up-to-1000"), own=("FB_SetMaxTorque",))
@@ -251,6 +254,7 @@ def test_a_broken_goal_names_the_pins_that_break_it() -> None:
     assert told == {"values": {}}
 
 
+@pytest.mark.exhaustive
 def test_a_copy_is_the_same_whether_its_files_are_parsed_or_taken_from_another(
     tmp_path: Path,
 ) -> None:

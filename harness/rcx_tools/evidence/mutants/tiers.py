@@ -1,0 +1,50 @@
+"""How many mutants the quick tier of the tests finds, beside all tests."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from rcx_harness.verify.mutants.report import Judged
+
+__all__ = ["QUICK_GOAL", "print_quick_tier", "quick_tier"]
+
+#: Least share of the mutants that all tests find which `make test` has to find [%].
+QUICK_GOAL = 95.0
+_MOST = 12
+
+
+def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[str, Any]:
+    """Return what the quick tier finds of what all tests find.
+
+    Exhaustive tests run last, so a mutant that one of them has found is found by no quick test.
+
+    Args:
+        judged: All mutants, and what has found them.
+        exhaustive: Tests that `make test` leaves out.
+
+    Returns:
+        `killed` by a quick test, `share` of what all tests kill [%], and `only_exhaustive`: how
+        many mutants each test function of the exhaustive tier finds alone.
+    """
+    killed = [mutant for mutant in judged if mutant.killed]
+    late = Counter(mutant.by.partition("[")[0] for mutant in killed if mutant.by in exhaustive)
+    quick = len(killed) - late.total()
+    share = round(100.0 * quick / len(killed), 2) if killed else 100.0
+    return {"killed": quick, "share": share, "only_exhaustive": dict(late.most_common())}
+
+
+def print_quick_tier(console: Console, kind: str, found: Mapping[str, Any]) -> None:
+    """Print the score of the quick tier beside that of all tests, and what it does not find."""
+    tier = found["quick"]
+    score = 100.0 * tier["killed"] / found["mutants"] if found["mutants"] else 100.0
+    console.print(
+        f"{kind}: make test finds {tier['killed']} of {found['mutants']} ({score:.2f} %), all tests"
+        f" find {found['killed']} ({found['score']:.2f} %); quick share {tier['share']:.2f} %",
+        highlight=False,
+    )
+    for function, count in list(tier["only_exhaustive"].items())[:_MOST]:
+        console.print(f"  {count:>4} only by {function}", highlight=False, markup=False)

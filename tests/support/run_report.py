@@ -1,0 +1,43 @@
+"""The last lines of a test run: what was skipped and why, what was left out, what to repeat."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+
+__all__ = ["left_out_line", "repeat_line", "skip_lines"]
+
+#: Reasons that mean the same to a reader, and the words for them. The first match counts.
+_SAME = (
+    (r"matiec|STruC\+\+|strucpp", "need matiec or STruC++: docs/engines.md"),
+    (r"C compiler|no cc", "need a C compiler"),
+    (r"npm|site", "need the built site: make site-test"),
+    (r"package index", "need a package index: make test-all with pytest -m external"),
+    (r"tshark|openssl|lcov|node ", "need tshark, openssl, lcov or node"),
+)
+
+
+def skip_lines(reasons: Iterable[str]) -> list[str]:
+    """Return one line for each kind of reason, the most frequent first.
+
+    Args:
+        reasons: The reason of each skipped test, as pytest reports it.
+    """
+    counts = Counter(map(_kind, reasons))
+    return [f"  {count:>6,} {kind}" for kind, count in counts.most_common()]
+
+
+def _kind(reason: str) -> str:
+    text = reason.removeprefix("Skipped: ")
+    return next((kind for pattern, kind in _SAME if re.search(pattern, text)), text)
+
+
+def left_out_line(count: int) -> str:
+    """Return the line that says what `make test-all` would run besides."""
+    return f"{count:,} exhaustive tests were left out: make test-all runs them, too"
+
+
+def repeat_line(node: str) -> str:
+    """Return the command that runs one test again, alone."""
+    return f"repeat one: .venv/bin/python -m pytest -n 0 '{node}'"
