@@ -399,7 +399,12 @@ def _state(model: Any, broken: Bool, names: Names) -> str:
         seen.add(one.get_id())
         if one.num_args():
             waiting += one.children()
-        elif z3.is_const(one) and one.decl().kind() == z3.Z3_OP_UNINTERPRETED:
-            if not z3.is_array(one) and (text := names.told(model, one)):
-                found[text] = None
+        elif _is_value(one) and (text := names.told(model, one)):
+            found[text] = None
     return ", ".join(found) or "any"
+
+
+def _is_value(term: Any) -> bool:
+    """Is it a variable of the solver, and no array?"""
+    named = z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED
+    return named and not z3.is_array(term)
