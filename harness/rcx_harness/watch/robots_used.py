@@ -137,7 +137,7 @@ class RobotsUsed:
         self._bare: set[tuple[t.Pou, str]] = set()
         self._called_inside: set[str] = set()
         for name, block in project.instances.items():
-            place = (name.upper(),)
+            place: Place = (name.upper(),)
             self._texts[place] = ""
             self._walk(_Frame(project.pous[block.name.upper()], place))
         for place, robot in self.robots.items():
