@@ -35,7 +35,8 @@ class LastChanges(Timeline):
         super().__init__(cell.trace)
         for record in cell.trace:
             self.take(record)
-        self.explain(shown_errors(cell.program))
+        if not cell.closed:
+            self.explain(shown_errors(cell.program))
         every = super().instants()
         recent = [t_us for t_us in every if t_us >= cell.now_us - _SECOND_US]
         last = recent if len(recent) >= _FEWEST else every[-_FEWEST:]

@@ -85,8 +85,9 @@ def _words(program: Program) -> Iterator[str]:
             if variable.type == _WORD:
                 yield path
             elif isinstance(variable.type, BlockType):
-                pins = variable.type.variables
-                yield from (f"{path}.{pin.name}" for pin in pins if pin.name == "ErrorID")
+                for pin in variable.type.variables:
+                    if (pin.name, pin.type, pin.section) == ("ErrorID", _WORD, "VAR_OUTPUT"):
+                        yield f"{path}.ErrorID"
 
 
 @lru_cache(maxsize=1)

@@ -211,6 +211,8 @@ class RobotsUsed:
             for _, variable in (*node.in_outs, *node.outputs):
                 self._written(variable, frame)
                 self._let_go(variable, frame, pou)
+            if isinstance(node, t.CallMethod):
+                self._method(node.instance, frame, pou)
         elif isinstance(node, t.Address):
             self._written(node.variable, frame)
             self._let_go(node.variable, frame, pou)
@@ -232,6 +234,14 @@ class RobotsUsed:
             for name, value in node.inputs:
                 self._given.setdefault((instance, name.upper()), []).append((value, frame))
             self._walk(_Frame(inner, instance, bound))
+
+    def _method(self, instance: t.Expression, frame: _Frame, pou: t.Pou) -> None:
+        """Follow a block that need not be called itself; its methods are those of `frame` else."""
+        if isinstance(instance, t.This) or not isinstance(instance.type, BlockType):
+            return
+        inner = self._project.pous.get(instance.type.name.upper())
+        if inner is not None and inner.file in self._files:
+            self._walk(_Frame(inner, self._place(instance, frame, pou)))
 
     def _note_call(self, call: Call, place: Place | None, *, follow: bool) -> None:
         if place is None:
