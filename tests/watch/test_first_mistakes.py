@@ -12,6 +12,7 @@ import pytest
 
 from rcx_harness.cell import Cell, CellTimeout
 from rcx_harness.cli.app import main
+from rcx_harness.engine.checked import analysed
 from rcx_harness.watch.first_mistakes import first_mistakes
 
 TEMPLATE = Path(__file__).parents[2] / "harness" / "rcx_harness" / "new" / "template" / "plc"
@@ -266,6 +267,98 @@ def test_what_is_declared_but_not_called_and_what_may_be_meant_is_said(check: Ch
     assert found.endswith(f"; ReadArea is declared in line {FIRST - 9}, but not called")
     [found] = check(READ, MOVE.replace(":= Robot", ":= Other"), WRITE)
     assert found.endswith(", or use Robot")
+
+
+VARS = """VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Connected, Safe, Go : BOOL;
+    k : INT;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    Move : FB_MovePtp;
+"""
+OWN = f"{VARS} Robot : RCX_REF; END_VAR"
+READ_OPEN = "ReadArea(Robot := Robot, Image := InputArea);"
+IN_OUTS = "VAR_IN_OUT Robot : RCX_REF; InputArea : RCX_IMAGE; END_VAR"
+INNER = f"FUNCTION_BLOCK FB_In {IN_OUTS} VAR_INPUT Connected : BOOL; END_VAR"
+INNER += f" VAR ReadArea : FB_ReadArea; END_VAR {READ} END_FUNCTION_BLOCK\n"
+#: Whole programs whose source says less, or says it in the language of other tools.
+OTHERS = {
+    "a pointer": f"PROGRAM Main {OWN} VAR P : POINTER TO RCX_REF; END_VAR P := ADR(Robot);"
+    f"{READ.replace(':= Robot', ':= P^')} {MOVE} {WRITE.replace(':= Robot', ':= P^')} END_PROGRAM",
+    "a reference": f"PROGRAM Main {OWN} VAR Ref : REFERENCE TO RCX_REF; END_VAR Ref REF= Robot;"
+    f"{READ.replace(':= Robot', ':= Ref')} {MOVE} {WRITE.replace(':= Robot', ':= Ref')}"
+    " END_PROGRAM",
+    "a method": f"FUNCTION_BLOCK FB_Cell {OWN} METHOD Run : BOOL {READ} {MOVE} {WRITE} END_METHOD\n"
+    "END_FUNCTION_BLOCK PROGRAM Main VAR Cell : FB_Cell; END_VAR Cell.Run(); END_PROGRAM",
+    "a block that extends another": "FUNCTION_BLOCK FB_Mine EXTENDS FB_In VAR Move : FB_MovePtp;"
+    f" Go : BOOL; END_VAR SUPER^(); {MOVE} END_FUNCTION_BLOCK\n{INNER}"
+    f"PROGRAM Main {OWN} VAR Mine : FB_Mine; END_VAR"
+    f" Mine(Robot := Robot, InputArea := InputArea, Connected := Connected); {WRITE} END_PROGRAM",
+    "a block that extends one of the library": "FUNCTION_BLOCK FB_Mine EXTENDS FB_MovePtp SUPER^();"
+    f" END_FUNCTION_BLOCK PROGRAM Main {OWN} VAR Mine : FB_Mine; END_VAR {READ}"
+    f" Mine(Robot := Robot, Execute := Go); {WRITE} END_PROGRAM",
+    "initial values of blocks": f"PROGRAM Main {OWN}"
+    " VAR Reads : FB_ReadArea := (Connected := TRUE);"
+    " Writes : FB_WriteArea := (EmergencyStopOk := TRUE, StopOk := TRUE); END_VAR"
+    f" Reads(Robot := Robot, Image := InputArea); {MOVE}"
+    " Writes(Robot := Robot, Image := OutputArea); END_PROGRAM",
+    "arguments without names": f"PROGRAM Main {OWN} ReadArea(Robot, InputArea, 0, 48, Connected);"
+    f" {MOVE} WriteArea(Robot, OutputArea, 0, Safe, Safe); END_PROGRAM",
+    "a block that another one calls": "FUNCTION_BLOCK FB_Do VAR_IN_OUT Robot : RCX_REF;"
+    f" Move : FB_MovePtp; END_VAR VAR Go : BOOL; END_VAR {MOVE} END_FUNCTION_BLOCK"
+    f" PROGRAM Main {OWN} VAR Does : FB_Do; END_VAR {READ} Does(Robot := Robot, Move := Move);"
+    f" IF Move.Done THEN k := 1; END_IF; {WRITE} END_PROGRAM",
+    "a pin that is assigned": f"{INNER} PROGRAM Main {OWN} VAR In : FB_In; END_VAR"
+    f" In.Connected := Go; In(Robot := Robot, InputArea := InputArea); {MOVE} {WRITE} END_PROGRAM",
+    "two programs with a global robot": f"PROGRAM One VAR_EXTERNAL Robot : RCX_REF; END_VAR {VARS}"
+    f" END_VAR {READ} END_PROGRAM PROGRAM Two VAR_EXTERNAL Robot : RCX_REF; END_VAR {VARS} END_VAR"
+    f" {MOVE} {WRITE} END_PROGRAM CONFIGURATION C VAR_GLOBAL Robot : RCX_REF; END_VAR"
+    " RESOURCE R ON PLC TASK T1(INTERVAL := T#10ms, PRIORITY := 0); PROGRAM A WITH T1 : One;"
+    " PROGRAM B WITH T1 : Two; END_RESOURCE END_CONFIGURATION",
+}
+
+
+def _whole(folder: Path, text: str) -> list[str]:
+    stubs, program = folder / "stubs.st", folder / "program.st"
+    stubs.write_text(STUBS)
+    program.write_text(text)
+    assert analysed([program, stubs])[1] == []
+    return [one.text for one in first_mistakes([program], [stubs])]
+
+
+@pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
+def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: str) -> None:
+    """Source: docs/testing.md, first mistakes."""
+    assert _whole(tmp_path, text) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "finding"),
+    [
+        ("a method", WRITE, "", "Move is called for Cell.Robot, but FB_WriteArea is not: "),
+        ("a method", READ, READ_OPEN, "Connected of ReadArea is not wired"),
+        ("a pin that is assigned", "In.Connected := Go;", "", "Connected of ReadArea is not wired"),
+        (
+            "two programs with a global robot",
+            WRITE,
+            "",
+            "Move is called for Robot, but FB_WriteArea",
+        ),
+        (
+            "a block that extends another",
+            WRITE,
+            "",
+            "Move is called for Robot, but FB_WriteArea is",
+        ),
+    ],
+)
+def test_what_it_settles_is_found_there_too(
+    tmp_path: Path, name: str, old: str, new: str, finding: str
+) -> None:
+    """Source: docs/testing.md, first mistakes."""
+    [found] = _whole(tmp_path, OTHERS[name].replace(old, new))
+    assert found.startswith(finding)
 
 
 @pytest.fixture(scope="module")

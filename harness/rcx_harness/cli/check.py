@@ -35,7 +35,8 @@ def check(
 ) -> None:
     """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
 
-    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea.
+    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea. The commonest
+    first mistakes, as a pin Connected that is not wired, are warnings.
 
     With --for: what that tool refuses of your files, or may refuse, where no public document says.
 

@@ -103,7 +103,7 @@ class _Mistakes:
         yield from self._never_called()
 
     def _at(self, call: Call, text: str) -> LintFinding:
-        return LintFinding(self._files[call.pou.file], call.node.at, text, strict=False)
+        return LintFinding(self._files[call.file], call.node.at, text, strict=False)
 
     # --- FB_ReadArea, FB_WriteArea ---
 

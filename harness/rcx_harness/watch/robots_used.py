@@ -60,6 +60,7 @@ class Call:
 
     Attributes:
         pou: The user's program or block that calls.
+        file: Where the call stands.
         node: The call.
         name: The instance, as it is written.
         instance: Its place; None where the source does not settle it.
@@ -68,6 +69,7 @@ class Call:
     """
 
     pou: t.Pou
+    file: str
     node: t.CallBlock
     name: str
     instance: Place | None
@@ -195,6 +197,8 @@ class RobotsUsed:
             bodies.append(self._project.pous[above])
             above = self._project.objects.extended.get(above, "")
         for pou in bodies:
+            if pou.file not in self._files:  # it extends a block of the library
+                continue
             self._note_uses(frame.pou, pou.body)
             for node in _nodes(pou.body):
                 self._take(node, frame, pou)
@@ -225,7 +229,7 @@ class RobotsUsed:
             self._written(variable, frame)
         bound = {name.upper(): self._place(one, frame, pou) for name, one in node.in_outs}
         name, image = _text(node.instance), bound.get("IMAGE")
-        call = Call(frame.pou, node, name, instance, image, frame)
+        call = Call(frame.pou, pou.file, node, name, instance, image, frame)
         inner = self._project.pous.get(node.block.name.upper())
         follow = inner is not None and inner.file in self._files and not call.area
         for pin in robot_pins(node.block):
