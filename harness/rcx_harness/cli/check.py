@@ -64,7 +64,7 @@ def check(
     if not lint_only:
         called = call_findings(users, library)
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
-        findings += first_mistakes(users, library)
+        findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:

@@ -10,16 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from rcx_harness.engine import cache
 from rcx_harness.engine.checked import analysed
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.portability import LintFinding
+from rcx_harness.engine.frontend.syntax import Position
 from rcx_harness.engine.types import BlockType
 from rcx_harness.watch.calls_source import AREAS
 from rcx_harness.watch.robots_used import Call, Robot, RobotsUsed, pins_of, robot_pins
 
-__all__ = ["first_mistakes"]
+__all__ = ["Mistake", "first_mistakes"]
 
 _FILES = (Path(__file__), Path(__file__).with_name("robots_used.py"))
 
@@ -57,7 +58,18 @@ _OTHER_IMAGE = {
 }
 
 
-def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[LintFinding]:
+class Mistake(NamedTuple):
+    """A first mistake: where it is, what happens, and what to do."""
+
+    file: Path
+    at: Position
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.at.line}:{self.at.column}: warning: {self.text}"
+
+
+def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[Mistake]:
     """Return a warning for each first mistake in a program's own files.
 
     Args:
@@ -72,7 +84,7 @@ def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[
     return list(cache.made_of("mistakes", key, every, lambda: _found(files, every)))
 
 
-def _found(files: Sequence[Path], every: Sequence[Path]) -> list[LintFinding]:
+def _found(files: Sequence[Path], every: Sequence[Path]) -> list[Mistake]:
     project, _ = analysed(every)
     if project is None:
         return []
@@ -94,7 +106,7 @@ class _Mistakes:
         self._project, self._files = project, files
         self._used = RobotsUsed(project, files)
 
-    def findings(self) -> Iterator[LintFinding]:
+    def findings(self) -> Iterator[Mistake]:
         """Yield what is wrong."""
         for robot in self._used.robots.values():
             yield from self._missing(robot)
@@ -102,12 +114,12 @@ class _Mistakes:
             yield from self._wrong_images(robot)
         yield from self._never_called()
 
-    def _at(self, call: Call, text: str) -> LintFinding:
-        return LintFinding(self._files[call.file], call.node.at, text, strict=False)
+    def _at(self, call: Call, text: str) -> Mistake:
+        return Mistake(self._files[call.file], call.node.at, text)
 
     # --- FB_ReadArea, FB_WriteArea ---
 
-    def _missing(self, robot: Robot) -> Iterator[LintFinding]:
+    def _missing(self, robot: Robot) -> Iterator[Mistake]:
         """A robot that blocks are called for, but that is not read or not written."""
         if not robot.known:
             return
@@ -127,7 +139,7 @@ class _Mistakes:
                 f"{symbol.name} is a VAR_INPUT, so {pou.name} works on a copy of the robot: what "
                 "its blocks ask for never reaches FB_WriteArea; declare it in VAR_IN_OUT"
             )
-            yield LintFinding(self._files[pou.file], symbol.at, text, strict=False)
+            yield Mistake(self._files[pou.file], symbol.at, text)
             return
         name = robot.name
         read = f"FB_ReadArea(Robot := {name}, Image := ..., Connected := ...) first in the scan"
@@ -169,7 +181,7 @@ class _Mistakes:
 
     # --- pins that have to be wired ---
 
-    def _open_pins(self, robot: Robot) -> Iterator[LintFinding]:
+    def _open_pins(self, robot: Robot) -> Iterator[Mistake]:
         by_instance: dict[object, list[Call]] = {}
         for call in robot.calls:
             if call.area:
@@ -209,7 +221,7 @@ class _Mistakes:
 
     # --- images ---
 
-    def _wrong_images(self, robot: Robot) -> Iterator[LintFinding]:
+    def _wrong_images(self, robot: Robot) -> Iterator[Mistake]:
         """Find an area block that has the image of the other direction."""
         for call in robot.calls:
             other, right, text = _OTHER_IMAGE.get(call.area, ("", "", ""))
@@ -218,7 +230,7 @@ class _Mistakes:
 
     # --- blocks that are never called ---
 
-    def _never_called(self) -> Iterator[LintFinding]:
+    def _never_called(self) -> Iterator[Mistake]:
         for pou in self._used.pous:
             for symbol in pou.symbols.values():
                 kind = symbol.type
@@ -234,7 +246,7 @@ class _Mistakes:
                     f"are; call {symbol.name}(Robot := ...) in every scan, between FB_ReadArea and "
                     "FB_WriteArea"
                 )
-                yield LintFinding(self._files[pou.file], symbol.at, text, strict=False)
+                yield Mistake(self._files[pou.file], symbol.at, text)
 
     def _is_users(self, call: Call) -> bool:
         pou = self._project.pous.get(call.block.name.upper())

@@ -187,45 +187,6 @@ def test_what_cannot_be_decided_is_unknown_with_a_state(tmp_path: Path) -> None:
     assert "from a state that no run may come to: Main.Stage = 19998" in found.note
 
 
-NAMED = """TYPE CELL_WORK : STRUCT Step : CELL_STEP; Waits : WAITS; END_STRUCT; END_TYPE
-TYPE CELL_STEP : (CELL_WAITS, CELL_MOVES); END_TYPE
-TYPE WAITS : ARRAY [1..2] OF TIME; END_TYPE
-PROGRAM Cell
-  VAR
-    InputArea, OutputArea : RCX_IMAGE;
-    Go   : BOOL;
-    Work : CELL_WORK;
-    Late : TON;
-    Mask : WORD;
-  END_VAR
-  Late(IN := TRUE, PT := T#50ms);
-  IF Work.Step = CELL_MOVES AND Work.Waits[2] = T#1500ms AND Go AND Late.Q THEN
-    Mask := WORD#16#00FF;
-  END_IF;
-  (* prove: Mask <> WORD#16#00FF *)
-  Work.Step := Work.Step;
-  Work.Waits[2] := Work.Waits[2];
-END_PROGRAM
-"""
-
-
-def test_a_state_has_names_as_declared_members_of_enumerations_and_literals(
-    tmp_path: Path,
-) -> None:
-    """Only this state breaks it in one scan, from the start no run does: Waits[2] stays T#0s.
-
-    Source: docs/prove.md, proved, refuted, unknown.
-    """
-    file = tmp_path / "Cell.st"
-    file.write_text(NAMED)
-    results, _ = prove([file], Settings(limit_s=0.2, out=tmp_path / "out"))
-    [note] = [one.note for one in results if one.name == "assert Cell.st:16"]
-    said = note.partition("no run may come to: ")[2].split(", ")
-    wanted = {"Main.Work.Step = CELL_MOVES", "Main.Work.Waits[2] = T#1500ms", "Main.Go = TRUE"}
-    assert wanted <= set(said)
-    assert all(one.startswith("Main.") for one in said)
-
-
 @pytest.mark.parametrize(
     ("body", "message"),
     [
