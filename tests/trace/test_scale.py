@@ -15,7 +15,7 @@ from rcx_harness.trace.scale import scaled_svg, scaled_text
 
 SVG = "{http://www.w3.org/2000/svg}"
 #: As long as the longest name; with two spaces and 80 characters for the lanes.
-NAMES = len("SI(01) Servo ON input")
+NAMES = len("Remote command code")
 WIDTH = NAMES + 2 + 80
 STATE = EnumType("STATE", ("IDLE", "RUN"))
 
@@ -25,10 +25,10 @@ def area(code: int = 0, byte32: int = 0) -> bytes:
 
 
 def run(end_ms: int = 599) -> Timeline:
-    """SI(01) from 100 ms to 250 ms; MOVE PTP from 300 ms on; a scan every ms."""
+    """SI(06) from 100 ms to 250 ms; MOVE PTP from 300 ms on; a scan every ms."""
     timeline = Timeline()
     for ms in range(end_ms + 1):
-        si = area(code=0x0001 if ms >= 300 else 0, byte32=0x02 if 100 <= ms < 250 else 0)
+        si = area(code=0x0001 if ms >= 300 else 0, byte32=0x40 if 100 <= ms < 250 else 0)
         timeline.take(Scan(ms * 1000, ms, area(), si))
     return timeline
 
@@ -47,7 +47,7 @@ def test_a_line_is_so_much_time_and_a_character_its_share() -> None:
     lines = scaled_text(run(), WIDTH, line_us=800_000).splitlines()
     assert lines == [
         f"{'time [ms]':<{NAMES}} 0         100       200       300       400       500",
-        f"{'SI(01) Servo ON input':<{NAMES}} {'▁' * 10}╱{'▔' * 14}╲{'▁' * 34}",
+        f"{'SI(06) Stop input':<{NAMES}} {'▁' * 10}╱{'▔' * 14}╲{'▁' * 34}",
         f"{'Remote command code':<{NAMES}} {'─' * 30}╳MovePtp{'─' * 22}",
         f"{'Remote status':<{NAMES}} {'─' * 60}",
     ]
@@ -57,7 +57,7 @@ def test_it_goes_on_in_lines_and_repeats_what_is_out() -> None:
     lines = scaled_text(run(), WIDTH, line_us=400_000).splitlines()
     assert [line.split()[2] for line in lines if line.startswith("time")] == ["0", "400"]
     second = lines[lines.index("") + 1 :]
-    assert [line.split("  ")[0] for line in second] == [
+    assert [line[:NAMES].rstrip() for line in second] == [
         "time [ms]",
         "Remote command code",
         "Remote status",
@@ -76,9 +76,9 @@ def test_without_a_length_there_are_at_most_six_lines() -> None:
 def test_several_changes_in_one_character_are_a_cross() -> None:
     timeline = Timeline()
     for ms in range(800):
-        timeline.take(Scan(ms * 1000, ms, area(), area(byte32=0x02 if ms in (402, 799) else 0)))
+        timeline.take(Scan(ms * 1000, ms, area(), area(byte32=0x40 if ms in (402, 799) else 0)))
     line = scaled_text(timeline, WIDTH, line_us=800_000).splitlines()[1]
-    assert line == f"{'SI(01) Servo ON input':<{NAMES}} {'▁' * 40}╳{'▁' * 38}╱"
+    assert line == f"{'SI(06) Stop input':<{NAMES}} {'▁' * 40}╳{'▁' * 38}╱"
 
 
 def test_a_curve_goes_up_in_eight_steps_and_says_from_where_to_where() -> None:

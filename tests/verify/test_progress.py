@@ -35,3 +35,34 @@ def test_on_a_terminal_there_is_a_bar() -> None:
     assert "100/200" in shown.getvalue()
     assert "4/s" in shown.getvalue()
     assert "0:00:25" in shown.getvalue()
+
+
+def test_a_task_of_nothing_shows_no_bar() -> None:
+    """A campaign without failures has 0 classes; the bar before it is there.
+
+    Source: docs/campaign.md.
+    """
+    shown = io.StringIO()
+    console = Console(file=shown, force_terminal=True, width=100)
+    with progress_bar(console) as progress:
+        progress.add_task("seeds", total=1, told="")
+    with progress_bar(console) as progress:
+        progress.add_task("classes", total=0, told="")
+    assert "seeds" in shown.getvalue()
+    assert "classes" not in shown.getvalue()
+    assert "0/0" not in shown.getvalue()
+
+
+def test_what_nobody_has_counted_ends_with_its_number() -> None:
+    """Two items of a generator: 2/? while it goes on, 2/2 at its end.
+
+    Source: a user's screen.
+    """
+    shown = io.StringIO()
+    console = Console(file=shown, force_terminal=True, width=100)
+    with progress_bar(console) as progress:
+        bar = progress.add_task("items", total=None, told="")
+        for _ in range(2):
+            progress.update(bar, advance=1, refresh=True)
+    assert "2/?" in shown.getvalue()
+    assert "2/2" in shown.getvalue().splitlines()[-1] or "2/2" in shown.getvalue().splitlines()[-2]

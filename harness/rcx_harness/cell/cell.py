@@ -109,6 +109,7 @@ class Cell:
         steady: Collection[str] = (),
         calls: CallPlan | None = None,
         notice: str = "",
+        mistakes: Sequence[str] = (),
         agenda: Agenda | None = None,
         keep: int = KEPT,
         retained: Sequence[str] = (),
@@ -122,6 +123,7 @@ class Cell:
         self.closed = False
         """After `close`."""
         self._notice, self._leave = notice, leave or program.close
+        self._mistakes = mistakes
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -270,6 +272,7 @@ class Cell:
                 steady=compiled.steady,
                 calls=compiled.calls,
                 notice=compiled.notice,
+                mistakes=compiled.mistakes,
                 retained=compiled.retained,
                 leave=leave,
                 agenda=make_agenda(link, connect),
@@ -577,4 +580,4 @@ class Cell:
             text += f"; {path} = {value}"
         if self.violations:
             text += f"; last violation: {self.violations[-1].text}"
-        return text
+        return "\n".join((text, *self._mistakes))

@@ -16,6 +16,7 @@ from rcx_harness.engine.portability import LintFinding, lint, unportable
 from rcx_harness.errors import InputError
 from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings
+from rcx_harness.watch.first_mistakes import first_mistakes
 
 __all__ = ["check"]
 
@@ -34,7 +35,8 @@ def check(
 ) -> None:
     """Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.
 
-    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea.
+    Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea. The commonest
+    first mistakes, as a pin Connected that is not wired, are warnings.
 
     With --for: what that tool refuses of your files, or may refuse, where no public document says.
 
@@ -62,6 +64,7 @@ def check(
     if not lint_only:
         called = call_findings(users, library)
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
+        findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:

@@ -30,6 +30,13 @@ from rcx_harness.verify.debug.session import Launched, Session
 
 __all__ = ["debug", "launched"]
 
+#: Told to a person who starts it in a terminal.
+_AT_A_TERMINAL = """\
+rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.
+Let your editor start it: rcx debug --vscode FOLDER writes the extension for VS Code,
+docs/debug.md says how for others. Or give clients a port: rcx debug --port 4711.
+Ctrl-C ends it."""
+
 _HOST = "127.0.0.1"
 _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
@@ -77,6 +84,8 @@ def debug(
     if port is not None:
         _serve(port, given)
         return
+    if sys.stdin.isatty():
+        print(_AT_A_TERMINAL, file=sys.stderr, flush=True)
     # Not sys.stdin, which could not be closed at the end while somebody reads from it.
     reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
     with redirect_stdout(sys.stderr):  # nothing else goes to the client

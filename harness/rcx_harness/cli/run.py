@@ -41,6 +41,7 @@ from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
@@ -360,6 +361,7 @@ def _run(
         finally:
             if wave is not None:
                 wave.close()
+        timeline.explain(shown_errors(cell.program))
         if options.chart is not None:
             title = _title(options, cell)
             if line_us is None:

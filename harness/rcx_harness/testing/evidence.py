@@ -15,6 +15,7 @@ from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.view.page import View
 from rcx_harness.units import format_us
 
@@ -34,6 +35,8 @@ class LastChanges(Timeline):
         super().__init__(cell.trace)
         for record in cell.trace:
             self.take(record)
+        if not cell.closed:
+            self.explain(shown_errors(cell.program))
         every = super().instants()
         recent = [t_us for t_us in every if t_us >= cell.now_us - _SECOND_US]
         last = recent if len(recent) >= _FEWEST else every[-_FEWEST:]

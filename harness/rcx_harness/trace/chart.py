@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -16,6 +16,8 @@ from typing import Any
 
 from rcx_harness.engine.types import ElementaryType, Type
 from rcx_harness.spec import Signal, command_name, signals
+from rcx_harness.spec.wire import ABNORMAL_END
+from rcx_harness.trace.explaining import named, of_alarms, of_errors, unanswered
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
 from rcx_harness.trace.values import Changed, value_text
 from rcx_harness.watch.wire import word
@@ -36,6 +38,8 @@ _MOST_STILL = 16
 LONGEST_TEXT = 24
 #: Letters of a text that nobody understands without those behind them.
 _TOO_FEW = 2
+
+_WORD = ElementaryType("WORD")
 
 #: In place of a chart without a change.
 NOTHING = "no dedicated signal and no remote command changed"
@@ -156,6 +160,9 @@ class _Signals:
         table, who = signals(), "" if controller == 1 else f"{controller}: "
         self.inputs = [(one.byte, one.bit, _lane(one, "input", who)) for one in table.input]
         self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
+        self._codes = [one.signal for one in (*table.input, *table.output)]
+        self.alarms: set[str] = set()
+        """What remote commands have ended abnormally with."""
         self.code = Lane(f"{who}Remote command code", "word", show=command_name)
         self.status = Lane(f"{who}Remote status", "word")
         self._si = self._so = b""
@@ -165,6 +172,8 @@ class _Signals:
         if scan.so != self._so:
             self._so = scan.so
             self.status.note(scan.t_us, word(scan.so, 0))
+            if word(scan.so, 0) == ABNORMAL_END:
+                self.alarms.add(f"{word(scan.so, 2)}.{word(scan.so, 4)}")
             for byte, bit, lane in self.outputs:
                 lane.note(scan.t_us, scan.so[byte] >> bit & 1)
         if scan.si != self._si:
@@ -173,10 +182,19 @@ class _Signals:
             for byte, bit, lane in self.inputs:
                 lane.note(scan.t_us, scan.si[byte] >> bit & 1)
 
-    def lanes(self) -> list[Lane]:
-        """The bits that changed, the command code and the status."""
-        bits = [lane for _, _, lane in self.inputs + self.outputs if lane.changes]
-        return [*bits, self.code, self.status]
+    def lanes(self, told: Collection[str]) -> list[Lane]:
+        """The bits that changed or explain something, the command code and the status.
+
+        Args:
+            told: The bits that explain something, besides those that the wire says.
+        """
+        bits = [lane for _, _, lane in self.inputs + self.outputs]
+        ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
+        explains = {*told, *unanswered(ever_on), *of_alarms(self.alarms)}
+        for code, lane in zip(self._codes, bits, strict=True):
+            lane.always = code in explains
+        shown = [lane for lane in bits if lane.changes or lane.always]
+        return [*shown, self.code, self.status]
 
 
 class _Variables:
@@ -185,10 +203,14 @@ class _Variables:
     def __init__(self, watched: Mapping[str, Type]) -> None:
         self._changed = Changed(watched)
         self._lanes: dict[str, Lane] = {}
+        self.words: set[int] = set()
+        """All values of WORDs: some of them are ErrorIDs."""
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
         """Take the values of a scan."""
         for part, held in self._changed.take(values):
+            if part.type == _WORD:
+                self.words.add(held)
             if isinstance(held, float) and math.isnan(held):
                 held = "nan"  # the same one again is no change
             if part.path in self._lanes:
@@ -227,6 +249,7 @@ class Timeline:
             for number, titles in enumerate(trace.axes if trace is not None else (), 1)
         ]
         self._findings = Lane("Rule broken", "finding")
+        self._named: set[str] = set()
         self.end_us = 0
         """The time of the last record."""
 
@@ -241,6 +264,7 @@ class Timeline:
                 self._variables.take(record.t_us, record.vars)
         elif isinstance(record, Violation):
             self._findings.changes.append((record.t_us, 1))
+            self._named |= named([record.text])
         elif record.positions is not None and self._positions:
             self._take_positions(record, record.positions)
 
@@ -250,9 +274,19 @@ class Timeline:
                 lane.first = value
             lane.note(record.t_us, value)
 
+    def explain(self, errors: Iterable[int]) -> None:
+        """Take ErrorIDs: the signals that their causes name are drawn, also while they are OFF."""
+        self._named |= of_errors(errors)
+
     def lanes(self) -> list[Lane]:
-        """Signals of each controller, variables, positions; broken rules if there are any."""
-        every = [lane for one in self._controllers.values() for lane in one.lanes()]
+        """Signals of each controller, variables, positions; broken rules if there are any.
+
+        A signal that has never been ON is left out, unless it explains why nothing came of what
+        the program did: a broken rule or the cause of an ErrorID names it, an alarm that ended a
+        remote command is about it, or an input has been ON for which it is the answer, or needed.
+        """
+        told = {*self._named, *of_errors(self._variables.words)}
+        every = [lane for one in self._controllers.values() for lane in one.lanes(told)]
         every += self._of_cell()
         return [*every, *([self._findings] if self._findings.changes else [])]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -12,6 +13,7 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskID,
     TextColumn,
     TimeRemainingColumn,
 )
@@ -55,6 +57,26 @@ class _SpeedColumn(ProgressColumn):
 
 class _Progress(Progress):
     _told = 0.0
+
+    def __enter__(self) -> _Progress:
+        """Return it; it is shown from the first task on that has anything to do."""
+        return self
+
+    def add_task(self, description: str, *args: Any, **kwargs: Any) -> TaskID:
+        """Add a task. One of 0 items is not shown: its bar would end as `0/0 -:--:--`."""
+        number = super().add_task(description, *args, **kwargs)
+        if kwargs.get("total") != 0:
+            self.start()
+        return number
+
+    def stop(self) -> None:
+        """End it. How much there was of what nobody had counted is known now."""
+        if not self.live.is_started:
+            return
+        for task in self.tasks:
+            if task.total is None:
+                self.update(task.id, total=task.completed)
+        super().stop()
 
     def refresh(self) -> None:
         """Show it."""

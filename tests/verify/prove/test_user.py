@@ -168,7 +168,7 @@ def test_arithmetic_that_may_leave_its_type_is_noted_or_asked_for(
         "overflow Cell.st:17": status,
     }
     assert found["overflow Cell.st:15"].says == "arithmetic stays in its type: Stage + 1"
-    assert "from a state that no run may come to: MAIN.STAGE = 32767" in (
+    assert "from a state that no run may come to: Main.Stage = 32767" in (
         found["overflow Cell.st:15"].note
     )
 
@@ -192,7 +192,7 @@ def test_what_cannot_be_decided_is_unknown_with_a_state(tmp_path: Path) -> None:
     )
     found = proved(tmp_path, body, limit_s=0.5)["assert Cell.st:16"]
     assert found.status == "unknown"
-    assert "from a state that no run may come to: MAIN.STAGE = 19998" in found.note
+    assert "from a state that no run may come to: Main.Stage = 19998" in found.note
 
 
 @pytest.mark.parametrize(

@@ -100,11 +100,13 @@ class Memory:
 
     Attributes:
         assumptions: What is taken for granted: the range of each value that may be anything.
+        places: The variable behind each name that the solver was given for one of any value.
     """
 
     def __init__(self, project: Project) -> None:
         self.project = project
         self.assumptions: list[Any] = []
+        self.places: dict[str, Path] = {}
         self._memory: dict[Path, Value] = {}
         self._types: dict[Path, Type] = {}
         self._fresh = 0
@@ -154,6 +156,7 @@ class Memory:
             place = path + leaf.suffix
             self._types[place] = leaf.type
             name = self.fresh(".".join(str(part) for part in place))
+            self.places[name] = place
             if leaf.long:
                 self._memory[place] = _any_array(leaf.type, name)
                 continue

@@ -143,18 +143,19 @@ class Surroundings:
 
     def start(self, machine: Machine) -> None:
         """Everything with its initial value."""
-        for path, symbol in self._roots():
+        for path, symbol in self.roots():
             machine.create(path, symbol.type, symbol.initial)
 
     def anything(self, machine: Machine) -> None:
         """Any state: all that can change may be anything."""
-        for path, symbol in self._roots():
+        for path, symbol in self.roots():
             if symbol.constant:
                 machine.create(path, symbol.type, symbol.initial)
             else:
                 machine.havoc(path, symbol.type)
 
-    def _roots(self) -> Iterator[tuple[Path, t.Symbol]]:
+    def roots(self) -> Iterator[tuple[Path, t.Symbol]]:
+        """Yield the variables of the programs, global and located ones, each with its place."""
         for symbol in self.project.global_symbols.values():
             slot = address_slot(symbol.address) if symbol.address else symbol.name.upper()
             yield ("", slot), symbol

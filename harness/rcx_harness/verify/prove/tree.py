@@ -121,7 +121,7 @@ def _operand(node: t.Expression) -> str:
 
 def _literal(node: t.Constant) -> str:
     if isinstance(node.type, EnumType):
-        return node.type.members[int(node.value)]
+        return node.type.member_of(int(node.value)) or str(node.value)
     name = node.type.name if isinstance(node.type, ElementaryType) else ""
     if name == "TIME":
         return f"T#{int(node.value) / 1_000_000:g}ms"

@@ -22,6 +22,7 @@ from rcx_harness.verify.prove.assertions import Copies, with_assertions
 from rcx_harness.verify.prove.invariants import Candidate, candidates, kept
 from rcx_harness.verify.prove.logic import Bool, UnsupportedError
 from rcx_harness.verify.prove.machine import Path as Place
+from rcx_harness.verify.prove.naming import Names
 from rcx_harness.verify.prove.program import ProgramMachine
 from rcx_harness.verify.prove.properties import Key, Watch, inner_written, title
 from rcx_harness.verify.prove.replay import Replayed, replay
@@ -267,7 +268,7 @@ class _Work:
         if found == z3.unsat:
             self._proved(key, result)
         elif found == z3.sat:
-            state = _state(solver.model(), broken)
+            state = _state(solver.model(), broken, Names(step.machine, self.around))
             note = f"one scan breaks it from a state that no run may come to: {state}"
             self.open[key] = replace(self.open[key], note=note)
         elif not self.open[key].note:
@@ -387,9 +388,9 @@ class _Work:
         return " ".join(words)
 
 
-def _state(model: Any, broken: Bool) -> str:
+def _state(model: Any, broken: Bool, names: Names) -> str:
     """The values that matter: those that the condition is about."""
-    found: dict[str, Any] = {}
+    found: dict[str, None] = {}
     waiting, seen = [] if isinstance(broken, bool) else [broken], set()
     while waiting and len(found) < _SHOWN:
         one = waiting.pop(0)
@@ -398,10 +399,12 @@ def _state(model: Any, broken: Bool) -> str:
         seen.add(one.get_id())
         if one.num_args():
             waiting += one.children()
-        elif (
-            z3.is_const(one)
-            and one.decl().kind() == z3.Z3_OP_UNINTERPRETED
-            and not z3.is_array(one)
-        ):
-            found[one.decl().name().partition("!")[0]] = model.eval(one, model_completion=True)
-    return ", ".join(f"{name} = {value}" for name, value in found.items()) or "any"
+        elif _is_value(one) and (text := names.told(model, one)):
+            found[text] = None
+    return ", ".join(found) or "any"
+
+
+def _is_value(term: Any) -> bool:
+    """Is it a variable of the solver, and no array?"""
+    named = z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED
+    return named and not z3.is_array(term)

@@ -1,0 +1,266 @@
+"""The commonest first mistakes of a program, found in its checked source.
+
+Each of them is legal Structured Text, so the program runs and its robot does nothing: no
+FB_ReadArea or no FB_WriteArea for a robot, a pin that has to be wired and is not, a block that is
+used but never called, a robot that a block takes as a copy. All findings are warnings. What the
+source does not settle is not reported: a robot behind a pointer, an index that the program chooses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rcx_harness.engine import cache
+from rcx_harness.engine.checked import analysed
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.syntax import Position
+from rcx_harness.engine.types import BlockType
+from rcx_harness.watch.calls_source import AREAS
+from rcx_harness.watch.robots_used import Call, Robot, RobotsUsed, pins_of, robot_pins
+
+__all__ = ["Mistake", "first_mistakes"]
+
+_FILES = (Path(__file__), Path(__file__).with_name("robots_used.py"))
+
+#: Blocks that switch servos on. They need SI(00) (manual chapter 5, 3.1).
+_SERVOS = ("FB_SERVOON", "FB_SERVOONFROMEMERGENCYSTOP", "FB_POWERUP", "FB_SERVO", "FB_MOTORPOWER")
+#: Blocks that move the robot or start its program. They need SI(06), too (chapter 5, 2 and 3.2).
+_MOVES = (
+    "FB_ABSOLUTERESETMOVEMENT",
+    "FB_AUTOSTART",
+    "FB_INCHING",
+    "FB_JOG",
+    "FB_PICKPLACE",
+    "FB_PROGRAMCONTINUE",
+    "FB_RETURNTOORIGIN",
+    "FB_RETURNTOORIGINAXIS",
+    "FB_RETURNTOORIGINROBOT",
+    "FB_WORKCYCLE",
+)
+_MOVES_BEGIN = ("FB_MOVE", "FB_DRIVE", "FB_PUSH", "FB_PALLETMOVE")
+#: Blocks without Execute that send something to the controller.
+_SENDING = ("FB_CONTINUOUSPOSITION", "FB_OPERATOR", "FB_OVERRIDE", "FB_SEQUENCECONTROL")
+#: For each area block the image that it must not have, the right one, and what happens.
+_OTHER_IMAGE = {
+    "read": (
+        "OutputArea",
+        "InputArea",
+        "reads OutputArea, which is the area to the controller: it never sees the controller",
+    ),
+    "write": (
+        "InputArea",
+        "OutputArea",
+        "writes into InputArea, which is the area from the controller: nothing reaches the "
+        "controller",
+    ),
+}
+
+
+class Mistake(NamedTuple):
+    """A first mistake: where it is, what happens, and what to do."""
+
+    file: Path
+    at: Position
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.at.line}:{self.at.column}: warning: {self.text}"
+
+
+def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[Mistake]:
+    """Return a warning for each first mistake in a program's own files.
+
+    Args:
+        files: The program's files.
+        library: The files of the blocks that it uses.
+
+    Returns:
+        The warnings, in the order of files and lines; none where the sources have errors.
+    """
+    every = (*files, *library)
+    key = cache.sources_key((*files, *_FILES, *library))
+    return list(cache.made_of("mistakes", key, every, lambda: _found(files, every)))
+
+
+def _found(files: Sequence[Path], every: Sequence[Path]) -> list[Mistake]:
+    project, _ = analysed(every)
+    if project is None:
+        return []
+    paths = {str(file): file for file in files}
+    found = dict.fromkeys(_Mistakes(project, paths).findings())
+    ranks = {file: rank for rank, file in enumerate(files)}
+    return sorted(found, key=lambda one: (ranks[one.file], one.at))
+
+
+class _Mistakes:
+    """The first mistakes of a project.
+
+    Args:
+        project: The checked sources.
+        files: The user's files, by the name that the project gives them.
+    """
+
+    def __init__(self, project: Project, files: dict[str, Path]) -> None:
+        self._project, self._files = project, files
+        self._used = RobotsUsed(project, files)
+
+    def findings(self) -> Iterator[Mistake]:
+        """Yield what is wrong."""
+        for robot in self._used.robots.values():
+            yield from self._missing(robot)
+            yield from self._open_pins(robot)
+            yield from self._wrong_images(robot)
+        yield from self._never_called()
+
+    def _at(self, call: Call, text: str) -> Mistake:
+        return Mistake(self._files[call.file], call.node.at, text)
+
+    # --- FB_ReadArea, FB_WriteArea ---
+
+    def _missing(self, robot: Robot) -> Iterator[Mistake]:
+        """A robot that blocks are called for, but that is not read or not written."""
+        if not robot.known:
+            return
+        working = [one for one in robot.calls if _sends(one.block, self._is_users(one))]
+        reads = [one for one in robot.calls if one.area == "read"]
+        writes = [one for one in robot.calls if one.area == "write"]
+        no_read = bool(working or writes or robot.others) and not reads
+        no_write = bool(working) and not writes
+        no_read = no_read and not self._used.read_any
+        no_write = no_write and not self._used.written_any
+        if not no_read and not no_write:
+            return
+        first = (working or robot.others or writes)[0]
+        if robot.copy is not None:
+            symbol, pou = robot.copy
+            text = (
+                f"{symbol.name} is a VAR_INPUT, so {pou.name} works on a copy of the robot: what "
+                "its blocks ask for never reaches FB_WriteArea; declare it in VAR_IN_OUT"
+            )
+            yield Mistake(self._files[pou.file], symbol.at, text)
+            return
+        name = robot.name
+        read = f"FB_ReadArea(Robot := {name}, Image := ..., Connected := ...) first in the scan"
+        write = (
+            f"FB_WriteArea(Robot := {name}, Image := ..., EmergencyStopOk := ..., StopOk := ...) "
+            "last in the scan"
+        )
+        text = f"{first.name} is called for {name}, but "
+        if no_read and no_write:
+            text += "neither FB_ReadArea nor FB_WriteArea is: its blocks see no controller and "
+            text += f"nothing goes out; call {read} and {write}{self._another(robot)}"
+        elif no_read:
+            text += (
+                "FB_ReadArea is not: its blocks never see the controller, and nothing goes out; "
+            )
+            text += f"call {read}{self._declared(first, 'read')}"
+        else:
+            text += "FB_WriteArea is not: nothing that its blocks ask for reaches the controller; "
+            text += f"call {write}{self._declared(first, 'write')}"
+        yield self._at(first, text)
+
+    def _declared(self, call: Call, area: str) -> str:
+        """Name an instance of the missing area block that is declared, but not called."""
+        for symbol in call.pou.symbols.values():
+            kind = symbol.type
+            missing = isinstance(kind, BlockType) and AREAS.get(kind.name.upper()) == area
+            if missing and not self._used.is_used(call.pou, symbol):
+                return f"; {symbol.name} is declared in line {symbol.at.line}, but not called"
+        return ""
+
+    def _another(self, robot: Robot) -> str:
+        """Name the robots that are read and written: one of them may be meant."""
+        others = [
+            one.name
+            for one in self._used.robots.values()
+            if one is not robot and {"read", "write"} <= {call.area for call in one.calls}
+        ]
+        return f", or use {' or '.join(others)}" if others else ""
+
+    # --- pins that have to be wired ---
+
+    def _open_pins(self, robot: Robot) -> Iterator[Mistake]:
+        by_instance: dict[object, list[Call]] = {}
+        for call in robot.calls:
+            if call.area:
+                by_instance.setdefault(call.instance or id(call.node), []).append(call)
+        needs = robot.calls if robot.known else []
+        moves = [one for one in needs if _moves(one.block)]
+        servos = [one for one in needs if one.block.name.upper() in _SERVOS]
+        for calls in by_instance.values():
+            first = calls[0]
+            if first.area == "read" and self._open(calls, "Connected"):
+                yield self._at(
+                    first,
+                    f"Connected of {first.name} is not wired and stays FALSE: nothing that the "
+                    f"controller sends is believed, and every block of {robot.name} ends in error "
+                    "16#8001 (Not connected); wire the status of your scanner to it",
+                )
+            if first.area != "write":
+                continue
+            for pin, signal, blocks, what in (
+                ("EmergencyStopOk", "SI(00)", [*servos, *moves], "stays in emergency stop"),
+                ("StopOk", "SI(06)", moves, "does not move and starts no program"),
+            ):
+                if blocks and self._open(calls, pin):
+                    yield self._at(
+                        first,
+                        f"{pin} of {first.name} is not wired and stays FALSE: {signal} stays OFF, "
+                        f"the controller {what}, and {blocks[0].name} (line "
+                        f"{blocks[0].node.at.line}) ends in error; wire the answer of your safety "
+                        "circuit to it",
+                    )
+
+    def _open(self, calls: Sequence[Call], pin: str) -> bool:
+        """Is a pin FALSE for ever, as far as the source says?"""
+        return (calls[0].block.name.upper(), pin.upper()) not in self._used.set_apart and all(
+            self._used.stays_false(call, pin) for call in calls
+        )
+
+    # --- images ---
+
+    def _wrong_images(self, robot: Robot) -> Iterator[Mistake]:
+        """Find an area block that has the image of the other direction."""
+        for call in robot.calls:
+            other, right, text = _OTHER_IMAGE.get(call.area, ("", "", ""))
+            if call.image and call.image[-1] == other.upper():
+                yield self._at(call, f"{call.name} {text}; give it {right}")
+
+    # --- blocks that are never called ---
+
+    def _never_called(self) -> Iterator[Mistake]:
+        for pou in self._used.pous:
+            for symbol in pou.symbols.values():
+                kind = symbol.type
+                if symbol.section != "VAR" or not isinstance(kind, BlockType):
+                    continue
+                own = self._project.pous.get(kind.name.upper())
+                if own is None or own.file in self._files or not robot_pins(kind):
+                    continue
+                if kind.name.upper() in AREAS or not self._used.only_members(pou, symbol):
+                    continue
+                text = (
+                    f"{symbol.name} is never called: it does nothing, and its outputs stay as they "
+                    f"are; call {symbol.name}(Robot := ...) in every scan, between FB_ReadArea and "
+                    "FB_WriteArea"
+                )
+                yield Mistake(self._files[pou.file], symbol.at, text)
+
+    def _is_users(self, call: Call) -> bool:
+        pou = self._project.pous.get(call.block.name.upper())
+        return pou is None or pou.file in self._files
+
+
+def _moves(block: BlockType) -> bool:
+    name = block.name.upper()
+    return name in _MOVES or name.startswith(_MOVES_BEGIN)
+
+
+def _sends(block: BlockType, users: bool) -> bool:
+    """Does a block send something to the controller? One of the user's is looked into instead."""
+    name = block.name.upper()
+    if _moves(block) or name in (*_SERVOS, *_SENDING):
+        return True
+    return not users and "EXECUTE" in pins_of(block)
