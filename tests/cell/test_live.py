@@ -122,7 +122,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
         demo, robot=demo / "robot.toml", link="enip-realtime", timeout=PATIENT, trace=trace
     )
     cell.run_until(lambda: bool(cell["Main.Robot.Connected"]), within="60s")
-    cell["Main.Start"] = True
+    cell["Main.CellSafe"] = cell["Main.Start"] = True
     cell.run_until(lambda: bool(cell["Main.Robot.SO.SO14_ProgramReset"]), within="60s")
     assert cell.violations == []
     cell.close()
