@@ -109,6 +109,8 @@ class Cell:
         steady: Collection[str] = (),
         calls: CallPlan | None = None,
         notice: str = "",
+        mistakes: Sequence[str] = (),
+        copied: bool = False,
         agenda: Agenda | None = None,
         keep: int = KEPT,
         retained: Sequence[str] = (),
@@ -122,6 +124,8 @@ class Cell:
         self.closed = False
         """After `close`."""
         self._notice, self._leave = notice, leave or program.close
+        self.mistakes = mistakes
+        """What the source of the program is warned of, a line each; in `notice`, too."""
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -136,7 +140,10 @@ class Cell:
         if further:
             header["controllers"] = len(self.robots)
         members = [Member(robot, link, m, n, far), *further]
-        images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
+        images = [
+            find_image(program, size=one.link.size, m=one.m, n=one.n, copied=copied)
+            for one in members
+        ]
         axes = axes_of(self.robots, positions)
         drawn = [shapes(one) for one in self.robots] if axes else ()
         self.trace = Trace(
@@ -270,6 +277,8 @@ class Cell:
                 steady=compiled.steady,
                 calls=compiled.calls,
                 notice=compiled.notice,
+                mistakes=compiled.mistakes,
+                copied=compiled.copied,
                 retained=compiled.retained,
                 leave=leave,
                 agenda=make_agenda(link, connect),

@@ -12,6 +12,7 @@ from rcx_harness.engine.base import Program
 from rcx_harness.engine.builtin.collector import collecting
 from rcx_harness.engine.load import build
 from rcx_harness.watch.calls_source import call_plan, steady_instances
+from rcx_harness.watch.image_source import image_use
 
 __all__ = ["Compiled"]
 
@@ -41,7 +42,11 @@ class Compiled:
         built = build(self.files.all, engine)
         self.program: Program = built.program
         self.retained = built.retained
-        self.notice = "\n".join(filter(None, (*self.files.notes, built.notice)))
+        use = image_use(*self.files.users)
+        self.copied = use.copied
+        self.mistakes = tuple(map(str, use.findings))
+        notes = (*self.files.notes, built.notice, *self.mistakes)
+        self.notice = "\n".join(filter(None, notes))
         self.steady = steady_instances(self.files.own, self.files.lib)
         self.calls = call_plan(*self.files.users)
         self._first = self.program.snapshot()

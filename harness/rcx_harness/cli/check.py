@@ -16,6 +16,7 @@ from rcx_harness.engine.portability import LintFinding, lint, unportable
 from rcx_harness.errors import InputError
 from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings
+from rcx_harness.watch.image_source import image_use
 
 __all__ = ["check"]
 
@@ -62,6 +63,7 @@ def check(
     if not lint_only:
         called = call_findings(users, library)
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
+        findings += image_use(users, library).findings
         findings += unportable(project.uses if project else (), library)
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:

@@ -58,6 +58,7 @@ CONSTRUCTS = {
     "PERSISTENT": "use RETAIN",
     "an incomplete address": "write the address",
     "a located array": "locate each element as a variable of its own",
+    "a located structure": "locate each field as a variable of its own",
     "a function without VAR_INPUT": "use a block",
     "a function without a result": "use a block",
     "a function that never sets its result": "assign to its name",
