@@ -39,8 +39,9 @@ def check(
 
     With --for: what that tool refuses of your files, or may refuse, where no public document says.
 
-    Exit code: 0 if all is well (warnings allowed), 1 if a rule of the library or of its calls is
-    broken, or the tool of --for refuses something, 2 on an error in the sources.
+    Exit code: 0 if all is well (warnings, and what may be refused, allowed), 1 if a rule of the
+    library or of its calls is broken, or the tool of --for is known to refuse something, 2 on an
+    error in the sources.
     """
     if tool is not None and tool not in tools():
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
@@ -85,7 +86,7 @@ def check(
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
 ) -> None:
-    """Print what a tool refuses; exit code 1 if there is anything."""
+    """Print what a tool refuses, or may refuse; exit code 1 if anything is certain."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(one)
@@ -96,7 +97,7 @@ def _refused(
         f"{counted(len(sources.own), 'file')} checked for {tool.title}: "
         f"{certain or 'nothing'} refused, {len(found) - certain or 'nothing'} that may be refused"
     )
-    if found:
+    if certain:
         raise typer.Exit(1)
 
 
