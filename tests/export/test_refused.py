@@ -168,7 +168,8 @@ def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured)
         "declare what it is compared with, or assigned to, as that enumeration",
     )
     assert _check("matiec", file) == 1
-    said = {line: text.partition("; ")[2] for line, _, text in _found(capsys.readouterr().out, file)}
+    found = _found(capsys.readouterr().out, file)
+    said = {line: text.partition("; ")[2] for line, _, text in found}
     assert (said[5], said[7]) == ("write the member alone", "write the number")
 
 

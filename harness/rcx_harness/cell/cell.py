@@ -110,7 +110,7 @@ class Cell:
         calls: CallPlan | None = None,
         notice: str = "",
         mistakes: Sequence[str] = (),
-        copied: bool = False,
+        located: bool = False,
         agenda: Agenda | None = None,
         keep: int = KEPT,
         retained: Sequence[str] = (),
@@ -141,7 +141,7 @@ class Cell:
             header["controllers"] = len(self.robots)
         members = [Member(robot, link, m, n, far), *further]
         images = [
-            find_image(program, size=one.link.size, m=one.m, n=one.n, copied=copied)
+            find_image(program, size=one.link.size, m=one.m, n=one.n, located=located)
             for one in members
         ]
         axes = axes_of(self.robots, positions)
@@ -278,7 +278,7 @@ class Cell:
                 calls=compiled.calls,
                 notice=compiled.notice,
                 mistakes=compiled.mistakes,
-                copied=compiled.copied,
+                located=compiled.located,
                 retained=compiled.retained,
                 leave=leave,
                 agenda=make_agenda(link, connect),

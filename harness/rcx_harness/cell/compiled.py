@@ -43,7 +43,7 @@ class Compiled:
         self.program: Program = built.program
         self.retained = built.retained
         use = image_use(*self.files.users)
-        self.copied = use.copied
+        self.located = use.located
         self.mistakes = tuple(map(str, use.findings))
         notes = (*self.files.notes, built.notice, *self.mistakes)
         self.notice = "\n".join(filter(None, notes))

@@ -52,7 +52,7 @@ class Image(Protocol):
         """Read the area that goes to the robot, at offset n."""
 
 
-def find_image(program: Program, *, size: int, m: int, n: int, copied: bool = False) -> Image:
+def find_image(program: Program, *, size: int, m: int, n: int, located: bool = False) -> Image:
     """Find the process image of a program and check that the areas fit.
 
     A program that fills `InputArea` itself has its process image in the variables that it copies.
@@ -62,7 +62,7 @@ def find_image(program: Program, *, size: int, m: int, n: int, copied: bool = Fa
         size: Bytes of each area, 48 or 256.
         m: Offset of the area from the robot, in bytes.
         n: Offset of the area to the robot, in bytes.
-        copied: The program copies its located inputs into `InputArea`.
+        located: What the program reads comes from located variables, even with an `InputArea`.
 
     Raises:
         InputError: no image, a wrong size, or an offset that leaves or overlaps it.
@@ -71,12 +71,11 @@ def find_image(program: Program, *, size: int, m: int, n: int, copied: bool = Fa
     for name, offset in (("m", m), ("n", n)):
         if offset < 0:
             raise InputError(f"the offset {name} = {offset} is negative")
-    found = None if copied else _arrays(program)
+    found = None if located else _arrays(program)
     if found is not None:
         return ArrayImage(program, found[0], found[1], size=size, m=m, n=n)
-    located = program.located()
-    if located:
-        return LocatedImage(program, located, size=size, m=m, n=n)
+    if items := program.located():
+        return LocatedImage(program, items, size=size, m=m, n=n)
     instance = next(iter(program.instances()), "Main")
     raise InputError(
         f"the program has no process image: neither {instance}.{_INPUT} and "

@@ -18,10 +18,10 @@ from rcx_harness.engine.checked import analysed
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.portability import LintFinding
-from rcx_harness.engine.types import ArrayType, BlockType, StructType
+from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
 from rcx_harness.watch.calls_source import AREAS
 
-__all__ = ["ImageUse", "copies_inputs", "image_use"]
+__all__ = ["ImageUse", "image_use", "reads_located"]
 
 _HERE = Path(__file__)
 _INPUT = "INPUTAREA"
@@ -36,11 +36,12 @@ class ImageUse(NamedTuple):
     """How a program uses its process image.
 
     Attributes:
-        copied: It copies located variables into `InputArea`, so a cell fills these.
+        located: What FB_ReadArea reads comes from located variables, so a cell fills these, even
+            if there is an `InputArea`.
         findings: A warning for each image that the program overwrites.
     """
 
-    copied: bool
+    located: bool
     findings: tuple[LintFinding, ...]
 
 
@@ -64,8 +65,8 @@ def image_use(files: Sequence[Path], library: Sequence[Path] = ()) -> ImageUse:
     return cache.made_of("image", key, every, lambda: _found(files, every))
 
 
-def copies_inputs(project: Project) -> bool:
-    """Return whether a checked program copies located variables into `InputArea`."""
+def reads_located(project: Project) -> bool:
+    """Return whether what FB_ReadArea reads comes from located variables."""
     return _Images(project, {pou.file: Path(pou.file) for pou in project.pous.values()}).judge()[0]
 
 
@@ -100,20 +101,21 @@ class _Images:
 
     def judge(self) -> ImageUse:
         """Judge each image that is read."""
-        copied, found = False, []
+        located, plain, found = False, False, []
         for image, name in self._all_images().items():
             writes = [one for place in self._alike(image) for one in self._written(place)]
-            if not writes:
-                continue
-            first = min(writes, key=lambda one: (one.file != writes[0].file, one.at))
-            filled = any(self._is_filled(source, image) for source in self._sources(image))
             address = self._address(image)
-            if name.upper() == _INPUT and not address and filled:
-                copied = True
-            if address or not filled:
+            sources = [one for one in self._sources(image) if one != image[:2]] if writes else []
+            of_scanner = any(self._address(one) for one in sources)
+            of_cell = any(one[1] == _INPUT for one in sources)
+            located = located or bool(address) or (of_scanner and not of_cell)
+            plain = plain or of_cell or (name.upper() == _INPUT and not address and not of_scanner)
+            if writes and (address or not (of_scanner or of_cell)):
+                first = min(writes, key=lambda one: (one.file != writes[0].file, one.at))
                 text = self._text(name, address, first)
                 found.append(LintFinding(self._files[first.file], first.at, text, False))
-        return ImageUse(copied, tuple(sorted(found, key=lambda one: (str(one.file), one.at))))
+        found.sort(key=lambda one: (str(one.file), one.at))
+        return ImageUse(located and not plain, tuple(found))
 
     def _text(self, name: str, address: str, write: _Write) -> str:
         if address:
@@ -121,9 +123,8 @@ class _Images:
                 f"{name} is at {address}, so the scanner fills it: this overwrites what the robot "
                 "has sent; leave the assignment out"
             )
-        source = next(
-            (self._symbols[one[:2]] for one in write.sources if self._is_large(one)), None
-        )
+        large = [one for one in map(self._symbol, write.sources) if one and _is_large(one.type)]
+        source = large[0] if large else None
         why = "rcx fills it before each scan, and " if name.upper() == _INPUT else ""
         if source is None:
             return (
@@ -226,13 +227,13 @@ class _Images:
         """Return the images with their names; of a VAR_IN_OUT what is given to it."""
         found: dict[_Place, str] = {}
         for image, name in self._images.items():
-            symbol = self._symbols.get(image[:2])
+            symbol = self._symbol(image)
             if symbol is None or symbol.section != "VAR_IN_OUT":
                 found[image] = name
                 continue
             for outer in list(self._same):
                 if image in self._alike(outer):
-                    own = self._symbols.get(outer[:2])
+                    own = self._symbol(outer)
                     if own is not None and own.section != "VAR_IN_OUT":
                         found[outer] = outer[-1] if len(outer) > 2 else own.name
         return found
@@ -258,30 +259,28 @@ class _Images:
         """Yield the variables whose values come into an image, on whatever way."""
         seen, waiting = {image[:2]}, [one[:2] for one in self._alike(image)]
         while waiting:
-            for one in self._feeds.get(waiting.pop(), ()):
+            for one in sorted(self._feeds.get(waiting.pop(), ())):
                 if one not in seen:
                     seen.add(one)
                     waiting.append(one)
                     yield one
 
-    def _is_filled(self, source: _Place, image: _Place) -> bool:
-        """Is it a variable that a scanner fills, or another image that the cell does?"""
-        symbol = self._symbols.get(source)
-        if symbol is None or source == image[:2]:
-            return False
-        return bool(self._address(source)) or symbol.name.upper() == _INPUT
-
     def _address(self, place: _Place) -> str:
         """Return the address of an input, empty where it has none."""
-        symbol = self._symbols.get(place[:2])
+        symbol = self._symbol(place)
         if symbol is None:
             return ""
         address = symbol.address or (f"%{symbol.area}*" if symbol.area else "")
         return address if address[1:2].upper() in ("I", "M") else ""
 
-    def _is_large(self, place: _Place) -> bool:
-        symbol = self._symbols.get(place[:2])
-        return symbol is not None and isinstance(symbol.type, (ArrayType, StructType, BlockType))
+    def _symbol(self, place: _Place) -> t.Symbol | None:
+        """Return the variable; of what a pointer leads to there is none."""
+        pou = self._project.pous.get(place[0])
+        return self._symbols.get(place[:2]) or (pou.symbols.get(place[1]) if pou else None)
+
+
+def _is_large(kind: Type) -> bool:
+    return isinstance(kind, (ArrayType, StructType, BlockType))
 
 
 def _through(pointer: _Place) -> _Place:

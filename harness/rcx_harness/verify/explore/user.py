@@ -38,7 +38,7 @@ from rcx_harness.verify.properties import Declared
 from rcx_harness.verify.prove.assertions import Copies
 from rcx_harness.verify.prove.tree import written
 from rcx_harness.watch.calls_source import steady_instances
-from rcx_harness.watch.image_source import copies_inputs
+from rcx_harness.watch.image_source import reads_located
 
 __all__ = ["Choice", "Explored", "Settings", "explore"]
 
@@ -170,9 +170,9 @@ class _Program(World[Choice]):
         _refuse(project)
         self._settings, self._copies = settings, copies
         self.program = program = BuiltinProgram.build(project)
-        copied = copies_inputs(project)
+        located = reads_located(project)
         self._image = find_image(
-            program, size=settings.size, m=settings.m, n=settings.n, copied=copied
+            program, size=settings.size, m=settings.m, n=settings.n, located=located
         )
         self.status = status_path(program, 1)
         self.inputs = {

@@ -22,7 +22,7 @@ from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.program import ProgramMachine
 from rcx_harness.verify.prove.tree import calls_of, written
-from rcx_harness.watch.image_source import copies_inputs
+from rcx_harness.watch.image_source import reads_located
 
 __all__ = ["Area", "Given", "Input", "Surroundings", "path_of"]
 
@@ -86,14 +86,14 @@ class Surroundings:
             for name, pou in project.pous.items()
             if pou.kind in ("PROGRAM", "FUNCTION_BLOCK")
         }
-        program, copied = BuiltinProgram.build(project), copies_inputs(project)
+        program, located = BuiltinProgram.build(project), reads_located(project)
         self.areas = [
             Area(
                 number,
                 size,
                 m,
                 n,
-                find_image(program, size=size, m=m, n=n, copied=copied),
+                find_image(program, size=size, m=m, n=n, located=located),
                 self._status(number),
             )
             for number, (size, m, n) in enumerate(_places(project), 1)
