@@ -44,7 +44,9 @@ class Compiled:
         self.retained = built.retained
         use = image_use(*self.files.users)
         self.located = use.located
-        self.mistakes = tuple(map(str, use.findings))
+        self.mistakes = tuple(
+            f"{one.file}:{one.at.line}:{one.at.column}: warning: {one.text}" for one in use.findings
+        )
         notes = (*self.files.notes, built.notice, *self.mistakes)
         self.notice = "\n".join(filter(None, notes))
         self.steady = steady_instances(self.files.own, self.files.lib)

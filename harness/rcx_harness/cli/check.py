@@ -62,9 +62,8 @@ def check(
     users, library = sources.users
     findings = lint(sources.own, library, sources.lib, binding=lint_only)
     if not lint_only:
-        called = call_findings(users, library)
+        called = [*call_findings(users, library), *image_use(users, library).findings]
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
-        findings += image_use(users, library).findings
         findings += unportable(project.uses if project else (), library)
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:

@@ -17,9 +17,8 @@ from rcx_harness.engine import cache
 from rcx_harness.engine.checked import analysed
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.portability import LintFinding
 from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
-from rcx_harness.watch.calls_source import AREAS
+from rcx_harness.watch.calls_source import AREAS, CallFinding
 
 __all__ = ["ImageUse", "image_use", "reads_located"]
 
@@ -42,7 +41,7 @@ class ImageUse(NamedTuple):
     """
 
     located: bool
-    findings: tuple[LintFinding, ...]
+    findings: tuple[CallFinding, ...]
 
 
 class _Write(NamedTuple):
@@ -113,7 +112,7 @@ class _Images:
             if writes and (address or not (of_scanner or of_cell)):
                 first = min(writes, key=lambda one: (one.file != writes[0].file, one.at))
                 text = self._text(name, address, first)
-                found.append(LintFinding(self._files[first.file], first.at, text, False))
+                found.append(CallFinding(self._files[first.file], first.at, text, False))
         found.sort(key=lambda one: (str(one.file), one.at))
         return ImageUse(located and not plain, tuple(found))
 
