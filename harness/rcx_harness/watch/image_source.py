@@ -17,6 +17,7 @@ from rcx_harness.engine import cache
 from rcx_harness.engine.checked import analysed
 from rcx_harness.engine.frontend import tree as t
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.syntax import Position
 from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
 from rcx_harness.watch.calls_source import AREAS, CallFinding
 
@@ -48,7 +49,7 @@ class _Write(NamedTuple):
     """A statement that writes a variable, and the variables that it takes the value from."""
 
     file: str
-    at: t.Position
+    at: Position
     sources: tuple[_Place, ...]
 
 
@@ -150,7 +151,7 @@ class _Images:
                     self._assign(variable, tuple(given), at, pou)
                     self._feed(variable, tuple(one for _, one in node.in_outs), pou)
 
-    def _call(self, node: t.CallBlock, at: t.Position, pou: t.Pou) -> None:
+    def _call(self, node: t.CallBlock, at: Position, pou: t.Pou) -> None:
         block = node.block.name.upper()
         users = block in self._project.pous and self._project.pous[block].file in self._files
         for pin, value in node.inputs:
@@ -171,7 +172,7 @@ class _Images:
                 self._feeds[place[:2]].add(inner)
                 self._feeds[inner].add(place[:2])
 
-    def _assign(self, target: t.Variable, value: object, at: t.Position, pou: t.Pou) -> None:
+    def _assign(self, target: t.Variable, value: object, at: Position, pou: t.Pou) -> None:
         place = self._place(target, pou)
         if place is not None:
             uses = tuple(self._uses(value, pou))
@@ -295,7 +296,7 @@ def _name(variable: t.Expression) -> str:
     return _name(variable.base) if isinstance(variable, (t.Index, t.Deref)) else "the image"
 
 
-def _nodes(node: object, at: t.Position) -> Iterator[tuple[Any, t.Position]]:
+def _nodes(node: object, at: Position) -> Iterator[tuple[Any, Position]]:
     """Yield every statement and expression inside something, each with its statement's place."""
     if isinstance(node, tuple):
         for one in node:
