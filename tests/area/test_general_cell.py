@@ -18,13 +18,15 @@ EXAMPLE = ROOT / "plc/examples/03_general_io"
 
 @pytest.fixture
 def example(build_cell: Build) -> Cell:
-    """Example 03, its button not yet pressed."""
-    return build_cell(
+    """Example 03, its cell closed, its button not yet pressed."""
+    cell = build_cell(
         [EXAMPLE / "Config.st", EXAMPLE / "GeneralIo.st"],
         robot=EXAMPLE / "robot.toml",
         m=20,
         n=40,
     )
+    cell["Main.CellSafe"] = True
+    return cell
 
 
 def test_words_and_bits_reach_the_robot_program_and_come_back(example: Cell) -> None:

@@ -32,6 +32,7 @@ def test_the_demo_over_ethernet_ip_has_the_trace_of_the_direct_link(
             seed=1,
             trace=file,
         )
+        cell["Main.CellSafe"] = True
         cell.run("500ms")
         cell["Main.Start"] = True
         cell.run("1500ms")

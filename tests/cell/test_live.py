@@ -103,11 +103,13 @@ def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
 
 @pytest.fixture
 def cell(build_cell: Build, repository: Path) -> Cell:
-    """The demo's program and robot; the link is lost after 128 intervals of 5 ms."""
+    """The demo's program and robot, the cell closed; the link is lost after 128 times 5 ms."""
     demo = repository.joinpath(*DEMO)
-    return build_cell(
+    cell = build_cell(
         demo, robot=demo / "robot.toml", link="enip-realtime", rpi="5ms", timeout="640ms"
     )
+    cell["Main.CellSafe"] = True
+    return cell
 
 
 def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
@@ -121,6 +123,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     cell = build_cell(
         demo, robot=demo / "robot.toml", link="enip-realtime", timeout=PATIENT, trace=trace
     )
+    cell["Main.CellSafe"] = True
     cell.run_until(lambda: bool(cell["Main.Robot.Connected"]), within="60s")
     cell["Main.Start"] = True
     cell.run_until(lambda: bool(cell["Main.Robot.SO.SO14_ProgramReset"]), within="60s")

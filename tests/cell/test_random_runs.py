@@ -37,6 +37,7 @@ def compiled() -> Iterator[Compiled]:
     """The demo's program, compiled once."""
     demo = Path(__file__).resolve().parents[2] / "plc" / "examples" / "01_power_up"
     program = build(source_files(sorted(demo.glob("*.st"))).all).program
+    program.write("Main.CellSafe", True)
     yield Compiled(program, program.snapshot())
     program.close()
 

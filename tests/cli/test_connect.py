@@ -166,7 +166,8 @@ def test_the_demo_drives_a_served_controller(
     demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
     (address,) = own_addresses(1)
     stimulus = tmp_path / "stimulus.toml"
-    stimulus.write_text('[[at]]\ntime = "1s"\nset = { "Main.Start" = true }\n')
+    pressed = '[[at]]\ntime = "1s"\nset = { "Main.CellSafe" = true, "Main.Start" = true }\n'
+    stimulus.write_text(pressed)
     with ServeProcess("--address", address, "--robot", str(demo / "robot.toml")) as served:
         served.wait_for("alarm 12.551 EtherNet/IP link error")
         options = ["--for", "6s", "--stimulus", str(stimulus), "--trace", str(trace)]

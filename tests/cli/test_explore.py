@@ -86,6 +86,15 @@ def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> Non
     assert "not explored: the link is lost and comes back" in said
 
 
+def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Captured) -> None:
+    """By hand: as many states as without it, for nothing writes it."""
+    text = _COUNT.replace("Button : BOOL;", "Button : BOOL; Far AT %QB60 : ARRAY [0..3] OF BYTE;")
+    assert (
+        main(["explore", _written(folder, text), "--input", "Main.Button", "--faults", "none"]) == 0
+    )
+    assert "explored to the end: 7 states" in capsys.readouterr().out
+
+
 def test_an_input_without_values_stays_as_it_begins_and_that_is_said(
     folder: Path, capsys: Captured
 ) -> None:

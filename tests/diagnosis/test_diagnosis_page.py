@@ -19,6 +19,7 @@ def test_the_program_of_the_page_finds_what_went_wrong_and_goes_on_after_reset(
     """
     robot = PROGRAM.with_name("robot.toml")
     with Cell.build([PROGRAM], scan="10ms", engine=engine, robot=robot) as cell:
+        cell["Main.CellSafe"] = True
         cell.run("500ms")
         assert cell["Main.Recorder.Fault.Kind"] == "LOG_NOTHING"
         cell["Main.Start"] = True

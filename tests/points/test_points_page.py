@@ -27,6 +27,7 @@ def test_the_program_of_the_page_brings_back_a_point_that_was_changed(engine: st
     with Cell.build([_PROGRAM], scan="10ms", engine=engine) as cell:
         points = cell.robot.machine.memory.points
         before = dict(points)
+        cell["Main.CellSafe"] = True
         cell.run("500ms")
         _press(cell, "Save", "Backup")
         assert cell["Main.Head.Count"] == 100

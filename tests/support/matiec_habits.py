@@ -62,6 +62,11 @@ HABITS: dict[str, tuple[str, str, str]] = {
     ),
     "a character of a text by its number": ("", "S : STRING; B : BYTE;", "B := S[1];"),
     "a located array": ("", "A AT %QW4 : ARRAY [1..2] OF INT; I : INT;", "I := A[1];"),
+    "a located structure": (
+        "TYPE S1 : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE",
+        "A AT %QW4 : S1; I : INT;",
+        "I := A.A;",
+    ),
     "a METHOD": (
         _F.format("VAR K : INT; END_VAR METHOD M1 : INT M1 := 1; END_METHOD K := 1;"),
         "A : FB1; I : INT;",

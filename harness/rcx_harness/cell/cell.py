@@ -110,6 +110,7 @@ class Cell:
         calls: CallPlan | None = None,
         notice: str = "",
         mistakes: Sequence[str] = (),
+        located: bool = False,
         agenda: Agenda | None = None,
         keep: int = KEPT,
         retained: Sequence[str] = (),
@@ -123,7 +124,8 @@ class Cell:
         self.closed = False
         """After `close`."""
         self._notice, self._leave = notice, leave or program.close
-        self._mistakes = mistakes
+        self.mistakes = mistakes
+        """What the source of the program is warned of, a line each; in `notice`, too."""
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -138,7 +140,10 @@ class Cell:
         if further:
             header["controllers"] = len(self.robots)
         members = [Member(robot, link, m, n, far), *further]
-        images = [find_image(program, size=one.link.size, m=one.m, n=one.n) for one in members]
+        images = [
+            find_image(program, size=one.link.size, m=one.m, n=one.n, located=located)
+            for one in members
+        ]
         axes = axes_of(self.robots, positions)
         drawn = [shapes(one) for one in self.robots] if axes else ()
         self.trace = Trace(
@@ -273,6 +278,7 @@ class Cell:
                 calls=compiled.calls,
                 notice=compiled.notice,
                 mistakes=compiled.mistakes,
+                located=compiled.located,
                 retained=compiled.retained,
                 leave=leave,
                 agenda=make_agenda(link, connect),
@@ -580,4 +586,4 @@ class Cell:
             text += f"; {path} = {value}"
         if self.violations:
             text += f"; last violation: {self.violations[-1].text}"
-        return "\n".join((text, *self._mistakes))
+        return "\n".join((text, *self.mistakes))

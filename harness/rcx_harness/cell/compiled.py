@@ -13,6 +13,7 @@ from rcx_harness.engine.builtin.collector import collecting
 from rcx_harness.engine.load import build
 from rcx_harness.watch.calls_source import call_plan, steady_instances
 from rcx_harness.watch.first_mistakes import first_mistakes
+from rcx_harness.watch.image_source import image_use
 
 __all__ = ["Compiled"]
 
@@ -42,7 +43,15 @@ class Compiled:
         built = build(self.files.all, engine)
         self.program: Program = built.program
         self.retained = built.retained
-        self.mistakes = tuple(map(str, first_mistakes(*self.files.users)))
+        use = image_use(*self.files.users)
+        self.located = use.located
+        self.mistakes = (
+            *map(str, first_mistakes(*self.files.users)),
+            *(
+                f"{one.file}:{one.at.line}:{one.at.column}: warning: {one.text}"
+                for one in use.findings
+            ),
+        )
         notes = (*self.files.notes, built.notice, *self.mistakes)
         self.notice = "\n".join(filter(None, notes))
         self.steady = steady_instances(self.files.own, self.files.lib)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
@@ -51,14 +52,17 @@ class Image(Protocol):
         """Read the area that goes to the robot, at offset n."""
 
 
-def find_image(program: Program, *, size: int, m: int, n: int) -> Image:
+def find_image(program: Program, *, size: int, m: int, n: int, located: bool = False) -> Image:
     """Find the process image of a program and check that the areas fit.
+
+    A program that fills `InputArea` itself has its process image in the variables that it copies.
 
     Args:
         program: The compiled program.
         size: Bytes of each area, 48 or 256.
         m: Offset of the area from the robot, in bytes.
         n: Offset of the area to the robot, in bytes.
+        located: What the program reads comes from located variables, even with an `InputArea`.
 
     Raises:
         InputError: no image, a wrong size, or an offset that leaves or overlaps it.
@@ -67,12 +71,11 @@ def find_image(program: Program, *, size: int, m: int, n: int) -> Image:
     for name, offset in (("m", m), ("n", n)):
         if offset < 0:
             raise InputError(f"the offset {name} = {offset} is negative")
-    found = _arrays(program)
+    found = None if located else _arrays(program)
     if found is not None:
         return ArrayImage(program, found[0], found[1], size=size, m=m, n=n)
-    located = program.located()
-    if located:
-        return LocatedImage(program, located, size=size, m=m, n=n)
+    if items := program.located():
+        return LocatedImage(program, items, size=size, m=m, n=n)
     instance = next(iter(program.instances()), "Main")
     raise InputError(
         f"the program has no process image: neither {instance}.{_INPUT} and "
@@ -192,6 +195,9 @@ class LocatedImage:
     4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero. With `%M` and `%Q` the
     word behind the inputs is the bridge's life word: another one in each scan, and 0, as all of the
     area, without a connection.
+
+    An area at 0 where no row of variables begins is that of the only row that is as long as it:
+    the tools give addresses of their own, such as `%IB100`.
     """
 
     def __init__(
@@ -206,6 +212,8 @@ class LocatedImage:
                 f"the areas at m = {m} and n = {n} overlap in %M",
                 hint=f"leave {size} bytes between them",
             )
+        m = _begin(memory["M" if shared or bridged else "I"], m, size)
+        n = n if shared else _begin(memory["Q"], n, size)
         self._program, self._size = program, size
         self.slots = _within(memory["M" if shared or bridged else "I"], "m", m, size)
         self._outputs = _within(memory["M" if shared else "Q"], "n", n, size)
@@ -229,11 +237,13 @@ class LocatedImage:
         area = bytearray(self._size)
         for slot in self._outputs:
             value = self._program.read(slot.path)
+            end = slot.start + slot.width
             if slot.width == 0:
                 area[slot.start] |= int(value) << slot.bit
+            elif slot.kind in _FLOATS:
+                area[slot.start : end] = struct.pack(_FLOATS[slot.kind], value)
             else:
                 mask = (1 << (8 * slot.width)) - 1
-                end = slot.start + slot.width
                 area[slot.start : end] = (int(value) & mask).to_bytes(slot.width, "little")
         return bytes(area)
 
@@ -250,7 +260,21 @@ def _slot(item: Located) -> tuple[str, Slot]:
     index, bit = int(match[3]), int(match[4] or 0)
     if width == 0 and bit > 7:
         raise InputError(f"{item.path} is at {item.address}; a byte has bits 0 to 7")
-    return match[1].upper(), Slot(item.path, kind, index * max(width, 1), bit, width)
+    start = index * max(width, 1) if item.start is None else item.start
+    return match[1].upper(), Slot(item.path, kind, start, bit, width)
+
+
+def _begin(slots: list[Slot], offset: int, size: int) -> int:
+    """Where an area begins: at its offset, or where the only row of variables for it does."""
+    rows: list[list[int]] = []
+    for slot in sorted(slots, key=lambda one: one.start):
+        if not slot.width:
+            continue
+        if not rows or slot.start > rows[-1][1]:
+            rows.append([slot.start, slot.start])
+        rows[-1][1] = max(rows[-1][1], slot.start + slot.width)
+    long = [begin for begin, end in rows if end - begin >= size]
+    return long[0] if not offset and 0 not in long and len(long) == 1 else offset
 
 
 def _within(slots: list[Slot], name: str, offset: int, size: int) -> list[Slot]:
@@ -262,9 +286,13 @@ def _within(slots: list[Slot], name: str, offset: int, size: int) -> list[Slot]:
     ]
     if not inside:
         have = max((slot.start + max(slot.width, 1) for slot in slots), default=0)
+        first = min((slot.start for slot in slots), default=0)
         raise InputError(
             f"no located variable lies in the area at {name} = {offset}",
-            hint=f"the program's variables end at byte {have}",
+            hint=f"the program's variables begin at byte {first} and end at byte {have}: "
+            f"--{name} {first}"
+            if slots
+            else "locate what the scanner exchanges: In AT %IB0 and Out AT %QB0, 48 bytes each",
         )
     return inside
 
@@ -299,6 +327,12 @@ def _signed(raw: bytes) -> int:
     return int.from_bytes(raw, "little", signed=True)
 
 
-_CONVERT: dict[str, Callable[[bytes], object]] = dict.fromkeys(
-    ("SINT", "INT", "DINT", "LINT"), _signed
-)
+def _float(form: str) -> Callable[[bytes], object]:
+    return lambda raw: struct.unpack(form, raw)[0]
+
+
+_FLOATS = {"REAL": "<f", "LREAL": "<d"}
+_CONVERT: dict[str, Callable[[bytes], object]] = {
+    **dict.fromkeys(("SINT", "INT", "DINT", "LINT"), _signed),
+    **{kind: _float(form) for kind, form in _FLOATS.items()},
+}

@@ -17,6 +17,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
+from rcx_harness.watch.image_source import image_use
 
 __all__ = ["check"]
 
@@ -40,8 +41,9 @@ def check(
 
     With --for: what that tool refuses of your files, or may refuse, where no public document says.
 
-    Exit code: 0 if all is well (warnings allowed), 1 if a rule of the library or of its calls is
-    broken, or the tool of --for refuses something, 2 on an error in the sources.
+    Exit code: 0 if all is well (warnings, and what may be refused, allowed), 1 if a rule of the
+    library or of its calls is broken, or the tool of --for is known to refuse something, 2 on an
+    error in the sources.
     """
     if tool is not None and tool not in tools():
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
@@ -62,7 +64,7 @@ def check(
     users, library = sources.users
     findings = lint(sources.own, library, sources.lib, binding=lint_only)
     if not lint_only:
-        called = call_findings(users, library)
+        called = [*call_findings(users, library), *image_use(users, library).findings]
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
         findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
         findings += unportable(project.uses if project else (), library)
@@ -86,7 +88,7 @@ def check(
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
 ) -> None:
-    """Print what a tool refuses; exit code 1 if there is anything."""
+    """Print what a tool refuses, or may refuse; exit code 1 if anything is certain."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(one)
@@ -97,7 +99,7 @@ def _refused(
         f"{counted(len(sources.own), 'file')} checked for {tool.title}: "
         f"{certain or 'nothing'} refused, {len(found) - certain or 'nothing'} that may be refused"
     )
-    if found:
+    if certain:
         raise typer.Exit(1)
 
 

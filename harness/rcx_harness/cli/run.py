@@ -20,6 +20,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
+from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm, no_connection
@@ -39,6 +40,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
+from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
@@ -46,6 +48,7 @@ from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
 from rcx_harness.units import format_us, parse_us
+from rcx_harness.watch.safety_source import safety_inputs
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
@@ -63,6 +66,8 @@ _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 #: Nothing is said of what takes less than this [s of real time].
 _PATIENCE_S = 2.0
 _MOST_SHOWN = 20
+#: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
+_SI_00 = 32
 #: Where the report of the coverage goes.
 _COVERAGE = Path("out/coverage")
 _SHORTEST_LINE_US = 1_000
@@ -328,8 +333,9 @@ def _run(
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
-        timeline = Timeline(cell.trace)
+        timeline, safe = Timeline(cell.trace), _Safe()
         cell.trace.listen(timeline.take)
+        cell.trace.listen(safe.take)
         view = View(cell.trace.header) if options.view is not None else None
         if view is not None:
             cell.trace.listen(view.take)
@@ -371,10 +377,47 @@ def _run(
             replace_files({options.chart: chart.encode()})
         if options.view is not None and view is not None:
             replace_files({options.view: view.page(_title(options, cell)).encode()})
-    notice = "\n".join(filter(None, (cell.notice, late)))
+        unsafe = safe.told(cell, files, options) if connected else ""
+    notice = "\n".join(filter(None, (cell.notice, late, unsafe)))
     coverage = _concluded(options, collector) if collector is not None else None
     silence = given["connect"].tell.last if options.connect is not None else ""
     return _Outcome(cell, end_us, notice, timeline, connected, silence, coverage)
+
+
+class _Safe:
+    """Notes whether SI(00), the emergency stop input, was ever ON in a run."""
+
+    def __init__(self) -> None:
+        self._ever = False
+
+    def take(self, record: Record) -> None:
+        """Take the next record of the run."""
+        if not self._ever and isinstance(record, Scan):
+            self._ever = bool(record.si[_SI_00] & 1)
+
+    def told(self, cell: Cell, files: SourceFiles, options: RunOptions) -> str:
+        """Say what has to be set so that the robot leaves its emergency stop; empty if it did."""
+        names = [] if self._ever else safety_inputs(*files.users)
+        left = [name for name in names if cell[name] is False]
+        if not left:
+            return ""
+        given = ", ".join(f'"{name}" = true' for name in left)
+        beside = [file for file in dict.fromkeys(_beside(files)) if file != options.stimulus]
+        where = f"; there is one beside the program: --stimulus {beside[0]}" if beside else ""
+        are = "is" if len(left) == 1 else "are"
+        return (
+            f"note: SI(00) was OFF in the whole run, so the robot stayed in emergency stop: "
+            f"{' and '.join(left)} {are} FALSE; set it in a stimulus, "
+            f'at = [{{ time = "100ms", set = {{ {given} }} }}]{where}'
+        )
+
+
+def _beside(files: SourceFiles) -> Iterator[Path]:
+    """Yield the stimulus files in the folders of a program."""
+    for file in files.users[0]:
+        found = file.parent / "stimulus.toml"
+        if found.is_file():
+            yield found
 
 
 def _check_panel(options: RunOptions) -> None:

@@ -18,11 +18,15 @@ Value = Any
 
 @dataclass(frozen=True)
 class Located:
-    """A directly represented variable: its address (`%QW3`), path and type."""
+    """A directly represented variable: its address (`%QW3`), path and type.
+
+    `start` is its first byte where the address does not say so: within an array or a structure.
+    """
 
     address: str
     path: str
     type: Type
+    start: int | None = None
 
 
 class CallLog(Protocol):

@@ -15,7 +15,7 @@ from typing import Any
 
 from rcx_harness.engine import cache
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
+from rcx_harness.engine.frontend.constructs import Use
 from rcx_harness.engine.frontend.lexer import KEYWORDS, tokens
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.scalars import CORE, ELEMENTARY
@@ -162,7 +162,7 @@ def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[Lint
             places.setdefault((use.file, use.construct), []).append(use)
     for (file, construct), found in places.items():
         more = f" ({len(found)} places)" if len(found) > 1 else ""
-        text = f"{construct} is not portable{more}; {CONSTRUCTS[construct]}"
+        text = f"{construct} is not portable{more}; {found[0].instead}"
         findings.append(LintFinding(file, found[0].at, text, strict=False))
     return findings
 

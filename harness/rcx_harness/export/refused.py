@@ -8,13 +8,13 @@ it does not carry. A construct of which no source says that it is taken may be r
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
 from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
+from rcx_harness.engine.frontend.constructs import Use
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.portability import reserved_names
@@ -42,6 +42,7 @@ class Tool:
         takes: Constructs that it takes, with what says so.
         refuses: Constructs that it refuses, likewise.
         own: Endings of its own files, in lower case: it refuses nothing of them.
+        instead: What to do there instead of a construct, where that is something of its own.
         note: How it differs where `rcx export` writes the same another way; or empty.
     """
 
@@ -51,6 +52,7 @@ class Tool:
     takes: Mapping[str, str]
     refuses: Mapping[str, str]
     own: tuple[str, ...] = ()
+    instead: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
 
     def verdict(self, use: Use) -> bool | None:
@@ -94,6 +96,7 @@ def tools() -> Mapping[str, Tool]:
             said(table.get("takes", {})),
             said(table.get("refuses", {})),
             tuple(table.get("own", ())),
+            table.get("instead", {}),
             table.get("note", ""),
         )
         for name, table in content.items()
@@ -131,7 +134,7 @@ def _refusal(tool: Tool, use: Use) -> Refusal | None:
     taken = tool.verdict(use)
     if taken:
         return None
-    text = f"{use}; {CONSTRUCTS[use.construct]}"
+    text = f"{use}; {tool.instead.get(use.construct, use.instead)}"
     return Refusal(use.file, use.at, text, certain=taken is False)
 
 

@@ -73,6 +73,8 @@ class Cells:
         except InputError as error:
             _hint_at_units(error, settings)
             raise
+        for text in cell.mistakes:
+            self._item.warn(pytest.PytestWarning(text))
         self._cells.append(cell)
         self._recorded.append((recorded[0], settings))
         self._told.append(0)

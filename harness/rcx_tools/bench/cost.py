@@ -54,6 +54,7 @@ static void side_scan(unsigned char connected, unsigned char start, const unsign
   __CURRENT_TIME.tv_nsec = (long)(now %% 1000000) * 1000;
   RES0__MAIN.CONNECTED.value = connected;
   RES0__MAIN.START.value = start;
+  RES0__MAIN.CELLSAFE.value = 1;
   memcpy(RES0__MAIN.INPUTAREA.value.table, in, 48);
   config_run__(rcx_tick++);
   memcpy(out, RES0__MAIN.OUTPUTAREA.value.table, 48);
@@ -159,6 +160,7 @@ def _recorded(program: list[Path], *, with_stimulus: bool) -> bytes:
                 rows.append(pins + record.so + record.si)
 
         cell.trace.listen(keep)
+        cell["Main.CellSafe"] = True  # from the first scan on, as drive.c and the peer have it
         if with_stimulus:
             Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
         cell.run(_SCANS * 10_000)
@@ -173,12 +175,12 @@ def _idle() -> str:
     called = "".join(f"  {name}({pins});\n" for name in names)
     return (
         "PROGRAM Idle\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
-        "    Connected, Start : BOOL;\n    Robot : RCX_REF;\n"
+        "    Connected, CellSafe, Start : BOOL;\n    Robot : RCX_REF;\n"
         f"    ReadArea : FB_ReadArea;\n    WriteArea : FB_WriteArea;\n{declared}  END_VAR\n"
         "  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
         f"{called}"
-        "  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE,\n"
-        "            StopOk := TRUE);\nEND_PROGRAM\n"
+        "  WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := CellSafe,\n"
+        "            StopOk := CellSafe);\nEND_PROGRAM\n"
     )
 
 

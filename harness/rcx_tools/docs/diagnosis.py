@@ -48,6 +48,7 @@ def run_panel() -> Mapping[str, Any]:
     }
     robot = PROGRAM.with_name("robot.toml")
     with Cell.build([PROGRAM], scan="10ms", engine="builtin", robot=robot) as cell:
+        cell["Main.CellSafe"] = True
         cell.run("500ms")
         cell["Main.Start"] = True
         cell.run("3s")

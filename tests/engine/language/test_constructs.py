@@ -136,6 +136,13 @@ ROWS = [
         "A[2] := 5; I := A[1] + A[2];",
         {"I": 5, "A[1]": 0, "A[2]": 5},
     ),
+    Row(
+        "a located structure",
+        "A AT %QW4 : S1; I : INT;",
+        "A.B := 5; I := A.A + A.B;",
+        {"I": 5, "A.B": 5},
+        "TYPE S1 : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE",
+    ),
     Row("a section in another place", "END_VAR VAR_INPUT I : INT;", "", {"I": 0}),
     Row(
         "a function without VAR_INPUT",
@@ -414,6 +421,7 @@ _OF_TYPES = frozenset(
         "a global without VAR_EXTERNAL",
         "an incomplete address",
         "a located array",
+        "a located structure",
         "a section in another place",
         "a function without VAR_INPUT",
         "a function that never sets its result",

@@ -78,9 +78,21 @@ def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
     text = (_ROOT / page).read_text(encoding="utf-8")
     assert "rcx-harness[" not in text
     for line in re.findall(r"^pip install .*rcx_harness.*$", text, re.MULTILINE):
-        version = metadata.version("rcx-harness")
-        assert re.match(rf"pip install 'dist/rcx_harness-{version}-py3-none-any\.whl\[\w+\]'", line)
+        wheel = rf"rcx_harness-{metadata.version('rcx-harness')}-py3-none-any\.whl"
+        assert re.match(rf"pip install 'dist/{wheel}\[[\w,]+\]'", line)
         assert "pip wheel --no-deps -w dist ." in text.partition(line)[0].splitlines()[-1]
+
+
+def test_the_readme_installs_what_its_commands_need() -> None:
+    """Section 3 lists `rcx prove`, which needs z3: the extra prove.
+
+    Source: pyproject.toml, optional-dependencies
+    """
+    section = (_ROOT / "README.md").read_text(encoding="utf-8").partition("## 3. ")[2]
+    section = section.partition("\n## ")[0]
+    assert "rcx prove" in section
+    extras = re.findall(r"^pip install .*\[([\w,]+)\]", section, re.MULTILINE)
+    assert {"test", "prove"} <= set(extras[0].split(","))
 
 
 def test_every_link_to_a_chart_leads_to_a_heading() -> None:

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness import Cell, RobotConfig
+from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.export.refused import tools
+from rcx_harness.robot import Point
 from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT
 
 _ROOT = Path(__file__).resolve().parents[3]
@@ -89,6 +92,33 @@ def test_the_snippet_compiles(
         assert "no errors, no broken rules" in out
         calls = ("ReadArea(", "ServoOn(", "MovePtp(", "WriteArea(")
         assert [block.count(call) for call in calls] == [1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("tool", sorted(set(_PAGES) - {"rockwell"}))
+def test_the_program_runs_as_it_stands_and_the_robot_moves(
+    tool: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Servos on, then PTP to point 19; the tool is not said to refuse what its page writes.
+
+    Source: manual chapter 5, 3.1; guide 4.2.1; docs/setup/README.md
+    """
+    (block,) = re.findall(r"```iecst\n(.*?)```", _page(_PAGES[tool]), re.DOTALL)
+    file = tmp_path / "cell.st"
+    file.write_text(block)
+    robot = RobotConfig(points={19: Point((12_000, 0, 0, 0, 0, 0))})
+    with Cell.build(file, engine="builtin", robot=robot) as cell:
+        Stimulus.load(_FOLDER / "start.toml").schedule(cell)
+        cell.run("4s")
+        assert cell["Main.Robot.SO.SO02_ServoOn"]
+        assert cell["Main.MovePtp.Done"]
+        assert cell.robot.positions[0] == 12_000
+        assert not cell.violations
+        assert not cell.mistakes
+    assert main(["check", str(file), "--for", tool]) == 0
+    said = capsys.readouterr().out
+    assert "nothing refused" in said
+    if tool in ("codesys", "twincat"):
+        assert "nothing that may be refused" in said
 
 
 @pytest.mark.parametrize("page", ["README", *_PAGES.values()])

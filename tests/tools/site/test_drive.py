@@ -55,7 +55,10 @@ def test_every_block_with_an_example_is_offered_with_its_stimulus() -> None:
     jobs = block_jobs()
     assert len(jobs) > 130
     assert all(len(job["files"]) == 1 and job["for"] >= 1_000_000 for job in jobs.values())
-    assert jobs["FB_MovePtp"]["stimulus"] == [(600_000, 'set = { "Main.Start" = true }')]
+    assert jobs["FB_MovePtp"]["stimulus"] == [
+        (0, 'set = { "Main.CellSafe" = true }'),
+        (600_000, 'set = { "Main.Start" = true }'),
+    ]
 
 
 def test_an_error_says_its_file_and_line(run: Run) -> None:
@@ -72,7 +75,7 @@ def test_an_error_of_the_stimulus_says_which_moment(run: Run) -> None:
     job = example_jobs()["01_power_up"]
     wrong = [*job["stimulus"], (900_000, 'robot = "explosion"')]
     error = run(job, stimulus=wrong)["error"]
-    assert error["moment"] == 2
+    assert error["moment"] == len(job["stimulus"])
     assert "explosion" in error["message"]
     assert "file" not in error
 

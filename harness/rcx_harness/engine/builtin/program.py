@@ -15,7 +15,7 @@ from rcx_harness.engine.builtin.objects import holds_pointers
 from rcx_harness.engine.builtin.references import Holders
 from rcx_harness.engine.builtin.runtime import ProgramError
 from rcx_harness.engine.builtin.storage import address_slot, is_scalar
-from rcx_harness.engine.frontend.paths import Resolved, resolve, walk
+from rcx_harness.engine.frontend.paths import Resolved, Step, resolve, walk
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.values import describe, from_python, nest, scalar_to_python
 from rcx_harness.engine.types import (
@@ -163,13 +163,14 @@ class BuiltinProgram:
         return place
 
     def _locate(self, found: Resolved) -> _Place:
+        holder: Any
+        steps: tuple[Step, ...]
         if found.address is not None:
             slot = address_slot(found.address)
-            if found.steps and isinstance(found.steps[-1], int):
-                array = getattr(self._globals, slot)
-                return _Place(array, found.steps[-1], found.type, found.path)
-            return _Place(self._globals, slot, found.type, found.path)
-        if found.is_global:
+            if not found.inside:
+                return _Place(self._globals, slot, found.type, found.path)
+            holder, steps = getattr(self._globals, slot), found.inside
+        elif found.is_global:
             holder, steps = self._globals, (found.root, *found.steps)
         else:
             holder, steps = self._roots[found.root], found.steps

@@ -325,7 +325,9 @@ class _Statements:
         declarations, where = self._scope.declarations, self._scope.where
         declarations.local = self._scope.pou.symbols
         ends = (label.low, label.high) if isinstance(label, s.Range) else (label, label)
-        low, high = (int(declarations.constant(end, kind, where).value) for end in ends)
+        low, high = (
+            int(declarations.constant(end, kind, where, "a CASE label").value) for end in ends
+        )
         if low > high:
             raise self._scope.error(f"the range {low}..{high} is empty", label.at)
         if any(low <= other_high and other_low <= high for other_low, other_high in seen):

@@ -178,7 +178,12 @@ def _hint(found: Constant, kind: Type) -> str:
 
 
 def constant(
-    node: s.Init, kind: Type, types: dict[str, Type], where: Declared, lookup: Lookup
+    node: s.Init,
+    kind: Type,
+    types: dict[str, Type],
+    where: Declared,
+    lookup: Lookup,
+    detail: str = "",
 ) -> Constant:
     """Value of an initial value or CASE label, brought to a type.
 
@@ -188,6 +193,7 @@ def constant(
         types: Types of the project by upper-case name.
         where: Its declaration, for messages.
         lookup: Finds named constants.
+        detail: As for `evaluate`.
 
     Raises:
         InputError: not constant, or not of the type.
@@ -197,7 +203,7 @@ def constant(
             return member(kind, node, where)
         if lookup(node) is None:
             return member(kind, node, where)
-    found = evaluate(node, types, where, lookup)
+    found = evaluate(node, types, where, lookup, detail)
     if isinstance(node, s.Literal) or _is_negative(node):
         return adapt(found, kind, node.at, where)
     return _converted(found, kind, node.at, where)
@@ -222,6 +228,9 @@ def _converted(found: Constant, kind: Type, at: s.Position, where: Declared) -> 
             real = Constant(float(value), ELEMENTARY["LREAL"])
             return adapt(real, kind, at, where)
     return adapt(found, kind, at, where)
+
+
+_NAMED, _MEMBER = "a constant instead of a literal", "a member of an enumeration"
 
 
 class NotConstantError(InputError):
@@ -250,8 +259,17 @@ _COMPARISONS: dict[str, Callable[[Scalar, Scalar], bool]] = {
 _MOST_BITS = 256
 
 
-def evaluate(node: s.Init, types: dict[str, Type], where: Declared, lookup: Lookup) -> Constant:
+def evaluate(
+    node: s.Init, types: dict[str, Type], where: Declared, lookup: Lookup, detail: str = ""
+) -> Constant:
     """Value of a constant expression: literals, named constants and operators.
+
+    Args:
+        node: What the source says.
+        types: Types of the project by upper-case name.
+        where: Its declaration, for messages.
+        lookup: Finds named constants.
+        detail: What a named constant is here, for the note of it.
 
     Raises:
         InputError: not constant.
@@ -261,7 +279,11 @@ def evaluate(node: s.Init, types: dict[str, Type], where: Declared, lookup: Look
     if isinstance(node, (s.Name, s.Field, s.Call)):
         found = lookup(node)
         if found is not None:
-            where.note("a constant instead of a literal", node.at)
+            is_member = isinstance(found.type, EnumType)
+            if is_member and isinstance(node, s.Field):
+                where.note("a member with the name of its enumeration", node.at)
+            else:
+                where.note(_NAMED, node.at, _MEMBER if is_member else detail)
             return found
     elif isinstance(node, s.Unary):
         return _negated(node, evaluate(node.operand, types, where, lookup), where)

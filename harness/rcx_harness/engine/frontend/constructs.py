@@ -58,6 +58,7 @@ CONSTRUCTS = {
     "PERSISTENT": "use RETAIN",
     "an incomplete address": "write the address",
     "a located array": "locate each element as a variable of its own",
+    "a located structure": "locate each field as a variable of its own",
     "a function without VAR_INPUT": "use a block",
     "a function without a result": "use a block",
     "a function that never sets its result": "assign to its name",
@@ -115,6 +116,13 @@ CONSTRUCTS = {
     "another name of a pin": "use the name of the second edition",
 }
 
+#: What to do where a detail asks for something else than its construct.
+_DETAILS = {
+    "a constant instead of a literal (a member of an enumeration)": (
+        "declare what it is compared with, or assigned to, as that enumeration"
+    ),
+}
+
 #: Those of which nothing is left in the checked tree, or nothing that `rcx prove` does not know.
 TRANSLATED = frozenset(
     [
@@ -136,6 +144,7 @@ TRANSLATED = frozenset(
         "# before a name",
         "a subrange",
         "a constant instead of a literal",
+        "a member with the name of its enumeration",
         "a constant expression",
         "an initial value without brackets",
         "VAR_GLOBAL outside a CONFIGURATION",
@@ -179,6 +188,11 @@ class Use:
     def __str__(self) -> str:
         return f"{self.construct} ({self.detail})" if self.detail else self.construct
 
+    @property
+    def instead(self) -> str:
+        """What to write instead."""
+        return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
+
 
 def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> None:
     """Refuse a program with constructs that a tool does not know.
@@ -201,5 +215,5 @@ def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> Non
             file=first.file,
             line=first.at.line,
             column=first.at.column,
-            hint=CONSTRUCTS[first.construct],
+            hint=first.instead,
         )

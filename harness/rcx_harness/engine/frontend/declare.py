@@ -13,6 +13,7 @@ from rcx_harness.engine.frontend.later import Later, Part
 from rcx_harness.engine.frontend.registry import Declared, Registry
 from rcx_harness.engine.frontend.resolve import Types
 from rcx_harness.engine.frontend.scalars import WIDTH
+from rcx_harness.engine.frontend.sizes import size_of
 from rcx_harness.engine.frontend.tree import Pou, Symbol
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.types import (
@@ -22,6 +23,7 @@ from rcx_harness.engine.types import (
     EnumType,
     InterfaceType,
     ReferenceType,
+    StructType,
     Type,
     Variable,
     has_block,
@@ -272,9 +274,10 @@ class Declarations(Types):
             )
         if section.kind == "VAR_EXTERNAL":
             self._external.append((node, kind, where))
-        address = None
+        address, area = None, ""
         if node.address is not None:
             address = self._address(node, kind, section, pou, where)
+            area = "" if address else node.address.text[1:2].upper()
         found = [
             Symbol(
                 name.text,
@@ -288,6 +291,7 @@ class Declarations(Types):
                 calculated=calculated,
                 parts=parts,
                 retain=section.qualifier == "RETAIN",
+                area=area,
             )
             for name in node.names
         ]
@@ -366,6 +370,9 @@ class Declarations(Types):
             )
         if len(node.names) > 1:
             raise where.error("one address for several variables", node.at)
+        if _is_record(kind) and parts[2] != "X" and "." not in parts[3]:
+            where.note("a located structure", node.address.at)
+            return text
         one = kind.element if isinstance(kind, ArrayType) else kind
         bits = _bits(one) if isinstance(one, ElementaryType) else 0
         lies_there = one == kind or (bits > 1 and "." not in parts[3])
@@ -460,6 +467,12 @@ class Scope:
 def _is_input(section: s.Section) -> bool:
     """Is it only read?"""
     return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
+
+
+def _is_record(kind: Type) -> bool:
+    """Is it a structure, or an array of them, that has a layout?"""
+    inner = kind.element if isinstance(kind, ArrayType) else kind
+    return isinstance(inner, StructType) and size_of(inner) is not None
 
 
 def _bits(kind: ElementaryType) -> int:

@@ -7,15 +7,14 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.base import Located
 from rcx_harness.engine.compiling import deeply, uncollected
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.bodies import check_body, check_start
 from rcx_harness.engine.frontend.declare import Declarations, Scope
+from rcx_harness.engine.frontend.located import located
 from rcx_harness.engine.frontend.parser import read_text
 from rcx_harness.engine.frontend.project import Project, Run, Task, Unit, runnable
 from rcx_harness.engine.frontend.registry import Declared, Registry, parts_of
@@ -23,10 +22,10 @@ from rcx_harness.engine.frontend.resolve import ConsequenceError
 from rcx_harness.engine.frontend.scalars import TIME
 from rcx_harness.engine.frontend.tree import Pou
 from rcx_harness.engine.source import source_text
-from rcx_harness.engine.types import ArrayType, BlockType, Type, Variable
+from rcx_harness.engine.types import BlockType, Variable
 from rcx_harness.errors import InputError
 
-__all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "located", "read_file"]
+__all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
 
 #: Parses one source.
 Read = Callable[[Path], s.Source]
@@ -174,48 +173,6 @@ def _instance(
             "only a program with one instance can be",
         )
     return pou.block
-
-
-def located(instances: dict[str, BlockType], declarations: Declarations) -> tuple[Located, ...]:
-    """Directly represented variables: the global ones, then those of each program instance."""
-    found = [
-        one
-        for symbol in declarations.globals.values()
-        if symbol.address is not None
-        for one in _elements(symbol.address, symbol.name, symbol.type)
-    ]
-    named = {
-        symbol.name: symbol.type
-        for key, symbol in declarations.globals.items()
-        if key in declarations.programs and isinstance(symbol.type, BlockType)
-    }
-    own = list(instances.values())
-    instances = {
-        **instances,
-        **{name: block for name, block in named.items() if block not in own},
-    }
-    for instance, block in instances.items():
-        pou: Pou = declarations.pous[block.name.upper()]
-        found += [
-            one
-            for symbol in pou.symbols.values()
-            if symbol.address is not None
-            for one in _elements(symbol.address, f"{instance}.{symbol.name}", symbol.type)
-        ]
-    return tuple(found)
-
-
-def _elements(address: str, path: str, kind: Type) -> Iterator[Located]:
-    """A variable, or the elements of an array: one address after the other."""
-    if not isinstance(kind, ArrayType):
-        yield Located(address, path, kind)
-        return
-    parts = re.fullmatch(r"(\D+)(\d+)", address)
-    assert parts is not None
-    ranges = [range(low, high + 1) for low, high in kind.bounds]
-    for k, indices in enumerate(product(*ranges)):
-        place = ",".join(map(str, indices))
-        yield Located(f"{parts[1]}{int(parts[2]) + k}", f"{path}[{place}]", kind.element)
 
 
 def load(paths: Sequence[Path], read: Read | None = None) -> Project:

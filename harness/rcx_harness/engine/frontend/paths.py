@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.values import describe
@@ -28,7 +28,8 @@ class Resolved:
         is_global: Whether `root` is a global variable.
         steps: The way from the root to the variable.
         type: Type of the variable.
-        address: Direct address, if the variable is located, or the array that it is an element of.
+        address: Direct address, if the variable is located, or what it is a part of.
+        inside: The way from what has that address to the variable.
     """
 
     path: str
@@ -37,6 +38,7 @@ class Resolved:
     steps: tuple[Step, ...]
     type: Type
     address: str | None = None
+    inside: tuple[Step, ...] = ()
 
 
 _PART = re.compile(r"\s*(?:(?P<dot>\.)?\s*(?P<name>[A-Za-z_]\w*)|\[(?P<indices>[^\[\]]*)\])\s*")
@@ -159,13 +161,13 @@ def _pin(project: Project, base: Resolved, variable: Variable) -> Resolved:
             f"{path} is a VAR_IN_OUT and has no value of its own",
             hint="name the variable that is passed to it",
         )
-    return _step(base, path, variable.name, variable.type, variable.address)
+    found = _step(base, path, variable.name, variable.type)
+    return replace(found, address=variable.address, inside=())
 
 
-def _step(
-    base: Resolved, path: str, step: Step, kind: Type, address: str | None = None
-) -> Resolved:
-    return Resolved(path, base.root, base.is_global, (*base.steps, step), kind, address)
+def _step(base: Resolved, path: str, step: Step, kind: Type) -> Resolved:
+    steps, inside = (*base.steps, step), (*base.inside, step)
+    return Resolved(path, base.root, base.is_global, steps, kind, base.address, inside)
 
 
 def _element(base: Resolved, indices: tuple[int, ...]) -> Resolved:
@@ -183,7 +185,7 @@ def _element(base: Resolved, indices: tuple[int, ...]) -> Resolved:
             raise InputError(f"{base.path}: index {index} is outside {low}..{high}")
         position = position * (high - low + 1) + index - low
     text = ",".join(str(index) for index in indices)
-    return _step(base, f"{base.path}[{text}]", position, kind.element, base.address)
+    return _step(base, f"{base.path}[{text}]", position, kind.element)
 
 
 def walk(project: Project) -> Iterator[tuple[str, Type]]:

@@ -416,13 +416,13 @@ class Types:
                     self._under_way.discard(key)
         return None
 
-    def constant(self, node: s.Init, kind: Type, where: Declared) -> Constant:
+    def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
         """Value of a constant expression, brought to a type.
 
         Raises:
             InputError: not constant, or not of the type.
         """
-        return constant(node, kind, self.types, where, self.lookup)
+        return constant(node, kind, self.types, where, self.lookup, detail)
 
     def integer(self, node: s.Expression, where: Declared) -> int:
         """Value of a whole number, as bounds and lengths need it.

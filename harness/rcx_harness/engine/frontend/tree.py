@@ -63,7 +63,7 @@ class Symbol:
     pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
     methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
     constant; `parts` are those of its initial value that are none. `retain`: it keeps its value
-    over a warm start.
+    over a warm start. `area` is I, Q or M where its address is left to the tool (`%I*`).
     """
 
     name: str
@@ -80,6 +80,7 @@ class Symbol:
     calculated: bool = False
     parts: tuple[Part, ...] = ()
     retain: bool = False
+    area: str = ""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from rcx_harness.output.files import replace_files
 from rcx_harness.robot import Violation
 from rcx_harness.verify.debug.machine import builtin_of, live_input
 from rcx_harness.verify.debug.telegrams import Telegrams
+from rcx_harness.watch.image_source import reads_located
 
 __all__ = ["FORMAT", "Recorded", "Tape", "is_recording", "opened", "write_recording"]
 
@@ -319,8 +320,9 @@ class Tape:
         violations: Sequence[Violation],
     ) -> None:
         self.program = builtin_of(program)
+        located = reads_located(self.program.module.project)
         self.images: Sequence[Image] = [
-            find_image(program, size=size, m=m, n=n) for size, m, n in areas
+            find_image(program, size=size, m=m, n=n, located=located) for size, m, n in areas
         ]
         self.telegrams: Sequence[Telegrams] = [Telegrams(size) for size, _, _ in areas]
         self.violations: list[Violation] = []

@@ -221,11 +221,13 @@ class Memory:
         kind, path = found.type, found.path
         if found.address is not None:
             slot = address_slot(found.address)
-            if found.steps and isinstance(found.steps[-1], int):
-                return self.element(getattr(self.shared, slot), found.steps[-1], path, path, kind)
-            return self._place(self.shared, slot, path, path, kind)
-        holder: Any = self.shared if found.is_global else self.roots[found.root]
-        way = (found.root, *found.steps) if found.is_global else found.steps
+            if not found.inside:
+                return self._place(self.shared, slot, path, path, kind)
+            holder: Any = getattr(self.shared, slot)
+            way = found.inside
+        else:
+            holder = self.shared if found.is_global else self.roots[found.root]
+            way = (found.root, *found.steps) if found.is_global else found.steps
         if not way:
             return Held(path, kind, lambda: holder, None, path)
         for step in way[:-1]:

@@ -463,7 +463,9 @@ def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
     else:
         assert isinstance(kind, BlockType)
         kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
-        yield from ((one.name.upper(), one.type) for one in kind.variables if one.section in kept)
+        for one in kind.variables:
+            if one.section in kept and one.address is None:  # a located one is shared
+                yield one.name.upper(), one.type
 
 
 def _spoiling(code: str, kind: Type) -> list[str]:

@@ -38,6 +38,7 @@ from rcx_harness.verify.properties import Declared
 from rcx_harness.verify.prove.assertions import Copies
 from rcx_harness.verify.prove.tree import written
 from rcx_harness.watch.calls_source import steady_instances
+from rcx_harness.watch.image_source import reads_located
 
 __all__ = ["Choice", "Explored", "Settings", "explore"]
 
@@ -169,7 +170,10 @@ class _Program(World[Choice]):
         _refuse(project)
         self._settings, self._copies = settings, copies
         self.program = program = BuiltinProgram.build(project)
-        self._image = find_image(program, size=settings.size, m=settings.m, n=settings.n)
+        located = reads_located(project)
+        self._image = find_image(
+            program, size=settings.size, m=settings.m, n=settings.n, located=located
+        )
         self.status = status_path(program, 1)
         self.inputs = {
             path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()

@@ -22,6 +22,7 @@ from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_harness.verify.prove.program import ProgramMachine
 from rcx_harness.verify.prove.tree import calls_of, written
+from rcx_harness.watch.image_source import reads_located
 
 __all__ = ["Area", "Given", "Input", "Surroundings", "path_of"]
 
@@ -85,14 +86,14 @@ class Surroundings:
             for name, pou in project.pous.items()
             if pou.kind in ("PROGRAM", "FUNCTION_BLOCK")
         }
-        program = BuiltinProgram.build(project)
+        program, located = BuiltinProgram.build(project), reads_located(project)
         self.areas = [
             Area(
                 number,
                 size,
                 m,
                 n,
-                find_image(program, size=size, m=m, n=n),
+                find_image(program, size=size, m=m, n=n, located=located),
                 self._status(number),
             )
             for number, (size, m, n) in enumerate(_places(project), 1)
@@ -266,7 +267,8 @@ def path_of(project: Project, name: str) -> tuple[Path, Type]:
     """Where a machine has what a cell calls `Main.Stage`."""
     found = resolve(project, name)
     if found.address is not None:
-        return ("", address_slot(found.address)), found.type
+        inside = (step.upper() if isinstance(step, str) else step for step in found.inside)
+        return ("", address_slot(found.address), *inside), found.type
     steps = tuple(step.upper() if isinstance(step, str) else step for step in found.steps)
     root = ("", found.root.upper()) if found.is_global else (found.root.upper(),)
     return (*root, *steps), found.type

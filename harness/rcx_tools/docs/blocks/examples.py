@@ -199,14 +199,18 @@ def program(snippet: Snippet) -> str:
 
 
 def stimulus(snippet: Snippet) -> str:
-    """The stimulus file of an example that needs one of its own, else that of all."""
-    at = []
+    """The stimulus file of an example that needs one of its own, else that of all.
+
+    It says from the beginning that the cell is safe: no program that users copy says so by itself.
+    """
+    at: list[dict[str, Any]] = []
     if snippet.started:
         at.append({"time": f"{START_US // 1000}ms", "set": {"Main.Start": True}})
     if snippet.stop and snippet.started:
         at.append({"time": snippet.stop, "set": {"Main.Start": False}})
     lines = ["# Generated from docs/blocks/snippets.toml by `make docs`."]
-    for entry in [*snippet.events, *at]:
+    safe = {"time": "0ms", "set": {"Main.CellSafe": True}}
+    for entry in [safe, *snippet.events, *at]:
         lines += ["", "[[at]]", *(f"{key} = {_toml(value)}" for key, value in entry.items())]
     return "\n".join([*lines, ""])
 
@@ -319,7 +323,7 @@ def _variables(snippet: Snippet, steps: Sequence[Step]) -> Iterator[str]:
         ("InputArea", f"RCX_IMAGE{words}", "robot to PLC, filled by your scanner"),
         ("OutputArea", f"RCX_IMAGE{words}", "PLC to robot, sent by your scanner"),
         ("Connected", "BOOL", "your scanner's status"),
-        ("CellSafe", "BOOL := TRUE", "wire it to your safety circuit's answer"),
+        ("CellSafe", "BOOL", "wire it to your safety circuit's answer"),
         *((name, "BOOL", "push button") for name in buttons),
         ("Robot", "RCX_REF", ""),
         (f"ReadArea{kind}", f"FB_ReadArea{kind}", ""),

@@ -1,0 +1,309 @@
+"""What a program does with its own process image, read from its checked source.
+
+A cell fills `InputArea` before each scan, unless the program copies located variables into it:
+then it fills these. A program that fills its image from something else never sees the robot, though
+it is legal Structured Text and breaks no rule of the manual. So it is reported.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rcx_harness.engine import cache
+from rcx_harness.engine.checked import analysed
+from rcx_harness.engine.frontend import tree as t
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.syntax import Position
+from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
+from rcx_harness.watch.calls_source import AREAS, CallFinding
+
+__all__ = ["ImageUse", "image_use", "reads_located"]
+
+_HERE = Path(__file__)
+_INPUT = "INPUTAREA"
+#: Fields of the tree that are no code.
+_NO_CODE = ("at", "type", "block", "symbol", "method")
+
+#: A variable: its POU (empty for a global one), its name, members down to it; in upper case.
+_Place = tuple[str, ...]
+
+
+class ImageUse(NamedTuple):
+    """How a program uses its process image.
+
+    Attributes:
+        located: What FB_ReadArea reads comes from located variables, so a cell fills these, even
+            if there is an `InputArea`.
+        findings: A warning for each image that the program overwrites.
+    """
+
+    located: bool
+    findings: tuple[CallFinding, ...]
+
+
+class _Write(NamedTuple):
+    """A statement that writes a variable, and the variables that it takes the value from."""
+
+    file: str
+    at: Position
+    sources: tuple[_Place, ...]
+
+
+def image_use(files: Sequence[Path], library: Sequence[Path] = ()) -> ImageUse:
+    """Find out how a program uses its process image.
+
+    Args:
+        files: The program's own files; if they have errors, nothing is found.
+        library: The files of the blocks that it uses.
+    """
+    every = (*files, *library)
+    key = cache.sources_key((*files, _HERE, *library))
+    return cache.made_of("image", key, every, lambda: _found(files, every))
+
+
+def reads_located(project: Project) -> bool:
+    """Return whether what FB_ReadArea reads comes from located variables."""
+    return _Images(project, {pou.file: Path(pou.file) for pou in project.pous.values()}).judge()[0]
+
+
+def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
+    project, _ = analysed(every)
+    if project is None:
+        return ImageUse(False, ())
+    return _Images(project, {str(file): file for file in files}).judge()
+
+
+class _Images:
+    """The images of a program, with all that is written to them.
+
+    Args:
+        project: The checked sources.
+        files: The user's files by the name that the project gives them; the library's blocks write
+            no image from the robot.
+    """
+
+    def __init__(self, project: Project, files: dict[str, Path]) -> None:
+        self._project, self._files = project, files
+        self._globals = {id(symbol): key for key, symbol in project.global_symbols.items()}
+        self._symbols: dict[_Place, t.Symbol] = {}
+        self._images: dict[_Place, str] = {}
+        self._writes: dict[_Place, list[_Write]] = defaultdict(list)
+        self._feeds: dict[_Place, set[_Place]] = defaultdict(set)
+        self._same: dict[_Place, set[_Place]] = defaultdict(set)
+        for pou in project.pous.values():
+            if pou.file in files:
+                for one in (pou, *project.objects.all.get(pou.name.upper(), {}).values()):
+                    self._read(one)
+
+    def judge(self) -> ImageUse:
+        """Judge each image that is read."""
+        located, plain, found = False, False, []
+        for image, name in self._all_images().items():
+            writes = [one for place in self._alike(image) for one in self._written(place)]
+            address = self._address(image)
+            sources = [one for one in self._sources(image) if one != image[:2]] if writes else []
+            of_scanner = any(self._address(one) for one in sources)
+            of_cell = any(one[1] == _INPUT for one in sources)
+            located = located or bool(address) or (of_scanner and not of_cell)
+            plain = plain or of_cell or (name.upper() == _INPUT and not address and not of_scanner)
+            if writes and (address or not (of_scanner or of_cell)):
+                first = min(writes, key=lambda one: (one.file != writes[0].file, one.at))
+                text = self._text(name, address, first)
+                found.append(CallFinding(self._files[first.file], first.at, text, False))
+        found.sort(key=lambda one: (str(one.file), one.at))
+        return ImageUse(located and not plain, tuple(found))
+
+    def _text(self, name: str, address: str, write: _Write) -> str:
+        if address:
+            return (
+                f"{name} is at {address}, so the scanner fills it: this overwrites what the robot "
+                "has sent; leave the assignment out"
+            )
+        large = [one for one in map(self._symbol, write.sources) if one and _is_large(one.type)]
+        source = large[0] if large else None
+        why = "rcx fills it before each scan, and " if name.upper() == _INPUT else ""
+        if source is None:
+            return (
+                f"{name} is overwritten here: {why}FB_ReadArea no longer sees what the robot has "
+                "sent; leave the assignment out"
+            )
+        return (
+            f"{name} is overwritten here: {why}FB_ReadArea reads what is in {source.name}, which "
+            f"nothing fills; give {source.name} an address, {source.name} AT %IB0 (%QB0 for what "
+            "goes to the robot), or leave the copying out"
+        )
+
+    # --- reading the code ---
+
+    def _read(self, pou: t.Pou) -> None:
+        for node, at in _nodes(pou.body, pou.at):
+            if isinstance(node, t.Assign):
+                self._assign(node.target, node.value, at, pou)
+            elif isinstance(node, t.CallBlock):
+                self._call(node, at, pou)
+            elif isinstance(node, (t.CallFunction, t.CallMethod)):
+                given = [one for one in node.arguments if one is not None]
+                for _, variable in (*node.in_outs, *node.outputs):
+                    self._assign(variable, tuple(given), at, pou)
+                    self._feed(variable, tuple(one for _, one in node.in_outs), pou)
+
+    def _call(self, node: t.CallBlock, at: Position, pou: t.Pou) -> None:
+        block = node.block.name.upper()
+        users = block in self._project.pous and self._project.pous[block].file in self._files
+        for pin, value in node.inputs:
+            self._feeds[block, pin.upper()].update(one[:2] for one in self._uses(value, pou))
+        for pin, target in node.outputs:
+            if (place := self._place(target, pou)) is not None:
+                self._writes[place].append(_Write(pou.file, at, ()))
+                self._feeds[place[:2]].add((block, pin.upper()))
+        for pin, variable in node.in_outs:
+            place = self._place(variable, pou)
+            if place is None:
+                continue
+            if AREAS.get(block) == "read" and pin.upper() == "IMAGE":
+                self._images.setdefault(place, _name(variable))
+            if users:
+                inner = (block, pin.upper())
+                self._same[place].add(inner)
+                self._feeds[place[:2]].add(inner)
+                self._feeds[inner].add(place[:2])
+
+    def _assign(self, target: t.Variable, value: object, at: Position, pou: t.Pou) -> None:
+        place = self._place(target, pou)
+        if place is not None:
+            uses = tuple(self._uses(value, pou))
+            self._writes[place].append(_Write(pou.file, at, uses))
+            self._feed(target, value, pou)
+            if isinstance(value, t.Address) and (seen := self._place(value.variable, pou)):
+                through = _through(place)
+                self._same[seen].add(through)
+                self._feeds[through[:2]].add(seen[:2])
+
+    def _feed(self, target: t.Variable, value: object, pou: t.Pou) -> None:
+        place = self._place(target, pou)
+        if place is not None:
+            self._feeds[place[:2]].update(one[:2] for one in self._uses(value, pou))
+
+    def _uses(self, value: object, pou: t.Pou) -> Iterator[_Place]:
+        """Yield the variables in an expression; of a block's pin also the pin of its type."""
+        for node, _ in _nodes(value, pou.at):
+            if isinstance(node, (t.Use, t.Member)) and (place := self._place(node, pou)):
+                yield place
+
+    def _place(self, variable: object, pou: t.Pou) -> _Place | None:
+        if isinstance(variable, t.Use):
+            return self._of_symbol(variable.symbol, pou)
+        if isinstance(variable, t.Member):
+            if isinstance(variable.base.type, BlockType):
+                return variable.base.type.name.upper(), variable.name.upper()
+            base = self._place(variable.base, pou)
+            whole = not isinstance(variable.base, t.Index)
+            return (*base, variable.name.upper()) if base and whole else base
+        if isinstance(variable, t.Index):
+            return self._place(variable.base, pou)
+        if isinstance(variable, t.Deref):
+            base = self._place(variable.base, pou)
+            return _through(base) if base else None
+        return None
+
+    def _of_symbol(self, symbol: t.Symbol, pou: t.Pou) -> _Place:
+        key, owner = symbol.name.upper(), pou
+        if symbol.section in ("VAR_EXTERNAL", "VAR_GLOBAL"):
+            place = ("", symbol.source.upper() or self._globals.get(id(symbol), key))
+            self._symbols[place] = self._project.global_symbols.get(place[1], symbol)
+            return place
+        if pou.owner is not None and pou.owner.symbols.get(key) is symbol:
+            owner = pou.owner
+        self._symbols[owner.name.upper(), key] = symbol
+        return owner.name.upper(), key
+
+    # --- what follows from it ---
+
+    def _all_images(self) -> dict[_Place, str]:
+        """Return the images with their names; of a VAR_IN_OUT what is given to it."""
+        found: dict[_Place, str] = {}
+        for image, name in self._images.items():
+            symbol = self._symbol(image)
+            if symbol is None or symbol.section != "VAR_IN_OUT":
+                found[image] = name
+                continue
+            for outer in list(self._same):
+                if image in self._alike(outer):
+                    own = self._symbol(outer)
+                    if own is not None and own.section != "VAR_IN_OUT":
+                        found[outer] = outer[-1] if len(outer) > 2 else own.name
+        return found
+
+    def _alike(self, image: _Place) -> list[_Place]:
+        """Return an image with the pins that it is given to and the pointers to it."""
+        found, waiting = [image], [image]
+        while waiting:
+            for one in sorted(self._same.get(waiting.pop(), ())):
+                if one not in found:
+                    found.append(one)
+                    waiting.append(one)
+        return found
+
+    def _written(self, image: _Place) -> Iterator[_Write]:
+        """Yield what writes an image, a part of it or what it is a part of."""
+        for place, writes in self._writes.items():
+            shorter = min(len(place), len(image))
+            if place[:shorter] == image[:shorter]:
+                yield from writes
+
+    def _sources(self, image: _Place) -> Iterator[_Place]:
+        """Yield the variables whose values come into an image, on whatever way."""
+        seen, waiting = {image[:2]}, [one[:2] for one in self._alike(image)]
+        while waiting:
+            for one in sorted(self._feeds.get(waiting.pop(), ())):
+                if one not in seen:
+                    seen.add(one)
+                    waiting.append(one)
+                    yield one
+
+    def _address(self, place: _Place) -> str:
+        """Return the address of an input, empty where it has none."""
+        symbol = self._symbol(place)
+        if symbol is None:
+            return ""
+        address = symbol.address or (f"%{symbol.area}*" if symbol.area else "")
+        return address if address[1:2].upper() in ("I", "M") else ""
+
+    def _symbol(self, place: _Place) -> t.Symbol | None:
+        """Return the variable; of what a pointer leads to there is none."""
+        pou = self._project.pous.get(place[0])
+        return self._symbols.get(place[:2]) or (pou.symbols.get(place[1]) if pou else None)
+
+
+def _is_large(kind: Type) -> bool:
+    return isinstance(kind, (ArrayType, StructType, BlockType))
+
+
+def _through(pointer: _Place) -> _Place:
+    """Return what stands for the variable that a pointer leads to."""
+    return (*pointer[:-1], f"{pointer[-1]}^")
+
+
+def _name(variable: t.Expression) -> str:
+    if isinstance(variable, t.Use):
+        return variable.symbol.name
+    if isinstance(variable, t.Member):
+        return variable.name
+    return _name(variable.base) if isinstance(variable, (t.Index, t.Deref)) else "the image"
+
+
+def _nodes(node: object, at: Position) -> Iterator[tuple[Any, Position]]:
+    """Yield every statement and expression inside something, each with its statement's place."""
+    if isinstance(node, tuple):
+        for one in node:
+            yield from _nodes(one, at)
+    elif is_dataclass(node) and not isinstance(node, (type, t.Symbol, t.Pou)):
+        at = getattr(node, "at", at)
+        yield node, at
+        for part in fields(node):
+            if part.name not in _NO_CODE:
+                yield from _nodes(getattr(node, part.name), at)

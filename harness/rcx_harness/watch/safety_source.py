@@ -1,0 +1,58 @@
+"""Which variables a program gives to EmergencyStopOk and StopOk, read from its checked source."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rcx_harness.engine import cache
+from rcx_harness.engine.checked import analysed
+from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.frontend.tree import CallBlock, Use
+from rcx_harness.watch.calls_source import AREAS
+
+__all__ = ["safety_inputs"]
+
+_HERE = Path(__file__)
+_PINS = ("EMERGENCYSTOPOK", "STOPOK")
+
+
+def safety_inputs(files: Sequence[Path], library: Sequence[Path] = ()) -> list[str]:
+    """Return the paths of the variables that say that a cell is safe, `Main.CellSafe`.
+
+    What an expression or a block in between makes of several variables is left out.
+
+    Args:
+        files: The program's own files, free of errors.
+        library: The files of the blocks that it uses.
+    """
+    every = (*files, *library)
+    key = cache.sources_key((*files, _HERE, *library))
+    return list(cache.made_of("safety", key, every, lambda: _found(every)))
+
+
+def _found(every: Sequence[Path]) -> list[str]:
+    project, _ = analysed(every)
+    return [] if project is None else list(dict.fromkeys(_variables(project)))
+
+
+def _variables(project: Project) -> Iterator[str]:
+    for instance, block in project.instances.items():
+        for call in _calls(project.pous[block.name.upper()].body):
+            for pin, value in call.inputs:
+                if pin.upper() in _PINS and isinstance(value, Use) and not value.symbol.constant:
+                    outside = value.symbol.section in ("VAR_EXTERNAL", "VAR_GLOBAL")
+                    yield value.symbol.name if outside else f"{instance}.{value.symbol.name}"
+
+
+def _calls(body: object) -> Iterator[CallBlock]:
+    """Yield the calls of FB_WriteArea in a body, in the order of the code."""
+    if isinstance(body, CallBlock):
+        if AREAS.get(body.block.name.upper()) == "write":
+            yield body
+    elif isinstance(body, tuple):
+        for one in body:
+            yield from _calls(one)
+    else:
+        for part in ("branches", "otherwise", "body"):
+            yield from _calls(getattr(body, part, ()))
