@@ -215,8 +215,11 @@ class _Mistakes:
 
     def _open(self, calls: Sequence[Call], pin: str) -> bool:
         """Is a pin FALSE for ever, as far as the source says?"""
-        return (calls[0].block.name.upper(), pin.upper()) not in self._used.set_apart and all(
-            self._used.stays_false(call, pin) for call in calls
+        block = calls[0].block
+        return (
+            pin.upper() in pins_of(block)
+            and (block.name.upper(), pin.upper()) not in self._used.set_apart
+            and all(self._used.stays_false(call, pin) for call in calls)
         )
 
     # --- images ---
