@@ -286,7 +286,7 @@ CHECKS: tuple[Check, ...] = (
         "tested",
         "Every block with Robot and Execute or Enable, under patterns of these, answers of the "
         "controller and faults at each scan; in every scan the contract of the block, the "
-        "interval of 100 ms and the handshake are judged. `make test` includes all of these "
+        "interval of 100 ms and the handshake are judged. `make test-all` includes all of these "
         "cases. FB_Operator (keys) and FB_PackMl (commands, acting states) have neither pin, so "
         "that no pattern fits; nor have blocks without Robot. Of these it is proved above that "
         "Error is TRUE exactly with an ErrorID; what else they do, their own tests judge.",

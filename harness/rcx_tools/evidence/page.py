@@ -29,7 +29,7 @@ changed, and writes this page. All figures in full: `out/verification.json`.
 _MORE = """\
 ## Also tested
 
-- `make test`: all tests, the cases of `make contract` and small runs of the other checks among
+- `make test-all`: all tests, the cases of `make contract` and small runs of the other checks among
   them. Tests bear the manual's sentences as names; [blocks.md](blocks.md) and
   [commands.md](commands.md) lead from each block to its tests and to the manual.
 - The telegrams of all remote commands against the manual's own worked examples.
