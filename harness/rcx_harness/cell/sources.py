@@ -16,6 +16,7 @@ from rcx_harness.engine.needed import declared_names, needed
 from rcx_harness.engine.projects.formats import in_folder, is_project
 from rcx_harness.errors import InputError
 from rcx_harness.output.exported import RECORD, own_output, resolved
+from rcx_harness.output.paths import real
 
 __all__ = ["INSTEAD", "Files", "SourceFiles", "blame_lib", "default_lib", "named_files"]
 __all__ += ["not_declared", "source_files", "st_files"]
@@ -65,8 +66,8 @@ class SourceFiles:
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
         """The user's files, and those of the library, also where they are named one by one."""
-        folder = self.folder.resolve()
-        named = {file for file in self.own if folder in file.resolve().parents}
+        folder = real(self.folder)
+        named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]
 
 
@@ -110,10 +111,10 @@ def source_files(
             f"--lib {folder} is no folder",
             hint="it is the folder of the library; without --lib that of this package is taken",
         )
-    taken = frozenset(file.resolve() for file in own)
+    taken = frozenset(real(file) for file in own)
     own = list(dict.fromkeys(own))
     if INSTEAD:
-        own = [INSTEAD.get(file.resolve(), file) for file in own]
+        own = [INSTEAD.get(real(file), file) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
     parts = _needed(tuple(own), seen, _Folder.of(folder), taken, declared)
     return SourceFiles(tuple(own), parts, folder, notes, declared)
@@ -183,7 +184,7 @@ class _Folder(NamedTuple):
 
     @classmethod
     def of(cls, folder: Path) -> _Folder:
-        place = folder.resolve()
+        place = real(folder)
         above = [one for parent in place.parents for one in _stamped(f"{parent}{os.sep}{RECORD}")]
         return cls(os.fspath(place), (*above, *_listed(os.fspath(folder))))
 

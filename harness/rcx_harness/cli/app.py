@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, OutputError, refused
 
 __all__ = ["COMMANDS", "Later", "app", "main"]
 
@@ -205,12 +205,20 @@ def main(args: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
+
+    Raises:
+        OutputError: standard output cannot be written.
     """
     try:
         app(args=_with_command(sys.argv[1:] if args is None else args))
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
+    except OutputError:
+        raise
+    except OSError as error:
+        print(f"rcx: {refused(error)}", file=sys.stderr)
+        return 2
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0 if done.code is None else 2
     return 0

@@ -16,6 +16,7 @@ from rcx_harness.cell.sources import SourceFiles, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 
 if TYPE_CHECKING:
     from rcx_harness.verify.prove.user import Result
@@ -92,10 +93,10 @@ def _check_json(file: Path | None, sources: SourceFiles) -> None:
     """Nothing of the user's is written over."""
     if file is None or not file.exists():
         return
-    read = {one.resolve() for one in sources.all}
+    read = {real(one) for one in sources.all}
     if (
         file.is_dir()
-        or file.resolve() in read
+        or real(file) in read
         or file.read_bytes()[:11] not in (b"", _BEGINNING.encode())
     ):
         raise InputError(

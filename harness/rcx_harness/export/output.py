@@ -10,6 +10,7 @@ from pathlib import Path
 from rcx_harness.errors import InputError
 from rcx_harness.output.exported import MARK, RECORD, digest, record, recorded
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 
 __all__ = ["NOTICE", "Missing", "Output", "Written", "write", "write_export"]
 
@@ -106,9 +107,9 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
             cannot be written. What was there is as it was, then.
     """
     paths = {path: place / path if path else place for path in output.files}
-    inputs = {file.resolve() for file in output.inputs}
+    inputs = {real(file) for file in output.inputs}
     for file in paths.values():
-        if file.resolve() in inputs:
+        if real(file) in inputs:
             raise InputError("would be overwritten, but it is an input", file=file)
         for folder in file.parents:
             if folder.exists() and not folder.is_dir():

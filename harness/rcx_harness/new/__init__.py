@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 from rcx_harness.spec.robots import RobotModel, robot_models
 from rcx_harness.spec.wire import SIZE, check_size
 
@@ -52,7 +53,7 @@ def new_project(
     check_size(size)
     if ci != "all" and ci not in CI:
         raise InputError(f"there is no template for {ci!r}", hint=f"use {', '.join(CI)} or all")
-    title = folder.resolve().name if name is None else name
+    title = real(folder).name if name is None else name
     if not _NAME.fullmatch(title):
         raise InputError(
             f"{title!r} is no name for a cell",

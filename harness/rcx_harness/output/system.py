@@ -332,8 +332,8 @@ def _be_another(work: Callable[[], object], name: str) -> NoReturn:
 def nobody_reads(error: OSError) -> bool:
     """Has the reader of a pipe that was written to gone?"""
     if sys.platform == "win32":
-        return isinstance(error, BrokenPipeError) or error.errno == errno.EINVAL
-    return isinstance(error, BrokenPipeError)
+        return error.errno in (errno.EPIPE, errno.EINVAL)
+    return error.errno == errno.EPIPE
 
 
 class DirectInput:

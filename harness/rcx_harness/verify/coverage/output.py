@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 from rcx_harness.verify.coverage.formats import cobertura, tracefile
 from rcx_harness.verify.coverage.html import pages
 from rcx_harness.verify.coverage.measure import FileResult, measure
@@ -80,7 +81,7 @@ def conclude(
     if not found.total:
         lines.append("nothing was counted: no program with statements was built")
         return Outcome("\n".join(lines), passed=passed and fail_under is None)
-    files = write_report(results, folder, home.resolve().name, home)
+    files = write_report(results, folder, real(home).name, home)
     names = [os.path.relpath(one) if one.is_relative_to(Path.cwd()) else str(one) for one in files]
     told = f"coverage of statements and branches: {found.shown}"
     if fail_under is not None:
