@@ -193,11 +193,20 @@ app = _group()
 
 
 def _with_command(args: Sequence[str]) -> list[str]:
-    """The arguments with what is behind `--` of `rcx mutants` as one option for each word."""
-    if args[:1] != ["mutants"] or "--" not in args:
-        return list(args)
-    place = list(args).index("--")
-    return [*args[:place], *(f"--word={word}" for word in args[place + 1 :])]
+    """Return the arguments in the form that the parser takes.
+
+    What is behind `--` of `rcx mutants` becomes one option for each word, and `--json` without a
+    file `--json -`.
+    """
+    place = list(args).index("--") if "--" in args else len(args)
+    given, rest = list(args[:place]), list(args[place:])
+    for number in range(len(given) - 1, -1, -1):
+        following = given[number + 1 : number + 2]
+        if given[number] == "--json" and (not following or following[0].startswith("--")):
+            given.insert(number + 1, "-")
+    if given[:1] == ["mutants"]:
+        rest = [f"--word={word}" for word in rest[1:]]
+    return given + rest
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import gc
-import sys
-
-TYPE_CHECKING = False  # `typing` takes time in which Ctrl-C shows where the imports are
-if TYPE_CHECKING:
-    from types import FrameType
+import sys  # more here would take time in which Ctrl-C shows where the imports are
 
 __all__ = ["ENDED", "INTERRUPTED", "main"]
 
@@ -43,9 +39,10 @@ def _run() -> int:
     streams.prepare()
     try:
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
-        _end_on_sigterm()
         from rcx_harness.output.console import spare_no_character
+        from rcx_harness.output.system import end_with
 
+        end_with(ENDED)
         spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
 
@@ -70,25 +67,6 @@ def _run() -> int:
         report(error)
         return _OWN_ERROR
     return code
-
-
-def _end_on_sigterm() -> None:
-    """Let SIGTERM end the command as an error does: what it has begun is cleaned up."""
-    import os
-    import signal
-
-    def end(number: int, frame: FrameType | None) -> None:
-        del number, frame
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one changes nothing
-        raise SystemExit(ENDED)
-
-    def leave() -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, end)
-        if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=leave)  # a copy has begun nothing
 
 
 def _was_interrupted(error: BaseException | None) -> bool:
