@@ -208,6 +208,7 @@ def check_stored(key: str, value: Any, axes: int) -> None:
 
 def check_programs(programs: Any, size: int) -> None:
     """Refuse programs with steps that cannot be done on areas of `size` bytes (InputError)."""
+    seen = set[str]()
     for program in programs:
         steps = program.steps
         texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
@@ -218,6 +219,10 @@ def check_programs(programs: Any, size: int) -> None:
             _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
         _expect(named, "name", program.name, "upper case letters, digits and _")
+        if program.name in seen:
+            hint = "give each program its own name"
+            raise InputError(f"'programs' has two programs named {program.name}", hint=hint)
+        seen.add(program.name)
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
