@@ -53,7 +53,7 @@ def check_outputs(
             raise InputError("would be overwritten, but it is an input", file=output)
         if place in written:
             raise InputError("is named for two outputs", file=output)
-        if place.is_dir():
+        if os.path.isdir(place):
             raise InputError("is a folder, not a file", file=output)
         _check_earlier(kind, output)
         written.add(place)

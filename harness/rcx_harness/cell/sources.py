@@ -19,7 +19,7 @@ from rcx_harness.output.exported import RECORD, own_output, resolved
 from rcx_harness.output.paths import real
 
 __all__ = ["INSTEAD", "Files", "SourceFiles", "blame_lib", "default_lib", "named_files"]
-__all__ += ["not_declared", "source_files", "st_files"]
+__all__ += ["library_folder", "not_declared", "source_files", "st_files"]
 
 #: One file or folder, or several.
 Files = str | Path | Sequence[str | Path]
@@ -105,12 +105,7 @@ def source_files(
         instead = {name: Path(file) for name, file in (replace or {}).items()}
         made = project_sources(projects, instead)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
-    folder = default_lib() if lib is None else Path(lib)
-    if not folder.is_dir():
-        raise InputError(
-            f"--lib {folder} is no folder",
-            hint="it is the folder of the library; without --lib that of this package is taken",
-        )
+    folder = library_folder(lib)
     taken = frozenset(real(file) for file in own)
     own = list(dict.fromkeys(own))
     if INSTEAD:
@@ -118,6 +113,17 @@ def source_files(
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
     parts = _needed(tuple(own), seen, _Folder.of(folder), taken, declared)
     return SourceFiles(tuple(own), parts, folder, notes, declared)
+
+
+def library_folder(lib: str | Path | None) -> Path:
+    """Return the folder of the library (InputError: it is no folder)."""
+    folder = default_lib() if lib is None else Path(lib)
+    if not folder.is_dir():
+        raise InputError(
+            f"--lib {folder} is no folder",
+            hint="it is the folder of the library; without --lib that of this package is taken",
+        )
+    return folder
 
 
 @lru_cache(maxsize=64)

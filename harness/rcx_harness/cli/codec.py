@@ -42,8 +42,7 @@ def encode(
         words = command.encode(values, _designated(name, robot))
         _check_effect(command, values)
     except InputError as error:
-        hint = error.hint or f"see guide {command.section}"
-        raise InputError(error.message, hint=hint) from None
+        raise InputError(error.message, file=f"guide {command.section}", hint=error.hint) from None
     _print_words("n", words)
     _print_request(command, words)
 
@@ -72,8 +71,7 @@ def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) 
         for key, limits in part.ranges.items():
             spans = " or ".join(f"{low} to {high}" for low, high in intervals(limits))
             ways.append(f"{part.by}={key}" + (f" ({spans})" if part.type != "text" else ""))
-        hint = f"it needs {' or '.join(ways)}, see guide {command.section}"
-        raise InputError(f"{text} {selected}", hint=hint)
+        raise InputError(f"{text} {selected}", hint=f"it needs {' or '.join(ways)}")
 
 
 def decode(

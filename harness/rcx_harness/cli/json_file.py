@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -42,9 +43,9 @@ class JsonOutput:
         self.printed = file == _PRINTED
         if file is None or self.printed:
             return
-        if file.is_dir():
+        if os.path.isdir(file):
             raise InputError("is a folder, not a file", file=file)
-        if not file.is_file():  # not there, or a device
+        if not os.path.isfile(file):  # not there, or a device
             return
         with file.open("rb") as stream:
             found = stream.read(len(beginning))

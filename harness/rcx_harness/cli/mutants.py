@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Mapping
@@ -48,7 +49,7 @@ class Options(FarmOptions):
         ".rcx"
     )
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget earlier calls.")] = False
-    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.")] = _SHOWN
+    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.", min=0)] = _SHOWN
     json_file: JsonFile = None
     word: Annotated[list[str] | None, typer.Option(hidden=True)] = None
 
@@ -66,7 +67,7 @@ def mutants(given: Options) -> None:
         hint = f"rcx mutants {given.files[0]} -- pytest"
         raise InputError("no command for the tests is given", hint=hint)
     percent = check_fail_under("--fail-under", given.fail_under)
-    if given.minutes is not None and given.minutes < 0:
+    if given.minutes is not None and not given.minutes >= 0:
         raise InputError(f"--minutes is {given.minutes:g}", hint="give 0 or more")
     output = JsonOutput(given.json_file, _BEGINNING, [given.reasons])
     _check_outputs(given)
@@ -106,7 +107,7 @@ def _check_outputs(given: Options) -> None:
     """Nothing of the user's is written over."""
     if given.reasons != _REASONS and not given.reasons.is_file():
         raise InputError("no such file", file=given.reasons)
-    if given.folder.exists() and not given.folder.is_dir():
+    if os.path.exists(given.folder) and not os.path.isdir(given.folder):
         raise InputError("is no folder", file=given.folder, hint="give another --folder")
 
 

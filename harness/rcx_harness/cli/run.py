@@ -90,10 +90,10 @@ class RunOptions(CellOptions):
         bool, typer.Option("--yes", help="With --connect: a robot may move, the cell is clear.")
     ] = False
     input_instance: Annotated[
-        int, typer.Option(help="With --connect: assembly from the controller.")
+        int, typer.Option(help="With --connect: assembly from the controller.", min=1, max=65535)
     ] = TO_MASTER
     output_instance: Annotated[
-        int, typer.Option(help="With --connect: assembly to the controller.")
+        int, typer.Option(help="With --connect: assembly to the controller.", min=1, max=65535)
     ] = TO_ROBOT
     config_instance: Annotated[
         str, typer.Option(help="With --connect: configuration instance, a number or none.")

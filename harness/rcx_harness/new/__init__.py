@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from importlib.metadata import version
 from pathlib import Path
@@ -100,10 +101,10 @@ def _robot(name: str | None) -> dict[str, str]:
 
 
 def _check_empty(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError("is a file", file=folder, hint="name a folder that is new or empty")
     try:
-        there = [path.name for path in folder.iterdir()] if folder.exists() else []
+        there = [path.name for path in folder.iterdir()] if os.path.exists(folder) else []
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=folder) from None
     found = sorted(set(there) - _WELCOME)

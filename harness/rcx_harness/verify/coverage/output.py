@@ -97,7 +97,7 @@ def check_folder(folder: Path) -> None:
     Raises:
         InputError: it is a file, or has an index.html and the like of another.
     """
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError("is no folder", file=folder, hint="name another for the coverage")
     for name in ("index.html", "coverage.lcov", "mcdc.lcov", "coverage.xml"):
         _check(folder / name)
@@ -139,7 +139,7 @@ def write_report(
 
 
 def _check(file: Path) -> None:
-    if file.exists() and not _is_ours(file):
+    if os.path.exists(file) and not _is_ours(file):
         raise InputError(
             "is there already, and is no coverage report; nothing was written",
             file=file,
