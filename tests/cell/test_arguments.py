@@ -124,3 +124,6 @@ def test_two_programs_of_a_robot_cannot_have_one_name(tmp_path: Path) -> None:
     file.write_text('[[programs]]\nname = "A"\n[[programs]]\n[[programs]]\nname = "A"\n')
     with pytest.raises(InputError, match=r"robot.toml:1: 'programs' has two programs named A"):
         RobotConfig.load(file)
+    file.write_text('[[programs]]\n[[programs]]\nname = "MAIN"\n')
+    with pytest.raises(InputError, match=r"robot.toml:1: 'programs' has two programs named MAIN"):
+        RobotConfig.load(file)

@@ -93,8 +93,7 @@ def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) ->
     program = repository / "tests" / "cell" / "programs" / "RawArea.st"
     words = ["campaign", str(program), "--lib", str(tmp_path / "lib"), "--workers", "0"]
     words += ["--out", str(tmp_path / "out"), "--engine", "builtin"]
-    environment = {"TMPDIR": str(temporary), "RCX_CACHE": "off"}
-    done = _ended(_TERMINATED, "Compiled.__init__", *words, **environment)
+    done = _ended(_TERMINATED, "Compiled.__init__", *words, TMPDIR=str(temporary), RCX_CACHE="off")
     assert (done.returncode, done.stderr) == (143, "")
     assert [path.name for path in temporary.iterdir()] == []
 

@@ -6,6 +6,7 @@ import errno
 import io
 import os
 import sys
+from typing import TextIO
 
 from rcx_harness.errors import OutputError
 
@@ -70,7 +71,7 @@ def _open_closed() -> None:
         sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
 
 
-def _known(stream: io.TextIOBase, kind: type[io.FileIO]) -> io.TextIOBase:
+def _known(stream: TextIO, kind: type[io.FileIO]) -> TextIO:
     """Return a stream as it is, but with a file of `kind` below it; a console stays one."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream

@@ -17,7 +17,7 @@ from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.storms import Failure, kind_of
 
-__all__ = ["Replay", "Replayed", "replay", "replay_of"]
+__all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 
 #: Of a chart the latest changes of variables are shown, and of all there is.
 _TOLD, _LATEST = 18, 12
