@@ -193,6 +193,15 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own, once more
 
 
+def test_an_instance_without_a_controller_elsewhere_is_refused(
+    here: Path, capsys: Captured
+) -> None:
+    """Source: `rcx run --help`: with --connect."""
+    for option in ("--input-instance", "--output-instance"):
+        said = _refused(capsys, "run", "p.st", option, "99999")
+        assert "--input-instance, --output-instance need --connect" in said
+
+
 @pytest.mark.parametrize("command", ["judge", "compare"])
 def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, command: str) -> None:
     """Source: CONTRIBUTING.md: nothing of the user's is lost."""
@@ -218,8 +227,6 @@ def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, com
         ["mutants", "p.st", "--workers", str(10**6), "--", "true"],
         ["mutants", "p.st", "--show", "-1", "--", "true"],
         ["mutants", "p.st", "--minutes", "nan", "--", "true"],
-        ["run", "p.st", "--input-instance", "0"],
-        ["run", "p.st", "--output-instance", "65536"],
     ],
 )
 def test_a_number_out_of_its_range_is_refused(

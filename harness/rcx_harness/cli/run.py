@@ -90,10 +90,10 @@ class RunOptions(CellOptions):
         bool, typer.Option("--yes", help="With --connect: a robot may move, the cell is clear.")
     ] = False
     input_instance: Annotated[
-        int, typer.Option(help="With --connect: assembly from the controller.", min=1, max=65535)
+        int, typer.Option(help="With --connect: assembly from the controller.")
     ] = TO_MASTER
     output_instance: Annotated[
-        int, typer.Option(help="With --connect: assembly to the controller.", min=1, max=65535)
+        int, typer.Option(help="With --connect: assembly to the controller.")
     ] = TO_ROBOT
     config_instance: Annotated[
         str, typer.Option(help="With --connect: configuration instance, a number or none.")
@@ -159,6 +159,9 @@ class RunOptions(CellOptions):
             InputError: no address, or options that go with no such controller.
         """
         if self.connect is None:
+            if (self.input_instance, self.output_instance) != (TO_MASTER, TO_ROBOT):
+                hint = "leave them out, or name a controller with --connect"
+                raise InputError("--input-instance, --output-instance need --connect", hint=hint)
             return None
         if self.robot:
             hint = "leave --robot out, its properties are its own"
