@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # nothing is imported here: Ctrl-C would show where the command stands
 if TYPE_CHECKING:
+    from typing import Any
+
     from rcx_harness.cell import Cell, CellTimeout
     from rcx_harness.errors import InputError
     from rcx_harness.robot import RobotConfig
@@ -21,4 +21,6 @@ def __getattr__(name: str) -> Any:
     """Import on first use: one part of the package does not load all others."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

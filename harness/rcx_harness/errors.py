@@ -1,10 +1,12 @@
-"""The one kind of error a user sees: what is wrong, where, and what to do."""
+"""The errors that a user sees: what is wrong, where, and what to do."""
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
-__all__ = ["InputError"]
+__all__ = ["InputError", "OutputError", "refused"]
 
 
 class InputError(Exception):
@@ -44,3 +46,23 @@ class InputError(Exception):
         where = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
         text = f"{where}: {self.message}" if where else self.message
         return f"{text}; {self.hint}" if self.hint else text
+
+
+class OutputError(OSError):
+    """Standard output cannot be written; any other OSError is about something else."""
+
+
+def refused(error: OSError) -> InputError:
+    """Return the message for something that the system has refused, with the file if it has one."""
+    reason = error.strerror or str(error) or type(error).__name__
+    if error.filename is not None:
+        return InputError(f"cannot be accessed: {reason}", file=os.fsdecode(error.filename))
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        hint = "`ulimit -n` shows the limit, and raises it"
+        return InputError(f"files cannot be opened: {reason}", hint=hint)
+    try:
+        os.getcwd()
+    except OSError:
+        hint = "change to another one"
+        return InputError("the current folder cannot be accessed: it may be gone", hint=hint)
+    return InputError(f"the system has refused something: {reason}")

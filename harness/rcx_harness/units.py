@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from rcx_harness.errors import InputError
 
-__all__ = ["format_us", "format_word", "parse_us"]
+__all__ = ["format_us", "format_word", "parse_us", "whole"]
 
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
@@ -30,6 +30,9 @@ def parse_us(text: str | int | timedelta) -> int:
     Raises:
         InputError: not a duration, negative, longer than a year, or finer than a microsecond.
     """
+    if isinstance(text, bool) or not isinstance(text, (str, int, timedelta)):
+        hint = 'write it as "10ms", "1.5s", or an int of microseconds'
+        raise InputError(f"not a duration: {text!r:.{_SHOWN}}", hint=hint)
     if isinstance(text, timedelta):
         text = text // timedelta(microseconds=1)
     if isinstance(text, int):
@@ -55,6 +58,22 @@ def parse_us(text: str | int | timedelta) -> int:
     if total > _LONGEST_US:
         raise InputError(f"{text!r} is too long for a duration", hint="it can be 0s to 365d")
     return total
+
+
+def whole(what: str, value: object, low: int, high: int) -> int:
+    """Return a whole number from `low` to `high`.
+
+    Raises:
+        InputError: it is not one; True and False are none, either.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        shown = "a number of so many digits" if _is_huge(value) else f"{value!r:.{_SHOWN}}"
+        raise InputError(f"{what} cannot be {shown}", hint=f"it is a number from {low} to {high}")
+    return value
+
+
+def _is_huge(value: object) -> bool:
+    return isinstance(value, int) and abs(value) >= 10**_SHOWN
 
 
 def format_us(time_us: int) -> str:

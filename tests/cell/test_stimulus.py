@@ -210,6 +210,11 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path)
         ("[[att]]\ntime = '1s'\n", "unknown key 'att'; a stimulus consists of [[at]] tables"),
         ("at = 5\n", "'at' is not a list of tables"),
         ("[[at]\n", "not valid TOML"),
+        (
+            "[[at]]\ntime = '0ms'\nset = { 'Main.Go' = true, 'MAIN.GO' = false }",
+            ":1: Main.Go is set twice, as MAIN.GO, too",
+        ),
+        ("[[at]]\ntime = '0ms'\nworkpieces = { 3 = 1, 03 = 2 }", "workpieces has axis 3 twice"),
     ],
 )
 def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, message: str) -> None:
@@ -233,6 +238,10 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         ("workpieces = { 1 = 3000000000 }", "a workpiece stands at -2147483648 to 2147483647"),
         (f"area = '{'00' * 49}'", "area has 49 bytes, the PLC's has 48"),
         ("area = '00'\ncontroller = 2", "no controller 2; the cell has 1"),
+        ("robot = { event = 'parallel_input', port = 20, on = 7 }", "on = 7"),
+        ("robot = { event = 'packets_lost', to = ['robot'] }", "to = ['robot'] is no direction"),
+        ("robot = { event = 'packets_lost', share = nan }", "share = nan is no part"),
+        (f"hold = 'SOW({'9' * 5000})'", "no signal is called"),
     ],
 )
 def test_what_does_not_exist_is_told_before_the_run(

@@ -36,6 +36,12 @@ def test_the_robot_designation_is_the_upper_digit(capsys: Captured) -> None:
     assert "  robot 2\n" in out
 
 
+def test_the_upper_digit_of_a_code_designates_the_robot(capsys: Captured) -> None:
+    """Source: guide 4.2.1, R: robot number."""
+    assert main(["encode", "16#2001", "point=1"]) == 0
+    assert capsys.readouterr().out.startswith("n     16#2001\n")
+
+
 def test_the_words_of_a_request_are_told_in_plain_language(capsys: Captured) -> None:
     """Source: guide chapter 2, example, step 1."""
     assert main(["decode", "0x0001", "0x0004", "0", "50", "19"]) == 0
@@ -91,6 +97,20 @@ def test_a_normal_end_is_told_with_its_response(capsys: Captured) -> None:
         (["encode", "MovePtp", "speed_mode=9"], "speed_mode is 9, which has no meaning\n"),
         (["encode", "MovePtp", "speed_mode=2", "speed=99999"], "speed is 99999, not 1 to 100\n"),
         (["encode", "MovePtp", "speed=99999"], "speed is 99999, not 0 to 65535\n"),
+        (["encode", "MovePtp", "speed_mode=2", "speed=101"], "guide 4.2.1: 16#R001 MovePtp: speed"),
+        (["encode", "MovePtp", "speed_mode=2", "speed=101"], "is 101, not 1 to 100\n"),
+        (["encode", "MovePtp", "speed=101"], "speed has no effect while speed_mode is 0; it needs"),
+        (
+            ["encode", "MovePtp", "speed=101"],
+            "speed_mode=1 (1 to 10000) or speed_mode=2 (1 to 100)",
+        ),
+        (["encode", "MovePtp", "speed=-1"], "speed is -1, not 0 to 65535"),
+        (["encode", "MovePtp", "acceleration=5"], "it needs acceleration_flag=1 (1 to 100)\n"),
+        (["encode", "MovePtp", "point=1", "point=2"], "point is given twice; leave one"),
+        (["encode", "16#12001"], "no remote command is called '16#12001'"),
+        (["encode", "--", "-4095"], "no remote command is called '-4095'"),
+        (["encode", "16#7001"], "cannot designate robot 7"),
+        (["encode", "16#2001", "--robot", "3"], "16#2001 is of robot 2, --robot is 3; leave one"),
         (["encode", "MoveDirectMm", "targets=1,0x80000000"], "targets is 2147483648, not "),
         (["encode", "MoveDirectMm", "targets=1,nan"], "targets = '1,nan' is not a number\n"),
         (["encode", "MovePtpp"], "; did you mean MovePtp"),

@@ -26,6 +26,7 @@ from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec import load_toml
 from rcx_harness.spec.wire import check_size
+from rcx_harness.units import whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
@@ -48,6 +49,9 @@ __all__ = [
     "source_files",
     "st_files",
 ]
+
+#: No process image is larger.
+_LAST_BYTE = 0xFFFFFF
 
 #: Properties of a robot, or a file of them; or several.
 Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
@@ -133,7 +137,9 @@ def make_members(
 
 def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
     """Where each robot's area begins: as given, the others behind the one before."""
-    begins = [given] if isinstance(given, int) else list(given) or [0]
+    begins = list(given) or [0] if isinstance(given, Sequence) else [given]
+    for begin in begins:
+        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # a negative one is refused with its image
     if len(begins) > len(sizes):
         raise InputError(f"{len(begins)} offsets {name}, but {len(sizes)} robot(s)")
     while len(begins) < len(sizes):

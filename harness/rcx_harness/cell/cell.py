@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -27,7 +26,7 @@ from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
 from rcx_harness.cell.plc import Plc
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
-from rcx_harness.cell.surroundings import befall
+from rcx_harness.cell.surroundings import befall, check
 from rcx_harness.cell.watched import Watched
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.errors import InputError
@@ -37,7 +36,7 @@ from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import KEPT, Trace
-from rcx_harness.units import format_us, parse_us
+from rcx_harness.units import format_us, parse_us, whole
 from rcx_harness.watch.calls_source import CallPlan
 
 if TYPE_CHECKING:
@@ -50,6 +49,10 @@ EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
 #: A time, or a number of scans, that does not come.
 _NEVER = sys.maxsize
+#: More scans than any run has, and a delay that no scan has [us].
+_MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
+#: The largest seed of a command, and of the last of its storms.
+_SEED = 2**64
 
 
 class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fault of the cell
@@ -233,6 +236,8 @@ class Cell:
             InputError: anything wrong with the sources or the arguments; the controller elsewhere
                 is not there, or refuses.
         """
+        whole("seed", seed, 0, _SEED)
+        whole("keep", keep, 0, sys.maxsize)
         if isinstance(program, Compiled):
             compiled, leave = program, _keep
             compiled.fresh()
@@ -315,11 +320,13 @@ class Cell:
         """Let time pass until `n` more scans have run.
 
         Raises:
-            InputError: no scan comes, for the PLC is in STOP or has no power.
+            InputError: `n` is no number of scans; no scan comes, for the PLC is in STOP or has no
+                power.
         """
+        goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
         self._wanted = True
         try:
-            self._pass(_NEVER, self.scans + n)
+            self._pass(_NEVER, goal)
         finally:
             self._wanted = False
 
@@ -337,7 +344,11 @@ class Cell:
 
         Raises:
             CellTimeout: it did not become true within this time.
+            InputError: `predicate` is no function.
         """
+        if not callable(predicate):
+            hint = 'write run_until(lambda: cell["Main.Done"], within="1s")'
+            raise InputError(f"run_until needs a function, not {predicate!r:.40}", hint=hint)
         start = self.now_us
         end = start + parse_us(within)
         while not predicate():
@@ -351,6 +362,7 @@ class Cell:
     @contextmanager
     def takes(self, *, scans: int) -> Iterator[None]:
         """Assert that what is inside takes exactly so many scans."""
+        whole("scans", scans, 0, _MOST_SCANS)
         before = self.scans
         yield
         took = self.scans - before
@@ -368,6 +380,8 @@ class Cell:
             InputError: no such event or controller, or arguments it does not take.
         """
         node = self._node(controller)
+        if not isinstance(event, str):
+            raise InputError(f"{event!r:.40} is no event", hint='write inject("emergency_stop")')
         self.check_near()
         if event in SURROUNDINGS:
             befall(self, event, controller, args)
@@ -399,6 +413,7 @@ class Cell:
             start: `"warm"`: all variables begin anew but those that are retained; `"cold"`: all
                 of them; `"continue"`: none, as it stands.
         """
+        check("plc_run", {"start": start})
         for network in self._networks():
             network.set_plc(False)
             network.set_plc(True)
@@ -409,11 +424,11 @@ class Cell:
 
     def overrun(self, late_us: int) -> None:
         """The PLC's next scan, and with it all that follow, come so much later [us]."""
-        self._agenda.delay(Kind.SCAN, late_us)
+        self._agenda.delay(Kind.SCAN, whole("late_us", late_us, 0, _LONGEST_US))
 
     def change_interval(self, rpi_us: int) -> None:
         """From now on packets go in this interval [us]."""
-        self.timing = dataclasses.replace(self.timing, rpi_us=rpi_us)
+        self.timing = self.timing.with_rpi(rpi_us)
         for network in self._networks():
             network.change_interval(self.timing)
         for kind in (Kind.PRODUCE_TO_ROBOT, Kind.PRODUCE_TO_PLC):
@@ -446,12 +461,14 @@ class Cell:
             raise InputError("nothing befalls a controller that runs elsewhere", hint=hint)
 
     def _node(self, controller: int) -> Node:
-        if not 1 <= controller <= len(self._nodes):
-            raise InputError(f"no controller {controller}; the cell has {len(self._nodes)}")
+        number = isinstance(controller, int) and not isinstance(controller, bool)
+        if not number or not 1 <= controller <= len(self._nodes):
+            raise InputError(f"no controller {controller!r}; the cell has {len(self._nodes)}")
         return self._nodes[controller - 1]
 
     def at(self, t_us: int, action: Callable[[], None]) -> None:
         """Call `action` at `t_us`, before anything else that happens then."""
+        whole("t_us", t_us, 0, _NEVER)
         if t_us < self.now_us:
             raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
         self._agenda.add(t_us, Kind.STIMULUS, lambda _: action())

@@ -8,7 +8,7 @@ participants in no time the wrong way round, and a run is the same on every mach
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from enum import IntEnum
 from heapq import heapify, heappop, heappush, heapreplace
@@ -17,7 +17,7 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import CYCLE_US
-from rcx_harness.units import format_us, parse_us
+from rcx_harness.units import format_us, parse_us, whole
 
 __all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
 __all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
@@ -103,6 +103,10 @@ class Timing:
         else:
             drawn = _named(phases, periods)
         return cls(scan_us, rpi_us, jitter_us, timeout_us, drawn)
+
+    def with_rpi(self, rpi_us: int) -> Timing:
+        """Return the same with another packet interval (InputError: it is out of its range)."""
+        return replace(self, rpi_us=whole("rpi_us", rpi_us, SHORTEST_RPI_US, LONGEST_RPI_US))
 
 
 def _within(what: str, value: Duration, low: int, high: int) -> int:

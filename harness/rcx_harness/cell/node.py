@@ -122,6 +122,8 @@ class Node:
 
     def give_area(self, area: bytes | None, connected: bool) -> None:
         """Let the PLC read these bytes from its next scan on; None: the controller's answer."""
+        if area is not None and not isinstance(area, (bytes, bytearray)):
+            raise InputError(f"area is {area!r:.40}, not bytes")
         if area is not None and len(area) > self.link.size:
             raise InputError(
                 f"area has {len(area)} bytes, the PLC's has {self.link.size}",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 from rcx_harness.trace import FORMAT
 from rcx_harness.trace.view import BEGINNING
 
@@ -41,18 +42,18 @@ def check_outputs(
     """
     if not any(outputs.values()):
         return
-    read = {file.resolve() for file in files.all} if files else set()
-    read |= {Path(entry).resolve() for entry in inputs if isinstance(entry, (str, Path))}
+    read = {real(file) for file in files.all} if files else set()
+    read |= {real(entry) for entry in inputs if isinstance(entry, (str, Path))}
     written: set[Path] = set()
     for kind, output in outputs.items():
         if output is None:
             continue
-        place = Path(output).resolve()
+        place = real(output)
         if place in read:
             raise InputError("would be overwritten, but it is an input", file=output)
         if place in written:
             raise InputError("is named for two outputs", file=output)
-        if place.is_dir():
+        if os.path.isdir(place):
             raise InputError("is a folder, not a file", file=output)
         _check_earlier(kind, output)
         written.add(place)

@@ -16,9 +16,10 @@ from rcx_harness.engine.needed import declared_names, needed
 from rcx_harness.engine.projects.formats import in_folder, is_project
 from rcx_harness.errors import InputError
 from rcx_harness.output.exported import RECORD, own_output, resolved
+from rcx_harness.output.paths import real
 
 __all__ = ["INSTEAD", "Files", "SourceFiles", "blame_lib", "default_lib", "named_files"]
-__all__ += ["not_declared", "source_files", "st_files"]
+__all__ += ["library_folder", "not_declared", "source_files", "st_files"]
 
 #: One file or folder, or several.
 Files = str | Path | Sequence[str | Path]
@@ -65,8 +66,8 @@ class SourceFiles:
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
         """The user's files, and those of the library, also where they are named one by one."""
-        folder = self.folder.resolve()
-        named = {file for file in self.own if folder in file.resolve().parents}
+        folder = real(self.folder)
+        named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]
 
 
@@ -104,19 +105,25 @@ def source_files(
         instead = {name: Path(file) for name, file in (replace or {}).items()}
         made = project_sources(projects, instead)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
+    folder = library_folder(lib)
+    taken = frozenset(real(file) for file in own)
+    own = list(dict.fromkeys(own))
+    if INSTEAD:
+        own = [INSTEAD.get(real(file), file) for file in own]
+    seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
+    parts = _needed(tuple(own), seen, _Folder.of(folder), taken, declared)
+    return SourceFiles(tuple(own), parts, folder, notes, declared)
+
+
+def library_folder(lib: str | Path | None) -> Path:
+    """Return the folder of the library (InputError: it is no folder)."""
     folder = default_lib() if lib is None else Path(lib)
     if not folder.is_dir():
         raise InputError(
             f"--lib {folder} is no folder",
             hint="it is the folder of the library; without --lib that of this package is taken",
         )
-    taken = frozenset(file.resolve() for file in own)
-    own = list(dict.fromkeys(own))
-    if INSTEAD:
-        own = [INSTEAD.get(file.resolve(), file) for file in own]
-    seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
-    parts = _needed(tuple(own), seen, _Folder.of(folder), taken, declared)
-    return SourceFiles(tuple(own), parts, folder, notes, declared)
+    return folder
 
 
 @lru_cache(maxsize=64)
@@ -183,7 +190,7 @@ class _Folder(NamedTuple):
 
     @classmethod
     def of(cls, folder: Path) -> _Folder:
-        place = folder.resolve()
+        place = real(folder)
         above = [one for parent in place.parents for one in _stamped(f"{parent}{os.sep}{RECORD}")]
         return cls(os.fspath(place), (*above, *_listed(os.fspath(folder))))
 

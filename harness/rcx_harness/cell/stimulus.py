@@ -221,6 +221,10 @@ def _entry(table: Mapping[str, Any], line: int) -> Entry:
     values = table.get("set", {})
     if not isinstance(values, dict):
         raise InputError("set is not a table", hint='write set = { "Main.Go" = true }')
+    names = [path.upper() for path in values]
+    if twice := [path for path in values if names.count(path.upper()) > 1]:
+        hint = "names of Structured Text do not differ by case"
+        raise InputError(f"{twice[0]} is set twice, as {twice[1]}, too", hint=hint)
     events = [_event(one, "robot") for one in _listed(table, "robot")]
     events += [_event(one, "plc") for one in _listed(table, "plc")]
     return Entry(
@@ -286,6 +290,8 @@ def _workpieces(table: Mapping[str, Any]) -> dict[int, int | None]:
             raise InputError(f"workpieces has no axis {axis:.20}", hint=hint)
         if pulses != "none" and type(pulses) is not int:
             raise InputError(f"workpieces of axis {axis} is not a place", hint=hint)
+        if int(axis) in found:
+            raise InputError(f"workpieces has axis {int(axis)} twice", hint=hint)
         found[int(axis)] = None if pulses == "none" else pulses
     return found
 

@@ -53,7 +53,7 @@ def _packets(kind: str) -> Callable[..., Callable[[Surrounded, int], None]]:
     def made(share: float = 1.0, by: str = "50ms", to: str = "both") -> Any:
         if not isinstance(share, (int, float)) or isinstance(share, bool) or not 0 <= share <= 1:
             raise InputError(f"share = {share!r} is no part of the packets", hint="it is 0 to 1")
-        if to not in _WAYS:
+        if not isinstance(to, str) or to not in _WAYS:
             raise InputError(f"to = {to!r} is no direction", hint=f"use {', '.join(_WAYS)}")
         by_us = _time("by", by, 0, _LONGEST_US)
 

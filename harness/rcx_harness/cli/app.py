@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, OutputError, refused
 
 __all__ = ["COMMANDS", "Later", "app", "main"]
 
@@ -193,11 +193,20 @@ app = _group()
 
 
 def _with_command(args: Sequence[str]) -> list[str]:
-    """The arguments with what is behind `--` of `rcx mutants` as one option for each word."""
-    if args[:1] != ["mutants"] or "--" not in args:
-        return list(args)
-    place = list(args).index("--")
-    return [*args[:place], *(f"--word={word}" for word in args[place + 1 :])]
+    """Return the arguments in the form that the parser takes.
+
+    What is behind `--` of `rcx mutants` becomes one option for each word, and `--json` without a
+    file `--json -`.
+    """
+    place = list(args).index("--") if "--" in args else len(args)
+    given, rest = list(args[:place]), list(args[place:])
+    for number in range(len(given) - 1, -1, -1):
+        following = given[number + 1 : number + 2]
+        if given[number] == "--json" and (not following or following[0].startswith("--")):
+            given.insert(number + 1, "-")
+    if given[:1] == ["mutants"]:
+        rest = [f"--word={word}" for word in rest[1:]]
+    return given + rest
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -205,12 +214,20 @@ def main(args: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
+
+    Raises:
+        OutputError: standard output cannot be written.
     """
     try:
         app(args=_with_command(sys.argv[1:] if args is None else args))
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
+    except OutputError:
+        raise
+    except OSError as error:
+        print(f"rcx: {refused(error)}", file=sys.stderr)
+        return 2
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0 if done.code is None else 2
     return 0

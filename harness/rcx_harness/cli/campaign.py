@@ -13,7 +13,7 @@ from rich.console import Console
 
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
-from rcx_harness.cli.farm import FarmOptions
+from rcx_harness.cli.farm import MOST, FarmOptions
 from rcx_harness.cli.options import counted, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm.fingerprint import fingerprint
@@ -37,7 +37,9 @@ class VerifyOptions(FarmOptions, CellOptions):
     ] = None
     workers: Annotated[
         int | None,
-        typer.Option(help="Processes. Default: one for each processor; 0: in this one.", min=0),
+        typer.Option(
+            help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
+        ),
     ] = None
 
     def cells(self, stimulus: Path | None) -> CellsOf:
@@ -61,8 +63,8 @@ class VerifyOptions(FarmOptions, CellOptions):
 class CampaignOptions(VerifyOptions):
     """What `rcx campaign` can be asked for."""
 
-    seeds: Annotated[int, typer.Option(help="How many storms.", min=1)] = 100
-    seed_from: Annotated[int, typer.Option(help="The first seed.", min=0)] = 0
+    seeds: Annotated[int, typer.Option(help="How many storms.", min=1, max=10**9)] = 100
+    seed_from: Annotated[int, typer.Option(help="The first seed.", min=0, max=2**63 - 1)] = 0
     stimulus: Annotated[
         Path | None, typer.Option(help="A good run (TOML) in which things go wrong.")
     ] = None

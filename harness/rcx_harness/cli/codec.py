@@ -11,6 +11,7 @@ import typer
 from rcx_harness import spec
 from rcx_harness.errors import InputError
 from rcx_harness.spec.plain import alarm_name
+from rcx_harness.spec.telegram import intervals
 from rcx_harness.spec.wire import ABNORMAL_END, STATUS_NAMES
 from rcx_harness.units import format_word
 
@@ -22,20 +23,55 @@ _WORDS = 16
 def encode(
     name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.")],
     fields: Annotated[list[str] | None, typer.Argument(help="Fields, e.g. point=19.")] = None,
-    robot: Annotated[int, typer.Option(help="Robot number R, 0 to 4.")] = 0,
+    robot: Annotated[
+        int | None, typer.Option(help="Robot number R, 0 to 4. Default: that of the code, or 0.")
+    ] = None,
 ) -> None:
     """Print the telegram of a remote command, in words and in plain language."""
     command = spec.command(name)
     types = {part.name: part.type for part in command.request}
-    values = {}
+    values: dict[str, spec.FieldValue] = {}
     for field in fields or ():
         key, equals, text = field.partition("=")
         if not equals:
             raise InputError(f"not a field: {field!r}", hint="write name=value")
+        if key in values:
+            raise InputError(f"{key} is given twice", hint="leave one of them out")
         values[key] = text if types.get(key) == "text" else _numbers(key, text)
-    words = command.encode(values, robot)
+    try:
+        words = command.encode(values, _designated(name, robot))
+        _check_effect(command, values)
+    except InputError as error:
+        raise InputError(error.message, file=f"guide {command.section}", hint=error.hint) from None
     _print_words("n", words)
     _print_request(command, words)
+
+
+def _designated(name: str, robot: int | None) -> int:
+    """Return the robot that is designated: by the option, or by the code's upper digit."""
+    try:
+        of_code = spec.whole_number(name) >> 12
+    except ValueError:  # a name, or 16#R001
+        return robot or 0
+    if robot is not None and of_code not in (0, robot):
+        hint = "leave one of them out"
+        raise InputError(f"{name} is of robot {of_code}, --robot is {robot}", hint=hint)
+    return of_code if robot is None else robot
+
+
+def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) -> None:
+    """Refuse a value that another field leaves without effect: its range cannot be known."""
+    fixed = {part.name: part.fixed or 0 for part in command.request}
+    for part in command.request:
+        value, selected = values.get(part.name), values.get(part.by, fixed.get(part.by, 0))
+        if not part.by or not value or selected in part.ranges:
+            continue
+        text = f"{command.iec} {command.name}: {part.name} has no effect while {part.by} is"
+        ways = []
+        for key, limits in part.ranges.items():
+            spans = " or ".join(f"{low} to {high}" for low, high in intervals(limits))
+            ways.append(f"{part.by}={key}" + (f" ({spans})" if part.type != "text" else ""))
+        raise InputError(f"{text} {selected}", hint=f"it needs {' or '.join(ways)}")
 
 
 def decode(

@@ -14,6 +14,7 @@ import typer
 
 from rcx_harness.cell.build import check_outputs
 from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
@@ -30,6 +31,9 @@ from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 
 __all__ = ["compare"]
+
+#: How every JSON of this command begins.
+_BEGINNING = '{\n  "begin_us": '
 
 
 def compare(
@@ -63,9 +67,7 @@ def compare(
     ] = "200ms",
     quiet: Annotated[bool, typer.Option("--quiet", help="No chart.")] = False,
     svg: Annotated[Path | None, typer.Option("--chart", help="Write that chart (SVG).")] = None,
-    as_object: Annotated[
-        bool, typer.Option("--json", help="Print one object of JSON and nothing else.")
-    ] = False,
+    json_file: JsonFile = None,
 ) -> None:
     """Feed the virtual controller with what a PLC sent, and show where the recording differs.
 
@@ -76,6 +78,7 @@ def compare(
     Exit code: 0 if both agree (with --fit: if nothing is left), 1 if not, 2 on bad input.
     """
     check_outputs({"chart": svg}, None, file, robot, events)
+    output = JsonOutput(json_file, _BEGINNING, [one for one in (file, robot, events) if one])
     check_port("--port", port)
     if size is not None:
         check_size(size)
@@ -85,7 +88,7 @@ def compare(
     config = RobotConfig() if robot is None else RobotConfig.load(robot)
     happenings = [] if events is None else _happenings(events)
     with NewFiles([] if fit is None else [fit], "name another file") as fitted:
-        with progress_bar("reading", not sys.stdout.isatty() or as_object) as progress:
+        with progress_bar("reading", not sys.stdout.isatty() or output.printed) as progress:
             hosts = [] if controller is None else [ipaddress.IPv4Address(controller).packed]
             sizes = AREA_SIZES if size is None else (size,)
             recording = load(file, hosts, sizes, port, progress)
@@ -111,9 +114,7 @@ def compare(
         if svg is not None:
             title = f"{file.name}: recorded, and virtual (2)"
             replace_files({svg: svg_chart(drawn or Timeline(), title).encode()})
-        if as_object:
-            print(json.dumps(as_json(replay, result, found), indent=2))
-        else:
+        if not output.printed:
             if drawn is not None and not quiet:
                 width = min(shutil.get_terminal_size((100, 24)).columns, 120)
                 unicode = "utf" in (sys.stdout.encoding or "").lower()
@@ -126,6 +127,7 @@ def compare(
                 print(line)
             if fit is not None:
                 print(f"written: {fit}")
+        output.write(f"{json.dumps(as_json(replay, result, found), indent=2)}\n")
         if result.differences if found is None else found.left:
             raise typer.Exit(1)
 

@@ -126,7 +126,7 @@ def _serve(port: int, given: list[Path]) -> None:
 def _write_extension(folder: Path) -> None:
     contents = {folder / file.name: file.read_bytes() for file in sorted(_EXTENSION.iterdir())}
     for path, data in contents.items():
-        if path.exists() and path.read_bytes() != data:
+        if os.path.exists(path) and path.read_bytes() != data:
             hint = "name another folder, or remove it"
             raise InputError(
                 "is there already, and is another; nothing was written", file=path, hint=hint

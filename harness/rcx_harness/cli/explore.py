@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
-from rcx_harness.cli.farm import FarmOptions
+from rcx_harness.cli.farm import MOST, FarmOptions
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import quoted
@@ -52,10 +52,10 @@ class Options(FarmOptions):
     ] = "link,alarm,abnormal"
     scan: Annotated[str, typer.Option(help="Time from one scan to the next.")] = "100ms"
     bound: Annotated[
-        int, typer.Option(min=0, help="Go on from so many states at most; 0: from all.")
+        int, typer.Option(min=0, max=10**9, help="Go on from so many states at most; 0: from all.")
     ] = 20_000
     depth: Annotated[
-        int, typer.Option(min=0, help="Go no further than so many scans; 0: any number.")
+        int, typer.Option(min=0, max=10**9, help="Go no further than so many scans; 0: any number.")
     ] = 0
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE
     m: Annotated[int, typer.Option(help="Where the area from the robot begins.")] = 0
@@ -65,7 +65,9 @@ class Options(FarmOptions):
     ] = Path("out/explore")
     workers: Annotated[
         int | None,
-        typer.Option(help="Processes. Default: one for each processor; 0: in this one.", min=0),
+        typer.Option(
+            help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
+        ),
     ] = None
 
 
@@ -80,7 +82,10 @@ def explore(given: Options) -> None:
     """
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
+    from rcx_harness.verify.replays import check
 
+    for name in ("broken.toml", "broken.svg"):  # hours of work come before they are written
+        check(given.out / name)
     console = Console(stderr=True)
     farm = given.farm(console)
     with console.status("reading ...") as status:

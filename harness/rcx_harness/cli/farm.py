@@ -12,7 +12,10 @@ from rich.console import Console
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm import Cluster, Farm
 
-__all__ = ["FarmOptions"]
+__all__ = ["MOST", "FarmOptions"]
+
+#: So many processes are more than any computer has processors.
+MOST = 4096
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +23,8 @@ class FarmOptions:
     """Who does the work; for a command that takes `with_options` of a dataclass built on this."""
 
     workers: Annotated[
-        int | None, typer.Option(help="Processes. Default: one for each processor.", min=1)
+        int | None,
+        typer.Option(help="Processes. Default: one for each processor.", min=1, max=MOST),
     ] = None
     cluster: Annotated[
         str | None,

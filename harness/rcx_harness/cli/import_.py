@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -47,7 +48,7 @@ def import_(
             )
     project = read_project(named)
     texts = st_texts(project)
-    there = [out / name for name in texts if (out / name).exists()]
+    there = [out / name for name in texts if os.path.exists(out / name)]
     if there and not force:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
         raise InputError(

@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.build import check_outputs
+from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
@@ -25,6 +26,9 @@ from rcx_harness.trace.chart import text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 
 __all__ = ["judge"]
+
+#: How every JSON of this command begins.
+_BEGINNING = '{\n  "file": '
 
 
 def judge(
@@ -54,9 +58,7 @@ def judge(
     trace: Annotated[
         Path | None, typer.Option(help="Write what was followed as a trace (JSON lines).")
     ] = None,
-    as_object: Annotated[
-        bool, typer.Option("--json", help="Print one object of JSON and nothing else.")
-    ] = False,
+    json_file: JsonFile = None,
 ) -> None:
     """Judge a recording of a PLC and its controllers: who broke a rule of the wire, and when.
 
@@ -67,6 +69,7 @@ def judge(
     off: what comes before that is judged.
     """
     check_outputs({"trace": trace, "chart": chart}, None, file)
+    output = JsonOutput(json_file, _BEGINNING, [file])
     check_port("--port", port)
     if size is not None:
         check_size(size)
@@ -83,15 +86,14 @@ def judge(
         until_us=None if duration is None else from_us + duration_us("--for", duration),
         trace=trace,
     )
-    silent = quiet or as_object
+    silent = quiet or output.printed
     with progress_bar("reading", silent or not sys.stdout.isatty()) as progress:
         result = judge_file(options, (lambda line: None) if silent else print, progress)
     if chart is not None:
         replace_files({chart: svg_chart(result.timeline, file.name).encode()})
-    if as_object:
-        print(json.dumps(as_json(result), indent=2))
-    else:
+    if not output.printed:
         _print(result, show=show, silent=silent)
+    output.write(f"{json.dumps(as_json(result), indent=2)}\n")
     if result.capture is not None and result.capture.damage:
         text = f"is cut off after packet {result.capture.packets}; what comes before was judged"
         raise InputError(text, file=file, hint=result.capture.damage)

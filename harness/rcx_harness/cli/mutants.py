@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Mapping
@@ -16,9 +17,9 @@ from rich.table import Table
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions
+from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, with_options
 from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
 from rcx_harness.verify.coverage.output import check_fail_under
 
 __all__ = ["mutants"]
@@ -48,10 +49,8 @@ class Options(FarmOptions):
         ".rcx"
     )
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget earlier calls.")] = False
-    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.")] = _SHOWN
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write what was found out (JSON).")
-    ] = None
+    show: Annotated[int, typer.Option(help="Survivors that are printed; 0: all.", min=0)] = _SHOWN
+    json_file: JsonFile = None
     word: Annotated[list[str] | None, typer.Option(hidden=True)] = None
 
 
@@ -68,8 +67,9 @@ def mutants(given: Options) -> None:
         hint = f"rcx mutants {given.files[0]} -- pytest"
         raise InputError("no command for the tests is given", hint=hint)
     percent = check_fail_under("--fail-under", given.fail_under)
-    if given.minutes is not None and given.minutes < 0:
+    if given.minutes is not None and not given.minutes >= 0:
         raise InputError(f"--minutes is {given.minutes:g}", hint="give 0 or more")
+    output = JsonOutput(given.json_file, _BEGINNING, [given.reasons])
     _check_outputs(given)
     started = time.monotonic()
 
@@ -80,7 +80,7 @@ def mutants(given: Options) -> None:
     from rcx_harness.verify.mutants.user import UserMutants
 
     reasons = Reasons(given.reasons)
-    written = [] if given.json_file is None else [given.json_file]
+    written = [given.json_file] if given.json_file is not None and not output.printed else []
     sources, run = source_files(given.files, given.lib), Run.of(given.word, Path.cwd())
     work = UserMutants(sources, run, written)
     console = Console(stderr=True)
@@ -96,29 +96,18 @@ def mutants(given: Options) -> None:
         raise
     rows = given.folder / _ROWS
     write_rows(rows, found["survivors"])
-    _print(found, given.show or sys.maxsize, rows)
-    if given.json_file is not None:
-        text = f"{_BEGINNING}{json.dumps(found, indent=1)}}}\n"
-        replace_files({given.json_file: text.encode()})
-        print(f"written: {given.json_file}")
+    with output.apart():
+        _print(found, given.show or sys.maxsize, rows)
+    output.write(f"{_BEGINNING}{json.dumps(found, indent=1)}}}\n")
     if found["score_without_reasons"] < percent:
         raise typer.Exit(1)
 
 
 def _check_outputs(given: Options) -> None:
     """Nothing of the user's is written over."""
-    file = given.json_file
-    if file is not None and file.exists():
-        beginning = b"" if file.is_dir() else file.read_bytes()[: len(_BEGINNING)]
-        if file.is_dir() or beginning not in (b"", _BEGINNING.encode()):
-            raise InputError(
-                "is there already, and is not what this command writes; nothing was written",
-                file=file,
-                hint="name another file, or remove this one",
-            )
     if given.reasons != _REASONS and not given.reasons.is_file():
         raise InputError("no such file", file=given.reasons)
-    if given.folder.exists() and not given.folder.is_dir():
+    if os.path.exists(given.folder) and not os.path.isdir(given.folder):
         raise InputError("is no folder", file=given.folder, hint="give another --folder")
 
 

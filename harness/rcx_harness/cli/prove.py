@@ -12,10 +12,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.cell.sources import SourceFiles, source_files
+from rcx_harness.cell.sources import source_files
+from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
 
 if TYPE_CHECKING:
     from rcx_harness.verify.prove.user import Result
@@ -44,9 +44,7 @@ def prove(
     overflow: Annotated[
         bool, typer.Option("--overflow", help="Arithmetic has to stay in its type, too.")
     ] = False,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write what was found out (JSON).")
-    ] = None,
+    json_file: JsonFile = None,
 ) -> None:
     """Prove a program: in every run, with every answer of the robot and every input.
 
@@ -59,7 +57,7 @@ def prove(
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
     replaced = replacements(replace)
-    _check_json(json_file, source_files(list(files), lib, replaced))
+    written = JsonOutput(json_file, _BEGINNING, source_files(list(files), lib, replaced).all)
     try:
         from rcx_harness.verify.prove.user import Settings
         from rcx_harness.verify.prove.user import prove as prove_program
@@ -78,31 +76,12 @@ def prove(
 
         settings = Settings(scan_us, limit_us / 1e6, out, lib, replaced, overflow, tell)
         results, inputs = prove_program(files, settings)
-    _print(results, inputs)
-    if json_file is not None:
-        rows = json.dumps([asdict(one) for one in results], indent=1)
-        text = f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n'
-        replace_files({json_file: text.encode()})
-        print(f"written: {json_file}")
+    with written.apart():
+        _print(results, inputs)
+    rows = json.dumps([asdict(one) for one in results], indent=1)
+    written.write(f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n')
     if any(one.status not in _GOOD for one in results):
         raise typer.Exit(1)
-
-
-def _check_json(file: Path | None, sources: SourceFiles) -> None:
-    """Nothing of the user's is written over."""
-    if file is None or not file.exists():
-        return
-    read = {one.resolve() for one in sources.all}
-    if (
-        file.is_dir()
-        or file.resolve() in read
-        or file.read_bytes()[:11] not in (b"", _BEGINNING.encode())
-    ):
-        raise InputError(
-            "is there already, and is not what this command writes; nothing was written",
-            file=file,
-            hint="name another file, or remove this one",
-        )
 
 
 def _print(results: list[Result], inputs: list[str]) -> None:

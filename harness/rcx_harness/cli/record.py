@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
@@ -52,7 +53,7 @@ def record(
     for one in host or []:
         check_ipv4("--host", one)
     seconds = 0 if duration is None else duration_us("--for", duration) / 1e6
-    if file.exists():
+    if os.path.lexists(file):
         raise InputError("is there already", file=file, hint="name another file")
     if file.suffix.lower() != ".pcapng":
         raise InputError("has to end with .pcapng", file=file)
@@ -66,7 +67,7 @@ def record(
     command += ["-w", str(file), *(["-a", f"duration:{seconds:g}"] if seconds else [])]
     print(f"capturing at {interface} with {Path(tool).name}; Ctrl-C ends it", flush=True)
     code, said = _capture(command)
-    if code or not file.exists():
+    if code or not os.path.exists(file):
         raise InputError(
             f"cannot capture at {interface}: {said or 'no reason given'}", hint=_RIGHTS
         )

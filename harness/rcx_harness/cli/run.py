@@ -165,6 +165,9 @@ class RunOptions(CellOptions):
             InputError: no address, or options that go with no such controller.
         """
         if self.connect is None:
+            if (self.input_instance, self.output_instance) != (TO_MASTER, TO_ROBOT):
+                hint = "leave them out, or name a controller with --connect"
+                raise InputError("--input-instance, --output-instance need --connect", hint=hint)
             return None
         if self.robot:
             hint = "leave --robot out, its properties are its own"

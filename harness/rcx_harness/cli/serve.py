@@ -45,7 +45,7 @@ def serve(
     rpi_min: Annotated[
         str, typer.Option(help="Smallest packet interval that is accepted, from 1ms.")
     ] = "2ms",
-    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all that is drawn.", min=0, max=2**63 - 1)] = 0,
     product_code: Annotated[int, typer.Option(help="Product code of the identity.")] = 5,
     revision: Annotated[str, typer.Option(help="Revision of the identity.")] = "1.1",
     port: Annotated[int, typer.Option(help="TCP and UDP port of explicit messages.")] = PORT,

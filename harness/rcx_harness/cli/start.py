@@ -1,46 +1,80 @@
-"""The start of the command `rcx`: whenever Ctrl-C comes, it ends with one line."""
+"""The start of the command `rcx`: its streams, its signals, and errors that nobody expected."""
 
 from __future__ import annotations
 
 import gc
-import os
-import signal
-import sys
+import sys  # more here would take time in which Ctrl-C shows where the imports are
 
-__all__ = ["INTERRUPTED", "main"]
+__all__ = ["ENDED", "INTERRUPTED", "main"]
 
-#: Exit code after Ctrl-C, as shells give it.
-INTERRUPTED = 130
+#: Exit codes after Ctrl-C and SIGTERM, as shells give them.
+INTERRUPTED, ENDED = 130, 143
+_OWN_ERROR = 3
 
 
 def main() -> int:
     """Load the command line and run it.
 
     Returns:
-        The exit code: 0, 1 or 2; 130 after Ctrl-C.
+        The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM.
     """
+    try:
+        code = _run()
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    import signal
+
+    if code == INTERRUPTED:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
+        print("rcx: interrupted", file=sys.stderr)
+    elif signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done: the end of Python shows nothing
+    return code
+
+
+def _run() -> int:
+    from rcx_harness.errors import OutputError
+    from rcx_harness.output import streams
+
+    streams.prepare()
     try:
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
         from rcx_harness.output.console import spare_no_character
+        from rcx_harness.output.system import end_with
 
+        end_with(ENDED)
         spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
 
         gc.enable()
         code = command()
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
-        code = INTERRUPTED
-    except OSError as error:  # what is printed goes nowhere: a full disk, or nobody reads it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OutputError as error:  # a full disk, or nobody reads it
+        streams.discard_output()
         from rcx_harness.output.system import nobody_reads
 
         if nobody_reads(error):
             return 1
         print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 2
-    if code == INTERRUPTED:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        print("rcx: interrupted", file=sys.stderr)
+    except SystemExit as ended:  # SIGTERM before there was a command
+        return ended.code if isinstance(ended.code, int) else _OWN_ERROR
+    except Exception as error:
+        if _was_interrupted(error):
+            return INTERRUPTED
+        from rcx_harness.cli.own_error import report
+
+        report(error)
+        return _OWN_ERROR
     return code
+
+
+def _was_interrupted(error: BaseException | None) -> bool:
+    """Return whether Ctrl-C is behind an error: Python wraps one that comes in some calls."""
+    seen = set[int]()
+    while error is not None and id(error) not in seen:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        seen.add(id(error))
+        error = error.__cause__ or error.__context__
+    return False

@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.table import Table
 
 from rcx_harness.cli.campaign import VerifyOptions, write_replay
+from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import counted, duration_us, with_options
 from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.kept import keep
@@ -47,9 +47,7 @@ class SweepOptions(VerifyOptions):
     every: Annotated[int, typer.Option(help="Only at every so manyth scan.", min=1)] = 1
     seed: Annotated[int, typer.Option(help="Seed of the good run.", min=0, max=2**63 - 1)] = 0
     out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path("out/sweep")
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write what was found out (JSON).")
-    ] = None
+    json_file: JsonFile = None
 
 
 @with_options(SweepOptions)
@@ -65,8 +63,18 @@ def sweep(options: SweepOptions) -> None:
     if options.stimulus is None:
         raise InputError("--stimulus is missing", hint="name the stimulus of a good run")
     check_folder(options.out)
-    _check_json(options.json_file)
-    of = options.cells(options.stimulus)
+    read = [*(options.robot or ()), *(options.properties or ()), options.stimulus]
+    written = JsonOutput(options.json_file, _BEGINNING, read)
+    with written.apart():
+        text, failed = _swept(options, options.stimulus)
+    written.write(text)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
+    """Sweep and print what fails; as JSON, and whether anything does."""
+    of = options.cells(stimulus)
     cells = of.make()
     cell = cells.cell(options.seed)
     Course(cell, cells.demands)
@@ -119,10 +127,7 @@ def sweep(options: SweepOptions) -> None:
             print(f"\n{name}, {kind}:\n  {replay.told}")
             written.append(file_name(f"{name} {kind}", written))
             write_replay(options, cells, replay, options.out, written[-1])
-    if options.json_file is not None:
-        _write_json(options, what, found, moments)
-    if found:
-        raise typer.Exit(1)
+    return _as_json(options, what, found, moments), bool(found)
 
 
 def _scans(options: SweepOptions, cells: Cells) -> int:
@@ -148,23 +153,12 @@ def _print(found: dict[tuple[str, str], dict[int, str]], scan_us: int, every: in
     console.print(table)
 
 
-def _check_json(file: Path | None) -> None:
-    if file is None or not file.exists():
-        return
-    if file.is_dir() or file.read_bytes()[: len(_BEGINNING)] not in (b"", _BEGINNING.encode()):
-        raise InputError(
-            "is there already, and is not what this command writes; nothing was written",
-            file=file,
-            hint="name another file, or remove this one",
-        )
-
-
-def _write_json(
+def _as_json(
     options: SweepOptions,
     what: list[Inject],
     found: dict[tuple[str, str], dict[int, str]],
     moments: int,
-) -> None:
+) -> str:
     classes: list[dict[str, Any]] = [
         {
             "inject": name,
@@ -176,7 +170,4 @@ def _write_json(
         for (name, kind), scans in found.items()
     ]
     names, shown = json.dumps([one.name for one in what]), json.dumps(classes, indent=1)
-    text = f'{_BEGINNING}{names}, "moments": {moments}, "classes": {shown}}}\n'
-    assert options.json_file is not None
-    replace_files({options.json_file: text.encode()})
-    print(f"written: {options.json_file}")
+    return f'{_BEGINNING}{names}, "moments": {moments}, "classes": {shown}}}\n'

@@ -16,6 +16,7 @@ from rcx_harness.cli.progress import progress_bar
 from rcx_harness.errors import InputError
 from rcx_harness.look.view import view_file
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 
 __all__ = ["view"]
 
@@ -49,7 +50,7 @@ def view(
         seen = view_file(file, hosts, progress)
     replace_files({page: seen.page.encode()})
     print(f"written: {page}, {counted(seen.broken, 'broken rule')}")
-    if opened and not webbrowser.open(page.resolve().as_uri()):
+    if opened and not webbrowser.open(real(page).as_uri()):
         print(f"rcx: no browser was found; open {page} in one", file=sys.stderr)
     if seen.cut is not None:
         error = seen.cut

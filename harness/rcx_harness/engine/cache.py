@@ -19,6 +19,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from rcx_harness.output.paths import real
 from rcx_harness.output.system import cache_root
 
 __all__ = ["folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered", "sources_key"]
@@ -79,8 +80,8 @@ def sources_key(paths: Sequence[Path]) -> str:
 
 def is_lasting(paths: Sequence[Path]) -> bool:
     """Are these files to be there tomorrow? What is made of temporary ones is not kept."""
-    temporary = Path(tempfile.gettempdir()).resolve()
-    folders = [folder.resolve() for folder in {path.parent for path in paths}]
+    temporary = real(tempfile.gettempdir())
+    folders = [real(folder) for folder in {path.parent for path in paths}]
     return not any(temporary in (folder, *folder.parents) for folder in folders)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -10,6 +11,7 @@ from pathlib import Path
 from rcx_harness.errors import InputError
 from rcx_harness.output.exported import MARK, RECORD, digest, record, recorded
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 
 __all__ = ["NOTICE", "Missing", "Output", "Written", "write", "write_export"]
 
@@ -106,14 +108,14 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
             cannot be written. What was there is as it was, then.
     """
     paths = {path: place / path if path else place for path in output.files}
-    inputs = {file.resolve() for file in output.inputs}
+    inputs = {real(file) for file in output.inputs}
     for file in paths.values():
-        if file.resolve() in inputs:
+        if real(file) in inputs:
             raise InputError("would be overwritten, but it is an input", file=file)
         for folder in file.parents:
-            if folder.exists() and not folder.is_dir():
+            if os.path.exists(folder) and not os.path.isdir(folder):
                 raise InputError("is a file", file=folder, hint="name a folder")
-        if file.is_dir():
+        if os.path.isdir(file):
             raise InputError("is there already", file=file, hint="name a file")
     contents = {
         path: text.replace("\n", output.newline).encode() for path, text in output.files.items()
@@ -121,7 +123,7 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
     if output.recorded and "" not in paths:
         return _write_folder(contents, place, force=force)
     for file in paths.values():
-        if file.exists() and not force:
+        if os.path.exists(file) and not force:
             raise InputError("is there already", file=file, hint="--force writes over it")
     replace_files({paths[path]: data for path, data in contents.items()})
     return Written(list(paths.values()), [], [])
@@ -157,14 +159,14 @@ def _check_folder(
     """
     if not force and earlier:
         raise InputError("has an earlier export", file=place, hint="--force takes its place")
-    if not force and place.is_dir() and any(place.iterdir()):
+    if not force and os.path.isdir(place) and any(place.iterdir()):
         hint = "name an empty folder or a new one; --force writes beside them, over none"
         raise InputError("has files that no export wrote", file=place, hint=hint)
-    if not earlier and (place / RECORD).exists():
+    if not earlier and os.path.exists(place / RECORD):
         raise InputError("is no record of an export", file=place / RECORD, hint="move it away")
     for path, data in contents.items():
         file = place / path
-        if not file.exists():
+        if not os.path.exists(file):
             continue
         found = digest(file.read_bytes())
         if found not in (earlier.get(path), digest(data)):

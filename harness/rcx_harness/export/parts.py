@@ -20,6 +20,7 @@ from rcx_harness.engine.frontend.registry import Registry
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 from rcx_harness.export.prefix import Renaming, renaming
+from rcx_harness.output.paths import real
 
 __all__ = ["Declaration", "Part", "Sources", "comment", "plain", "sources_of"]
 
@@ -149,8 +150,8 @@ def _files(lib: Path | None, program: Sequence[Path], only_needed: bool) -> Sour
     if not program:
         return SourceFiles((), whole, folder)
     own = source_files(list(program), folder)
-    taken = {file.resolve() for file in own.own}
-    others = [file for file in whole if file.resolve() not in taken]
+    taken = {real(file) for file in own.own}
+    others = [file for file in whole if real(file) not in taken]
     return replace(own, lib=tuple(not_declared(others, own.declared)))
 
 

@@ -16,6 +16,7 @@ from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.registry import parts_of
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 
 __all__ = ["Renaming", "renaming"]
 
@@ -80,8 +81,8 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
 
 def _unneeded(files: SourceFiles) -> Iterator[Path]:
     """Files of the library that are not exported."""
-    taken = {file.resolve() for file in files.all}
-    return (file for file in st_files(files.folder) if file.resolve() not in taken)
+    taken = {real(file) for file in files.all}
+    return (file for file in st_files(files.folder) if real(file) not in taken)
 
 
 @dataclass(frozen=True)

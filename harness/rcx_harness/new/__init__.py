@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 from importlib.metadata import version
 from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 from rcx_harness.spec.robots import RobotModel, robot_models
 from rcx_harness.spec.wire import SIZE, check_size
 
@@ -52,7 +54,7 @@ def new_project(
     check_size(size)
     if ci != "all" and ci not in CI:
         raise InputError(f"there is no template for {ci!r}", hint=f"use {', '.join(CI)} or all")
-    title = folder.resolve().name if name is None else name
+    title = real(folder).name if name is None else name
     if not _NAME.fullmatch(title):
         raise InputError(
             f"{title!r} is no name for a cell",
@@ -99,10 +101,10 @@ def _robot(name: str | None) -> dict[str, str]:
 
 
 def _check_empty(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError("is a file", file=folder, hint="name a folder that is new or empty")
     try:
-        there = [path.name for path in folder.iterdir()] if folder.exists() else []
+        there = [path.name for path in folder.iterdir()] if os.path.exists(folder) else []
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=folder) from None
     found = sorted(set(there) - _WELCOME)

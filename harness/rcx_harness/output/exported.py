@@ -7,6 +7,8 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
+from rcx_harness.output.paths import real
+
 __all__ = ["MARK", "RECORD", "digest", "own_output", "record", "recorded", "resolved"]
 
 #: Stands at the head of each file that is exported by itself.
@@ -57,9 +59,9 @@ def resolved(files: Iterable[Path]) -> dict[Path, Path]:
     for file in files:
         folder = file.parent
         if folder not in folders:
-            folders[folder] = folder.resolve()
+            folders[folder] = real(folder)
         place = folders[folder] / file.name
-        found[file] = place.resolve() if place.is_symlink() else place
+        found[file] = real(place) if place.is_symlink() else place
     return found
 
 

@@ -137,6 +137,8 @@ class OutputFile:
         regular = os.path.isfile(self._place) or not there
         self._open, self._made_file = True, False
         try:
+            if os.path.islink(self._place):  # in a loop with others: it is not replaced
+                os.stat(self._place)
             self._make_folders()
             with suppress(FileNotFoundError):
                 os.lstat(self._place)  # a name that is too long is none, whatever is beside it
@@ -216,8 +218,10 @@ class OutputFile:
 
     def _make_folders(self) -> None:
         folder = self._place.parent
-        missing = [one for one in (folder, *folder.parents) if not one.exists()]
+        missing = [one for one in (folder, *folder.parents) if not os.path.exists(one)]
         for one in reversed(missing):
+            if os.path.islink(one):  # in a loop with others
+                os.stat(one)
             one.mkdir(exist_ok=True)
             self._made.append(one)
 

@@ -90,12 +90,12 @@ class Overlay:
         """
         spans = self._locate(name)
         if spans[0][1] != 0xFF:
-            if value not in (0, 1):
+            if not isinstance(value, int) or value not in (0, 1):
                 raise InputError(f"{name} is a bit and cannot be {value}")
             at, mask = spans[0]
             self._parts[name] = [(at, mask, mask * value)]
             return
-        if not 0 <= value <= 0xFFFF:
+        if not isinstance(value, int) or not 0 <= value <= 0xFFFF:
             raise InputError(f"{name} is a word and cannot be {value}")
         first = spans[0][0]
         self._parts[name] = [(first, 0xFF, value & 0xFF), (first + 1, 0xFF, value >> 8)]
@@ -123,7 +123,9 @@ class Overlay:
     def _locate(self, name: str) -> list[tuple[int, int]]:
         if name == "Status":
             return [(at, 0xFF) for at in range(DEDICATED_AT)]
-        word = re.fullmatch(r"SOW\(?(\d+)\)?", name)
+        if not isinstance(name, str):
+            raise InputError(f"{name!r:.40} is no output", hint='write "SO02" or "SOW(2)"')
+        word = re.fullmatch(r"SOW\(?(\d{1,4})\)?", name)
         if word and 2 * int(word[1]) + 1 < self._size:
             return [(2 * int(word[1]), 0xFF), (2 * int(word[1]) + 1, 0xFF)]
         if re.fullmatch(r"SO\(?([2-7]|1[0-5])[0-7]\)?", name):

@@ -123,11 +123,11 @@ class Controller:
             InputError: no such axis or place.
         """
         count = len(self.config.axes)
-        if not 1 <= axis <= count:
+        if not isinstance(axis, int) or isinstance(axis, bool) or not 1 <= axis <= count:
             raise InputError(f"there is no axis {axis}", hint=f"the controller has 1 to {count}")
         if pulses is None:
             self.workpieces.pop(axis - 1, None)
-        elif not fits_integer(pulses):
+        elif not isinstance(pulses, int) or isinstance(pulses, bool) or not fits_integer(pulses):
             raise InputError("a workpiece stands at -2147483648 to 2147483647 pulses")
         else:
             self.workpieces[axis - 1] = pulses

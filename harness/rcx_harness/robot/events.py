@@ -27,6 +27,8 @@ def _parallel(machine: Machine, port: int, on: int) -> None:
     Of the dedicated ones only the stop signal counts (manual chapter 1, 4.1), see Machine.stopped;
     the others are what robot programs and I/O port reference read.
     """
+    if on > 1:
+        raise InputError(f"on = {on} of event 'parallel_input' is no level", hint="it is 0 or 1")
     machine.ports.set_input(port_by_name(f"DI({port:02})"), on)
     if port == _PARALLEL_STOP:
         machine.parallel_stop = bool(on)

@@ -211,11 +211,11 @@ def command(name: str) -> Command:
     if name.lower() in by_name:
         return by_name[name.lower()]
     try:
-        code = whole_number(name.lower().replace("0xr", "0x0").replace("16#r", "16#0")) & 0x0FFF
+        code = whole_number(name.lower().replace("0xr", "0x0").replace("16#r", "16#0"))
     except ValueError:
         code = -1
-    if code in commands():
-        return commands()[code]
+    if 0 <= code <= 0xFFFF and code & 0x0FFF in commands():
+        return commands()[code & 0x0FFF]
     meant = [by_name[key].name for key in get_close_matches(name.lower(), by_name)]
     hint = did_you_mean(meant) or "docs/commands.md lists all names and codes"
     raise InputError(f"no remote command is called {name!r}", hint=hint)

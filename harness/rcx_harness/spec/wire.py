@@ -52,7 +52,7 @@ STATUS_NAMES = {
 
 def check_size(size: int) -> None:
     """Refuse a size that no area has (InputError)."""
-    if size not in AREA_SIZES:
+    if not isinstance(size, int) or size not in AREA_SIZES:
         raise InputError(
             f"an area of {size} bytes does not exist",
             hint=f"use {SIZE}, or {EXTENDED_SIZE} with SIOW extension valid",

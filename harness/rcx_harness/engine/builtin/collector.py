@@ -14,6 +14,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from rcx_harness.output.paths import real
+
 if TYPE_CHECKING:
     from rcx_harness.engine.builtin.coverage import Decision, Plan
     from rcx_harness.engine.frontend.project import Project
@@ -102,7 +104,7 @@ class Collector:
     """
 
     def __init__(self, folder: Path | None = None, *, library: bool = True) -> None:
-        self._folder = folder.resolve() if folder else None
+        self._folder = real(folder) if folder else None
         self._library = library
         self._apart: set[Path] = set()
         self.elsewhere: set[str] = set()
@@ -111,7 +113,7 @@ class Collector:
     def leave_out(self, library: Path) -> None:
         """The folder of a library: nothing in it counts, if libraries do not."""
         if not self._library:
-            self._apart.add(library.resolve())
+            self._apart.add(real(library))
 
     def counts(self, pou: Pou, plan: Plan, project: Project) -> Counts | None:
         """Where a POU counts; None if its source is none of those counted."""
@@ -137,7 +139,7 @@ class Collector:
 
 @lru_cache(maxsize=1024)
 def _resolved(file: str) -> Path:
-    return Path(file).resolve()
+    return real(file)
 
 
 @lru_cache(maxsize=1024)

@@ -21,6 +21,7 @@ from rcx_harness.engine.native.toolchain import (
     from_cache,
 )
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 
 __all__ = [
     "MISSING",
@@ -273,11 +274,11 @@ def find_matiec() -> Matiec | None:
         binary = shutil.which("iec2c")
         if binary is None:
             return None
-    iec2c = Path(binary).resolve()
+    iec2c = real(binary)
     for library in _library_places(iec2c.parent, Path(binary).parent):
         headers = _headers(library, iec2c.parent)
         if (library / "ieclib.txt").is_file() and headers is not None:
-            return Matiec(iec2c, library.resolve(), headers.resolve())
+            return Matiec(iec2c, real(library), real(headers))
     raise InputError(
         f"{binary} has no library: neither ieclib.txt nor C/iec_std_lib.h was found near it",
         hint="set RCX_MATIEC to the directory that holds iec2c and lib",

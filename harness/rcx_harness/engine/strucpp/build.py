@@ -25,6 +25,7 @@ from rcx_harness.engine.native.toolchain import (
 from rcx_harness.engine.source import origin, source_text
 from rcx_harness.engine.strucpp.memory import NAMESPACE
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 
 __all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
 
@@ -85,7 +86,7 @@ def find_strucpp() -> Strucpp | None:
             hint="name the folder of a release of STruC++ or of its sources after `npm run build`, "
             "or unset RCX_STRUCPP",
         )
-    own = Path(binary).resolve()
+    own = real(binary)
     command: tuple[str, ...] = (str(own),)
     if own.suffix == ".js":
         node = shutil.which("node")

@@ -39,6 +39,7 @@ __all__ = [
     "is_number",
     "is_whole",
     "near",
+    "same_name",
     "shown",
 ]
 
@@ -208,6 +209,7 @@ def check_stored(key: str, value: Any, axes: int) -> None:
 
 def check_programs(programs: Any, size: int) -> None:
     """Refuse programs with steps that cannot be done on areas of `size` bytes (InputError)."""
+    seen = set[str]()
     for program in programs:
         steps = program.steps
         texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
@@ -218,6 +220,16 @@ def check_programs(programs: Any, size: int) -> None:
             _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
         _expect(named, "name", program.name, "upper case letters, digits and _")
+        if program.name in seen and program.name != type(program).name:  # not by default
+            raise same_name(program.name)
+        seen.add(program.name)
+
+
+def same_name(name: str) -> InputError:
+    """Return the error for two programs with one name: a remote command names one of them."""
+    return InputError(
+        f"'programs' has two programs named {name}", hint="give each program its own name"
+    )
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:

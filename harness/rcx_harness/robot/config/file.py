@@ -25,6 +25,7 @@ from rcx_harness.robot.config.checks import (
     is_number,
     is_whole,
     near,
+    same_name,
     shown,
 )
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
@@ -60,7 +61,11 @@ def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[
     if key in tables:
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise InputError(f"'{key}' must be tables", hint=f"write [[{key}]]")
-        return tuple(_table(tables[key], entry, key) for entry in value)
+        made = tuple(_table(tables[key], entry, key) for entry in value)
+        names = [entry.name for entry in made] if key == "programs" else []
+        if twice := [name for number, name in enumerate(names) if name in names[:number]]:
+            raise same_name(twice[0])
+        return made
     if key in STORED:
         return _stored(key, value)
     if key == "real_time_items":

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from rcx_harness.output.paths import real
 from rcx_harness.verify.coverage.measure import DecisionResult, FileResult, Item, Share
 from rcx_harness.verify.coverage.report import totals
 
@@ -99,7 +100,7 @@ def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
         root.attrib |= {f"{name}-covered": str(share.covered), f"{name}-valid": str(share.total)}
     # No time of day: the same results give the same file.
     root.attrib |= {"complexity": "0", "version": "rcx-harness", "timestamp": "0"}
-    ET.SubElement(ET.SubElement(root, "sources"), "source").text = str(home.resolve())
+    ET.SubElement(ET.SubElement(root, "sources"), "source").text = str(real(home))
     packages = ET.SubElement(root, "packages")
     folders: dict[str, list[FileResult]] = {}
     for result in results:

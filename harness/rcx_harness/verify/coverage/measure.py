@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rcx_harness.engine.builtin.coverage import Postfix, outcome
+from rcx_harness.output.paths import real
 from rcx_harness.verify.coverage.parts import CountedPou, Merged
 
 __all__ = [
@@ -200,8 +201,8 @@ def measure(
     results = []
     for name in sorted({*merged.files, *merged.changed}):
         file = Path(name)
-        below = file.is_relative_to(home.resolve())
-        path = (file.relative_to(home.resolve()) if below else file).as_posix()
+        below = file.is_relative_to(real(home))
+        path = (file.relative_to(real(home)) if below else file).as_posix()
         versions = list(merged.files.get(name, {}).values())
         result = FileResult(path)
         result.demands_mcdc = path.startswith(demanded)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
 from rcx_harness.verify.coverage.formats import cobertura, tracefile
 from rcx_harness.verify.coverage.html import pages
 from rcx_harness.verify.coverage.measure import FileResult, measure
@@ -80,7 +81,7 @@ def conclude(
     if not found.total:
         lines.append("nothing was counted: no program with statements was built")
         return Outcome("\n".join(lines), passed=passed and fail_under is None)
-    files = write_report(results, folder, home.resolve().name, home)
+    files = write_report(results, folder, real(home).name, home)
     names = [os.path.relpath(one) if one.is_relative_to(Path.cwd()) else str(one) for one in files]
     told = f"coverage of statements and branches: {found.shown}"
     if fail_under is not None:
@@ -96,7 +97,7 @@ def check_folder(folder: Path) -> None:
     Raises:
         InputError: it is a file, or has an index.html and the like of another.
     """
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError("is no folder", file=folder, hint="name another for the coverage")
     for name in ("index.html", "coverage.lcov", "mcdc.lcov", "coverage.xml"):
         _check(folder / name)
@@ -138,7 +139,7 @@ def write_report(
 
 
 def _check(file: Path) -> None:
-    if file.exists() and not _is_ours(file):
+    if os.path.exists(file) and not _is_ours(file):
         raise InputError(
             "is there already, and is no coverage report; nothing was written",
             file=file,

@@ -14,6 +14,7 @@ from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
 from rcx_harness.verify.properties import judge_run
+from rcx_harness.verify.replays import MARK, check
 
 __all__ = ["replay"]
 
@@ -28,13 +29,17 @@ def replay(
         comments assert is the exploration's alone.
 
     Raises:
-        InputError: a file cannot be written.
+        InputError: a file cannot be written, or is there already and none of a search.
     """
     broken = explored.result.broken
     assert broken is not None
     stimulus, chart = folder / "broken.toml", folder / "broken.svg"
     told = [f"{k * settings.scan_us // 1000} ms: {one.tell()}" for k, one in enumerate(broken.path)]
-    about = "\n".join([*broken.rules, "broken in the last scan of:", *told])
+    for file in (stimulus, chart):
+        check(file)
+    about = MARK.removeprefix("# ") + "\n".join(
+        [*broken.rules, "broken in the last scan of:", *told]
+    )
     entries = _entries(broken.path, explored.areas, settings.scan_us)
     replace_files({stimulus: stimulus_text(entries, about).encode()})
     timeline = Timeline()

@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 
 __all__ = ["Parcel"]
 
@@ -56,7 +57,7 @@ class Parcel:
         They lie to each other as they did. An error of the user's names them as he has.
         """
         with TemporaryDirectory(prefix="rcx-") as folder:
-            here = [Path(folder).resolve() / name for _, name, _ in self.files]
+            here = [real(folder) / name for _, name, _ in self.files]
             for file, (_, _, content) in zip(here, self.files, strict=True):
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_bytes(content)
@@ -68,7 +69,7 @@ class Parcel:
 
 
 def _names(files: Iterable[Path]) -> list[str]:
-    paths = [file.resolve() for file in files]
+    paths = [real(file) for file in files]
     try:
         common = os.path.commonpath([path.parent for path in paths])
         return [path.relative_to(common).as_posix() for path in paths]

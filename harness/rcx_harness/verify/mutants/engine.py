@@ -25,6 +25,7 @@ from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 
 # By name: the packages have functions of the same names.
 front: Any = import_module("rcx_harness.engine.frontend.load")
@@ -133,10 +134,10 @@ class Workshop:
             pou: Upper-case name of its POU.
             body: The statements of this POU; None where a declaration differs, too.
         """
-        self._changed = _Change(file.resolve(), text, pou, body)
+        self._changed = _Change(real(file), text, pou, body)
 
     def _parse(self, file: Path) -> s.Source:
-        if self._changed is not None and self._changed.file == file.resolve():
+        if self._changed is not None and self._changed.file == real(file):
             return parse_text(self._changed.text, file)
         return parse(file)
 
@@ -200,7 +201,7 @@ class Workshop:
         """Whether a program has the POU that is changed."""
         assert self._changed is not None
         scope = compiled.checked.scopes.get(self._changed.pou)
-        return scope is not None and scope.where.file.resolve() == self._changed.file
+        return scope is not None and real(scope.where.file) == self._changed.file
 
     def _compile(self, paths: Iterable[Path]) -> _Compiled | None:
         try:

@@ -16,6 +16,7 @@ from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse, parse_portable, parse_text
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 from rcx_harness.verify.mutants.engine import Checked, bodies_of, load_checked, python_of, rechecked
 from rcx_harness.verify.mutants.operators import Change, changes
 from rcx_harness.verify.mutants.text import Edit, SourceText, Span, edited, whole_lines
@@ -83,7 +84,7 @@ class Mutants:
     """
 
     def __init__(self, root: Path, library: Sequence[Path], *, portable: bool = True) -> None:
-        self._root = root.resolve()
+        self._root = real(root)
         self._parse = parse_portable if portable else parse_text
         found = [node for file in library for node in parse(file).declarations]
         if any(isinstance(node, s.Pou) and node.kind == "PROGRAM" for node in found):
@@ -237,7 +238,7 @@ class _Reach:
 
 def _named(file: Path, root: Path) -> str:
     """A file as it is named from a folder on."""
-    file = file.resolve()
+    file = real(file)
     return (file.relative_to(root) if file.is_relative_to(root) else file).as_posix()
 
 

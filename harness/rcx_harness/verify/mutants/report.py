@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
 from rcx_harness.spec import load_toml
 from rcx_harness.verify.mutants.mutant import Mutant
 
@@ -180,4 +181,4 @@ def write_rows(file: Path, survivors: Sequence[Mapping[str, Any]]) -> None:
         for row in survivors
         if not row["reason"]
     ]
-    file.write_text("\n".join(dict.fromkeys(rows)), encoding="utf-8")
+    replace_files({file: "\n".join(dict.fromkeys(rows)).encode()})

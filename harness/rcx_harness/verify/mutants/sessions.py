@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 from rcx_harness.output.system import COPIES
 from rcx_harness.verify.mutants.judging import ENDLESS, Outcome, Task
 from rcx_harness.verify.mutants.order import VARIABLE, Order
@@ -50,7 +51,7 @@ class Run:
         """The run of what he types; `pytest` is that of this Python."""
         first, *rest = words
         command = [sys.executable, "-m", "pytest"] if first in _PYTEST else [first]
-        return cls((*command, *rest), folder.resolve())
+        return cls((*command, *rest), real(folder))
 
     def started(self, order: Order) -> subprocess.Popen[bytes]:
         """Start it with an order; what it prints goes to a file in the order's folder.
@@ -123,7 +124,7 @@ class Judge:
 
     def order(self, task: Task, folder: Path) -> Order:
         """The order for one mutant, with the copy that has the mistake."""
-        original = (self.run.folder / task.mutant.file).resolve()
+        original = real(self.run.folder / task.mutant.file)
         copy = folder / "sources" / original.name
         copy.parent.mkdir()
         copy.write_text(task.mutant.text, encoding="utf-8")

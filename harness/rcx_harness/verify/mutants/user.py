@@ -13,6 +13,7 @@ from typing import Any
 from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.cache import sources_key
 from rcx_harness.errors import InputError
+from rcx_harness.output.paths import real
 from rcx_harness.verify.farm import Farm
 from rcx_harness.verify.mutants.judging import ENDLESS, Judging, Outcome, Task
 from rcx_harness.verify.mutants.mutant import Mutant, Mutants, in_rounds
@@ -41,7 +42,7 @@ class UserMutants:
 
     def __init__(self, sources: SourceFiles, run: Run, written: Iterable[Path] = ()) -> None:
         self._run = run
-        self._written = {file.resolve() for file in written}
+        self._written = {real(file) for file in written}
         self.files, library = sources.users
         for file in self.files:
             if getattr(file, "lines", None) is not None:
@@ -57,7 +58,7 @@ class UserMutants:
             InputError: a test fails, or none runs the program.
         """
         with TemporaryDirectory(prefix="rcx-mutants-", ignore_cleanup_errors=True) as name:
-            order = Order(Path(name).resolve())
+            order = Order(real(name))
             code = self._run(order)
             printed = (order.folder / "printed").read_text("utf-8", "replace")
             said = order.answered()
@@ -74,7 +75,7 @@ class UserMutants:
             why = f" ({said['why'][0]})" if said["why"] else ""
             told = f"{failed[0]}{more} fails with the program as it is{why}"
             raise InputError(told, hint="make all tests pass first")
-        mutated = {file.resolve() for file in self.files}
+        mutated = {real(file) for file in self.files}
         ran = {
             node: {file: set(lines) for file, lines in files.items() if Path(file) in mutated}
             for node, files in said["ran"].items()
@@ -116,7 +117,7 @@ class UserMutants:
 
         def run(todo: Iterable[Task]) -> Iterator[Outcome]:
             with TemporaryDirectory(prefix="rcx-mutants-", ignore_cleanup_errors=True) as name:
-                judge = Judge(self._run, Path(name).resolve(), tuple(self._all))
+                judge = Judge(self._run, real(name), tuple(self._all))
                 for task, outcome in farm.as_ready(judge, todo):
                     yield replace(outcome, task=task)  # it has come back as a copy
 

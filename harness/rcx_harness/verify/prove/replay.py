@@ -20,6 +20,7 @@ from rcx_harness.verify.prove import values
 from rcx_harness.verify.prove.machine import Path as Place
 from rcx_harness.verify.prove.search import Run
 from rcx_harness.verify.prove.surroundings import Surroundings, path_of
+from rcx_harness.verify.replays import MARK, check
 
 __all__ = ["Replayed", "entries", "replay"]
 
@@ -89,8 +90,15 @@ def replay(
         lib: Folder of the library.
         chart: Where its timing chart (SVG) goes.
         see: Is called after each scan, with the cell and the number of the scan.
+
+    Raises:
+        InputError: a file cannot be written, or is there already and none of a search.
     """
-    replace_files({stimulus: stimulus_text(entries(run, around), about).encode()})
+    for file in (stimulus, chart):
+        if file is not None:
+            check(file)
+    text = stimulus_text(entries(run, around), f"{MARK.removeprefix('# ')}{about}")
+    replace_files({stimulus: text.encode()})
     differences: list[str] = []
     error = None
     timeline = Timeline()

@@ -19,6 +19,7 @@ from rcx_harness.cell.build import (
     st_files,
 )
 from rcx_harness.cell.compiled import Compiled
+from rcx_harness.cell.sources import library_folder
 from rcx_harness.engine.needed import declared_names
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm import Parcel
@@ -69,7 +70,7 @@ class CellsOf:
             InputError: one cannot be read.
         """
         lib = options.get("lib")
-        lib_files = st_files(Path(lib)) if lib is not None else []
+        lib_files = st_files(library_folder(lib)) if lib is not None else []
         replaced = {name: Path(file) for name, file in (options.get("replace") or {}).items()}
         robots = [
             Path(one) for one in several(options.get("robot")) if isinstance(one, (str, Path))

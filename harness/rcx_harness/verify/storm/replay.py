@@ -12,14 +12,13 @@ from rcx_harness.trace.chart import Band, Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.units import format_us
 from rcx_harness.verify.properties import Judge
+from rcx_harness.verify.replays import MARK
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.storms import Failure, kind_of
 
 __all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 
-#: How every replay begins.
-MARK = "# rcx replay: "
 #: Of a chart the latest changes of variables are shown, and of all there is.
 _TOLD, _LATEST = 18, 12
 

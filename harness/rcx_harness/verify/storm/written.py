@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
-from rcx_harness.verify.storm.replay import MARK, Replay
+from rcx_harness.verify.replays import BEGINS, check
+from rcx_harness.verify.storm.replay import Replay
 
 __all__ = ["check_folder", "command", "file_name", "forget", "write"]
-
-#: How each kind of file begins.
-_BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
 
 
 def file_name(kind: str, taken: Iterable[str]) -> str:
@@ -27,7 +26,7 @@ def file_name(kind: str, taken: Iterable[str]) -> str:
 def check_folder(folder: Path) -> None:
     """Refuse a folder that is none (InputError)."""
     for one in (folder, *folder.parents):
-        if one.exists() and not one.is_dir():
+        if os.path.exists(one) and not os.path.isdir(one):
             raise InputError("is a file, not a folder", file=one, hint="name another with --out")
 
 
@@ -38,7 +37,7 @@ def write(folder: Path, files: Mapping[str, str]) -> None:
         InputError: one is there already and none of ours.
     """
     for name in files:
-        _check(folder / name)
+        check(folder / name)
     replace_files({folder / name: text.encode() for name, text in files.items()})
 
 
@@ -46,21 +45,10 @@ def forget(folder: Path) -> None:
     """Remove the replays of an earlier call, with their charts."""
     for file in sorted(folder.glob("*.toml")):
         chart = file.with_suffix(".svg")
-        if file.read_bytes().startswith(_BEGINS[".toml"]):
+        if file.read_bytes().startswith(BEGINS[".toml"]):
             file.unlink()
-            if chart.is_file() and chart.read_bytes().startswith(_BEGINS[".svg"]):
+            if chart.is_file() and chart.read_bytes().startswith(BEGINS[".svg"]):
                 chart.unlink()
-
-
-def _check(file: Path) -> None:
-    if not file.exists():
-        return
-    with file.open("rb") as stream:
-        found = stream.read(16)
-    begins = _BEGINS[file.suffix][:16]
-    if found and not found.startswith(begins):
-        hint = "name another folder with --out, or remove this file"
-        raise InputError("is there already, and was not written by rcx", file=file, hint=hint)
 
 
 def command(replayed: Replay, words: Iterable[str], file: Path) -> str:

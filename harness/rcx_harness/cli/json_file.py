@@ -1,0 +1,78 @@
+"""The option `--json` of several commands: a file, or `-` for standard output."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rcx_harness.errors import InputError
+from rcx_harness.output.files import replace_files
+from rcx_harness.output.paths import real
+
+__all__ = ["JsonFile", "JsonOutput"]
+
+JsonFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--json", help="Write the result to this file as one object of JSON; - prints it alone."
+    ),
+]
+_PRINTED = Path("-")
+
+
+class JsonOutput:
+    """Where the JSON of a command goes, if it is asked for.
+
+    Args:
+        file: The option's value.
+        beginning: How all JSON of this command begins: other files are not written over.
+        read: Files that the command reads.
+
+    Raises:
+        InputError: the file is read, or is something that this command has not written.
+    """
+
+    def __init__(self, file: Path | None, beginning: str, read: Collection[Path] = ()) -> None:
+        self._file = file
+        self.printed = file == _PRINTED
+        if file is None or self.printed:
+            return
+        if os.path.isdir(file):
+            raise InputError("is a folder, not a file", file=file)
+        if not os.path.isfile(file):  # not there, or a device
+            return
+        with file.open("rb") as stream:
+            found = stream.read(len(beginning))
+        if found not in (b"", beginning.encode()):
+            raise InputError(
+                "is there already, and is not what this command writes; nothing was written",
+                file=file,
+                hint="name another file, or remove this one",
+            )
+        if real(file) in map(real, read):  # an empty one
+            raise InputError("would be overwritten, but it is an input", file=file)
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """Let all else that is printed go to standard error where the JSON is printed."""
+        if not self.printed:
+            yield
+            return
+        with redirect_stdout(sys.stderr):
+            yield
+
+    def write(self, text: str) -> None:
+        """Write or print it, if it is asked for (InputError: the file cannot be written)."""
+        if self._file is None:
+            return
+        if self.printed:
+            print(text, end="")
+            return
+        replace_files({self._file: text.encode()})
+        print(f"written: {self._file}")

@@ -1,0 +1,17 @@
+"""Where a path leads."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+__all__ = ["real"]
+
+
+def real(path: str | Path) -> Path:
+    """Return a path without links, as far as there is something.
+
+    `Path.resolve` does the same, but raises a RuntimeError for links in a loop until Python 3.12.
+    Here such a link stays as it is: the system refuses to open it, which is reported.
+    """
+    return Path(os.path.realpath(path))

@@ -1,0 +1,237 @@
+"""Bad input of every command: one message that names it, exit code 2, and nothing is lost."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+
+Captured = pytest.CaptureFixture[str]
+
+_ZEROS = "00" * 48
+#: A trace of two scans in which nothing happens.
+_TRACE = (
+    '{"format":"rcx-trace/1","scan_us":10000,"cycle_us":5000,"size":48,"engine":"builtin",'
+    '"link":"direct","seed":0}\n'
+    f'{{"t_us":0,"scan":0,"so":"{_ZEROS}","si":"{_ZEROS}","vars":{{}}}}\n'
+    f'{{"t_us":10000,"scan":1,"so":"{_ZEROS}","si":"{_ZEROS}","vars":{{}}}}\n'
+)
+_LOOP = "Too many levels of symbolic links"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder: `loop` is a link that leads to itself by way of another."""
+    monkeypatch.chdir(tmp_path)
+    os.symlink("there", "loop")
+    os.symlink("loop", "there")
+    Path("t.jsonl").write_text(_TRACE)
+    Path("p.st").write_text("PROGRAM P\n  VAR A : BOOL; END_VAR\n  A := TRUE;\nEND_PROGRAM\n")
+    Path("lib").mkdir()
+    Path("lib/L.st").write_text("TYPE\n  L : INT;\nEND_TYPE\n")
+    return tmp_path
+
+
+def _refused(capsys: Captured, *words: str) -> str:
+    """The one line that a command says when it ends with 2."""
+    code = main(words)
+    said = capsys.readouterr()
+    assert (code, said.out) == (2, ""), said
+    lines = said.err.splitlines()
+    assert len(lines) == 1, said.err
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["check", "p.st", "--lib", "loop"],
+        ["run", "loop", "--lib", "lib"],
+        ["run", "p.st", "--lib", "lib", "--robot", "loop"],
+        ["run", "p.st", "--lib", "lib", "--stimulus", "loop"],
+        ["judge", "loop"],
+        ["view", "loop"],
+        ["compare", "loop"],
+        ["compare", "t.jsonl", "--robot", "loop"],
+        ["campaign", "p.st", "--lib", "loop"],
+        ["import", "loop", "-o", "out"],
+        ["export", "st", "--lib", "lib", "--program", "loop", "-o", "x.st"],
+        ["prove", "p.st", "--lib", "loop"],
+    ],
+)
+def test_a_link_in_a_loop_cannot_be_read(here: Path, capsys: Captured, words: list[str]) -> None:
+    """Source: open(2), ELOOP; pathlib.Path.resolve raises a RuntimeError until Python 3.12."""
+    assert "loop" in _refused(capsys, *words)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["judge", "t.jsonl", "--quiet", "--chart", "loop"],
+        ["judge", "t.jsonl", "--quiet", "--trace", "loop"],
+        ["view", "t.jsonl", "-o", "loop"],
+        ["eds", "loop"],
+        ["new", "loop"],
+        ["debug", "--vscode", "loop"],
+        ["export", "st", "--lib", "lib", "-o", "loop"],
+    ],
+)
+def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: list[str]) -> None:
+    """Source: open(2), ELOOP."""
+    assert f"cannot be written: {_LOOP}" in _refused(capsys, *words)
+    assert Path("loop").readlink() == Path("there")
+    assert sorted(path.name for path in here.iterdir()) == [
+        "lib",
+        "loop",
+        "p.st",
+        "t.jsonl",
+        "there",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "where"),
+    [
+        (["judge", "t.jsonl", "--quiet", "--chart", "{}"], "{}"),
+        (["judge", "t.jsonl", "--quiet", "--trace", "{}"], "{}"),
+        (["view", "t.jsonl", "-o", "{}"], "{}"),
+        (["eds", "{}"], "{}"),
+        (["new", "{}", "--name", "cell"], "{}/"),
+        (["debug", "--vscode", "{}"], "{}/"),
+        (["export", "st", "--lib", "lib", "-o", "{}"], "{}"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("place", "reason"),
+    [
+        ("t.jsonl/x", "Not a directory"),
+        ("n" * 300, "File name too long"),
+        ("/proc/nothing", "No such file or directory"),
+    ],
+)
+def test_what_cannot_be_written_is_named_with_the_reason(
+    here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
+) -> None:
+    """Standard output is none of the reasons.
+
+    Source: open(2), ENOTDIR, ENAMETOOLONG; proc(5) takes no new files.
+    """
+    said = _refused(capsys, *(word.format(place) for word in words))
+    if said != "rcx: t.jsonl: is a file; name a folder":
+        assert said.startswith(f"rcx: {where.format(place)}")
+        assert said.endswith(f"cannot be written: {reason}")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["run", "{}", "--lib", "lib"],
+        ["run", "p.st", "--lib", "lib", "--robot", "{}"],
+        ["check", "{}"],
+        ["judge", "{}"],
+        ["view", "{}"],
+        ["compare", "{}"],
+        ["export", "st", "--lib", "lib", "--program", "{}", "-o", "x.st"],
+        ["mutants", "p.st", "--reasons", "{}", "--", "true"],
+        ["import", "{}", "-o", "out"],
+    ],
+)
+def test_what_cannot_be_read_is_named_with_the_reason(
+    here: Path, capsys: Captured, words: list[str]
+) -> None:
+    """Source: open(2), ENAMETOOLONG."""
+    name = "n" * 300
+    said = _refused(capsys, *(word.format(name) for word in words))
+    assert name in said
+    assert said.endswith("File name too long")
+
+
+def test_a_folder_that_is_gone_is_said_to_be(here: Path, capsys: Captured) -> None:
+    """Source: getcwd(3), ENOENT."""
+    gone = here / "gone"
+    gone.mkdir()
+    os.chdir(gone)
+    gone.rmdir()
+    said = _refused(capsys, "demo")
+    assert said == (
+        "rcx: the current folder cannot be accessed: it may be gone; change to another one"
+    )
+
+
+def test_a_library_that_is_no_folder_is_refused_by_a_campaign_as_by_a_run(
+    here: Path, capsys: Captured
+) -> None:
+    """Source: `rcx run --help`, --lib: a folder."""
+    said = _refused(capsys, "run", "p.st", "--lib", "nowhere")
+    assert _refused(capsys, "campaign", "p.st", "--lib", "nowhere") == said
+
+
+def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Captured) -> None:
+    """Source: CONTRIBUTING.md: nothing of the user's is lost."""
+    Path("out").mkdir()
+    Path("out/broken.toml").write_text("mine\n")
+    said = _refused(capsys, "explore", "p.st", "--lib", "lib", "--out", "out")
+    assert "out/broken.toml: is there already, and was not written by rcx" in said
+    assert Path("out/broken.toml").read_text() == "mine\n"
+
+
+# --- JSON ---------------------------------------------------------------------------------------
+
+
+def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Captured) -> None:
+    """Source: docs/judge.md, --json FILE."""
+    assert main(["judge", "t.jsonl", "--json", "it.json"]) == 0
+    assert capsys.readouterr().out.endswith("no violations\nwritten: it.json\n")
+    written = Path("it.json").read_text()
+    assert main(["judge", "t.jsonl", "--json", "-"]) == 0
+    assert capsys.readouterr().out == written
+    assert main(["judge", "t.jsonl", "--json"]) == 0
+    assert capsys.readouterr().out == written
+    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own, once more
+
+
+def test_an_instance_without_a_controller_elsewhere_is_refused(
+    here: Path, capsys: Captured
+) -> None:
+    """Source: `rcx run --help`: with --connect."""
+    for option in ("--input-instance", "--output-instance"):
+        said = _refused(capsys, "run", "p.st", option, "99999")
+        assert "--input-instance, --output-instance need --connect" in said
+
+
+@pytest.mark.parametrize("command", ["judge", "compare"])
+def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, command: str) -> None:
+    """Source: CONTRIBUTING.md: nothing of the user's is lost."""
+    said = _refused(capsys, command, "t.jsonl", "--json", "t.jsonl")
+    assert "is there already, and is not what this command writes" in said
+    assert Path("t.jsonl").read_text() == _TRACE
+
+
+# --- numbers ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["serve", "--seed", "-1"],
+        ["serve", "--seed", str(2**63)],
+        ["campaign", "p.st", "--seed-from", str(2**63)],
+        ["campaign", "p.st", "--seeds", str(10**10)],
+        ["campaign", "p.st", "--workers", str(10**6)],
+        ["explore", "p.st", "--workers", str(10**6)],
+        ["explore", "p.st", "--bound", str(10**10)],
+        ["explore", "p.st", "--depth", str(10**10)],
+        ["mutants", "p.st", "--workers", str(10**6), "--", "true"],
+        ["mutants", "p.st", "--show", "-1", "--", "true"],
+        ["mutants", "p.st", "--minutes", "nan", "--", "true"],
+    ],
+)
+def test_a_number_out_of_its_range_is_refused(
+    here: Path, capsys: Captured, words: list[str]
+) -> None:
+    """Source: the help of each command."""
+    assert main(words) == 2
+    assert words[-3 if "--" in words else -1] in capsys.readouterr().err.replace("\n", "")

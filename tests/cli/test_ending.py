@@ -1,0 +1,157 @@
+"""How a command ends that is not asked nicely: closed streams, SIGTERM, an error of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.own_error import report
+
+_NOT_ON_WINDOWS = pytest.mark.skipif(sys.platform == "win32", reason="it has no such streams")
+_DECODED = "MovePtp (16#R001), Move (PTP movement); guide 4.2.1"
+
+
+def _ended(
+    code: str, *words: str, closed: tuple[int, ...] = (), **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run Python code with some of the standard streams closed."""
+
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    return subprocess.run(
+        [sys.executable, "-c", code, *words],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=close if closed else None,
+        env={**os.environ, **environment},
+    )
+
+
+_COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())"
+
+
+@_NOT_ON_WINDOWS
+@pytest.mark.parametrize("closed", [(1,), (0, 1, 2)])
+def test_a_command_does_its_work_where_streams_are_closed(
+    tmp_path: Path, closed: tuple[int, ...]
+) -> None:
+    """What is printed goes nowhere: not into a file that is opened later.
+
+    Source: open(2): the lowest number that is free.
+    """
+    file = tmp_path / "it.eds"
+    done = _ended(_COMMAND, "eds", str(file), closed=closed)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    text = file.read_text()
+    assert text.startswith("$")
+    assert "written:" not in text
+
+
+@_NOT_ON_WINDOWS
+def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code() -> None:
+    """Python prints to standard output what goes to a standard error that is None.
+
+    Source: the documentation of print.
+    """
+    done = _ended(_COMMAND, "encode", "Nothing", closed=(2,))
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
+
+
+#: Runs the command, and sends SIGTERM when a function of this name begins.
+_TERMINATED = """
+import os, signal, sys
+where = sys.argv.pop(1)
+def called(frame, event, _):
+    if event == "call" and frame.f_code.co_qualname == where:
+        sys.setprofile(None)
+        os.kill(os.getpid(), signal.SIGTERM)
+sys.setprofile(called)
+from rcx_harness.cli.start import main
+sys.exit(main())
+"""
+
+
+@_NOT_ON_WINDOWS
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
+def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) -> None:
+    """A campaign has a copy of the program in one.
+
+    Source: signal(7); shells give 128 and the number of the signal.
+    """
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "L.st").write_text("TYPE\n  L : INT;\nEND_TYPE\n")
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    program = repository / "tests" / "cell" / "programs" / "RawArea.st"
+    words = ["campaign", str(program), "--lib", str(tmp_path / "lib"), "--workers", "0"]
+    words += ["--out", str(tmp_path / "out"), "--engine", "builtin"]
+    done = _ended(_TERMINATED, "Compiled.__init__", *words, TMPDIR=str(temporary), RCX_CACHE="off")
+    assert (done.returncode, done.stderr) == (143, "")
+    assert [path.name for path in temporary.iterdir()] == []
+
+
+#: A command that fails as this expression does.
+_BROKEN = """
+import sys
+import rcx_harness.cli.app
+def broken():
+    cause = {}
+    raise RuntimeError("of our own") from cause
+rcx_harness.cli.app.main = broken
+from rcx_harness.cli.start import main
+sys.exit(main())
+"""
+
+
+def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None:
+    """Source: CONTRIBUTING.md, exit codes: 3 an error of our own; 1 means that a rule is broken."""
+    done = _ended(_BROKEN.format("ValueError('the cause')"), TMPDIR=str(tmp_path))
+    (file,) = tmp_path.iterdir()
+    assert done.returncode == 3
+    assert done.stderr == (
+        f"rcx: this is an error of rcx itself: RuntimeError: of our own; please report it with "
+        f"{file}\n"
+    )
+    assert "ValueError: the cause" in file.read_text()
+
+
+def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
+    """Source: Python before 3.12 makes a RuntimeError of what __set_name__ raises."""
+    done = _ended(_BROKEN.format("KeyboardInterrupt()"), TMPDIR=str(tmp_path))
+    assert (done.returncode, done.stderr) == (130, "rcx: interrupted\n")
+
+
+def test_where_no_file_can_be_made_the_traceback_is_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: tempfile.mkstemp raises OSError where there is no folder for it."""
+
+    def refuse(**options: object) -> None:
+        raise OSError("no folder")
+
+    monkeypatch.setattr("tempfile.mkstemp", refuse)
+    try:
+        raise ValueError("one\ntwo")
+    except ValueError as error:
+        report(error)
+    said = capsys.readouterr().err
+    assert said.startswith("Traceback (most recent call last):")
+    assert said.endswith(
+        "rcx: this is an error of rcx itself: ValueError: one; "
+        "please report it with the lines above\n"
+    )
+
+
+def test_little_is_imported_before_ctrl_c_is_heard() -> None:
+    """What is imported before `main` begins shows its lines when Ctrl-C comes."""
+    code = "import sys; before = set(sys.modules); import rcx_harness.cli.start; "
+    done = _ended(f"{code}print(*sorted(set(sys.modules) - before - {{'gc', '__future__'}}))")
+    assert done.stdout.split() == ["rcx_harness", "rcx_harness.cli", "rcx_harness.cli.start"]
